@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -54,9 +53,12 @@ def check_digests(contents: Contents, log: PlanLog) -> Check:
     ):
         said = metadata.get(key, "")
         check.look(said == wanted, f"metadata {key} is {said[:16]!r}, the site's is {wanted[:16]!r}")
-    for name, computed in _file_digests(log.attachments):
+    for name, data in log.attachments.items():
         said = metadata.get(_SHA256 + name, "")
-        check.look(said in ("", computed), f"attached {name}: its digest is not the one in the metadata")
+        check.look(
+            said in ("", hashlib.sha256(data).hexdigest()),
+            f"attached {name}: its digest is not the one in the metadata",
+        )
     for key in metadata:
         if key.startswith(_SHA256):
             name = key.removeprefix(_SHA256)
@@ -163,8 +165,3 @@ def _corners_m(site: Site, motion: LiftMotion) -> NDArray[np.float64]:
     crane = crane_for(site, site.cranes[motion.crane], component)
     cells = reference_cells(crane, site.frame, motion.loaded.axes, component.hook_offset_vox)
     return site.frame.corner_of(cells)
-
-
-def _file_digests(files: Mapping[str, bytes]) -> Iterator[tuple[str, str]]:
-    for name, data in files.items():
-        yield name, hashlib.sha256(data).hexdigest()

@@ -74,12 +74,7 @@ class Between:
         return found
 
     def ways(self, moment: Moment, motion: LiftMotion) -> Iterator[EmptyWay]:
-        """Yield the empty hook moves of a lift, each with what may be on the site during it.
-
-        Args:
-            moment: The moment before the lift, ``before`` that of its crane.
-            motion: The motion.
-        """
+        """Yield the empty hook moves of a lift, each with what may be on the site; ``moment`` is that of its crane."""
         components = self._site.components
         left = None if moment.before is None else components[moment.before.component]
         for what, name, whole, first in (

@@ -12,8 +12,8 @@ from bimvox.compiled import kernel
 from bimvox.proof.pendulum import GRAVITY_M_S2
 
 POSE_COLUMNS = 9
-"""Of a pose: slew (rad), radius, height of the hook; box of the load about the hook (low x, high x, low y, high y), how
-far below the hook it reaches, how far it swings (m)."""
+"""The numbers of a pose: slew (rad), radius, height of the hook; box of the load about the hook (low x, high x, low y,
+high y), how far below the hook it reaches, how far it swings (m)."""
 
 _POINT_M = 0.5
 

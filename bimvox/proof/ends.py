@@ -29,14 +29,7 @@ def check_ends(
 ) -> None:
     """Check the start and end of every trajectory of a lift, within a millimetre.
 
-    Args:
-        check: Receives the result.
-        name: The lift, for messages.
-        site: The site.
-        crane: Its crane.
-        moment: The moment before the lift.
-        motion: Its motion.
-        previous: The motion of the planned lift before it, if known.
+    ``previous`` is the motion of the planned lift before it, if known.
     """
     component, place = site.components[moment.lift.component], moment.lift.place
     usual, crane = crane, crane_for(site, crane, component)

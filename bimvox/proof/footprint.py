@@ -18,19 +18,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.hook import jib_cell, reaches_jib, tallest_met
 from bimvox.proof.jib import swept_by_jib
-from bimvox.proof.space import positions_of
+from bimvox.proof.space import positions_of, whole_cells
 from bimvox.proof.swing import swung_placements
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.lifting import crane_for
-from bimvox.site.margin import grown_cells, margin_vox, rope_margin_vox
 from bimvox.site.site import Site
 
 _WORD = 64
@@ -56,11 +56,7 @@ class Footprint:
 
 
 class CellMask:
-    """A set of cells of a grid, as bits.
-
-    Args:
-        shape: (X, Y, Z) of the grid.
-    """
+    """A set of cells of a grid of a shape (X, Y, Z), as bits."""
 
     def __init__(self, shape: IntVec) -> None:
         self._shape = shape
@@ -130,9 +126,9 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     mask.add_box(np.array(place.cell_vox), np.array(place.raising_size_vox(component)))
     mask.add(place.turning_cells(component))
     path = lift.path_vox.astype(np.int64)
-    mask.add_placements(path, grown_cells(component.shape.cells, margin_vox(site)))
+    mask.add_placements(path, _kept_free(site, component))
     if site.cranes and site.rules.rope:
-        for aside in _around(rope_margin_vox(site)):
+        for aside in _around(whole_cells(site.rules.rope_clearance_m, site.frame)):
             mask.add_columns_above(path + np.array(component.hook_offset_vox) + aside)
     return mask.footprint()
 
@@ -140,11 +136,7 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
 def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int | None = None) -> Footprint:
     """Return the cells that ``verify_motions`` checks for a lift: what load, hook line and empty hook sweep.
 
-    Args:
-        site: The site.
-        lift: The lift.
-        motion: Its motion.
-        since_ns: Only what is swept after this time, on the site's clock.
+    With ``since_ns``, a time on the site's clock, only what is swept after it.
     """
     assert lift.place is not None
     mask = CellMask(site.shape)
@@ -154,14 +146,7 @@ def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int |
 
 
 def hook_footprint(site: Site, motion: LiftMotion, way: Trajectory, since_ns: int) -> Footprint:
-    """Return the cells that ``verify_motions`` checks for an empty hook move after a time.
-
-    Args:
-        site: The site.
-        motion: The lift that the move belongs to.
-        way: The move, times from the start of the lift.
-        since_ns: On the site's clock.
-    """
+    """Return the cells that ``verify_motions`` checks for an empty hook move after a time on the site's clock."""
     crane, mask, rest_ns = site.cranes[motion.crane], CellMask(site.shape), since_ns - motion.start_ns
     rest = _rest_of(way, rest_ns)
     if rest is not None and site.rules.rope:
@@ -195,8 +180,8 @@ def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox
     mask.add_box(low, np.array(place.raising_size_vox(component)))
     mask.add(place.turning_cells(component))
     start = np.array(place.transit_start_vox, np.int64)[None]
-    margin = margin_vox(site)
-    mask.add_placements(start, grown_cells(component.shape.cells, margin))
+    margin = whole_cells(site.rules.transit_clearance_m, site.frame)
+    mask.add_placements(start, _kept_free(site, component))
     mask.add_columns_above(start + np.array(component.hook_offset_vox))
     around = np.array([sideways_vox + margin, sideways_vox + margin, 0])
     bottom = np.array(component.target_vox) * [1, 1, 0] - around
@@ -218,7 +203,7 @@ def _add_motion(mask: CellMask, site: Site, place: YardPlace, motion: LiftMotion
             swung = swung_placements(site, crane, motion, whole, component, rest_ns)
             placements = np.concatenate([placements, swung])
         if with_load:
-            mask.add_placements(placements, grown_cells(component.shape.cells, margin_vox(site)))
+            mask.add_placements(placements, _kept_free(site, component))
         if site.rules.rope:
             mask.add_columns_above(placements + hook)
     approach = None if motion.approach is None else _rest_of(motion.approach, rest_ns)
@@ -250,6 +235,14 @@ def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_offs
 
 
 _ORIGIN = np.zeros((1, 3), np.int64)
+
+
+def _kept_free(site: Site, component: Component) -> NDArray[np.int32]:
+    """Return (N, 3) a part's cells and those within its transit clearance, relative to its reference cell."""
+    reach, cells = whole_cells(site.rules.transit_clearance_m, site.frame), component.shape.cells
+    dense = np.zeros(cells.max(axis=0) + 2 * reach + 1, np.bool_)
+    dense[tuple((cells + reach).T)] = True
+    return (np.argwhere(maximum_filter(dense, size=2 * reach + 1)) - reach).astype(np.int32) if reach else cells
 
 
 def _around(reach: int) -> NDArray[np.int64]:

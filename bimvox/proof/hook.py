@@ -27,11 +27,7 @@ class HookProof(LiftProof):
     def check(self, name: str, moment: Moment, motion: LiftMotion, ways: Sequence[EmptyWay] | None = None) -> None:
         """Check the empty hook moves of a lift, and the jib throughout the lift.
 
-        Args:
-            name: The lift, for messages.
-            moment: The moment before it.
-            motion: Its motion.
-            ways: The empty hook moves; if None, its approach with what is on the site at that moment.
+        If ``ways`` is None, the only empty hook move is its approach, with what is on the site at that moment.
         """
         self.start_ns = motion.start_ns
         for way in one_way(self.site, moment, motion) if ways is None else ways:
@@ -121,13 +117,9 @@ def reaches_jib(site: Site, crane: TowerCrane, cells: NDArray[np.int32]) -> bool
 
 
 def tallest_met(site: Site, crane: TowerCrane, cells: NDArray[np.int32], slew_rad: NDArray[np.float64]) -> bool:
-    """Return whether the jib, as wide as the mast, turns into any of the cells that are as high as it is.
+    """Return whether the jib, as wide as the mast, turns into any of the cells ((N, 3)) that are as high as it is.
 
-    Args:
-        site: The site.
-        crane: Its crane.
-        cells: (N, 3) int32.
-        slew_rad: (M,) all slewing angles of the jib, unwrapped.
+    ``slew_rad`` holds all slewing angles of the jib, (M,), unwrapped.
     """
     frame = site.frame
     tall = cells[cells[:, 2] >= jib_cell(site, crane)]

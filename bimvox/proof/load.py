@@ -168,15 +168,8 @@ def check_zone(
 ) -> None:
     """Check that hook and load are over no column that a zone forbids, and that the hook respects the height limiters.
 
-    Args:
-        check: Receives the result.
-        name: The lift, for messages.
-        site: The site.
-        crane: Its crane.
-        placements: Whole placements around every position.
-        component: The load; None for the empty hook.
-        cells: (N, 3) the positions, in reference cells.
-        time_s: (N,) their times.
+    ``placements`` are the whole placements around the positions ``cells`` ((N, 3) reference cells) at ``time_s``
+    ((N,)). For the empty hook, ``component`` is None.
     """
     offset = np.array((0, 0, 0) if component is None else component.hook_offset_vox)
 

@@ -79,9 +79,7 @@ class Moment:
 def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
     """Yield the moment before every planned lift in the plan, in ascending order.
 
-    Args:
-        plan: The plan.
-        context: Lifts of the same plan that it does not contain (it is an extract).
+    ``context`` holds lifts of the same plan that it does not contain (it is an extract).
     """
     site = plan.site
     lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)

@@ -85,13 +85,7 @@ def verify_motions(
 
 
 def verify_together(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()) -> Verification:
-    """Check that several cranes keep apart and take turns, independent of obstructions; no checks for one crane.
-
-    Args:
-        plan: The plan.
-        motions: As for ``verify_motions``.
-        context: As for ``verify_motions``.
-    """
+    """Check that several cranes keep apart and take turns, independent of obstructions; no checks for one crane."""
     verifier = _Verifier(plan, motions, context, ALWAYS_NS, None)
     verifier.check_cranes()
     return Verification(tuple(check for name, check in verifier.checks.items() if name in CRANES_UNITS))

@@ -50,10 +50,7 @@ class Swung(NamedTuple):
 def hanging_m(site: Site, crane: TowerCrane, component: Component | None) -> float | None:
     """Return how far below the hook the middle of a load is; None if the site's rules do not include swing.
 
-    Args:
-        site: The site.
-        crane: One of its cranes.
-        component: The load; None for the empty hook, whose middle is at the end of its slings.
+    The middle of the empty hook (no component) is at the end of its slings.
     """
     if site.rules.swing is SwingRule.OFF:
         return None
@@ -81,11 +78,7 @@ def ropes_m(crane: TowerCrane, axes: NDArray[np.float64], below_hook_m: float) -
 def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, below_hook_m: float) -> tuple[Swung, ...]:
     """Return the swing of a load in pieces: a piece ends after each stop and its hold; the next one starts at rest.
 
-    Args:
-        crane: The crane.
-        motion: The lift; its stops count.
-        way: One of its trajectories.
-        below_hook_m: From the hook down to the middle of the load.
+    ``below_hook_m`` is the distance from the hook down to the middle of the load.
     """
     stops = [(begin_ns - motion.start_ns, end_ns - motion.start_ns) for begin_ns, end_ns in motion.stops_ns]
     rests = [end for begin, end in stops if begin < way.time_ns[-1] and end > way.time_ns[0]]

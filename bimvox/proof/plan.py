@@ -18,6 +18,7 @@ from bimvox.proof.marks import Marks, hits
 from bimvox.proof.moment import Thing, beside, cells_in_common, moments, near_and_far, passed_by
 from bimvox.proof.shape import check_shape
 from bimvox.proof.site_rules import check_rope_margin, check_wind, check_zones
+from bimvox.proof.space import whole_cells
 from bimvox.proof.stands import check_stands
 from bimvox.proof.triangles import TriangleCheck
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
@@ -54,20 +55,8 @@ class _Verifier:
         self.triangles = TriangleCheck(plan)
         self.known_shapes = known_shapes
         self.marks, self.near_marks = Marks(self.site.shape), Marks(self.site.shape)
-        names = (
-            "complete",
-            "shapes",
-            "unit_moves",
-            "boundary",
-            "cells",
-            "triangles",
-            "rope",
-            "reach",
-            "support",
-            "yard",
-            "stands",
-        )
-        self.checks = {name: Check(name) for name in names}
+        names = "complete shapes unit_moves boundary cells triangles rope reach support yard stands"
+        self.checks = {name: Check(name) for name in names.split()}
         if self.site.rules.transit_clearance_m > 0.0:
             self.checks["margin"] = Check("margin")
         if self.site.cranes and self.site.rules.rope and self.site.rules.rope_clearance_m > 0.0:
@@ -130,12 +119,12 @@ class _Verifier:
             self.checks["complete"].look(False, f"{component.id}: planned, but without a path or a place in the yard")
             return
         self._check_shape(component)
-        self._check_moves(lift, component, path)
-        inside = self._check_boundary(component, path)
-        if not inside:
+        self._check_moves(lift, component, path, place)
+        if not self._check_boundary(component, path):
             return
         self.marks.move_to(present)
-        self._check_yard(lift, component, present)
+        if not lift.left:  # otherwise it left the yard on another path, which is proven separately
+            self._check_yard(component, place, present)
         self._check_cells(lift, component, path, present)
         self._check_margin(lift, component, path, present)
         if "rope_margin" in self.checks:
@@ -152,11 +141,8 @@ class _Verifier:
         if check.failed == failed:
             self.known_shapes.add(component.index)
 
-    def _check_moves(self, lift: Lift, component: Component, path: NDArray[np.int32]) -> None:
-        check, place = self.checks["unit_moves"], lift.place
-        if place is None:
-            return
-        start = place.transit_start_vox
+    def _check_moves(self, lift: Lift, component: Component, path: NDArray[np.int32], place: YardPlace) -> None:
+        check, start = self.checks["unit_moves"], place.transit_start_vox
         check.look(
             bool(lift.left) or tuple(path[0]) == start,
             f"{component.id}: its path starts at {tuple(path[0])}, not above its place",
@@ -177,10 +163,8 @@ class _Verifier:
         self.checks["boundary"].look(bool(good), f"{component.id}: leaves the site's boundary", samples=len(path))
         return bool(good)
 
-    def _check_yard(self, lift: Lift, component: Component, present: Sequence[Thing]) -> None:
-        check, place = self.checks["yard"], lift.place
-        if place is None or lift.left:  # it left the yard on another path, which is proven separately
-            return
+    def _check_yard(self, component: Component, place: YardPlace, present: Sequence[Thing]) -> None:
+        check = self.checks["yard"]
         cells = place.shape.cells + np.array(place.cell_vox)
         turned = stored_shape(component.shape, place.pose, place.turn)
         check.look(
@@ -270,11 +254,11 @@ class _Verifier:
         self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]
     ) -> None:
         """Check that a part keeps the transit clearance between its departure, straight up, and its last moves."""
-        size_m, margin_m = self.site.frame.voxel_size_m, self.site.rules.transit_clearance_m
+        margin_m = self.site.rules.transit_clearance_m
         if margin_m <= 0.0:
             return
-        reach = 2 * int(np.ceil(margin_m / size_m - 1e-9)) + 1
-        wide = maximum_filter(self.marks.counts, size=reach, mode="constant", cval=0)
+        reach = whole_cells(margin_m, self.site.frame)
+        wide = maximum_filter(self.marks.counts, size=2 * reach + 1, mode="constant", cval=0)
         near: NDArray[np.bool_] = hits(wide, component.shape.cells, path.astype(np.int64))
         gate = max(0, len(path) - 1 - lift.contact_moves)
         rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)

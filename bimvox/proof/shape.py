@@ -15,13 +15,7 @@ _FINEST = 64
 
 
 def check_shape(check: Check, component: Component, frame: GridFrame) -> None:
-    """Check that points spread over a part's triangles, half a cell apart, lie in its cells at its place.
-
-    Args:
-        check: Receives the result.
-        component: The part.
-        frame: Metres to cells.
-    """
+    """Check that points spread over a part's triangles, half a cell apart, lie in its cells at its place."""
     own = component.shape.cells
     dense = np.zeros(own.max(axis=0) + 3, np.bool_)
     dense[tuple((own + 1).T)] = True

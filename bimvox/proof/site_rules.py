@@ -7,6 +7,7 @@ import shapely
 from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.proof.space import whole_cells
 from bimvox.records.lift import Lift
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
@@ -73,18 +74,12 @@ def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component
 def check_rope_margin(check: Check, site: Site, lift: Lift, component: Component, counts: NDArray[np.uint16]) -> None:
     """Check that in transit, within the clearance in plan, nothing is higher than the end of the hook line.
 
-    Exceptions: the first placements straight up from the yard while something is near, and the last moves.
-
-    Args:
-        check: Receives the result.
-        site: The site.
-        lift: The lift; it must have a path.
-        component: Its part.
-        counts: (X, Y, Z) how many things occupy each cell.
+    Exceptions: the first placements straight up from the yard while something is near, and the last moves. ``counts``
+    is how many things occupy each cell, (X, Y, Z).
     """
     assert lift.path_vox is not None
     path = lift.path_vox
-    reach = int(np.ceil(site.rules.rope_clearance_m / site.frame.voxel_size_m - 1e-9))
+    reach = whole_cells(site.rules.rope_clearance_m, site.frame)
     near = np.zeros(len(path), np.bool_)
     for n, (x, y, z) in enumerate((path + np.array(component.hook_offset_vox, np.int32)).tolist()):
         beside = counts[max(0, x - reach) : x + reach + 1, max(0, y - reach) : y + reach + 1, max(0, z) :]

@@ -47,15 +47,9 @@ class Way(NamedTuple):
 
 
 def within(trajectory: Trajectory, way: Way, start_ns: int, window_ns: tuple[int, int]) -> NDArray[np.bool_]:
-    """Return (N,) which positions of a trajectory belong to a time span.
+    """Return (N,) which positions of a trajectory, of a lift that starts at ``start_ns``, belong to a time span.
 
     A position belongs to the whole time between the samples around it, so a span's border is on the safe side.
-
-    Args:
-        trajectory: The trajectory of the positions.
-        way: The positions.
-        start_ns: When its lift starts, on the site's clock.
-        window_ns: Start and end of the span.
     """
     time_ns = trajectory.time_ns + np.int64(start_ns)
     next_ns = np.append(time_ns[1:], time_ns[-1])
@@ -81,17 +75,15 @@ class Positions(NamedTuple):
 def positions_of(
     crane: TowerCrane, frame: GridFrame, trajectory: Trajectory, hook_offset_vox: IntVec = (0, 0, 0)
 ) -> Positions:
-    """Return where a load is along a trajectory.
-
-    Args:
-        crane: The crane as rigged for the load.
-        frame: Metres to cells.
-        trajectory: Its samples.
-        hook_offset_vox: Hook cell of the load relative to its reference cell; zero for the empty hook.
-    """
+    """Return where a load is along a trajectory of a crane that is rigged for it (by default the empty hook)."""
     way = way_of(crane, trajectory.axes, frame.voxel_size_m)
     cells = reference_cells(crane, frame, way.axes, hook_offset_vox)
     return Positions(way, cells, Placements(cells, way.slack_vox))
+
+
+def whole_cells(distance_m: float, frame: GridFrame) -> int:
+    """Return a distance rounded up to whole cells."""
+    return int(np.ceil(distance_m / frame.voxel_size_m - 1e-9))
 
 
 def way_of(crane: TowerCrane, axes: NDArray[np.float64], voxel_size_m: float) -> Way:
@@ -129,18 +121,10 @@ def _between(
 def reference_cells(
     crane: TowerCrane, frame: GridFrame, axes: NDArray[np.float64], hook_offset_vox: IntVec
 ) -> NDArray[np.float64]:
-    """Return the continuous reference cells of a load under hook poses.
+    """Return the continuous reference cells ((N, 3)) of a load at hook poses ((N, 3) slew, radius, height).
 
-    The hook is one sling's length above the middle of the lower face of the load's hook cell.
-
-    Args:
-        crane: The crane.
-        frame: Metres to cells.
-        axes: (N, 3) slew (rad), radius (m), height (m).
-        hook_offset_vox: Hook cell relative to the reference cell; zero for the empty hook.
-
-    Returns:
-        (N, 3) float64.
+    The hook is one sling's length above the middle of the lower face of the load's hook cell, ``hook_offset_vox`` from
+    the reference cell (zero for the empty hook).
     """
     return cells_below(crane, frame, hook_of(crane, *axes.T), hook_offset_vox)
 

@@ -118,8 +118,7 @@ class SwingProof(LiftProof):
             swings_m = float(np.linalg.norm(swung.offset_m[n]))
             self.checks["swing"].look(
                 False,
-                f"{name}: at {swung.time_s[n]:.2f} s the load, or its rope, swings by {swings_m:.2f} m "
-                "into what is there",
+                f"{name}: at {swung.time_s[n]:.2f} s the load, or its rope, swings by {swings_m:.2f} m into something",
             )
 
     def _check_on_line(
@@ -150,15 +149,9 @@ class SwingProof(LiftProof):
 def swung_placements(
     site: Site, crane: TowerCrane, motion: LiftMotion, way: Trajectory, component: Component | None, rest_ns: int
 ) -> NDArray[np.int64]:
-    """Return (N, 3) the placements into which a load swings during its motion; none if swing is off.
+    """Return (N, 3) the placements into which a load swings during a motion; none if swing is off.
 
-    Args:
-        site: The site.
-        crane: Its crane.
-        motion: The lift.
-        way: One of its trajectories.
-        component: The load; None for the empty hook.
-        rest_ns: Only after this time, since the start of the lift.
+    Only after ``rest_ns`` since the start of the lift. For the empty hook, ``component`` is None.
     """
     below_hook_m = hanging_m(site, crane, component)
     found = [np.empty((0, 3), np.int64)]

@@ -63,25 +63,14 @@ class TriangleCheck:
         self._objects: dict[tuple[bool, int], fcl.CollisionObject] = {}
 
     def check_moves(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
-        """Check that a part overlaps another by no more than allowed along a path of unit moves.
-
-        Args:
-            check: Where the result goes.
-            component: The part.
-            path: (N, 3) placements.
-            other: Number of the other solid.
-        """
+        """Check that a part overlaps another solid by no more than allowed along a path ((N, 3)) of unit moves."""
         offsets_m = (path - np.array(component.target_vox)) * self._site.frame.voxel_size_m
         self.check_way(check, component, offsets_m, other)
 
     def check_way(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
-        """Check that a part overlaps another by no more than allowed along straight pieces between positions.
+        """Check that a part overlaps another solid by no more than allowed along straight pieces between positions.
 
-        Args:
-            check: Where the result goes.
-            component: The part.
-            offsets_m: (N, 3) where it is, relative to its place in the building; metres.
-            other: Number of the other solid.
+        The positions ``offsets_m`` ((N, 3) metres) are relative to its place in the building.
         """
         low, high = self._boxes[component.index]
         other_low, other_high = self._boxes[other]
@@ -110,16 +99,10 @@ class TriangleCheck:
         check.measure(float(np.abs(way_m).sum()) + tolerance_m)
 
     def check_apart(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
-        """Check that a part does not touch another at all along straight pieces between positions.
+        """Check that a part does not touch another solid at all along straight pieces between positions.
 
         For solids that it does not touch in the finished building: true surfaces, without tolerance. The part starts
-        free, so surfaces cross when it enters another.
-
-        Args:
-            check: Where the result goes.
-            component: The part.
-            offsets_m: (N, 3) where it is, relative to its place in the building; metres. The first is known to be free.
-            other: Number of the other solid.
+        free, so surfaces cross when it enters another. The positions are as for ``check_way``; the first is free.
         """
         low, high = self._boxes[component.index]
         other_low, other_high = self._boxes[other]

@@ -23,12 +23,7 @@ from bimvox.stop.redirect import Held
 
 
 def last_begun(motions: Collection[LiftMotion], time_ns: int) -> dict[int, LiftMotion]:
-    """Return the motion that each crane began last, by the crane's index; cranes that have not begun are missing.
-
-    Args:
-        motions: Motions on the site's clock.
-        time_ns: Time on that clock.
-    """
+    """Return the motion that each crane has begun last by a time, by the crane's index; others are missing."""
     begun = [motion for motion in motions if motion.start_ns <= time_ns]
     return {motion.crane: motion for motion in sorted(begun, key=lambda motion: motion.start_ns)}
 

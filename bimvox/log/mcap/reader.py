@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, NamedTuple
 
 import zstandard
 from mcap.data_stream import ReadDataStream
@@ -148,7 +148,8 @@ def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None =
         raise LogFileError(name, "is truncated: the signature at its end is missing", hint=RECOVER_HINT)
     contents = Contents(topics=topics)
     try:
-        for record in _stream(BytesIO(data), len(data)):
+        reader = StreamReader(BytesIO(data), emit_chunks=True, validate_crcs=True, record_size_limit=len(data))
+        for record in reader.records:
             contents.add(record)
             if isinstance(record, Footer):
                 _check_summary(data, record)
@@ -188,11 +189,6 @@ def salvage_contents(data: bytes, name: Path | str) -> Contents:
     if not contents.messages and not contents.attachments:
         raise LogFileError(name, "it has no complete record")
     return contents
-
-
-def _stream(stream: BinaryIO, size: int) -> Iterator[Any]:
-    reader = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size)
-    yield from reader.records
 
 
 def _chunk_body(chunk: Chunk) -> bytes:
