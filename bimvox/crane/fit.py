@@ -60,7 +60,7 @@ def fit_crane(
     masses = np.broadcast_to(np.asarray(masses_kg, dtype=np.float64), len(points))
     areas = [np.asarray(area, dtype=np.float64) for area in (footprint_m, *keep_clear_m)]
     if not len(points):
-        raise InputError("there is no point for a crane to reach", hint="give at least one target")
+        raise InputError("no point is given for a crane to reach", hint="give at least one target")
     for machine in cranes:
         jib = machine.luffing
         crane = machine if jib is None else pivoted(machine, jib, height_under_hook_m)
@@ -109,7 +109,7 @@ def _no_crane(
     """Return the error that explains why the largest crane does not suffice."""
     if not len(bases):
         return InputError(
-            f"there is no place for the mast of {crane.name} within {_RING_M:g} m of the building, clear of the yard",
+            f"no place for the mast of {crane.name} within {_RING_M:g} m of the building, clear of the yard",
             hint="give [crane] base_m in the site file, or move the yard",
         )
     best = int(np.argmax(served.sum(axis=1)))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.errors import MissingPackageError
 from bimvox.grid.bricks import Bricks
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
@@ -124,6 +125,25 @@ class VoxelGrid:
         Raises:
             MissingPackageError: If xarray is not installed.
         """
-        from bimvox.grid.as_xarray import dataset_of
+        from bimvox.grid.layout import ARRAYS, AXES
 
-        return dataset_of(self)
+        try:
+            import xarray
+        except ModuleNotFoundError as error:
+            raise MissingPackageError("xarray", "a dataset of a grid") from error
+        owners = self.owners.dense()
+        cells = np.arange(max(self.shape))
+        centres_m = self.frame.centre_of(np.column_stack([cells, cells, cells]))
+        values = {"labels": self.label_table[owners + 1], "owners": owners}
+        coordinates = {name: centres_m[: self.shape[axis], axis] for axis, name in enumerate(AXES)}
+        return xarray.Dataset(
+            {name: (AXES, array, dict(ARRAYS[name].attributes)) for name, array in values.items()},
+            {name: (name, array, dict(ARRAYS[name].attributes)) for name, array in coordinates.items()},
+            {
+                "voxel_size_m": self.frame.voxel_size_m,
+                "origin_m": list(self.frame.origin_m),
+                "source_origin_m": list(self.origin_m),
+                "source": dict(self.source),
+                "parts": [asdict(part) for part in self.parts],
+            },
+        )

@@ -1,6 +1,6 @@
 """The crane for a site without one: the smallest suitable built-in machine, otherwise a larger one of the same build.
 
-Hammerheads, unless another kind is asked for: the largest built-in one carries more at every radius than any built-in
+Hammerheads, unless another kind is requested: the largest built-in one carries more at every radius than any built-in
 luffing crane, so if it does not suffice, they do not either.
 """
 
@@ -41,7 +41,7 @@ def guess_crane(
 
     1. Every part at its place, and the heaviest part at every corner of the yard.
     2. The same, but the heaviest part only in the yard's middle, and a typical one (third quartile) at the corners.
-    3. If no machine is asked for: the same by a larger machine of the same build.
+    3. If no machine is requested: the same by a larger machine of the same build.
     4. All but the few parts with the largest load moment.
     5. If every part is too heavy: the reach to every place. The plan then reports what is missing for each part.
 
@@ -50,7 +50,7 @@ def guess_crane(
         footprint_m: (2, 2) lowest and highest corner of the building on plan.
         yards: Polygons of the yard, site metres.
         top_m: Height that the load's top must reach.
-        machines: The machines asked for, ascending by size; empty for the built-in hammerheads.
+        machines: The requested machines, ascending by size; empty for the built-in hammerheads.
 
     Raises:
         InputError: If no part can be reached.

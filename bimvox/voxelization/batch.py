@@ -23,7 +23,7 @@ from bimvox.voxelization.samples import sample_lines
 from bimvox.voxelization.solid import covers_once, wind
 from bimvox.voxelization.sweep import FULL
 
-# The planes of a part with so many words are large.
+# Planes of at least this many words are large.
 _LARGE_WORDS = 1 << 17
 
 

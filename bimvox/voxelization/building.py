@@ -102,8 +102,8 @@ def voxelize_building(
     batches = batches_of([len(element.mesh.faces) for element in elements], part_lows, part_highs, kinds)
 
     def voxelize(numbers: range) -> _Voxels:
-        stand, places = grouped(kinds[numbers.start : numbers.stop])
-        firsts = [numbers[n] for n in stand]
+        distinct, places = grouped(kinds[numbers.start : numbers.stop])
+        firsts = [numbers[n] for n in distinct]
         batch = wind_batch(
             Meshes.of([elements[n].mesh for n in firsts]),
             bounds[firsts],

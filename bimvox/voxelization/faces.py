@@ -25,7 +25,7 @@ UNIT = 1 << HEIGHT_BITS
 SLANTED, LEVEL, RECTANGLE, SKIPPED = 0, 1, 2, 3
 """Kinds of faces: slanted, level, the half of a rectangle that stands for both halves, the other half."""
 
-# Level faces are joined with the last so many heights.
+# A level face is joined with the last heights, this many.
 _HEIGHTS = 8
 _EMPTY = -1
 _MIX = np.uint64(0x9E3779B97F4A7C15)
@@ -185,8 +185,8 @@ def _read_planes(
             half = table[slot]
             if kinds[half] == kinds[f] and inverted[half] == inverted[f] and _is_rectangle(triangles[half], p):
                 # The plane of the triangle whose point is higher, whichever comes first.
-                stands, other = (f, half) if planes[f, 4] > planes[half, 4] else (half, f)
-                kinds[stands], kinds[other] = RECTANGLE, SKIPPED
+                kept, other = (f, half) if planes[f, 4] > planes[half, 4] else (half, f)
+                kinds[kept], kinds[other] = RECTANGLE, SKIPPED
                 break
             slot = (slot + 1) & (table.size - 1)
         if table[slot] == _EMPTY:

@@ -26,7 +26,7 @@ LEAVES = SAMPLES
 ALL = (1 << SAMPLES) - 1
 """All lines of a column."""
 
-# A level face is joined with one of the first so many records of a column.
+# A level face is joined with one of the first records of a column, this many.
 _RECORDS = 4
 
 

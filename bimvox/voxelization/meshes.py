@@ -12,8 +12,8 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.voxelization.lattice import all_rounded
 
-# A batch is full when it has so many triangles, so many columns of cells in its parts' boxes (repeats left out of
-# both), or so many parts (repeats included).
+# A batch is full when it has this many triangles, columns of cells in its parts' boxes (both without repeats), or
+# parts (repeats included).
 _TRIANGLES = 1 << 14
 _COLUMNS = 1 << 17
 _PARTS = 1 << 12

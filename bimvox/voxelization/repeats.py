@@ -75,11 +75,11 @@ def kinds_of(keys: NDArray[np.uint64], alone: NDArray[np.bool_]) -> list[int]:
 def grouped(kinds: Iterable[int]) -> tuple[list[int], NDArray[np.int64]]:
     """Return the numbers of the distinct parts, and for each part its position in that list."""
     places: dict[int, int] = {}
-    stand: list[int] = []
+    firsts: list[int] = []
     at: list[int] = []
     for n, kind in enumerate(kinds):
         if kind not in places:
-            places[kind] = len(stand)
-            stand.append(n)
+            places[kind] = len(firsts)
+            firsts.append(n)
         at.append(places[kind])
-    return stand, np.array(at, np.int64)
+    return firsts, np.array(at, np.int64)

@@ -24,7 +24,7 @@ FULL = 1 << 14
 """The share of a full cell; shares are counted in 2^-14 of a cell."""
 FEW = 48
 """Room for the records of a column; a column with more gets room of its own."""
-# Up to so many records are sorted as a whole.
+# Up to this many records are sorted as a whole.
 _ORDERED = 8
 
 # By rounding, faces that touch may be crossed in the wrong order: a winding over a shorter height than this is ignored.
@@ -35,7 +35,7 @@ _HALF_STEP = _STEP // 2
 
 
 class Changes(NamedTuple):
-    """How many lines get inside (or out, negative) along a column; zeros between columns.
+    """How many lines enter the solid (or leave it, negative) along a column; zeros between columns.
 
     Attributes:
         change: (C + 2,) int64, change of the filled height in each cell, in 2^-16 of a cell, summed over the lines.
@@ -112,7 +112,7 @@ def count_closing(masks: NDArray[np.uint32], count: int, winding: NDArray[np.int
 
 @inline_kernel
 def _enter_change(z: int, lines: int, changes: Changes) -> None:
-    """Enter that so many lines get in (or out, negative) at height ``z``."""
+    """Record that ``lines`` lines enter the solid (or leave it, negative) at height ``z``."""
     change, touched = changes
     k = z >> HEIGHT_BITS
     above = z & (UNIT - 1)
@@ -126,7 +126,7 @@ def _enter_change(z: int, lines: int, changes: Changes) -> None:
 def _enter_lines(
     lines: int, sign: int, low: int, high: int, total: int, heights: NDArray[np.float64], changes: Changes
 ) -> None:
-    """Enter that these lines, a bit each, get in (or out, sign -1) at their heights."""
+    """Record that these lines, a bit each, enter the solid (or leave it, sign -1) at their heights."""
     change, touched = changes
     k = low >> HEIGHT_BITS
     if k != high >> HEIGHT_BITS:

@@ -137,7 +137,7 @@ def _work(channel: Connection, mesher: Mesher) -> None:
 
 
 def _limit_memory() -> None:
-    """Limit the memory, so that a kernel that allocates without end fails before the machine runs out."""
+    """Limit the memory, so that a kernel that keeps allocating fails before the machine runs out."""
     try:
         in_use = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     except OSError:
