@@ -57,12 +57,14 @@ def check_digests(contents: Contents, log: PlanLog) -> Check:
         said = metadata.get(_SHA256 + name, "")
         check.look(
             said in ("", hashlib.sha256(data).hexdigest()),
-            f"attached {name}: its digest is not the one in the metadata",
+            f"attached {name}: digest mismatch with the metadata",
         )
     for key in metadata:
         if key.startswith(_SHA256):
             name = key.removeprefix(_SHA256)
-            check.look(name in log.attachments, f"attached {name}: the metadata has its digest, but it is not there")
+            check.look(
+                name in log.attachments, f"attached {name}: the metadata has its digest, but the file is missing"
+            )
     return check
 
 
@@ -77,7 +79,7 @@ def check_load_poses(contents: Contents, log: PlanLog) -> Check:
         there = {tuple(np.round(corner, 6)) for corner in corner_m.tolist()}
         for corners in wanted:
             whole = all(tuple(np.round(corner, 6)) in there for corner in corners.tolist())
-            check.look(whole, "a planned path without the poses of its load", samples=len(corners))
+            check.look(whole, "the poses of the load are missing for a planned path", samples=len(corners))
         return check
     for motion in log.motions:
         time_ns, corner_m, turned = shown[motion.crane]
@@ -85,7 +87,7 @@ def check_load_poses(contents: Contents, log: PlanLog) -> Check:
         low, high = np.searchsorted(time_ns, [start_ns[0], start_ns[-1] + 1])
         name = f"lift {motion.number}"
         if not np.array_equal(time_ns[low:high], start_ns):
-            check.look(False, f"{name}: poses of its load are missing, or of another time")
+            check.look(False, f"{name}: poses of its load are missing or have other times")
             continue
         off_m = np.linalg.norm(corner_m[low:high] - _corners_m(site, motion), axis=1)
         worst = int(np.argmax(off_m))
@@ -109,12 +111,12 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
     site = log.plan.site
     if not site.cranes:
         return check
-    told = [_told(contents, topics.of_crane(topics.COMMAND, number)) for number in range(len(site.cranes))]
+    commands = [_commands(contents, topics.of_crane(topics.COMMAND, number)) for number in range(len(site.cranes))]
     for motion in log.motions:
         crane = site.cranes[motion.crane]
         most = np.array([axis.acceleration for axis in pose_limits(crane)])
         allowed = 2.0 * most * site.rules.sample_period_s**2 / 8.0 + _ROUNDING
-        name, own = f"lift {motion.number}", told[motion.crane].get(motion.order, [])
+        name, own = f"lift {motion.number}", commands[motion.crane].get(motion.order, [])
         others = [c.crane for c in own if site.has_several_cranes and c.crane != crane.name]
         if others:
             check.look(False, f"{name}: its commands are for crane {others[0]!r}, it is driven by {crane.name!r}")
@@ -153,7 +155,7 @@ def _load_poses(contents: Contents, number: int) -> tuple[NDArray[np.int64], NDA
     return time_ns, corner_m, turned
 
 
-def _told(contents: Contents, topic: str) -> dict[int, list[Any]]:
+def _commands(contents: Contents, topic: str) -> dict[int, list[Any]]:
     """Return the commands on a topic, by lift."""
     found = [CraneCommandMessage.FromString(m.data) for m in contents.messages if m.topic == topic]
     return {order: [c for c in found if c.lift_order == order] for order in {c.lift_order for c in found}}

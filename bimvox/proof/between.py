@@ -59,8 +59,6 @@ class Between:
         self._site, self._motions = plan.site, motions
         self._lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
         self._fixed = fixed_things(plan.site)
-        self._set: dict[int, Thing] = {}
-        self._stored: dict[int, Thing] = {}
 
     def before(self, lift: Lift) -> Lift | None:
         """Return the previous planned lift of the same crane."""
@@ -102,14 +100,12 @@ class Between:
             motion = self._motions.get(lift.order)
             planned = lift.status is Status.PLANNED
             if planned and (lift.order <= since if motion is None else motion.set_ns < end_ns):
-                things.append(self._thing_set(lift))
+                things.append(set_thing(self._site, lift))
             if lift.place is None or not first <= lift.place.delivery <= max(last, first):
                 continue
             lies = not planned or (lift.order > since if motion is None else motion.raised_ns > start_ns)
             if lies:
-                if lift.order not in self._stored:
-                    self._stored[lift.order] = stored_thing(self._site, lift, lift.place)
-                things.append(self._stored[lift.order])
+                things.append(stored_thing(self._site, lift, lift.place))
         return tuple(things)
 
     def _delivery_at(self, at_ns: int, since: int) -> int:
@@ -123,11 +119,6 @@ class Between:
             return True
         motion = self._motions.get(lift.order)
         return lift.order <= since if motion is None else motion.released_ns <= at_ns
-
-    def _thing_set(self, lift: Lift) -> Thing:
-        if lift.order not in self._set:
-            self._set[lift.order] = set_thing(self._site, lift)
-        return self._set[lift.order]
 
 
 def _cut(way: Trajectory, start_ns: int, end_ns: int) -> Trajectory:

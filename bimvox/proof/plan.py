@@ -52,6 +52,7 @@ class _Verifier:
     def __init__(self, plan: LiftPlan, context: Collection[Lift], known_shapes: set[int]) -> None:
         self.plan, self.context, self.site = plan, context, plan.site
         self.lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
+        self.infeasible = {lift.component for lift in self.lifts if lift.status is Status.INFEASIBLE}
         self.triangles = TriangleCheck(plan)
         self.known_shapes = known_shapes
         self.marks, self.near_marks = Marks(self.site.shape), Marks(self.site.shape)
@@ -326,9 +327,6 @@ class _Verifier:
 
     def _check_wanted(self, component: Component, other: str, placed: Collection[int], *, must: bool) -> None:
         number = next((c.index for c in self.site.components if c.id == other), None)
-        good = number is None or (number in placed) == must or self._is_infeasible(number)
+        good = number is None or (number in placed) == must or number in self.infeasible
         word = "after" if must else "before"
         self.checks["support"].look(good, f"{component.id}: is not set {word} {other}, as the site file asks")
-
-    def _is_infeasible(self, number: int) -> bool:
-        return any(lift.component == number and lift.status is Status.INFEASIBLE for lift in self.lifts)

@@ -132,7 +132,7 @@ def reference_cells(
 def cells_below(
     crane: TowerCrane, frame: GridFrame, hook_m: NDArray[np.float64], hook_offset_vox: IntVec
 ) -> NDArray[np.float64]:
-    """Return the same from known hook positions ((N, 3), metres)."""
+    """Return the reference cells of a load at hook positions ((N, 3), metres)."""
     cells: NDArray[np.float64] = hook_m - np.array([0.0, 0.0, crane.sling_m])
     cells -= np.array(frame.origin_m)
     cells /= frame.voxel_size_m

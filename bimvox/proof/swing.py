@@ -175,18 +175,12 @@ def beyond_rest_m(offset_m: NDArray[np.float64]) -> NDArray[np.float64]:
     return beyond
 
 
+@kernel
 def thinned(cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the rows, thinned so that their cells ((N, 3)) stay at most an eighth of a cell apart if they were.
 
-    The same holds for the cells that the load swings to ((N, 2)): it swings also while the crane stands still.
+    The same holds for the cells that the load swings to ((N, 2)): it also swings while the crane is at rest.
     """
-    thin: NDArray[np.int64] = _thinned(cells, beyond_vox, rows)
-    return thin
-
-
-@kernel
-def _thinned(cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the first of the given rows in each step of the motion."""
     thin = np.empty_like(rows)
     count, at, way, last = 0, 0, 0.0, -1.0
     for n in range(rows.shape[0]):
@@ -203,6 +197,7 @@ def _thinned(cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: 
     return thin[:count]
 
 
+@kernel
 def across(
     cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -216,14 +211,6 @@ def across(
     Returns:
         (K,) int64 the row of each, and (K, 3) the positions.
     """
-    at, positions = _across(cells, beyond_vox, rows)
-    return at, positions
-
-
-@kernel
-def _across(
-    cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     parts = np.empty_like(rows)
     for n in range(rows.shape[0]):
         length = np.hypot(beyond_vox[rows[n], 0], beyond_vox[rows[n], 1])
