@@ -71,6 +71,6 @@ def voxelize(
 
 
 def say_notes(building: Building, progress: Progress) -> None:
-    """Pass on what the reader noticed."""
+    """Report the notes of the reader."""
     for note in building.notes:
         progress.note(note)

@@ -22,7 +22,7 @@ from bimvox.voxelization.part import voxelize_mesh
 
 
 def load_obstructions(path: Path, site: Site) -> ObstructionSet:
-    """Return the obstructions of a file: an obstruction file (JSON or TOML), or an IFC, mesh or point file as it is.
+    """Return the obstructions of a file: an obstruction file (JSON or TOML), or an IFC, mesh or point file.
 
     Args:
         path: The file.
@@ -47,7 +47,7 @@ def load_obstructions(path: Path, site: Site) -> ObstructionSet:
         points = np.c_[element.mesh.vertices_m + building.origin_m, np.ones(len(element.mesh.vertices_m))]
         meshes.append((element.id, TriangleMesh((points @ ifc_to_site.T)[:, :3], element.mesh.faces)))
     if not meshes:
-        raise ObstructionFileError(path, "there is no shape in it that could be an obstruction")
+        raise ObstructionFileError(path, "it contains no shape that could be an obstruction")
     return ObstructionSet.from_meshes(meshes, path.name)
 
 

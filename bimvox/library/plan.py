@@ -163,7 +163,7 @@ def digests_of(files: Mapping[str, bytes]) -> dict[str, str]:
 
 
 def _outcome(before: PolicyInUse, after: PolicyInUse) -> str:
-    """Say what came of retraining."""
+    """Return the outcome of retraining as words."""
     if after is before:
         return "no retrained policy was better, so the search finds these"
     return f"policy {after.id} was trained on them for {after.steps:,} steps and is asked next"

@@ -1,4 +1,4 @@
-"""The plan as the library returns it: lifts, motions, verdict, and everything that it was made from."""
+"""The plan that the library returns: lifts, motions, verdict, and everything that it was made from."""
 
 from __future__ import annotations
 
@@ -156,12 +156,12 @@ class Plan:
 
     @property
     def verified(self) -> bool:
-        """Whether the plan was proven and every check passed; it speaks of the planned lifts, see ``infeasible``."""
+        """Whether the plan was proven and every check passed; this covers the planned lifts only."""
         return self.verdict is not None and self.verdict.verified
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a reader should know about the plan and its obstructions, one sentence each."""
+        """Notes about the plan and its obstructions, one sentence each."""
         return (*self.record.plan.notes, *self.site.obstruction_notes)
 
     @property

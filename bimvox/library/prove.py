@@ -44,7 +44,7 @@ class Planned:
 
 
 def prepared(site: Site, progress: Progress) -> Preparation:
-    """Return contacts, order and yard places of a site; what was noticed is noted."""
+    """Return contacts, order and yard places of a site, and report their notes."""
     preparation = prepare(site, progress.report)
     notes = preparation.sequence.notes
     for note in notes[:_NOTES_SHOWN]:
@@ -156,7 +156,7 @@ def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Plan
 
 
 def insist_on_one_lift(made: LiftPlan) -> None:
-    """Refuse a plan in which nothing is planned.
+    """Raise an error if no lift of a plan is planned.
 
     Raises:
         NoPlanError: With the first lift's reason, and all of them as evidence.

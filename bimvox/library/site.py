@@ -61,12 +61,12 @@ class LoadedSite:
 
     @property
     def cranes(self) -> tuple[TowerCrane, ...]:
-        """The cranes; none on a site without."""
+        """The cranes; empty on a site without a crane."""
         return self.site.cranes
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a reader should know about the site, one sentence each."""
+        """Notes about the site, one sentence each."""
         return self.site.notes
 
     def to_toml(self) -> str:

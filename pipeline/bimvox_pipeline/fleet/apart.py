@@ -28,12 +28,9 @@ _one_at_a_time = threading.Lock()
 
 
 def carry_out_apart(work: Work, run: Run, folder: Path) -> None:
-    """Execute a run in this worker's separate process; if the process dies, the record reports that.
+    """Execute a run with ``work``, a module-level function, in this worker's separate process.
 
-    Args:
-        work: What to do with the run; a module-level function.
-        run: The run.
-        folder: The fleet's folder.
+    If the process dies, the record reports that.
     """
     global _child
     with _one_at_a_time:

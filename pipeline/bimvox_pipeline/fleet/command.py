@@ -33,19 +33,10 @@ def sweep(
     fresh: bool = False,
     progress: Progress,
 ) -> dict[str, Any]:
-    """Plan everything that a sweep file requests.
+    """Plan everything that a sweep file requests, and return the document of ``bimvox sweep --json``.
 
-    Args:
-        file: The sweep file.
-        out: Folder of logs, records and table; default: the file's name with ``-runs``, in the current folder.
-        backend: Name of the backend that executes the runs.
-        jobs: Number of runs in parallel; default: one per processor core.
-        cluster: Address of a running cluster; default: starts one on this machine.
-        fresh: Plan again the runs that exist already.
-        progress: Receives the stages.
-
-    Returns:
-        The document of ``bimvox sweep --json``.
+    ``out`` is the folder of logs, records and table; default: the file's name with ``-runs``, in the current folder.
+    The other arguments are those of :func:`fleet`.
 
     Raises:
         InputError: If the sweep file or the folder cannot be used, or the backend is not installed.

@@ -41,15 +41,7 @@ CSV_FILE, PARQUET_FILE = "summary.csv", "summary.parquet"
 
 
 def write_tables(folder: Path, records: Sequence[dict[str, Any]]) -> list[Path]:
-    """Write the table as CSV, and as Parquet if pyarrow is installed; each file atomically.
-
-    Args:
-        folder: The fleet's folder.
-        records: One record per run, in order.
-
-    Returns:
-        The files.
-    """
+    """Write the table as CSV, and as Parquet if pyarrow is installed; return the files."""
     rows = [row_of(record) for record in records]
     files = {CSV_FILE: _as_csv(rows)}
     try:

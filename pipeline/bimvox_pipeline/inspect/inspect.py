@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import FileError
 from bimvox.files import sha256_of
+from bimvox.progress import Progress
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from bimvox.grid.voxel_grid import VoxelGrid
-    from bimvox.progress import Progress
 
 
 def inspect(path: Path, progress: Progress, *, part: str | None = None) -> dict[str, Any]:

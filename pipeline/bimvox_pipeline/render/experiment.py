@@ -11,15 +11,9 @@ from bimvox.progress import Progress
 
 
 def render_experiment(folder: Path, out: Path | None, progress: Progress) -> dict[str, Any]:
-    """Draw the success curves of an experiment again, as far as it has run.
+    """Draw the success curves of a folder of ``bimvox experiment paper``; return what ``bimvox render --json`` prints.
 
-    Args:
-        folder: The folder of ``bimvox experiment paper``.
-        out: ``.png`` or ``.svg``; default: the folder's name with ``.png``, in the current folder.
-        progress: Receives the stages.
-
-    Returns:
-        The document of ``bimvox render --json``.
+    ``out`` is ``.png`` or ``.svg``; default: the folder's name with ``.png``, in the current folder.
     """
     from bimvox.paper.experiment.document import document_of
     from bimvox.paper.experiment.pictures import success_curves

@@ -20,19 +20,9 @@ def render_film(
     pace: FilmPace,
     progress: Progress,
 ) -> dict[str, Any]:
-    """Write the animation of a log, whole or not at all.
+    """Write the animation of a log, whole or not at all, and return the document of ``bimvox render --json``.
 
-    Args:
-        source: The log.
-        target: The output.
-        file_format: ``gif`` or ``webp``.
-        size: Width and height in pixels.
-        wanted: What is shown; ``lift``, ``hide`` and the angles are used.
-        pace: Frame rate and length.
-        progress: Receives every frame.
-
-    Returns:
-        The document of ``bimvox render --json``.
+    Of ``wanted``, ``lift``, ``hide`` and the angles are used; ``size`` is in pixels.
     """
     from bimvox.log.lift_choice import chosen_lift
     from bimvox.log.reader import read_log

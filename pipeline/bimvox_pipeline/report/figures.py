@@ -40,14 +40,9 @@ COLUMNS = (
 
 
 def write_figures(folder: Path, record: dict[str, Any]) -> list[str]:
-    """Write the figures of a plan as PNG and SVG, and their data.
+    """Write the figures of a plan's record as PNG and SVG, with their data, and return the sorted names of the files.
 
-    Args:
-        folder: The output folder; created if missing.
-        record: The record of the plan from ``bimvox.rendering.report.record.record_of``.
-
-    Returns:
-        The names of the files, sorted.
+    The folder is created if missing.
 
     Raises:
         FileError: If the folder cannot be used.
