@@ -156,6 +156,11 @@ class CraneClock:
         for leg in begun.legs:
             self.add_leg(leg)
 
+    def copy(self) -> CraneClock:
+        """Return a copy whose schedule can be changed on its own."""
+        legs = {n: list(legs) for n, legs in self.legs.items()}
+        return replace(self, tracks=list(self.tracks), ends_ns=list(self.ends_ns), legs=legs)
+
     def add_leg(self, leg: PlacedLeg) -> None:
         """Add a leg of its empty hook, towards its next lift or a parking place."""
         self.legs.setdefault(self.done, []).append(leg)

@@ -17,7 +17,6 @@ it is or slews to a parking place. A load never waits in the air.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from itertools import product
 
@@ -167,24 +166,13 @@ class _Schedule:
         return False
 
     def _kept(self) -> list[tuple[CraneClock, CraneClock]]:
-        return [
-            (
-                one,
-                replace(
-                    one,
-                    tracks=list(one.tracks),
-                    ends_ns=list(one.ends_ns),
-                    legs={n: list(legs) for n, legs in one.legs.items()},
-                ),
-            )
-            for one in self.cranes
-        ]
+        return [(one, one.copy()) for one in self.cranes]
 
     def _restore(self, kept: list[tuple[CraneClock, CraneClock]]) -> None:
         for one, was in kept:
-            one.tracks, one.ends_ns = list(was.tracks), list(was.ends_ns)
+            copy = was.copy()
+            one.tracks, one.ends_ns, one.legs = copy.tracks, copy.ends_ns, copy.legs
             one.start, one.at, one.parking = was.start, was.at, was.parking
-            one.legs = {n: list(legs) for n, legs in was.legs.items()}
 
     def _to_part(self, crane: CraneClock, one: CraneLift) -> bool:
         if crane.at == "pick":

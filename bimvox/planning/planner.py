@@ -74,7 +74,8 @@ def plan_lifts(
         reason = (refused or {}).get(site.components[index].id)
         if reason is not None:
             stage = Obstacle(reason)
-        lift = _searched(assembly, stage, number, index, preparation, before.get(index))
+        unplanned = Lift(index, number, preparation.places[index], Status.INFEASIBLE)
+        lift = _searched(assembly, stage, unplanned, before.get(index))
         assembly.finish(index, placed=lift.status is Status.PLANNED)
         lifts.append(lift)
         if policies and isinstance(stage, Stage) and lift.path_vox is not None and lift is not before.get(index):
@@ -91,16 +92,10 @@ def plan_lifts(
 
 
 def plan_lift(
-    assembly: Assembly,
-    stage: Stage | Obstacle,
-    order: int,
-    index: int,
-    preparation: Preparation,
-    before: Lift | None,
-    propose: Propose | None,
+    assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, before: Lift | None, propose: Propose | None
 ) -> Lift:
     """Return one lift, planned; ``stage`` is the result of ``assembly.begin``, ``before`` is kept if still valid."""
-    lift = _searched(assembly, stage, order, index, preparation, before)
+    lift = _searched(assembly, stage, unplanned, before)
     if lift is before or lift.path_vox is None or isinstance(stage, Obstacle):
         return lift
     return _proposed([(stage, lift)], _policies(propose))[0]
@@ -120,29 +115,19 @@ def _policies(propose: Propose | None, retrained: Propose | None = None) -> list
     return [(ask, method) for ask, method in both if ask is not None]
 
 
-def _searched(
-    assembly: Assembly,
-    stage: Stage | Obstacle,
-    order: int,
-    index: int,
-    preparation: Preparation,
-    before: Lift | None,
-) -> Lift:
+def _searched(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, before: Lift | None) -> Lift:
     """Return a lift with a shortest path, the earlier lift if that is still valid, or an infeasible one."""
-    place = preparation.places[index]
     if isinstance(stage, Obstacle):
-        return Lift(index, order, place, Status.INFEASIBLE, reason=stage.reason, blocked_by=stage.blocked_by)
+        return replace(unplanned, reason=stage.reason, blocked_by=stage.blocked_by)
     if before is not None and before.path_vox is not None and _is_still_valid(before.path_vox, stage):
         return before
     shortest = shortest_path(stage.space, stage.start_vox, stage.insertion.gate_vox).path_vox
     if shortest is None:
         found = _why_unreachable(assembly, stage)
-        return Lift(index, order, place, Status.INFEASIBLE, reason=found.reason, blocked_by=found.blocked_by)
-    return Lift(
-        index,
-        order,
-        place,
-        Status.PLANNED,
+        return replace(unplanned, reason=found.reason, blocked_by=found.blocked_by)
+    return replace(
+        unplanned,
+        status=Status.PLANNED,
         method=Method.SEARCH,
         path_vox=_whole_path(shortest, stage),
         shortest_moves=len(shortest) - 1 + stage.insertion.moves,

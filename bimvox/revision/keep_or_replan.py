@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from bimvox.planning.assembly import Assembly, Obstacle
+from bimvox.planning.assembly import Assembly, Obstacle, Stage
 from bimvox.planning.insertion import SIDEWAYS_VOX
 from bimvox.planning.planner import plan_lift, proposed_again
 from bimvox.planning.rounds import Refused
@@ -137,17 +137,10 @@ class Replanning:
             self.draft.new_paths.add(was.order)
         return lift
 
-    def _planned(self, assembly: Assembly, stage: object, was: Lift) -> Lift:
+    def _planned(self, assembly: Assembly, stage: Stage | Obstacle, was: Lift) -> Lift:
         before = was if was.status is Status.PLANNED else None
-        lift = plan_lift(
-            assembly,
-            stage,  # type: ignore[arg-type]
-            was.order,
-            was.component,
-            self.preparation,
-            before,
-            self.request.propose,
-        )
+        unplanned = Lift(was.component, was.order, self.preparation.places[was.component], Status.INFEASIBLE)
+        lift = plan_lift(assembly, stage, unplanned, before, self.request.propose)
         if lift.status is Status.PLANNED:
             self.draft.new_paths.add(was.order)  # always proven again, even if it could be kept
         else:

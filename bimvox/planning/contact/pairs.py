@@ -120,17 +120,8 @@ class Contacts:
     ) -> NDArray[np.bool_]:
         """Return the steps of a straight move in which a component overlaps another solid by more than is allowed.
 
-        Args:
-            moving: Number of the component.
-            offset_m: (3,) its position relative to its place in the building.
-            fixed: Number of the other solid, at its place.
-            axis: 0, 1 or 2.
-            direction: +1 or -1.
-            step_m: Length of a step, metres.
-            count: Number of steps.
-
-        Returns:
-            (count,) bool.
+        The component starts at ``offset_m``, (3,), from its place in the building; the other solid is at its place.
+        The move and the result, (count,) bool, are as in ``sweep.blocked_steps``.
         """
         way_m = self.way_out_m(moving, fixed)
         if way_m is None:
