@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from bimvox.cranes.schedule import time_lifts
@@ -16,7 +16,7 @@ from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
-from bimvox.records.lift import LiftPlan, Method, Status
+from bimvox.records.lift import LiftPlan, Method, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
 from bimvox.site.part_names import names_by_id
@@ -53,15 +53,20 @@ def prepared(site: Site, progress: Progress) -> Preparation:
         progress.note(f"{len(notes) - _NOTES_SHOWN} more notes about the order (the log and --json list all)")
     clashes = preparation.contacts.clashes
     if clashes:
-        deepest, names = max(clashes, key=lambda clash: clash.depth_m), names_by_id(site)
-        first, second = (names.get(part, part) for part in (deepest.first, deepest.second))
-        pairs = "1 pair of parts overlaps" if len(clashes) == 1 else f"{len(clashes)} pairs of parts overlap"
-        progress.note(
-            f"{pairs} in the model, by at most {deepest.depth_m:.3f} m ({first} and {second}); "
-            "each pair may overlap by no more than the model does"
-        )
+        progress.note(overlap_note(clashes, names_by_id(site)))
     progress.finish()
     return preparation
+
+
+def overlap_note(clashes: Sequence[ModelledClash], names: Mapping[str, str]) -> str:
+    """Return the note on the pairs of parts that overlap in the model; ``names`` are those of ``names_by_id``."""
+    deepest = max(clashes, key=lambda clash: clash.depth_m)
+    first, second = (names.get(part, part) for part in (deepest.first, deepest.second))
+    pairs = "1 pair of parts overlaps" if len(clashes) == 1 else f"{len(clashes)} pairs of parts overlap"
+    return (
+        f"{pairs} in the model, by at most {deepest.depth_m:.3f} m ({first} and {second}); "
+        "each pair may overlap by no more than the model does"
+    )
 
 
 def plan_and_prove(
