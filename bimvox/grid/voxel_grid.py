@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -136,14 +136,18 @@ class VoxelGrid:
         centres_m = self.frame.centre_of(np.column_stack([cells, cells, cells]))
         values = {"labels": self.label_table[owners + 1], "owners": owners}
         coordinates = {name: centres_m[: self.shape[axis], axis] for axis, name in enumerate(AXES)}
+        columns = {entry.name: [getattr(part, entry.name) for part in self.parts] for entry in fields(Part)}
+        table = {
+            f"part_{name}": ("part", np.array(["" if value is None else value for value in column]))
+            for name, column in columns.items()
+        }
         return xarray.Dataset(
-            {name: (AXES, array, dict(ARRAYS[name].attributes)) for name, array in values.items()},
+            {name: (AXES, array, dict(ARRAYS[name].attributes)) for name, array in values.items()} | table,
             {name: (name, array, dict(ARRAYS[name].attributes)) for name, array in coordinates.items()},
             {
                 "voxel_size_m": self.frame.voxel_size_m,
                 "origin_m": list(self.frame.origin_m),
                 "source_origin_m": list(self.origin_m),
-                "source": dict(self.source),
-                "parts": [asdict(part) for part in self.parts],
+                **{f"source_{key}": int(one) if isinstance(one, bool) else one for key, one in self.source.items()},
             },
         )
