@@ -11,6 +11,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import log_of
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
+from bimvox.proof.values import check_values
 from bimvox.records.proof import Verification
 
 
@@ -55,15 +56,21 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
         record: Their meaning.
         progress: Receives the stages.
     """
-    checks = prove_plan(record, progress).checks
+    proven = prove_plan(record, progress)
+    if not proven.checks[0].passed:
+        return proven
     progress.stage("log")
     topics = (check_digests(contents, record), check_load_poses(contents, record), check_commands(contents, record))
-    return Verification((*checks, *topics))
+    return Verification((*proven.checks, *topics))
 
 
 def prove_plan(record: PlanLog, progress: Progress) -> Verification:
-    """Prove a plan and its motions."""
+    """Prove a plan and its motions. If its values make no sense, that is the only check: nothing follows from them."""
     progress.stage("plan")
+    values = check_values(record.plan, record.motions, record.context)
+    if not values.passed:
+        return Verification((values,))
     checks = verify_plan_over_time(record.plan, record.motions, record.context).checks
     progress.stage("motions")
-    return Verification((*checks, *verify_motions_over_time(record.plan, record.motions, record.context).checks))
+    moved = verify_motions_over_time(record.plan, record.motions, record.context).checks
+    return Verification((values, *checks, *moved))

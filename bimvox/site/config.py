@@ -17,6 +17,7 @@ from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag, mod
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.errors import ConfigError
 from bimvox.site.component import StoredPose
+from bimvox.site.limits import MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, MOST_SUPPORT_GAP_M
 from bimvox.site.site import Rules, SwingRule
 from bimvox.site.validation import (
     ONE,
@@ -361,13 +362,13 @@ class RulesConfig(Table):
     """Distance on plan of hook and rope in transit to everything higher than the lower end of the hook line:
     structure, stored parts, the crane's own mast. Rounded up to whole cells; at least half the width of the hook block
     is good practice."""
-    contact_tolerance_m: NotNegative = _RULES.contact_tolerance_m
+    contact_tolerance_m: Annotated[NotNegative, Field(le=MOST_CONTACT_TOLERANCE_M)] = _RULES.contact_tolerance_m
     """How deep the real triangles of neighbours may overlap during the last moves."""
-    support_gap_m: NotNegative = _RULES.support_gap_m
+    support_gap_m: Annotated[NotNegative, Field(le=MOST_SUPPORT_GAP_M)] = _RULES.support_gap_m
     """How far below a part its support may be (grout joints, bearings)."""
     rope: Flag = _RULES.rope
     """Whether the hoist rope above the load must be kept free."""
-    sample_period_s: Positive = _RULES.sample_period_s
+    sample_period_s: Annotated[Positive, Field(le=MOST_SAMPLE_PERIOD_S)] = _RULES.sample_period_s
     """Sampling interval of the trajectory in the log."""
     bracing_s: NotNegative = _RULES.bracing_s
     """Time to align, fix and brace a part while it hangs on the hook."""

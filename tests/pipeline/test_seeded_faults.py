@@ -59,6 +59,7 @@ ALONE: dict[str, faults.Forge] = {
     "zones": faults.a_motion_over_a_zone,
     "swing": faults.moves_that_are_not_shaped,
     "digests": faults.a_file_exchanged,
+    "values": faults.NONSENSE["sail"][0],
 }
 """By check, a fault of the record that no other check sees."""
 
@@ -241,3 +242,11 @@ def test_the_command_names_the_check_and_ends_with_one(
 def test_a_surface_that_is_gone_does_not_pass_for_free(good: PlanLog, tmp_path: Path):
     sheet = TriangleMesh(np.array([[1.0, 1.4, 0.0], [1.2, 1.4, 0.0], [1.0, 1.4, 9.0]]), np.array([[0, 1, 2]], np.int32))
     assert "shapes" in failed(proven(faults.with_component(good, "left", mesh=sheet), tmp_path))
+
+
+@pytest.mark.parametrize("name", faults.NONSENSE)
+def test_nothing_is_proven_from_values_that_make_no_sense(good: PlanLog, tmp_path: Path, name: str):
+    forge, says = faults.NONSENSE[name]
+    document = proven(forge(good), tmp_path)
+    assert set(document["checks"]) == failed(document) == {"values"}
+    assert says in document["checks"]["values"]["failures"][0]

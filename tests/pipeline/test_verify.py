@@ -53,7 +53,7 @@ def test_a_good_log_is_proven_from_itself_alone(site_folder, tmp_path_factory):
     assert document["verified"] is True, failed(document)
     assert (document["lifts"], document["infeasible_lifts"], document["revision"]) == (8, 0, 0)
     plan_checks = {check.name for check in verify_plan(read_log(alone).plan).checks}
-    assert set(document["checks"]) == plan_checks | set(UNITS) | {"digests", "load_poses", "commands"}
+    assert set(document["checks"]) == plan_checks | set(UNITS) | {"values", "digests", "load_poses", "commands"}
     for check in document["checks"].values():
         assert {"passed", "samples", "worst", "unit", "failures"} <= set(check)
         assert check["failures"] == []
@@ -166,4 +166,4 @@ def test_the_command_says_what_failed_by_its_exit_code(site_folder, capsys):
     document = json.loads(capsys.readouterr().out)
     assert document["verified"] is False
     assert run_cli(["verify", str(gone)]) == 1
-    assert "it is not there" in capsys.readouterr().out
+    assert "is missing" in capsys.readouterr().out

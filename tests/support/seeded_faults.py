@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from dataclasses import astuple
 
 import numpy as np
 from box_sites import box_cells, box_mesh, box_site, test_crane
 
+from bimvox.bim.building import TriangleMesh
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.kinematics import hook_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_plan
@@ -353,3 +356,54 @@ def moves_that_are_not_shaped(log: PlanLog) -> PlanLog:
     site = loose.plan.site
     motions = time_plan(loose.plan, replay(site, prepare(site), loose.plan))
     return with_site(dataclasses.replace(loose, motions=tuple(motions)), rules=log.plan.site.rules)
+
+
+# Values that make no sense, by what the refusal must say.
+
+
+def with_rules(log: PlanLog, **changes) -> PlanLog:
+    return with_site(log, rules=dataclasses.replace(log.plan.site.rules, **changes))
+
+
+def with_crane(log: PlanLog, **changes) -> PlanLog:
+    return with_site(log, cranes=(dataclasses.replace(log.plan.site.cranes[0], **changes), *log.plan.site.cranes[1:]))
+
+
+def faster_by(log: PlanLog, factor: float) -> PlanLog:
+    crane = log.plan.site.cranes[0]
+    axes = {name: getattr(crane, name) for name in ("slewing", "trolley", "hoist")}
+    return with_crane(log, **{name: AxisLimits(*(factor * n for n in astuple(a))) for name, a in axes.items()})
+
+
+def a_vertex_that_is_nan(log: PlanLog) -> PlanLog:
+    mesh = log.plan.site.components[index_of(log, "beam")].mesh
+    vertices_m = mesh.vertices_m.copy()
+    vertices_m[2, 1] = np.nan
+    return with_component(log, "beam", mesh=TriangleMesh(vertices_m, mesh.faces))
+
+
+def two_parts_of_one_id(log: PlanLog) -> PlanLog:
+    components = list(log.plan.site.components)
+    components[1] = dataclasses.replace(components[1], id=components[0].id)
+    return with_site(log, components=tuple(components))
+
+
+NONSENSE: dict[str, tuple[Forge, str]] = {
+    "tolerance of a metre": (lambda log: with_rules(log, contact_tolerance_m=1.0), "contact_tolerance_m is 1;"),
+    "negative tolerance": (lambda log: with_rules(log, contact_tolerance_m=-0.01), "contact_tolerance_m is -0.01"),
+    "tolerance nan": (lambda log: with_rules(log, contact_tolerance_m=float("nan")), "contact_tolerance_m is nan"),
+    "negative gap": (lambda log: with_rules(log, support_gap_m=-5.0), "support_gap_m is -5"),
+    "gap of a storey": (lambda log: with_rules(log, support_gap_m=5.0), "support_gap_m is 5"),
+    "sampling": (lambda log: with_rules(log, sample_period_s=1e6), "sample_period_s is 1e+06"),
+    "clearance inf": (lambda log: with_rules(log, transit_clearance_m=float("-inf")), "transit_clearance_m is -inf"),
+    "mass": (lambda log: with_component(log, "beam", mass_kg=-1e9), "(beam): mass_kg is -1e+09"),
+    "no mass": (lambda log: with_component(log, "beam", mass_kg=float("nan")), "(beam): mass_kg is nan"),
+    "sail": (lambda log: with_component(log, "beam", sail_area_m2=-1.0), "(beam): sail_area_m2 is -1"),
+    "rates": (lambda log: faster_by(log, 1000.0), "slewing.rate is 80"),
+    "rate nan": (lambda log: faster_by(log, float("nan")), "slewing.rate is nan"),
+    "rigging": (lambda log: with_crane(log, rigging_mass_kg=-1e6), "rigging_mass_kg is -1e"),
+    "sling": (lambda log: with_crane(log, sling_m=float("nan")), "sling_m is nan"),
+    "vertex": (a_vertex_that_is_nan, "(beam): mesh.vertices_m"),
+    "twins": (two_parts_of_one_id, "the id occurs twice"),
+}
+"""Logs that must be refused for a value, each with what the refusal says; before anything is proven from it."""

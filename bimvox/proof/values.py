@@ -1,0 +1,177 @@
+"""Checks that the values of a site and a plan make sense, before anything is proven from them.
+
+A proof compares numbers. NaN compares false with everything, and with a tolerance of 1 m every overlap is allowed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import astuple, fields
+from math import isfinite
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.records.lift import Lift, LiftPlan
+from bimvox.records.motion import LiftMotion
+from bimvox.records.proof import Check, turn_to
+from bimvox.site.component import Component
+from bimvox.site.limits import MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, MOST_SUPPORT_GAP_M
+from bimvox.site.site import Rules, Site
+
+_DAY_S = 86_400.0
+_FAR_M = 1e5
+_HEAVY_KG = 1e8
+_FAST = (10.0, 100.0, 1e4)
+"""Highest rate, acceleration and jerk of an axis, rad or m, that a crane could have."""
+
+
+class _Range(NamedTuple):
+    """Values that make sense: ``low`` to ``high``; ``low`` itself only if ``with_low``."""
+
+    low: float
+    high: float
+    with_low: bool = True
+
+
+_MOVES = _Range(0.0, 1e9)
+_RULES = {
+    "clearance_m": _Range(0.0, _FAR_M),
+    "contact_tolerance_m": _Range(0.0, MOST_CONTACT_TOLERANCE_M),
+    "support_gap_m": _Range(0.0, MOST_SUPPORT_GAP_M),
+    "sample_period_s": _Range(0.0, MOST_SAMPLE_PERIOD_S, with_low=False),
+    "bracing_s": _Range(0.0, _DAY_S),
+    "release_s": _Range(0.0, _DAY_S),
+    "turn_s": _Range(0.0, _DAY_S),
+    "transit_clearance_m": _Range(0.0, _FAR_M),
+    "rope_clearance_m": _Range(0.0, _FAR_M),
+    "truckload_kg": _Range(0.0, _HEAVY_KG),
+    "wind_speed_m_s": _Range(0.0, 100.0),
+    "drag_coefficient": _Range(0.0, 100.0, with_low=False),
+    "sling_angle_rad": _Range(0.0, 2.0943951023931957, with_low=False),
+    "critical_share": _Range(0.0, 1.0, with_low=False),
+    "crane_separation_m": _Range(0.0, _FAR_M, with_low=False),
+}
+_CRANE = {
+    "mast_size_m": _Range(0.0, 100.0, with_low=False),
+    "jib_height_m": _Range(0.0, 1e3, with_low=False),
+    "jib_length_m": _Range(0.0, 1e3, with_low=False),
+    "min_radius_m": _Range(0.0, 1e3),
+    "sling_m": _Range(0.0, 1e3),
+    "rigging_mass_kg": _Range(0.0, _HEAVY_KG),
+    "hook_block_kg": _Range(0.0, _HEAVY_KG),
+    "falls": _Range(1.0, 100.0),
+    "max_wind_m_s": _Range(0.0, 100.0, with_low=False),
+}
+
+
+def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Collection[Lift] = ()) -> Check:
+    """Check that every number of a plan and its site is finite and in a sane range, and that ids are unique.
+
+    Args:
+        plan: The plan.
+        motions: Its motions.
+        context: Lifts of the same plan that it does not carry.
+    """
+    check = Check("values")
+    site = plan.site
+    numbers = {lift.component: lift.number for lift in (*plan.lifts, *context)}
+    _check_frame(check, site)
+    _check_rules(check, site.rules)
+    for crane in site.cranes:
+        _check_crane(check, crane)
+    for component in site.components:
+        turn_to([check], component.id)
+        _check_component(check, component, f"lift {numbers.get(component.index, '-')} ({component.label})")
+    turn_to([check], None)
+    _check_ids(check, "part", (component.id for component in site.components))
+    _check_ids(check, "fixed object", (blocker.id for blocker in site.blockers))
+    for number, blocker in enumerate(site.blockers):
+        if blocker.mesh is not None:
+            _finite(check, f"site.blockers[{number}] ({blocker.id}).mesh.vertices_m", blocker.mesh.vertices_m)
+    for clash in plan.clashes:
+        where = f"clashes: {clash.first} and {clash.second}"
+        _within(check, f"{where}: depth_m", clash.depth_m, _Range(0.0, _FAR_M))
+        _finite(check, f"{where}: way_out_m", clash.way_out_m or ())
+    for lift in plan.lifts:
+        _check_lift(check, lift, f"lift {lift.number} ({site.components[lift.component].label})")
+    for motion in motions:
+        there = 0 <= motion.component < len(site.components)
+        check.look(there, f"lift {motion.number}: its motion is of component {motion.component}, which does not exist")
+        name = f"lift {motion.number} ({site.components[motion.component].label})" if there else "a motion"
+        _finite(check, f"{name}: joint states", motion.samples()[1])
+        _within(check, f"{name}: bound_s", motion.loaded.bound_s, _Range(0.0, 1e9))
+    return check
+
+
+def _check_frame(check: Check, site: Site) -> None:
+    _within(check, "site.frame.voxel_size_m", site.frame.voxel_size_m, _Range(0.0, 100.0, with_low=False))
+    _finite(check, "site.frame.origin_m", site.frame.origin_m, most=_FAR_M)
+    _finite(check, "site.site_to_ifc", site.site_to_ifc)
+    if site.hook_heights is not None:
+        unknown = np.isnan(site.hook_heights.low_m).any() or np.isnan(site.hook_heights.high_m).any()
+        check.look(not unknown, "site.hook_heights: a limit is not a number")
+
+
+def _check_rules(check: Check, rules: Rules) -> None:
+    for key in fields(Rules):
+        if key.name in _RULES:
+            _within(check, f"site.rules.{key.name}", getattr(rules, key.name), _RULES[key.name])
+
+
+def _check_crane(check: Check, crane: TowerCrane) -> None:
+    where = f"crane {crane.name!r}"
+    for key, good in _CRANE.items():
+        _within(check, f"{where}: {key}", getattr(crane, key), good)
+    _finite(check, f"{where}: base_m", crane.base_m, most=_FAR_M)
+    for name, axis in (("slewing", crane.slewing), ("trolley", crane.trolley), ("hoist", crane.hoist)):
+        for limit, value, most in zip(fields(AxisLimits), astuple(axis), _FAST, strict=True):
+            _within(check, f"{where}: {name}.{limit.name}", value, _Range(0.0, most, with_low=False))
+    for radius_m, capacity_kg in zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True):
+        _within(check, f"{where}: chart, radius", radius_m, _Range(0.0, 1e3, with_low=False))
+        _within(check, f"{where}: chart, capacity in kg", capacity_kg, _Range(0.0, _HEAVY_KG, with_low=False))
+    for mass_kg, rate_m_s in crane.gears:
+        _within(check, f"{where}: gears, mass in kg", mass_kg, _Range(0.0, _HEAVY_KG, with_low=False))
+        _within(check, f"{where}: gears, rate in m/s", rate_m_s, _Range(0.0, _FAST[0], with_low=False))
+    for zone in crane.slow_zones:
+        _within(check, f"{where}: slow zone, share", zone.share, _Range(0.0, 1.0, with_low=False))
+        _finite(check, f"{where}: slow zone, polygon", zone.polygon)
+
+
+def _check_component(check: Check, component: Component, name: str) -> None:
+    _within(check, f"{name}: mass_kg", component.mass_kg, _Range(0.0, _HEAVY_KG, with_low=False))
+    _within(check, f"{name}: sail_area_m2", component.sail_area_m2, _Range(0.0, 1e6))
+    _within(check, f"{name}: lifting.sling_rise_vox", component.lifting.sling_rise_vox, _Range(0.0, 1e5))
+    _finite(check, f"{name}: lifting.points_m", component.lifting.points_m, most=_FAR_M)
+    _finite(check, f"{name}: mesh.vertices_m", component.mesh.vertices_m, most=_FAR_M)
+    check.look(len(component.mesh.faces) > 0, f"{name}: mesh.faces: it has no surface")
+
+
+def _check_lift(check: Check, lift: Lift, name: str) -> None:
+    _within(check, f"{name}: contact_moves", lift.contact_moves, _MOVES)
+    if lift.shortest_moves is not None:
+        _within(check, f"{name}: shortest_moves", lift.shortest_moves, _MOVES)
+
+
+def _check_ids(check: Check, what: str, ids: Iterable[str]) -> None:
+    seen: set[str] = set()
+    for name in ids:
+        check.look(name not in seen, f"{what} {name!r}: the id occurs twice")
+        seen.add(name)
+
+
+def _within(check: Check, name: str, value: float, good: _Range) -> None:
+    low, high, with_low = good
+    inside = isfinite(value) and (low <= value if with_low else low < value) and value <= high
+    span = f"from {low:g}" if with_low else f"above {low:g}"
+    check.look(inside, f"{name} is {value:g}; it must be {span}, at most {high:g}")
+
+
+def _finite(check: Check, name: str, values: ArrayLike, most: float = 1e12) -> None:
+    array = np.asarray(values, np.float64)
+    good = np.isfinite(array) & (np.abs(array) <= most)
+    bad = "" if good.all() else f"{array[~good].reshape(-1)[0]:g}"
+    check.look(not bad, f"{name}: {bad} is not a coordinate in range")
