@@ -15,7 +15,7 @@ from bimvox.revision.crane_work import CraneWork
 from bimvox.revision.current_plan import CurrentPlan
 from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.obstruction_change import ObstructionChange
-from bimvox.revision.recall import Recall, Version, obstructed_cells, remembered
+from bimvox.revision.recall import Memory, Recall, Version, obstructed_cells, remembered
 from bimvox.revision.request import RevisionRequest
 from bimvox.revision.touched import Touched
 
@@ -29,6 +29,7 @@ class Replanning:
         change: What changed about the obstructions.
         refused: Components whose lifts failed their proof, and why.
         work: Decides about lifts that have begun, and about motions.
+        memory: Earlier versions of lifts, and those proven in earlier rounds.
 
     Attributes:
         draft: The result so far.
@@ -47,12 +48,13 @@ class Replanning:
         change: ObstructionChange,
         refused: Refused,
         work: CraneWork,
+        memory: Memory,
     ) -> None:
         self.was, self.request, self.refused, self.work = current, request, refused, work
         self.site, self.preparation = request.site, request.preparation
         self.draft = RevisionDraft(memory=dict(current.memory))
         self.touched = Touched(current, self.site, self.preparation, change)
-        self.recall = Recall(current.memory, self.site)
+        self.recall = Recall(memory, self.site, self.preparation)
         self.was_obstructed: CellMask | None = None
         self.assembly = Assembly(self.site, self.preparation, one_at_a_time=True)
         self.before: Lift | None = None

@@ -18,9 +18,9 @@ class Proof:
     """The result of proving new lifts.
 
     Attributes:
-        refused: The lifts to refuse and why; if there are any, the footprints are incomplete.
-        path_footprints: Footprints of the new paths, by order.
-        motion_footprints: Footprints of the new motions, by order.
+        refused: The lifts to refuse and why.
+        path_footprints: Footprints of the proven new paths, by order.
+        motion_footprints: Footprints of the proven new motions, by order.
         stuck: The components to refuse whose empty hook meets something.
     """
 
@@ -56,13 +56,13 @@ def prove_new(plan: LiftPlan, draft: RevisionDraft, known_shapes: set[int]) -> P
             for component, reason in refusals(found).items():
                 reasons.setdefault(component, reason)
             stuck |= {name for check in found.checks if check.name == "empty_hook" for name in check.culprits}
-    if reasons:
-        return Proof(reasons, {}, {}, frozenset(stuck))
     lifts = {lift.order: lift for lift in plan.lifts}
+    failed = {order for order, lift in lifts.items() if plan.site.components[lift.component].id in reasons}
     return Proof(
-        {},
-        {order: path_footprint(plan.site, lifts[order]) for order in sorted(paths)},
-        {order: motion_footprint(plan.site, lifts[order], timed[order]) for order in sorted(motions)},
+        reasons,
+        {order: path_footprint(plan.site, lifts[order]) for order in sorted(paths - failed)},
+        {order: motion_footprint(plan.site, lifts[order], timed[order]) for order in sorted(motions - failed)},
+        frozenset(stuck),
     )
 
 

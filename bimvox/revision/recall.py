@@ -3,10 +3,11 @@
 A change often undoes an earlier one: an obstruction is removed, and the lifts that it made infeasible, with all parts
 that rest on them, are feasible again. Planning, timing and proving them again would give the known result.
 
-A version is still proven if the same lifts are done before it (so the same parts are in place and in the yard) and
-no cell of its footprint has become obstructed since (``footprint`` explains why that is enough). Its motion is still
-proven if also the lift before it is the same, and none of the newly obstructed cells is in the motion's footprint or as
-high as the jib.
+A version is still proven if no cell of its footprint has become occupied since (``footprint`` explains why that is
+enough): by an obstruction, by a part that is now in place and was not then, or by one that now lies in the yard. If the
+state of a neighbour differs, the lift is planned again, because its last moves depend on the neighbours in place. Its
+motion is still proven if also the lift before it is the same, and none of the newly occupied cells is in the motion's
+footprint or as high as the jib.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from bimvox.planning.assembly import Preparation
+from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.proof.footprint import CellMask, Footprint
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
@@ -71,18 +74,19 @@ class Recall:
     Args:
         memory: Versions by order.
         site: The site.
+        preparation: What was prepared for it.
     """
 
-    def __init__(self, memory: Memory, site: Site) -> None:
-        self._memory = memory
+    def __init__(self, memory: Memory, site: Site, preparation: Preparation) -> None:
+        self._memory, self._site, self._preparation = memory, site, preparation
         self._obstructed = obstructed_cells(site)
-        self._site = site
-        self._added: dict[int, CellMask] = {}
+        self._since: dict[tuple[int, int, int, int], tuple[CellMask, frozenset[int]]] = {}
 
     def path(self, order: int, done: int) -> Version | None:
         """Return the latest version whose path is still proven after these lifts (bits by order); None if none is."""
         for version in self._memory.get(order, ()):
-            if version.done == done and not self._since(version).meets(version.path_footprint):
+            occupied = self._occupied_since(version, done)
+            if occupied is not None and not occupied.meets(version.path_footprint):
                 return version
         return None
 
@@ -97,22 +101,43 @@ class Recall:
         for version in self._memory.get(lift.order, ()):
             if version.lift is not lift or version.motion is None or version.motion_footprint is None:
                 continue
-            if version.done != done or version.before != before:
+            occupied = self._occupied_since(version, done)
+            if version.before != before or occupied is None:
                 continue
-            added = self._since(version)
             crane = self._site.cranes[version.motion.crane]
             if (
-                added.meets(version.path_footprint)
-                or added.meets(version.motion_footprint)
-                or added.reaches_jib(self._site, crane)
+                occupied.meets(version.path_footprint)
+                or occupied.meets(version.motion_footprint)
+                or occupied.reaches_jib(self._site, crane)
             ):
                 continue
             return version
         return None
 
-    def _since(self, version: Version) -> CellMask:
-        """Return cells that have become obstructed since the version was made."""
-        key = id(version.obstructed)
-        if key not in self._added:
-            self._added[key] = self._obstructed.without(version.obstructed)
-        return self._added[key]
+    def _occupied_since(self, version: Version, done: int) -> CellMask | None:
+        """Return the cells that were free for a version and are occupied now; None if a neighbour's state differs."""
+        set_since, not_set = done & ~version.done, version.done & ~done
+        delivery = -1 if version.lift.place is None else version.lift.place.delivery
+        key = (id(version.obstructed), set_since, not_set, delivery)
+        if key not in self._since:
+            self._since[key] = self._difference(version.obstructed, set_since, not_set, delivery)
+        occupied, neighbours = self._since[key]
+        return None if version.lift.component in neighbours else occupied
+
+    def _difference(
+        self, obstructed: CellMask, set_since: int, not_set: int, delivery: int
+    ) -> tuple[CellMask, frozenset[int]]:
+        """Return the newly occupied cells, and the neighbours of all parts whose state differs."""
+        occupied = self._obstructed.without(obstructed)
+        order, neighbours = self._preparation.sequence.order, self._preparation.contacts.neighbours
+        for index in (order[n] for n in _bits(set_since)):
+            occupied.add(target_cells(self._site.components[index]))
+        for place in (self._preparation.places[order[n]] for n in _bits(not_set)):
+            if place is not None and place.delivery == delivery:
+                occupied.add(stored_cells(place))
+        return occupied, frozenset(m for n in _bits(set_since | not_set) for m in neighbours[order[n]])
+
+
+def _bits(number: int) -> list[int]:
+    """Return the positions of the bits that are set, ascending."""
+    return [n for n in range(number.bit_length()) if number >> n & 1]

@@ -28,6 +28,7 @@ from bimvox.revision.keep_or_replan import Replanning
 from bimvox.revision.obstruction_change import ObstructionChange, change_between
 from bimvox.revision.one_crane import OneCrane
 from bimvox.revision.part_proof import Proof, prove_new
+from bimvox.revision.recall import Memory, Version, obstructed_cells, remembered
 from bimvox.revision.request import RevisionRequest
 
 
@@ -70,9 +71,12 @@ def _proven_part(
     known_shapes: set[int],
     on_verdict: Callable[[], None] | None,
 ) -> RevisionPart:
+    memory = current.memory
+
     def attempt(refused: Refused) -> RevisionPart | Refused:
+        nonlocal memory
         work = _work(current, request, change, refused)
-        replanning = Replanning(current, request, change, refused, work)
+        replanning = Replanning(current, request, change, refused, work, memory)
         replanning.run()
         if on_verdict is not None:
             on_verdict()
@@ -82,11 +86,30 @@ def _proven_part(
         plan = draft.plan(current, request, change)
         found = prove_new(plan, draft, known_shapes)
         if found.refused:
+            memory = _with_proven(memory, current, draft, plan, found)
             return work.refused(found)
         known_shapes.update(lift.component for lift in draft.lifts if lift.order in found.path_footprints)
         return _part(current, draft, plan, change, found)
 
     return proven_in_rounds(attempt, "changed")
+
+
+def _with_proven(memory: Memory, was: CurrentPlan, draft: RevisionDraft, plan: LiftPlan, proof: Proof) -> Memory:
+    """Return the memory with the lifts that a round has proven: the next round recalls them if it can."""
+    paths = {
+        **was.path_footprints,
+        **{order: known.path_footprint for order, known in draft.recalled_paths.items()},
+        **proof.path_footprints,
+    }
+    obstructed, found, done, before = obstructed_cells(plan.site), dict(memory), 0, None
+    for lift in plan.lifts:
+        order, moved = lift.order, proof.motion_footprints.get(lift.order)
+        if order in paths and (order in proof.path_footprints or moved is not None):
+            motion = None if moved is None else draft.motions[order]
+            found[order] = remembered(found, Version(lift, paths[order], motion, moved, done, before, obstructed))
+        if lift.status is Status.PLANNED:
+            done, before = done | 1 << order, lift.component
+    return found
 
 
 def _work(current: CurrentPlan, request: RevisionRequest, change: ObstructionChange, refused: Refused) -> CraneWork:
