@@ -67,7 +67,7 @@ class CellMask:
         """Add cells ((N, 3) int32); cells outside the grid are ignored."""
         if len(cells):
             self.empty = False
-            _mark_boxes(self._words, self._shape, _ORIGIN, np.ascontiguousarray(_as_runs(cells)))
+            _mark_cells(self._words, self._shape, cells)
 
     def add_placements(self, placements: NDArray[np.int64], own: NDArray[np.int32]) -> None:
         """Add the cells ((C, 3) relative to the reference cell) of a part at placements ((N, 3))."""
@@ -259,6 +259,14 @@ def _as_runs(cells: NDArray[np.int32]) -> NDArray[np.int64]:
     starts = np.flatnonzero(np.r_[True, (step[:, :2] != 0).any(axis=1) | (step[:, 2] > 1)])
     ends = np.r_[starts[1:], len(sorted_cells)] - 1
     return np.column_stack([sorted_cells[starts], sorted_cells[ends, 2] + 1])
+
+
+@kernel
+def _mark_cells(words: NDArray[np.uint64], shape: tuple[int, int, int], cells: NDArray[np.int32]) -> None:
+    for n in range(cells.shape[0]):
+        x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]
+        if 0 <= x < shape[0] and 0 <= y < shape[1] and 0 <= z < shape[2]:
+            words[x * shape[1] + y, z // 64] |= np.uint64(1) << np.uint64(z % 64)
 
 
 @kernel
