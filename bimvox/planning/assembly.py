@@ -18,7 +18,7 @@ from bimvox.errors import VerificationError
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.insertion import Insertion, NoInsertion, PartToInsert, find_insertion
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
-from bimvox.planning.order.order_and_yard import order_and_yard
+from bimvox.planning.order.choose_order import order_and_yard
 from bimvox.planning.order.relations import Precedence, precedence
 from bimvox.planning.order.sequence import ErectionSequence, Sequencer
 from bimvox.planning.refusal import refused_by_crane

@@ -24,8 +24,8 @@ from bimvox.revision.request import RevisionRequest
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
-from bimvox.stop.emergency_stop import stop_under_way
-from bimvox.stop.manoeuvre import STOPPED, manoeuvre
+from bimvox.stop.brake_axes import stop_under_way
+from bimvox.stop.choose_stop import STOPPED, manoeuvre
 from bimvox.stop.redirect import NOT_CARRIED, Held, Redirected, UnderWay, is_carried, redirect, redirect_held
 
 

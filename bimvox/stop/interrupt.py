@@ -15,7 +15,7 @@ from bimvox.motion.timing import NS_PER_S, sampled
 from bimvox.motion.trajectories import stopped, trajectory_of
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
-from bimvox.stop.emergency_stop import EmergencyStop
+from bimvox.stop.brake_axes import EmergencyStop
 
 _CARRYING = (PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER, PhaseName.STOP)
 

@@ -1,6 +1,6 @@
 """A lift that a change of the obstructions affects while it is under way.
 
-The load is brought to rest (``bimvox.stop.manoeuvre``), held, and continues along a new path from where it is. A lift
+The load is brought to rest (``bimvox.stop.choose_stop``), held, and continues along a new path from where it is. A lift
 whose load is still in the yard gets another path in time. If there is no path, the load is held until something
 changes.
 """
@@ -28,9 +28,9 @@ from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.component import IntVec
 from bimvox.site.site import Site
-from bimvox.stop.emergency_stop import EmergencyStop
+from bimvox.stop.brake_axes import EmergencyStop
+from bimvox.stop.choose_stop import manoeuvre, motion_is_free
 from bimvox.stop.interrupt import interrupted, spliced
-from bimvox.stop.manoeuvre import manoeuvre, motion_is_free
 from bimvox.stop.resume import resume, resume_cells
 
 HOLD_S = 10.0

@@ -21,7 +21,7 @@ from bimvox.motion.timing import NS_PER_S
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace
-from bimvox.stop.emergency_stop import EmergencyStop
+from bimvox.stop.brake_axes import EmergencyStop
 
 _MARGIN = 1.03
 """The proof integrates differently: the swing found here is enlarged by this factor."""

@@ -17,8 +17,8 @@ from bimvox.records.lift import Status
 from bimvox.records.proof import Check
 from bimvox.site.site import Blocker
 from bimvox.stop.axis_state import state_at
+from bimvox.stop.brake_axes import brake_radius, stop_at
 from bimvox.stop.braking import brake
-from bimvox.stop.emergency_stop import brake_radius, stop_at
 from bimvox.stop.interrupt import spliced
 
 

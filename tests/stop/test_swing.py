@@ -17,7 +17,7 @@ from bimvox.proof.pendulum import swung_parts
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
 from bimvox.stop.axis_state import AxisState
-from bimvox.stop.emergency_stop import stop_from
+from bimvox.stop.brake_axes import stop_from
 from bimvox.stop.swing import hangs_still_ns, swing_through
 
 CRANE = test_crane(base=(0.0, 0.0, 0.0), jib=60.0, height=14.0)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.connected import connected_labels
-from bimvox.bim.ifc.roles import SPLIT
+from bimvox.bim.ifc.class_roles import SPLIT
 
 GAP_M = 0.05
 """Parts whose boxes are closer than this are connected (grout, bearings and tolerance gaps are not modelled)."""

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.bim.ifc.anchors import anchors_without_mesh, points_of_group
 from bimvox.bim.ifc.assembly import Aggregation, Extent, Group
+from bimvox.bim.ifc.class_roles import CURTAIN_TYPES, UNKNOWN, role_of_class
 from bimvox.bim.ifc.open import OpenedIfc
 from bimvox.bim.ifc.properties import Properties, weakest
 from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_height, storey_of
-from bimvox.bim.ifc.roles import CURTAIN_TYPES, UNKNOWN, role_of_class
 from bimvox.bim.ifc.tasks import ProductTask, tasks_of_products
 from bimvox.bim.name_roles import is_existing_by_name, role_by_name
 

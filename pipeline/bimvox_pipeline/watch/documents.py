@@ -10,7 +10,7 @@ from bimvox.log.segments import REPLAN_EVENT
 from bimvox.records.lift import LiftPlan, Method, by_change
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.revision.current_plan import RevisionPart
-from bimvox.stop.emergency_stop import STOP_EVENT
+from bimvox.stop.brake_axes import STOP_EVENT
 from bimvox.stop.redirect import Held, Redirected
 
 

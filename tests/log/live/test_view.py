@@ -18,7 +18,7 @@ from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.recorder import write_log
 from bimvox.motion.rigged_crane import rigged_crane
 from bimvox.records.lift import Status
-from bimvox.stop.emergency_stop import stop_at
+from bimvox.stop.brake_axes import stop_at
 from bimvox.stop.redirect import Held
 
 OF_CRANES = (topics.LOAD, topics.JOINTS, topics.COMMAND)

@@ -33,9 +33,9 @@ from bimvox.revision.revise import revise
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.site import SwingRule
-from bimvox.stop.emergency_stop import stop_at
+from bimvox.stop.brake_axes import stop_at
+from bimvox.stop.choose_stop import CONTINUED, HOISTED, STOPPED, SWUNG, UNSAFE
 from bimvox.stop.interrupt import spliced
-from bimvox.stop.manoeuvre import CONTINUED, HOISTED, STOPPED, SWUNG, UNSAFE
 from bimvox.stop.redirect import Redirected
 from bimvox.stop.swing import swing_through
 

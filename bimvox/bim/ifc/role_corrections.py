@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from bimvox.bim.building import Element, Role
-from bimvox.bim.ifc.roles import UNKNOWN
+from bimvox.bim.ifc.class_roles import UNKNOWN
 
 HAND_CARRIED_KG = 5.0
 """A part lighter than this is not a crane lift, unless every part is (a model at toy scale)."""

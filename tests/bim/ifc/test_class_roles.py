@@ -4,7 +4,7 @@ import ifcopenshell
 import pytest
 
 from bimvox.bim.building import Role
-from bimvox.bim.ifc.roles import (
+from bimvox.bim.ifc.class_roles import (
     NOT_SOLID,
     ROLES,
     SPLIT,

@@ -9,7 +9,7 @@ from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.tower_crane import CranePose
 from bimvox.planning.assembly import prepare
 from bimvox.planning.contact.pairs import Contacts
-from bimvox.planning.order.order_and_yard import order_and_yard, travel_s
+from bimvox.planning.order.choose_order import order_and_yard, travel_s
 from bimvox.planning.order.relations import precedence
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.travel import Travel

@@ -24,8 +24,8 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace
 from bimvox.stop.axis_state import AxisState, state_at
+from bimvox.stop.brake_axes import EmergencyStop, stop_at, to_rest
 from bimvox.stop.braking import AxisBraking
-from bimvox.stop.emergency_stop import EmergencyStop, stop_at, to_rest
 from bimvox.stop.swing import swing_through
 
 STOPPED = "stopped"

@@ -28,8 +28,8 @@ from bimvox.proof.motion import verify_motions
 from bimvox.records.motion import PhaseName
 from bimvox.records.proof import Check
 from bimvox.stop.axis_state import AxisState
+from bimvox.stop.brake_axes import stop_at, stop_from
 from bimvox.stop.braking import brake
-from bimvox.stop.emergency_stop import stop_at, stop_from
 from bimvox.stop.interrupt import cut_short, interrupted
 from bimvox.stop.resume import resume, resume_cells
 
