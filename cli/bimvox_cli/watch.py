@@ -64,7 +64,8 @@ def watch(
         typer.Option(
             "--serve",
             metavar="[HOST:]PORT",
-            help="Serve the log's topics on a websocket, for viewers such as Foxglove; needs bimvox[live].",
+            help="Serve the log's topics on a websocket, for viewers such as Foxglove, at the address that is printed; "
+            "needs bimvox[live].",
         ),
     ] = None,
     policy: PolicyId = None,

@@ -1,99 +1,210 @@
 """The log's topics on a websocket, for live viewers (Foxglove and others that use its protocol).
 
-The same topics, schemas and bytes as in a log. A new listener first gets the standing messages (cells, scene, paths,
-events). Needs ``pip install 'bimvox[live]'``.
+The same topics, schemas and bytes as in a log. A new viewer first gets the standing messages (cells, scene, paths,
+events). Only who knows the token in the address may connect (``admission``). A slow viewer gets the newest states; one
+that takes nothing for ten seconds is dropped. Needs ``pip install 'bimvox[live]'``.
 """
 
 from __future__ import annotations
 
+import asyncio
+import base64
+import json
+import logging
+import socket
 import threading
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from http import HTTPStatus
+from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import InputError
 from bimvox.log import schema as topics
+from bimvox.log.live.admission import refusal
+from bimvox.log.live.outbox import Message
+from bimvox.log.live.viewer import PIECE_BYTES, Viewer
+
+if TYPE_CHECKING:
+    from websockets.asyncio.server import Server, ServerConnection
+    from websockets.http11 import Request, Response
+
+MAX_VIEWERS = 128
+"""Viewers at one time; further ones are refused."""
+
+BUFFER_BYTES = 1 << 18
+"""Bytes in the socket's buffer above which a viewer is dropped: it makes requests and does not read the answers."""
+
+_REQUEST_BYTES = 1 << 16
+_STALLED_S = 10.0
+_LOOK_EVERY_S = 0.5
+_PROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+_INFO = json.dumps({"op": "serverInfo", "name": "bimvox watch", "capabilities": [], "metadata": {}})
+_QUIET = logging.Logger("bimvox live", logging.CRITICAL + 1)  # viewers come and go; that is not worth a line
 
 
 class LiveServer:
-    """Serves the topics, after ``advertise`` has set the number of cranes.
+    """Serves the topics, after ``advertise`` has set the number of cranes; thread-safe.
 
     Args:
         host: The address to listen on.
         port: The port; 0 for any free port.
+        token: What a viewer must know.
+
+    Attributes:
+        url: The address for viewers, with the token.
 
     Raises:
         InputError: If the package is not installed, or the port cannot be opened.
     """
 
-    def __init__(self, host: str, port: int) -> None:
+    def __init__(self, host: str, port: int, token: str) -> None:
         try:
-            import foxglove
+            import websockets.asyncio.server  # noqa: F401
         except ImportError:
             raise InputError(
-                "a live server needs the package foxglove-sdk, which is not installed",
+                "a live server needs the package websockets, which is not installed",
                 hint="pip install 'bimvox[live]'",
             ) from None
-        context = self._context = foxglove.Context()  # its channels close with it
-        self._channels: dict[str, Any] = {}
-        self._kept: dict[str, list[tuple[int, bytes]]] = {}
-        self._lock = threading.Lock()
+        self._token, self._at_once = token, 1
+        self._announced: list[str] = []
+        self._topics: dict[int, str] = {}
+        self._kept: dict[str, list[Message]] = {}
+        self._viewers: set[Viewer] = set()
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._loop.run_forever, name="live server", daemon=True)
+        self._thread.start()
         try:
-            self._server = foxglove.start_server(
-                name="bimvox watch", host=host, port=port, context=context, server_listener=_Listener(self)
-            )
-        except (OSError, RuntimeError, ValueError) as error:
+            self._server = self._call(self._open(host, port))
+        except (OSError, ValueError) as error:
+            self._end()
             raise InputError(f"cannot serve on {host}:{port}: {error}", hint="choose another port") from error
-        self.address = f"{host}:{self._server.port}"
+        named = f"[{host}]" if ":" in host else host
+        self.url = f"ws://{named}:{next(iter(self._server.sockets)).getsockname()[1]}/{token}"
+
+    @property
+    def viewers(self) -> int:
+        """How many viewers are connected."""
+        return len(self._viewers)
+
+    def queued_bytes(self) -> int:
+        """Return the most bytes that wait for one viewer."""
+
+        async def most() -> int:
+            return max((viewer.queued_bytes for viewer in self._viewers), default=0)
+
+        return int(self._call(most()))
 
     def advertise(self, cranes: int) -> None:
         """Announce the topics of a log of a site with this many cranes."""
-        import foxglove
-
-        for topic in topics.topics_of(cranes):
-            data = topic.descriptor_set_for(several_cranes=cranes > 1)
-            self._channels[topic.name] = foxglove.Channel(
-                topic.name,
-                schema=foxglove.Schema(name=topic.schema, encoding="protobuf", data=data),
-                message_encoding="protobuf",
-                context=self._context,
-            )
+        named = list(enumerate(topics.topics_of(cranes), start=1))
+        channels = [
+            {
+                "id": number,
+                "topic": topic.name,
+                "encoding": "protobuf",
+                "schemaName": topic.schema,
+                "schemaEncoding": "protobuf",
+                "schema": base64.b64encode(topic.descriptor_set_for(several_cranes=cranes > 1)).decode(),
+            }
+            for number, topic in named
+        ]
+        text = json.dumps({"op": "advertise", "channels": channels})
+        self._soon(self._announce, text, {number: topic.name for number, topic in named}, cranes)
 
     def send(self, topic: str, time_ns: int, data: bytes) -> None:
-        """Send a message to all listeners."""
-        self._channels[topic].log(data, log_time=time_ns)
+        """Send a message to all viewers that have subscribed."""
+        self._soon(self._add, Message(topic, time_ns, data))
 
-    def keep(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
-        """Send messages, and send them again to every new listener, until others of their topic replace them."""
-        kept: dict[str, list[tuple[int, bytes]]] = {}
+    def keep(self, messages: Iterable[tuple[str, int, bytes]]) -> None:
+        """Send messages, and send them again to every new viewer, until others of their topic replace them."""
+        kept: dict[str, list[Message]] = {}
         for topic, time_ns, data in messages:
-            kept.setdefault(topic, []).append((time_ns, data))
-        with self._lock:
-            self._kept |= kept
-        for topic in kept:
-            self.send_again(topic)
-
-    def send_again(self, topic: str, client: int | None = None) -> None:
-        """Send the kept messages of a topic to all clients, or to one."""
-        with self._lock:
-            kept = list(self._kept.get(topic, ()))
-        for time_ns, data in kept:
-            self._channels[topic].log(data, log_time=time_ns, sink_id=client)
+            kept.setdefault(topic, []).append(Message(topic, time_ns, data))
+        self._soon(self._keep, kept)
 
     def close(self) -> None:
-        """Stop serving."""
-        self._server.stop()
+        """Stop serving; viewers are disconnected."""
 
+        async def close() -> None:
+            self._looking.cancel()
+            self._server.close(close_connections=False)
+            for viewer in self._viewers:
+                viewer.drop()
+            await self._server.wait_closed()
 
-class _Listener:
-    """Sends the kept messages to every new listener."""
+        self._call(close())
+        self._end()
 
-    def __init__(self, server: LiveServer) -> None:
-        self._server = server
+    async def _open(self, host: str, port: int) -> Server:
+        from websockets.asyncio.server import serve
+        from websockets.typing import Subprotocol
 
-    def on_subscribe(self, client: Any, channel: Any) -> None:
-        self._server.send_again(channel.topic, client.id)
+        server = await serve(
+            self._serve,
+            host,
+            port,
+            process_request=self._admit,
+            subprotocols=[Subprotocol(name) for name in _PROTOCOLS],
+            compression=None,
+            max_size=_REQUEST_BYTES,
+            write_limit=PIECE_BYTES,
+            logger=_QUIET,
+        )
+        for listening in server.sockets:  # connections inherit it; without it the system keeps megabytes for each
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_BYTES)
+        self._looking = self._loop.create_task(self._look())
+        return server
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("on_"):
-            return lambda *_: None
-        raise AttributeError(name)
+    def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
+        if (why := refusal(request.path, request.headers.get_all("Origin"), self._token)) is not None:
+            return connection.respond(*why)
+        if len(self._viewers) >= MAX_VIEWERS:
+            return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "Too many viewers are connected.\n")
+        return None
+
+    async def _serve(self, connection: ServerConnection) -> None:
+        viewer = Viewer(connection, self._topics, lambda topic: self._kept.get(topic, ()))
+        viewer.text(_INFO)
+        for text in self._announced:
+            viewer.text(text)
+        self._viewers.add(viewer)
+        try:
+            await viewer.serve()
+        finally:
+            self._viewers.discard(viewer)
+
+    async def _look(self) -> None:
+        """Drop the viewers that take nothing."""
+        while True:
+            await asyncio.sleep(_LOOK_EVERY_S)
+            for viewer in list(self._viewers):
+                if viewer.waiting_s(self._loop.time()) > _STALLED_S or viewer.buffered_bytes > BUFFER_BYTES:
+                    viewer.drop()
+
+    def _announce(self, text: str, named: dict[int, str], cranes: int) -> None:
+        self._topics |= named
+        self._at_once = cranes
+        self._announced.append(text)
+        for viewer in self._viewers:
+            viewer.text(text)
+
+    def _add(self, message: Message) -> None:
+        for viewer in self._viewers:
+            viewer.add(message, self._at_once)
+
+    def _keep(self, kept: dict[str, Sequence[Message]]) -> None:
+        self._kept |= {topic: list(messages) for topic, messages in kept.items()}
+        for viewer in self._viewers:
+            for topic, messages in kept.items():
+                viewer.keep(topic, messages)
+
+    def _call(self, work: Any) -> Any:
+        """Return the result of work that the server's thread does."""
+        return asyncio.run_coroutine_threadsafe(work, self._loop).result()
+
+    def _soon(self, work: Any, *arguments: Any) -> None:
+        self._loop.call_soon_threadsafe(work, *arguments)
+
+    def _end(self) -> None:
+        self._soon(self._loop.stop)
+        self._thread.join()
+        self._loop.close()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import ipaddress
+import os
 import re
 import threading
 from collections.abc import Sequence
@@ -10,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from bimvox.errors import InputError
+from bimvox.log.live.admission import TOKEN_VARIABLE, token_of
 from bimvox.log.live.log import LiveLog, driven_of
 from bimvox.log.live.view import Moving, standing_messages, with_held
 from bimvox.log.plan_log import PlanLog
@@ -41,16 +44,26 @@ def address_of(text: str) -> tuple[str, int]:
     return host or _HOST, int(port)
 
 
+def _is_this_machine(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
 def server_at(address: str, progress: Progress) -> LiveServer:
-    """Return a server at ``[HOST:]PORT``, and note its address.
+    """Return a server at ``[HOST:]PORT``, and note its address, which holds the token.
 
     Raises:
         InputError: If the address is malformed or cannot be used.
     """
-    from bimvox.log.live.server import LiveServer  # needs the optional package foxglove-sdk
+    from bimvox.log.live.server import LiveServer  # needs the optional package websockets
 
-    server = LiveServer(*address_of(address))
-    progress.note(f"viewers can connect to ws://{server.address}")
+    host, port = address_of(address)
+    server = LiveServer(host, port, token_of(os.environ.get(TOKEN_VARIABLE)))
+    progress.note(f"viewers can connect to {server.url}")
+    if not _is_this_machine(host):
+        progress.note("the live server is open to the network: whoever has this address can look on")
     return server
 
 

@@ -1,19 +1,23 @@
-"""Live logs; the live server, whose tests need foxglove-sdk (the extra ``live``) and a websocket client."""
+"""Live logs; what viewers of a live server see."""
 
 from __future__ import annotations
 
 import errno
 import json
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
-from bimvox_pipeline.watch.live import DrivenLog, LiveView, address_of, driven_until_ns, live_logs
+from bimvox_pipeline.watch.live import DrivenLog, LiveView, address_of, driven_until_ns, live_logs, server_at
 from foxglove_schemas_protobuf.Log_pb2 import Log
+from websockets.sync import client
 
 from bimvox.errors import InputError, LogFileError
 from bimvox.log import schema as topics
+from bimvox.log.live.admission import TOKEN_VARIABLE
 from bimvox.log.live.log import LiveLog
+from bimvox.log.live.server import LiveServer
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 
@@ -29,6 +33,22 @@ def test_an_address_is_a_port_or_a_host_and_a_port(text, address):
 def test_what_is_no_address_is_said(text):
     with pytest.raises(InputError, match="not a port"):
         address_of(text)
+
+
+def test_the_address_with_its_token_is_noted(monkeypatch):
+    monkeypatch.delenv(TOKEN_VARIABLE, raising=False)
+    quiet = SilentProgress()
+    server_at("0", quiet).close()
+    (note,) = quiet.notes
+    assert re.fullmatch(r"viewers can connect to ws://127\.0\.0\.1:\d+/[\w-]{24}", note)
+
+
+def test_a_server_that_others_can_reach_says_so_and_takes_ones_own_token(monkeypatch):
+    monkeypatch.setenv(TOKEN_VARIABLE, "my-own-token-of-letters")
+    quiet = SilentProgress()
+    server_at("0.0.0.0:0", quiet).close()
+    assert quiet.notes[0].endswith("/my-own-token-of-letters")
+    assert "open to the network" in quiet.notes[1]
 
 
 def driven(target: Path, time_ns: int | None) -> SilentProgress:
@@ -103,18 +123,14 @@ def test_after_a_disk_was_full_a_live_log_goes_on_with_the_next_change(tmp_path,
 
 
 def test_a_viewer_gets_what_stands_and_what_moves(planned):
-    pytest.importorskip("foxglove")
-    client = pytest.importorskip("websockets.sync.client")
-    from bimvox.log.live.server import LiveServer
-    from bimvox.log.reader import read_log
 
     record = read_log(planned[0] / "frame.mcap")
-    server = LiveServer("127.0.0.1", 0)
+    server = LiveServer("127.0.0.1", 0, "sixteen-letters-")
     server.advertise(1)
     view = LiveView([server], None)
     view.show(record)
     try:
-        with client.connect(f"ws://{server.address}", subprotocols=["foxglove.sdk.v1"], max_size=None) as viewer:
+        with client.connect(server.url, subprotocols=["foxglove.sdk.v1"], max_size=None) as viewer:
             advertised: dict[str, Any] = {}
             while len(advertised) < len(topics.TOPICS):
                 said = viewer.recv(timeout=20)
@@ -137,21 +153,18 @@ def test_a_viewer_gets_what_stands_and_what_moves(planned):
 
 def test_each_cranes_topics_reach_a_viewer():
     """A log of one crane knows no topics of a second one; the server has as many as the site has cranes."""
-    pytest.importorskip("foxglove")
-    client = pytest.importorskip("websockets.sync.client")
     from two_cranes import two_crane_plan
 
-    from bimvox.log.live.server import LiveServer
     from bimvox.log.plan_log import PlanLog
 
     plan, motions = two_crane_plan()
-    server = LiveServer("127.0.0.1", 0)
+    server = LiveServer("127.0.0.1", 0, "sixteen-letters-")
     server.advertise(2)
     view = LiveView([server], None)
     view.show(PlanLog(plan=plan, motions=motions))
     second = {topics.of_crane(topic, 1) for topic in (topics.PLANNED, topics.JOINTS, topics.COMMAND)}
     try:
-        with client.connect(f"ws://{server.address}", subprotocols=["foxglove.sdk.v1"], max_size=None) as viewer:
+        with client.connect(server.url, subprotocols=["foxglove.sdk.v1"], max_size=None) as viewer:
             topic_of: dict[int, str] = {}
             got: set[str] = set()
             while not second <= got:
