@@ -9,7 +9,7 @@ from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.bim.ifc.role_corrections import by_default, is_cast_in_place
 from bimvox.bim.read import ReadOptions, read_building
 
-from .conftest import IfcMaker
+from ..conftest import IfcMaker
 
 _CORNERS = np.array(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), dtype=np.float64).reshape(3, -1).T
 _QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
