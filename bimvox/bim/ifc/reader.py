@@ -17,9 +17,9 @@ from bimvox.bim.ifc.curves import largely_curved
 from bimvox.bim.ifc.elements import ElementBuilder, MeshedProduct
 from bimvox.bim.ifc.geometry import GeometryPool
 from bimvox.bim.ifc.georeference import georeference_of
+from bimvox.bim.ifc.lifted_parts import by_default
 from bimvox.bim.ifc.open import OpenedIfc, open_ifc
 from bimvox.bim.ifc.properties import Properties
-from bimvox.bim.ifc.role_corrections import by_default
 from bimvox.bim.ifc.shape import PlacedShape
 from bimvox.bim.ifc.shared import shape_groups
 from bimvox.bim.local_origin import FAR_M, local_origin, stray

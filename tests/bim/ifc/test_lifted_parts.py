@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bimvox.bim.building import Element, Role, TriangleMesh
-from bimvox.bim.ifc.role_corrections import by_default, is_cast_in_place
+from bimvox.bim.ifc.lifted_parts import by_default, is_cast_in_place
 from bimvox.bim.read import ReadOptions, read_building
 
 from ..conftest import IfcMaker
