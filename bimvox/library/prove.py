@@ -16,6 +16,7 @@ from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
+from bimvox.proof.values import check_values
 from bimvox.records.lift import LiftPlan, Method, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
@@ -143,7 +144,8 @@ def _without(made: LiftPlan, components: tuple[int, ...]) -> LiftPlan:
 def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Planned | dict[str, str]:
     """Prove and time a plan; return the lifts to refuse, and why, if it is not proven."""
     progress.stage("prove")
-    of_plan = verify_plan(made)
+    values = check_values(made)
+    of_plan = Verification((values, *verify_plan(made).checks)) if values.passed else Verification((values,))
     if not of_plan.verified:
         return refusals(of_plan)
     if not made.site.cranes:

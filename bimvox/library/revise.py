@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from bimvox.library.obstructions import obstructed
+from bimvox.library.own_files import OBSTRUCTIONS
 from bimvox.library.plan import digests_of, obstructions_of
 from bimvox.library.plan_value import Plan
 from bimvox.library.prove import prepared
@@ -17,9 +18,6 @@ from bimvox.revision.current_plan import current_plan_of
 from bimvox.revision.request import RevisionRequest
 from bimvox.revision.revise import revise as revised_parts
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
-
-_OBSTRUCTIONS = "obstructions."
-"""Begins the name of an obstruction file among the files attached to a log."""
 
 
 def revise(plan: Plan, obstructions: ObstructionSet | Path | str, *, progress: Listener = None) -> Plan:
@@ -47,7 +45,7 @@ def revise(plan: Plan, obstructions: ObstructionSet | Path | str, *, progress: L
     request = RevisionRequest(site, preparation, None if network is None else proposer(network))
     for part in revised_parts(current, request):
         current = part.current
-    kept = {name: data for name, data in plan.record.attachments.items() if not name.startswith(_OBSTRUCTIONS)}
+    kept = {name: data for name, data in plan.record.attachments.items() if not name.startswith(OBSTRUCTIONS)}
     record = _next(replace(plan.record, plan=current.plan, motions=current.chain), {**kept, **files})
     verdict = prove_plan(record, told)
     told.finish()

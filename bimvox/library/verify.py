@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from bimvox.library.own_files import check_own_files
 from bimvox.library.plan_value import Plan
 from bimvox.log.check import USED_TOPICS, check_commands, check_digests, check_load_poses
 from bimvox.log.mcap.reader import Contents, read_contents, read_file
@@ -60,8 +61,13 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
     if not proven.checks[0].passed:
         return proven
     progress.stage("log")
-    topics = (check_digests(contents, record), check_load_poses(contents, record), check_commands(contents, record))
-    return Verification((*proven.checks, *topics))
+    own = (
+        check_digests(contents, record),
+        check_own_files(record),
+        check_load_poses(contents, record),
+        check_commands(contents, record),
+    )
+    return Verification((*proven.checks, *own))
 
 
 def prove_plan(record: PlanLog, progress: Progress) -> Verification:

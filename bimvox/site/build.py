@@ -170,6 +170,13 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
     )
 
 
+def ground_and_masts(site: Site, rasterise: Rasterise) -> tuple[Blocker, ...]:
+    """Return the ground and the masts, as they follow from a site's shape, cranes and rules."""
+    several = site.has_several_cranes
+    masts = (_mast(crane, site.rules, site.frame, site.shape, rasterise, several=several) for crane in site.cranes)
+    return (_ground(site.shape), *(mast for mast in masts if mast is not None))
+
+
 def with_digests(site: Site) -> Site:
     """Return a site with its three digests computed anew."""
     fixed = _with_fixed_digests(site)

@@ -12,12 +12,14 @@ from bimvox_pipeline.verify import verify
 from box_sites import box_site
 from named_cranes import default_luffing_crane
 from planned_sites import PORTAL, planned
+from seeded_faults import site_file_of
 
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.rigging import with_luffing_jib
 from bimvox.export.animation import to_animated_glb
 from bimvox.export.ros2 import write_ros2_bag
 from bimvox.library.log import write_log_file
+from bimvox.library.obstructions import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
@@ -25,16 +27,17 @@ from bimvox.rendering.page.blob import Blob
 from bimvox.rendering.page.crane import LUFFING, crane_record
 from bimvox.rendering.scene.crane_parts import crane_parts
 from bimvox.rendering.scene.cranes import parked_pose
-from bimvox.site.build import with_digests
+from bimvox.site.build import ground_and_masts, with_digests
 
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, PlanLog]:
     crane = replace(default_luffing_crane("luffing-40"), base_m=(12.0, 18.0, 0.0))
     jib = replace(crane.luffing, pivot_height_m=9.0, length_m=24.0, luff_rad=(radians(20), radians(75)), tail_low_m=7.0)
-    site = with_digests(box_site(PORTAL, crane=with_luffing_jib(crane, jib), shape=(60, 50, 34)))
+    site = box_site(PORTAL, crane=with_luffing_jib(crane, jib), shape=(60, 50, 34))
+    site = with_digests(replace(site, blockers=(*ground_and_masts(site, rasterise), *site.blockers[1:])))
     plan, motions = planned(site)
-    record = PlanLog(plan, motions)
+    record = PlanLog(plan, motions, attachments={"site.toml": site_file_of(site)})
     path = tmp_path_factory.mktemp("luffing") / "log.mcap"
     write_log_file(path, record, inputs=[])
     return path, record

@@ -20,6 +20,7 @@ from bimvox_pipeline.verify import verify
 from box_sites import box_mesh, box_site, test_crane
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.errors import LogFileError
 from bimvox.library.log import write_log_file
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
@@ -45,7 +46,6 @@ ALONE: dict[str, faults.Forge] = {
     "reach": faults.a_path_over_a_zone,
     "support": faults.against_the_planners_wish,
     "yard": faults.outside_the_yard,
-    "stands": faults.a_building_in_the_air,
     "margin": faults.too_near_in_transit,
     "timeline": faults.a_gap_on_the_clock,
     "axis_limits": faults.a_slower_crane,
@@ -60,6 +60,7 @@ ALONE: dict[str, faults.Forge] = {
     "swing": faults.moves_that_are_not_shaped,
     "digests": faults.a_file_exchanged,
     "values": faults.NONSENSE["sail"][0],
+    "own_files": faults.NOT_ITS_FILES["tolerance"][0],
 }
 """By check, a fault of the record that no other check sees."""
 
@@ -78,7 +79,7 @@ TOGETHER: list[tuple[faults.Forge, set[str]]] = [
 ]
 """Faults that several checks see, and those that must."""
 
-WITH_OTHERS = {"capacity", "motion_triangles", "jib"}
+WITH_OTHERS = {"stands", "capacity", "motion_triangles", "jib"}
 """Checks of the motions whose faults the plan's proof sees as well, or that need another site: tested below."""
 
 
@@ -201,7 +202,7 @@ def test_the_true_triangles_decide_on_the_motions_last_moves(tmp_path: Path, mon
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
     record = PlanLog(plan=plan, motions=tuple(time_plan(plan, replay(site, preparation, plan))))
-    record = dataclasses.replace(record, attachments={"site.toml": b"[model]\n"})
+    record = dataclasses.replace(record, attachments={"site.toml": faults.site_file_of(site)})
     assert proven(record, tmp_path)["verified"] is True
     # The cells are the same; only the surface is 80 mm further up.
     spoiled = faults.with_component(record, "left", mesh=box_mesh((1.0, 1.4, 0.0), (1.2, 1.6, 2.98)))
@@ -250,3 +251,40 @@ def test_nothing_is_proven_from_values_that_make_no_sense(good: PlanLog, tmp_pat
     document = proven(forge(good), tmp_path)
     assert set(document["checks"]) == failed(document) == {"values"}
     assert says in document["checks"]["values"]["failures"][0]
+
+
+def test_a_building_in_the_air_is_seen_by_its_hold_and_by_its_missing_ground(
+    good: PlanLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    assert failed(proven(faults.a_building_in_the_air(good), tmp_path)) == {"stands", "own_files"}
+    assert_each_alone_catches(tmp_path, {"stands", "own_files"}, monkeypatch)
+
+
+@pytest.mark.parametrize("name", faults.NOT_ITS_FILES)
+def test_a_site_that_is_not_that_of_the_attached_files_is_refused(good: PlanLog, tmp_path: Path, name: str):
+    forge, says = faults.NOT_ITS_FILES[name]
+    document = proven(forge(good), tmp_path)
+    assert "own_files" in failed(document)
+    assert any(says in failure for failure in document["checks"]["own_files"]["failures"])
+
+
+def test_a_log_of_its_own_obstruction_file_is_verified(good: PlanLog, tmp_path: Path):
+    document = proven(faults.with_obstructions_file(good), tmp_path)
+    assert document["verified"], failed(document)
+
+
+@pytest.mark.parametrize("repeated", ["attachment", "metadata"])
+def test_what_a_log_has_once_may_not_be_in_it_twice(good: PlanLog, tmp_path: Path, repeated: str):
+    proven(good, tmp_path)
+    contents = read_contents(read_file(tmp_path / "log.mcap"), "log")
+    with (tmp_path / "twice.mcap").open("wb") as stream, LogWriter(stream) as writer:
+        for key, values in contents.metadata.items():
+            for _ in range(1 + (repeated == "metadata")):
+                writer.metadata(key, values)
+        for key, data in contents.attachments.items():
+            for _ in range(1 + (repeated == "attachment" and key == topics.PLAN_FILE)):
+                writer.attachment(key, data)
+        for m in contents.messages:
+            writer.raw(m.topic, m.sequence, m.time_ns, m.data)
+    with pytest.raises(LogFileError, match="is in it twice"):
+        verify(tmp_path / "twice.mcap", progress=SilentProgress())

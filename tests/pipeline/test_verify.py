@@ -7,9 +7,11 @@ from bimvox_cli.main import run as run_cli
 from bimvox_pipeline.export.export import export
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.verify import verify
+from seeded_faults import site_file_of
 
 from bimvox.errors import LogFileError
 from bimvox.library.log import write_log_file
+from bimvox.library.plan import digests_of
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.channels import LogWriter
@@ -53,7 +55,8 @@ def test_a_good_log_is_proven_from_itself_alone(site_folder, tmp_path_factory):
     assert document["verified"] is True, failed(document)
     assert (document["lifts"], document["infeasible_lifts"], document["revision"]) == (8, 0, 0)
     plan_checks = {check.name for check in verify_plan(read_log(alone).plan).checks}
-    assert set(document["checks"]) == plan_checks | set(UNITS) | {"values", "digests", "load_poses", "commands"}
+    of_the_log = {"values", "digests", "own_files", "load_poses", "commands"}
+    assert set(document["checks"]) == plan_checks | set(UNITS) | of_the_log
     for check in document["checks"].values():
         assert {"passed", "samples", "worst", "unit", "failures"} <= set(check)
         assert check["failures"] == []
@@ -87,8 +90,16 @@ def test_a_site_without_a_crane_is_proven_too(site_folder):
     record = read_log(site_folder / "frame.mcap")
     from bimvox.site.build import with_digests
 
-    site = with_digests(dataclasses.replace(record.plan.site, cranes=()))
-    bare = dataclasses.replace(record, plan=dataclasses.replace(record.plan, site=site), motions=())
+    blockers = tuple(blocker for blocker in record.plan.site.blockers if blocker.kind != "crane")
+    site = with_digests(dataclasses.replace(record.plan.site, cranes=(), blockers=blockers))
+    text = site_file_of(site)
+    bare = dataclasses.replace(
+        record,
+        plan=dataclasses.replace(record.plan, site=site),
+        motions=(),
+        attachments={"site.toml": text},
+        metadata=digests_of({"site.toml": text}),
+    )
     document = run(rewritten(site_folder, bare))
     assert document["verified"] is True, failed(document)
 
@@ -109,9 +120,9 @@ def test_an_attached_file_that_was_exchanged_is_caught(site_folder):
     record = read_log(site_folder / "frame.mcap")
     assert "sha256 site.toml" in record.metadata
     other = dataclasses.replace(record, attachments={**record.attachments, "site.toml": b"[model]\n"})
-    assert failed(run(rewritten(site_folder, other))) == {"digests"}
+    assert failed(run(rewritten(site_folder, other))) == {"digests", "own_files"}
     gone = dataclasses.replace(record, attachments={})
-    assert failed(run(rewritten(site_folder, gone))) == {"digests"}
+    assert failed(run(rewritten(site_folder, gone))) == {"digests", "own_files"}
 
 
 def test_a_motion_and_a_path_that_were_changed_are_caught(site_folder):

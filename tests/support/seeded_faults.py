@@ -6,8 +6,10 @@ Each fault is a function from the good log to a spoiled one. ``ALONE`` are fault
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Callable
 from dataclasses import astuple
+from pathlib import Path
 
 import numpy as np
 from box_sites import box_cells, box_mesh, box_site, test_crane
@@ -22,7 +24,10 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.build import with_digests
 from bimvox.site.component import StoredPose
-from bimvox.site.site import Blocker, Rules, SwingRule
+from bimvox.site.config import ModelConfig, RulesConfig, SiteConfig, ZoneConfig
+from bimvox.site.machine import crane_config
+from bimvox.site.site import Blocker, Rules, Site, SwingRule
+from bimvox.site.template import site_toml
 
 Forge = Callable[[PlanLog], PlanLog]
 
@@ -43,7 +48,22 @@ def good_log(swing: SwingRule = SwingRule.SHAPED) -> PlanLog:
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
     motions = time_plan(plan, replay(site, preparation, plan))
-    return PlanLog(plan=plan, motions=tuple(motions), attachments={"site.toml": b"[model]\n"})
+    return PlanLog(plan=plan, motions=tuple(motions), attachments={"site.toml": site_file_of(site)})
+
+
+def site_file_of(site: Site) -> bytes:
+    """The site file that gives these rules, cranes and zones."""
+    rules = dataclasses.asdict(site.rules) | {"swing": site.rules.swing.value}
+    zones = [] if site.prohibited is None else np.argwhere(site.prohibited)
+    low = np.array([site.frame.corner_of((*cell, 0))[:2] for cell in zones]).reshape(-1, 2)
+    size_m = site.frame.voxel_size_m
+    config = SiteConfig(
+        model=ModelConfig(path=Path("boxes.ifc"), voxel_size_m=size_m),
+        crane=crane_config(site.cranes[0] if site.cranes else None),
+        rules=RulesConfig(**rules),
+        zone=tuple(ZoneConfig(polygon=((x, y), (x + size_m, y), (x + size_m, y + size_m))) for x, y in low.tolist()),
+    )
+    return site_toml(config).encode()
 
 
 def index_of(log: PlanLog, name: str) -> int:
@@ -55,7 +75,16 @@ def lift_of(log: PlanLog, name: str):
 
 
 def with_site(log: PlanLog, **changes) -> PlanLog:
+    """The log of a changed site; the forger also writes the attached site file anew."""
     site = with_digests(dataclasses.replace(log.plan.site, **changes))
+    forged = without_a_new_file(log, site)
+    try:
+        return dataclasses.replace(forged, attachments={**log.attachments, "site.toml": site_file_of(site)})
+    except ValueError:  # no site file has such values
+        return forged
+
+
+def without_a_new_file(log: PlanLog, site: Site) -> PlanLog:
     return dataclasses.replace(log, plan=dataclasses.replace(log.plan, site=site))
 
 
@@ -407,3 +436,59 @@ NONSENSE: dict[str, tuple[Forge, str]] = {
     "twins": (two_parts_of_one_id, "the id occurs twice"),
 }
 """Logs that must be refused for a value, each with what the refusal says; before anything is proven from it."""
+
+
+# Sites that are not those of the files that the log carries; the digests are made anew, the files stay.
+
+
+def keeping_its_files(forge: Forge) -> Forge:
+    """The same fault by a forger who leaves the attached files as they are."""
+    return lambda log: dataclasses.replace(forge(log), attachments=log.attachments)
+
+
+def with_obstructions_file(log: PlanLog) -> PlanLog:
+    """A good log with a truck and a crate beside the building, and the file that says so."""
+    boxes = {"truck": ((16.0, 12.0, 0.0), (18.0, 14.0, 1.5)), "crate": ((14.0, 13.0, 0.0), (14.5, 13.5, 0.5))}
+    listed = [{"id": name, "box": {"min": low, "max": high}} for name, (low, high) in boxes.items()]
+    document = json.dumps({"version": 1, "unit": "m", "obstructions": listed}).encode()
+    for name, (low, high) in boxes.items():
+        log = with_blocker(log, name, box_cells(log.plan.site.frame, low, high))
+    return dataclasses.replace(log, attachments={**log.attachments, "obstructions.json": document})
+
+
+def without_blocker(log: PlanLog, name: str) -> PlanLog:
+    return with_site(log, blockers=tuple(blocker for blocker in log.plan.site.blockers if blocker.id != name))
+
+
+def a_smaller_truck(log: PlanLog) -> PlanLog:
+    blockers = [dataclasses.replace(b, cells=b.cells[:3]) if b.id == "truck" else b for b in log.plan.site.blockers]
+    return with_site(log, blockers=tuple(blockers))
+
+
+def a_stronger_crane(log: PlanLog) -> PlanLog:
+    chart = log.plan.site.cranes[0].chart
+    return with_crane(log, chart=dataclasses.replace(chart, capacity_kg=tuple(100.0 * c for c in chart.capacity_kg)))
+
+
+def no_crane_at_all(log: PlanLog) -> PlanLog:
+    return dataclasses.replace(with_site(log, cranes=()), motions=())
+
+
+NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
+    "stronger": (keeping_its_files(a_stronger_crane), "crane 'test': chart"),
+    "faster": (keeping_its_files(lambda log: faster_by(log, 5.0)), "crane 'test': slewing"),
+    "no crane": (keeping_its_files(no_crane_at_all), "the cranes are []; the attached site.toml has ['test']"),
+    "swing off": (keeping_its_files(lambda log: with_rules(log, swing=SwingRule.OFF)), "rules.swing is off"),
+    "tolerance": (
+        keeping_its_files(lambda log: with_rules(log, contact_tolerance_m=0.09)),
+        "contact_tolerance_m is 0.09",
+    ),
+    "no file": (lambda log: dataclasses.replace(log, attachments={}), "it carries no site.toml"),
+    "no ground": (lambda log: without_blocker(log, "ground"), "fixed object 'ground' is missing"),
+    "truck dropped": (
+        lambda log: without_blocker(with_obstructions_file(log), "truck"),
+        "obstruction 'truck' is missing",
+    ),
+    "truck shrunk": (lambda log: a_smaller_truck(with_obstructions_file(log)), "obstruction 'truck' has other cells"),
+}
+"""Forgeries that the attached files give away, each with what the refusal says."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import struct
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -43,6 +43,10 @@ _BROKEN = (
     OverflowError,
     MemoryError,
 )
+
+
+class RepeatedError(ValueError):
+    """Something that a log has once is in it twice: two readers could take different ones."""
 
 
 class LogMessage(NamedTuple):
@@ -91,11 +95,14 @@ class Contents:
                 # The writer registers every topic first, in this order, so it is known even if the first chunk is lost.
                 self.channels |= {n + 1: topic.name for n, topic in enumerate(topics_of(MOST_CRANES))}
         elif isinstance(record, Attachment):
+            _insist_on_one("attachment", record.name, self.attachments)
             self.attachments[record.name] = record.data
         elif isinstance(record, Metadata):
+            _insist_on_one("metadata record", record.name, self.metadata)
             self.metadata[record.name] = record.metadata
         elif isinstance(record, Channel):
-            self.channels[record.id] = record.topic
+            if self.channels.setdefault(record.id, record.topic) != record.topic:
+                raise RepeatedError(f"channel {record.id} is {self.channels[record.id]!r} and {record.topic!r}")
         elif isinstance(record, Message):
             self._add_message(record.channel_id, record.sequence, record.log_time, record.data)
         elif isinstance(record, Chunk):
@@ -120,6 +127,11 @@ class Contents:
         topic = self.channels[channel]
         if self.topics is None or of_first_crane(topic) in self.topics:
             self.messages.append(LogMessage(topic, sequence, time_ns, data))
+
+
+def _insist_on_one(kind: str, name: str, known: Collection[str]) -> None:
+    if name in known:
+        raise RepeatedError(f"the {kind} {name!r} is in it twice")
 
 
 def read_file(path: Path) -> bytes:
@@ -153,6 +165,9 @@ def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None =
             contents.add(record)
             if isinstance(record, Footer):
                 _check_summary(data, record)
+    except RepeatedError as error:
+        hint = "two readers could take different ones; ask its author for a log as bimvox writes it"
+        raise LogFileError(name, str(error), hint=hint) from error
     except _BROKEN as error:
         raise LogFileError(name, f"is damaged ({_reason(error)})", hint=RECOVER_HINT) from error
     return contents

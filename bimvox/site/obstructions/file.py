@@ -161,6 +161,22 @@ def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadM
     return ObstructionSet.of(obstructions, name, tuple(files))
 
 
+def without_references(data: bytes, name: str) -> tuple[bytes, frozenset[str]]:
+    """Return an obstruction file as JSON without the entries that refer to other files, and the ids of those.
+
+    Raises:
+        ObstructionFileError: If the syntax is wrong.
+    """
+    document = _decode(data, name)
+    entries = document.get("obstructions") if isinstance(document, dict) else None
+    if not isinstance(document, dict) or not isinstance(entries, list):
+        return data, frozenset()
+    refers = [isinstance(entry, dict) and not {"mesh", "points"}.isdisjoint(entry) for entry in entries]
+    kept = [entry for entry, does in zip(entries, refers, strict=True) if not does]
+    ids = frozenset(str(entry.get("id")) for entry, does in zip(entries, refers, strict=True) if does)
+    return json.dumps({**document, "obstructions": kept}).encode(), ids
+
+
 def _decode(data: bytes, name: str) -> object:
     """Return the parsed text; errors give the line."""
     try:
