@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from bimvox.library.own_files import check_own_files
@@ -11,7 +12,8 @@ from bimvox.log.mcap.reader import Contents, read_contents, read_file
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import log_of
 from bimvox.progress import Listener, Progress, progress_of
-from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
+from bimvox.proof.coverage import with_coverage
+from bimvox.proof.over_time import not_current, verify_motions_over_time, verify_plan_over_time
 from bimvox.proof.values import check_values
 from bimvox.records.proof import Verification
 
@@ -67,7 +69,7 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
         check_load_poses(contents, record),
         check_commands(contents, record),
     )
-    return Verification((*proven.checks, *own))
+    return replace(proven, checks=(*proven.checks, *own))
 
 
 def prove_plan(record: PlanLog, progress: Progress) -> Verification:
@@ -76,7 +78,8 @@ def prove_plan(record: PlanLog, progress: Progress) -> Verification:
     values = check_values(record.plan, record.motions, record.context)
     if not values.passed:
         return Verification((values,))
-    checks = verify_plan_over_time(record.plan, record.motions, record.context).checks
+    of_plan = verify_plan_over_time(record.plan, record.motions, record.context).checks
     progress.stage("motions")
-    moved = verify_motions_over_time(record.plan, record.motions, record.context).checks
-    return Verification((values, *checks, *moved))
+    of_motions = verify_motions_over_time(record.plan, record.motions, record.context).checks
+    checks = with_coverage(record.plan, (*of_plan, *of_motions))
+    return Verification((values, *checks), not_current(record.plan, record.motions))

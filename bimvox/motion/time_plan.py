@@ -25,12 +25,7 @@ from bimvox.records.motion import LiftMotion, PhaseName, quarters_of
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import Component, StoredPose
-from bimvox.site.site import Site
-
-HOOK_ON_S = 60.0
-"""Attaching the slings. This and the one below are nominal values for a practised crew, not measured ones."""
-TRIAL_LIFT_S = 10.0
-"""Holding the raised part to check that it hangs properly."""
+from bimvox.site.site import HOOK_ON_S, TRIAL_LIFT_S, Site
 
 
 def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[LiftMotion, ...]:

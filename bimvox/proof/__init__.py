@@ -6,10 +6,11 @@ What is proven:
 
 - ``plan``: every lift's path, place in the yard, order, hook and rope; with ``shape`` (cells cover triangles),
   ``stands`` (the building is stable at every stage) and ``site_rules`` (zones, wind, clearance of the rope)
-- ``motion``: every motion; with ``axes`` (clock, rates, ranges), ``ends``, ``capacity``, ``load`` (what the load
-  hits), ``hook`` (the empty hook and the jib; ``jib`` for luffing ones) and ``swing``
+- ``motion``: every motion; with ``axes`` (clock, rates, ranges), ``durations`` (the crew's times), ``ends``,
+  ``capacity``, ``load`` (what the load hits), ``hook`` (the empty hook and the jib; ``jib`` for luffing ones) and
+  ``swing``
 - ``cranes`` and ``turns``: several cranes keep their distance and wait for each other
-- ``over_time``: plan and motions while obstructions change
+- ``over_time``: plan and motions while obstructions change; ``coverage``: no check passes without samples
 
 How it is proven:
 

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.moment import Moment
+from bimvox.proof.space import reference_cells
+from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, PhaseName, quarters_of
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, IntVec
@@ -16,6 +18,8 @@ from bimvox.site.site import Site
 
 _SAME_M = 1e-3
 _SAME_RAD = 1e-6
+_AROUND_VOX = 1.0 + 1e-3
+"""How far the first placement of a path may be from a load at rest that resumes on it."""
 
 
 def check_ends(
@@ -47,6 +51,7 @@ def check_ends(
     same("the load's way starts", loaded[0], _hook_over(site, crane, component, place.transit_start_vox))
     same("the load's way ends", loaded[-1], _hook_over(site, crane, component, component.target_vox))
     same("it is raised", raising[-1], hook_of(crane, *loaded[0]))
+    _check_resumed(check, name, site, crane, moment.lift, motion)
     _check_hooked_on(check, name, site, crane, moment, raising[0])
     first = raising[0]
     if motion.approach is not None:
@@ -80,6 +85,24 @@ def check_ends(
     )
 
 
+def _check_resumed(check: Check, name: str, site: Site, crane: TowerCrane, lift: Lift, motion: LiftMotion) -> None:
+    """Check that a path found after a stop begins at a placement around the load, where its crane resumes."""
+    component, loaded = site.components[lift.component], motion.loaded
+    stops_ns = [end_ns for _, end_ns in motion.stops_ns]
+    found = [*(left.path_vox for left in lift.left), lift.path_vox][1:]
+    for left, path_vox in zip(lift.left, found, strict=True):
+        assert path_vox is not None
+        resumed_ns = min((end_ns for end_ns in stops_ns if end_ns > left.until_ns), default=left.until_ns)
+        at_ns = resumed_ns - motion.start_ns
+        axes = np.array([[np.interp(at_ns, loaded.time_ns, axis) for axis in loaded.axes.T]])
+        load = reference_cells(crane, site.frame, axes, component.hook_offset_vox)[0]
+        first = tuple(int(n) for n in path_vox[0])
+        check.look(
+            bool((np.abs(load - path_vox[0]) <= _AROUND_VOX).all()),
+            f"{name}: its path after the stop begins at {first}, but the load resumes at {_cells_text(load)}",
+        )
+
+
 def _check_hooked_on(
     check: Check, name: str, site: Site, crane: TowerCrane, moment: Moment, axes: NDArray[np.float64]
 ) -> None:
@@ -104,3 +127,7 @@ def _hook_over(site: Site, crane: TowerCrane, component: Component, cell_vox: In
 
 def _text(point_m: NDArray[np.float64]) -> str:
     return "(" + ", ".join(f"{value:.3f}" for value in point_m) + ") m"
+
+
+def _cells_text(cells: NDArray[np.float64]) -> str:
+    return "(" + ", ".join(f"{value:.2f}" for value in cells) + ")"

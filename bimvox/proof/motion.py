@@ -26,6 +26,7 @@ from bimvox.proof.axes import (
 from bimvox.proof.between import Between
 from bimvox.proof.capacity import check_capacity
 from bimvox.proof.cranes import check_cranes
+from bimvox.proof.durations import check_durations
 from bimvox.proof.ends import check_ends
 from bimvox.proof.hook import HookProof
 from bimvox.proof.load import LoadProof
@@ -136,6 +137,7 @@ class _Verifier:
                 before = None
             crane, load, hook, swing = proofs[component.crane]
             self._check_axes(name, crane, moment, motion)
+            check_durations(self.checks["timeline"], name, self.site.rules, motion)
             check_ends(self.checks["ends"], name, self.site, crane, moment, motion, before)
             cells.move_to(moment.present)
             load.check(name, moment, motion)

@@ -35,10 +35,12 @@ def verify_plan_over_time(
         context: Lifts of the same plan that it does not carry.
         known_shapes: See ``verify_plan``.
     """
-    if not plan.history:
+    if not plan.history and not any(lift.left for lift in plan.lifts):
         return verify_plan(plan, context, known_shapes=known_shapes)
     starts = {motion.order: _begins_ns(plan.site, motion) for motion in motions}
-    found = []
+    epochs = Check("epochs")
+    _check_epochs(epochs, plan, motions, context)
+    found = [Verification((epochs,))]
     for from_ns, until_ns, site in epochs_of(plan):
         lifts = [
             version
@@ -81,6 +83,44 @@ def verify_motions_over_time(
     timeline = Check("timeline")
     timeline.look(whole == planned, f"the motions are of lifts {whole}, planned are {planned}")
     return _together([*found, Verification((timeline,))])
+
+
+def _check_epochs(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift]) -> None:
+    """Check that loads leave paths only when obstructions change, and that no change is after the last motion."""
+    ends_ns = [epoch.until_ns for epoch in plan.history]
+    for lift in plan.lifts:
+        check.about = plan.site.components[lift.component].id
+        for left in lift.left:
+            check.look(
+                left.until_ns in ends_ns,
+                f"lift {lift.number} ({check.about}): it leaves a path at {left.until_ns / 1e9:.3f} s, but the "
+                "obstructions do not change then",
+            )
+    check.about = None
+    last = max(motions, key=lambda motion: motion.end_ns, default=None)
+    if last is None:
+        check.look(
+            bool(context) or not ends_ns, "the plan has past obstructions, but no motion shows when they counted"
+        )
+    elif not context and all(lift.status is Status.PLANNED for lift in plan.lifts):
+        for until_ns in ends_ns:
+            check.look(
+                until_ns <= last.end_ns,
+                f"lift {last.number} ({plan.site.components[last.component].id}): the last motion ends at "
+                f"{last.end_ns / 1e9:.3f} s, but past obstructions are claimed until {until_ns / 1e9:.3f} s",
+            )
+
+
+def not_current(plan: LiftPlan, motions: Sequence[LiftMotion]) -> tuple[str, ...]:
+    """Return the ids of the parts whose lifts ended before the obstructions became the current ones, in order.
+
+    Their lifts are proven against the obstructions at that time, but not against the current ones.
+    """
+    if not plan.history:
+        return ()
+    until_ns = plan.history[-1].until_ns
+    ended = {motion.order for motion in motions if motion.end_ns <= until_ns}
+    return tuple(plan.site.components[lift.component].id for lift in plan.lifts if lift.order in ended)
 
 
 def epochs_of(plan: LiftPlan) -> Iterator[tuple[int, int, Site]]:

@@ -124,7 +124,7 @@ class _Verifier:
         if not self._check_boundary(component, path):
             return
         self.marks.move_to(present)
-        if not lift.left:  # otherwise it left the yard on another path, which is proven separately
+        if not self._resumes(lift):  # otherwise it left the yard on another path, which is proven separately
             self._check_yard(component, place, present)
         self._check_cells(lift, component, path, present)
         self._check_margin(lift, component, path, present)
@@ -145,8 +145,8 @@ class _Verifier:
     def _check_moves(self, lift: Lift, component: Component, path: NDArray[np.int32], place: YardPlace) -> None:
         check, start = self.checks["unit_moves"], place.transit_start_vox
         check.look(
-            bool(lift.left) or tuple(path[0]) == start,
-            f"{component.id}: its path starts at {tuple(path[0])}, not above its place",
+            self._resumes(lift) or tuple(path[0]) == start,
+            f"{component.id}: its path starts at {tuple(path[0].tolist())}, not above its place in the yard {start}",
         )
         check.look(
             tuple(path[-1]) == component.target_vox,
@@ -157,6 +157,10 @@ class _Verifier:
         check.look(not len(bad), f"{component.id}: move {bad[:1]} is not one cell along one axis", samples=len(steps))
         if lift.shortest_moves is not None and not lift.left:
             check.look(lift.shortest_moves <= len(steps), f"{component.id}: shorter than the shortest path")
+
+    def _resumes(self, lift: Lift) -> bool:
+        """Return whether a load resumes from where its crane stopped; the proof of its motion says where that was."""
+        return bool(lift.left) and bool(self.site.cranes)
 
     def _check_boundary(self, component: Component, path: NDArray[np.int32]) -> bool:
         size = component.shape.cells.max(axis=0)
@@ -176,7 +180,12 @@ class _Verifier:
         if not inside:
             return
         check.look(place.cell_vox[2] == 1, f"{component.id}: is not stored on the ground")
-        if component.start_vox is None:
+        if component.start_vox is not None:
+            check.look(
+                place.cell_vox == component.start_vox,
+                f"{component.id}: is stored at {place.cell_vox}, the site file says {component.start_vox}",
+            )
+        else:
             check.look(bool(self.site.yard[tuple(cells[:, :2].T)].all()), f"{component.id}: stored outside the yard")
         size = np.array(erection_size_vox(turned_shape(component.shape, place.turn), place.pose))
         size[2] += place.rise_vox - 1

@@ -60,9 +60,16 @@ def turn_to(checks: Iterable[Check], component_id: str | None) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Verification:
-    """All checks of a plan."""
+    """All checks of a plan.
+
+    Attributes:
+        checks: The checks.
+        not_current: Ids of the parts whose lifts ended before the obstructions became the current ones: they are
+            proven against the obstructions at that time only.
+    """
 
     checks: tuple[Check, ...]
+    not_current: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         failed = ", ".join(check.name for check in self.checks if not check.passed)

@@ -74,5 +74,10 @@ def history_after(current: CurrentPlan, request: RevisionRequest, change: Obstru
     history = current.plan.history
     if not request.now_ns or not change.ids:
         return history
+    until_ns = request.now_ns
+    if len(current.motions) == len(current.plan.lifts):  # nothing happens after the last motion
+        until_ns = min(until_ns, max((motion.end_ns for motion in current.motions.values()), default=until_ns))
+        if history and history[-1].until_ns >= until_ns:
+            return history
     gone = tuple(blocker for blocker in current.plan.site.blockers if blocker.kind == "obstruction")
-    return (*history, Epoch(request.now_ns, gone))
+    return (*history, Epoch(until_ns, gone))

@@ -20,9 +20,9 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import Component
 from bimvox.site.config import SiteConfig
-from bimvox.site.site import Rules
+from bimvox.site.site import HOOK_ON_S, TRIAL_LIFT_S, Rules
 
-HANDLING_S = 70.0
+HANDLING_S = HOOK_ON_S + TRIAL_LIFT_S
 """Hooking on and the trial lift, in addition to the crew's times in the rules and the crane's travel."""
 _ROUNDS = 200
 _SLACK_M = 1e-6

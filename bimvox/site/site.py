@@ -30,6 +30,12 @@ def is_mast_of(crane: TowerCrane, name: str) -> bool:
     return name in (mast_id(crane, several=False), mast_id(crane, several=True))
 
 
+HOOK_ON_S = 60.0
+"""Attaching the slings. This and the one below are nominal values for a practised crew, not measured ones."""
+TRIAL_LIFT_S = 10.0
+"""Holding the raised part to check that it hangs properly."""
+
+
 class SwingRule(StrEnum):
     """Whether the crane's moves are shaped so that loads do not swing when they end."""
 

@@ -44,13 +44,31 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
         console.print()
     rows(console, ("check", "what failed"), failures, title=f"failed: {sum(c['failed'] for c in checks.values()):,}")
     console.print()
+    earlier = document["not_current"]
+    rows(
+        console,
+        ("lift", "part"),
+        [(lift["number"], lift["name"]) for lift in earlier],
+        title=f"not proven against the current obstructions, only against those before: {len(earlier):,}",
+    )
+    if earlier:
+        console.print()
     carried = f", {document['left_out']:,} not in this extract" if document["left_out"] else ""
     impossible = f", {document['infeasible_lifts']:,} infeasible" if document["infeasible_lifts"] else ""
     fields(
         console,
         [
             ("lifts", f"{document['lifts']:,}{impossible}{carried}"),
-            ("verified", "yes: every check passed" if document["verified"] else "NO: a check failed"),
+            ("verified", _verdict(document)),
             ("took", spent(document["seconds"])),
         ],
     )
+
+
+def _verdict(document: Mapping[str, Any]) -> str:
+    if not document["lifts"]:
+        return "NO: nothing was proven, the log carries no planned lift"
+    if not document["verified"]:
+        return "NO: a check failed"
+    earlier = len(document["not_current"])
+    return "yes: every check passed" + (f", for {earlier:,} lifts against earlier obstructions only" if earlier else "")

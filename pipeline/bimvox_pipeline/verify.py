@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.library.verify import prove, read_whole
+from bimvox.log.plan_log import PlanLog
 from bimvox.progress import Progress
 from bimvox.records.proof import Check
 
@@ -25,12 +26,27 @@ def verify(log: Path, *, progress: Progress) -> dict[str, Any]:
         "log": str(log),
         "verified": proof.verified,
         "checks": _as_json(proof.checks),
+        "not_current": _lifts_as_json(record, proof.not_current),
         "lifts": len(record.planned),
         "infeasible_lifts": len(record.plan.lifts) - len(record.planned),
         "left_out": len(record.context),
         "revision": record.revision,
         "seconds": progress.seconds,
     }
+
+
+def _lifts_as_json(record: PlanLog, parts: Iterable[str]) -> list[dict[str, Any]]:
+    components = record.plan.site.components
+    lifts = {components[lift.component].id: lift for lift in record.plan.lifts}
+    return [
+        {
+            "order": lifts[part].order,
+            "number": lifts[part].number,
+            "component": part,
+            "name": components[lifts[part].component].label,
+        }
+        for part in parts
+    ]
 
 
 def _as_json(checks: Iterable[Check]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.errors import InputError
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.motion.commands import commands
-from bimvox.motion.time_plan import HOOK_ON_S, time_plan
+from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import Assembly, Stage, prepare, replay
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.planner import plan_lifts
@@ -16,7 +16,7 @@ from bimvox.proof.motion import verify_motions
 from bimvox.records.lift import Status
 from bimvox.records.motion import PhaseName
 from bimvox.site.component import StoredPose
-from bimvox.site.site import Rules
+from bimvox.site.site import HOOK_ON_S, Rules
 
 PORTAL = [
     ("slab", (1.0, 1.0, 3.5), (5.0, 2.0, 4.0)),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -79,6 +80,22 @@ TOGETHER: list[tuple[faults.Forge, set[str]]] = [
 ]
 """Faults that several checks see, and those that must."""
 
+ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
+    (faults.nothing_carried, "complete", "nothing was proven"),
+    (faults.nothing_planned, "complete", "nothing was proven"),
+    (faults.a_path_left_by_a_stop_that_never_was, "ends", r"lift \d \(beam\).*path after the stop begins at"),
+    (faults.a_path_left_by_a_stop_that_never_was, "epochs", r"lift \d \(beam\): it leaves a path at"),
+    (faults.the_same_with_an_epoch, "ends", r"lift \d \(beam\).*path after the stop begins at"),
+    (faults.a_stop_without_a_crane, "unit_moves", "beam: its path starts at .*, not above its place in the yard"),
+    (faults.one_cell_without_a_crane, "unit_moves", "beam: its path starts at .*, not above its place in the yard"),
+    (faults.an_epoch_that_never_ends, "epochs", r"lift 4 \(slab\): the last motion ends at"),
+    (faults.no_time_to_hook_on, "timeline", r"lift 2 \(right\): hooking on takes 1e-06 s; the rules ask for 60 s"),
+    (faults.no_trial_lift, "timeline", r"lift \d \(\w+\): the trial lift takes .* s; the rules ask for 10 s"),
+    (faults.no_time_to_set, "timeline", r"lift 4 \(slab\): setting takes 1e-06 s; the rules ask for 120 s"),
+    (faults.no_time_to_release, "timeline", r"lift 4 \(slab\): releasing takes 1e-06 s; the rules ask for 30 s"),
+]
+"""Forged plans, the check that must refuse each, and a sentence that names the fault and the lift."""
+
 WITH_OTHERS = {"stands", "capacity", "motion_triangles", "jib"}
 """Checks of the motions whose faults the plan's proof sees as well, or that need another site: tested below."""
 
@@ -136,6 +153,57 @@ def test_a_fault_is_caught_by_its_check_and_by_no_other(
 @pytest.mark.parametrize(("forge", "by"), TOGETHER, ids=lambda value: getattr(value, "__name__", ""))
 def test_a_fault_that_shows_in_many_places_is_caught(good: PlanLog, tmp_path: Path, forge: faults.Forge, by: set[str]):
     assert by <= failed(proven(forge(good), tmp_path))
+
+
+@pytest.mark.parametrize(("forge", "by", "says"), ABOUT_THE_PLAN, ids=lambda value: getattr(value, "__name__", ""))
+def test_a_forged_plan_is_refused_by_name(good: PlanLog, tmp_path: Path, forge: faults.Forge, by: str, says: str):
+    document = proven(forge(good), tmp_path)
+    assert document["verified"] is False
+    assert by in failed(document)
+    assert any(re.search(says, failure) for failure in document["checks"][by]["failures"]), document["checks"][by]
+
+
+def test_a_recovered_log_without_motions_proves_nothing(good: PlanLog, tmp_path: Path):
+    proven(good, tmp_path)
+    contents = read_contents(read_file(tmp_path / "log.mcap"), "log")
+    with (tmp_path / "other.mcap").open("wb") as stream, LogWriter(stream) as writer:
+        for key, values in contents.metadata.items():
+            more = {topics.RECOVERED: "true"} if key == topics.METADATA else {}
+            writer.metadata(key, {**values, **more})
+        for key, data in contents.attachments.items():
+            writer.attachment(key, data)
+        for m in contents.messages:
+            if m.topic != topics.JOINTS:
+                writer.raw(m.topic, m.sequence, m.time_ns, m.data)
+    document = verify(tmp_path / "other.mcap", progress=SilentProgress())
+    assert (document["verified"], document["lifts"]) == (False, 0)
+    assert "complete" in failed(document)
+
+
+def test_the_command_says_that_nothing_was_proven(
+    good: PlanLog, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("COLUMNS", "200")
+    write_log_file(tmp_path / "log.mcap", faults.nothing_carried(good), inputs=[])
+    assert command(["verify", str(tmp_path / "log.mcap")]) == 1
+    assert "nothing was proven, the log carries no planned lift" in capsys.readouterr().out
+
+
+def test_the_verdict_names_the_lifts_that_met_earlier_obstructions_only(
+    good: PlanLog, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("COLUMNS", "200")
+    document = proven(faults.an_epoch_before_the_last_lift(good), tmp_path)
+    assert document["verified"] is True, failed(document)
+    assert [(lift["number"], lift["component"]) for lift in document["not_current"]] == [
+        (lift.number, good.plan.site.components[lift.component].id) for lift in good.plan.lifts[:-1]
+    ]
+    assert proven(good, tmp_path)["not_current"] == []
+    write_log_file(tmp_path / "log.mcap", faults.an_epoch_before_the_last_lift(good), inputs=[])
+    assert command(["verify", str(tmp_path / "log.mcap")]) == 0
+    told = capsys.readouterr().out
+    assert "3 lifts against earlier obstructions only" in told
+    assert "not proven against the current obstructions" in told
 
 
 @pytest.mark.parametrize("name", ["load_poses", "commands"])

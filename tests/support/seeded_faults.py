@@ -21,6 +21,8 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
+from bimvox.records.lift import Epoch, LeftPath, Status
+from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.build import with_digests
 from bimvox.site.component import StoredPose
@@ -492,3 +494,100 @@ NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
     "truck shrunk": (lambda log: a_smaller_truck(with_obstructions_file(log)), "obstruction 'truck' has other cells"),
 }
 """Forgeries that the attached files give away, each with what the refusal says."""
+
+
+def with_phase_of(log: PlanLog, name: PhaseName, length_ns: int) -> PlanLog:
+    """Every lift, with the named phase of another length, and everything after it moved along on the clock."""
+    motions: list[LiftMotion] = []
+    clock_ns = 0
+    for motion in log.motions:
+        phases: list[Phase] = []
+        at_ns, late_ns = clock_ns, {}
+        for phase in motion.phases:
+            span_ns = length_ns if phase.name is name else phase.end_ns - phase.start_ns
+            late_ns[phase.start_ns - motion.start_ns] = at_ns - clock_ns - (phase.start_ns - motion.start_ns)
+            phases.append(Phase(phase.name, at_ns, at_ns + span_ns))
+            at_ns += span_ns
+        moved = {
+            part: dataclasses.replace(old, time_ns=old.time_ns + late_ns[int(old.time_ns[0])])
+            for part in ("approach", "raising", "loaded")
+            if (old := getattr(motion, part)) is not None
+        }
+        motions.append(dataclasses.replace(motion, phases=tuple(phases), start_ns=clock_ns, end_ns=at_ns, **moved))
+        clock_ns = at_ns
+    return dataclasses.replace(log, motions=tuple(motions))
+
+
+def no_time_to_hook_on(log: PlanLog) -> PlanLog:
+    return with_phase_of(log, PhaseName.HOOK_ON, 1000)
+
+
+def no_time_to_set(log: PlanLog) -> PlanLog:
+    return with_phase_of(log, PhaseName.SET, 1000)
+
+
+def no_time_to_release(log: PlanLog) -> PlanLog:
+    return with_phase_of(log, PhaseName.RELEASE, 1000)
+
+
+def no_trial_lift(log: PlanLog) -> PlanLog:
+    raising = max(int(m.raising.time_ns[-1] - m.raising.time_ns[0]) for m in log.motions)
+    return with_phase_of(log, PhaseName.RAISE, raising + 1000)
+
+
+def with_plan(log: PlanLog, **changes) -> PlanLog:
+    return dataclasses.replace(log, plan=dataclasses.replace(log.plan, **changes))
+
+
+def nothing_carried(log: PlanLog) -> PlanLog:
+    return log.extract([])
+
+
+def nothing_planned(log: PlanLog) -> PlanLog:
+    lifts = [
+        dataclasses.replace(
+            lift, status=Status.INFEASIBLE, method=None, path_vox=None, shortest_moves=None, reason="so"
+        )
+        for lift in log.plan.lifts
+    ]
+    return dataclasses.replace(with_plan(log, lifts=tuple(lifts)), motions=())
+
+
+def a_path_left_by_a_stop_that_never_was(log: PlanLog) -> PlanLog:
+    """The path is one cell, the target; a stop that no motion shows waives its start."""
+    lift = lift_of(log, "beam")
+    left = LeftPath(lift.path_vox, lift.contact_moves, log.motions[lift.order].start_ns + 1)
+    return with_lift(log, "beam", path_vox=lift.path_vox[-1:], shortest_moves=0, contact_moves=0, left=(left,))
+
+
+def the_same_with_an_epoch(log: PlanLog) -> PlanLog:
+    forged = a_path_left_by_a_stop_that_never_was(log)
+    until_ns = lift_of(forged, "beam").left[0].until_ns
+    return with_plan(forged, history=(Epoch(until_ns, ()),))
+
+
+def without_a_crane(log: PlanLog) -> PlanLog:
+    return dataclasses.replace(with_site(log, cranes=()), motions=())
+
+
+def a_stop_without_a_crane(log: PlanLog) -> PlanLog:
+    return without_a_crane(a_path_left_by_a_stop_that_never_was(log))
+
+
+def one_cell_without_a_crane(log: PlanLog) -> PlanLog:
+    path = lift_of(log, "beam").path_vox
+    return without_a_crane(with_lift(log, "beam", path_vox=path[-1:], shortest_moves=0, contact_moves=0))
+
+
+def an_epoch_that_never_ends(log: PlanLog) -> PlanLog:
+    """The obstruction stands in the path; the plan claims that it came after everything was set."""
+    until_ns = log.motions[-1].end_ns + 1
+    return with_plan(a_box_on_the_path(log), history=(Epoch(until_ns, ()),))
+
+
+def an_epoch_before_the_last_lift(log: PlanLog) -> PlanLog:
+    """True as far as the log tells: only the last lift came after the obstruction, which it does not meet."""
+    path = lift_of(log, "left").path_vox
+    middle = log.plan.site.frame.corner_of(path[2])
+    crated = with_blocker(log, "crate", box_cells(log.plan.site.frame, middle, middle + 0.5))
+    return with_plan(crated, history=(Epoch(log.motions[-1].start_ns, ()),))
