@@ -7,26 +7,35 @@ OUT    ?= demo-output
 PEERS  := .venv-peers
 PLANNERS := .venv-planners
 VIEWERS := .venv-viewers
-# Where pip is configured with a local folder of wheels, uv (which ignores pip's configuration) is told of it;
-# elsewhere uv picks the CPU or GPU build of torch that suits the machine.
+AUDITOR := .venv-audit
+# Where pip is configured with a local folder of wheels, uv (which ignores pip's configuration) is told of it; that folder
+# holds torch's CPU build. Elsewhere torch is PyPI's build, or with TORCH_BACKEND (cpu, auto, ...) one of PyTorch's index,
+# whose hashes are not known: then only the hashes of all other packages are checked.
 FIND_LINKS = $(shell $(PYTHON) -m pip config get global.find-links 2>/dev/null)
-TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
+TORCH_BACKEND ?=
+LOCKS = constraints.txt $(if $(FIND_LINKS),constraints-cpu.txt)
+HASHED = $(if $(TORCH_BACKEND),--torch-backend $(TORCH_BACKEND),$(if $(FIND_LINKS),--find-links $(FIND_LINKS)) --require-hashes)
+LOCKED = $(HASHED) $(addprefix -c ,$(LOCKS))
+# bimvox itself, from this folder, built with the locked setuptools.
+OURSELVES = --no-deps --no-build-isolation -e .
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-page test-fleet check lint types contracts samples bench bench-motion check-log bench-voxelize bench-environment bench-render \
 	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-decision bench-frozen train-generalist soak-watch soak-files \
-	picture docs constraints clean
+	picture docs constraints audit advisories wheel clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
 
-$(UV):
+$(UV): bootstrap.txt
 	$(PYTHON) -m venv $(VENV)/uv-bootstrap
-	$(VENV)/uv-bootstrap/bin/python -m pip install --quiet uv
+	$(VENV)/uv-bootstrap/bin/python -m pip install --quiet --require-hashes --only-binary :all: -r bootstrap.txt
+	@touch $@
 
-$(BIN)/bimvox: pyproject.toml constraints.txt | $(UV)
+$(BIN)/bimvox: pyproject.toml constraints.txt constraints-cpu.txt | $(UV)
 	test -x $(BIN)/python || $(PYTHON) -m venv --without-pip $(VENV)
-	$(UV) pip install --quiet --python $(BIN)/python $(TORCH_FROM) -c constraints.txt -e . --group dev
+	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) -r pyproject.toml --group dev
+	$(UV) pip install --quiet --python $(BIN)/python $(OURSELVES)
 	@touch $@
 
 setup: $(BIN)/bimvox ## make the virtual environment and install everything into it
@@ -38,11 +47,11 @@ test: setup ## the whole test suite
 	$(BIN)/python -m pytest
 
 test-page: setup ## the page in a real headless Chromium
-	$(UV) pip install --quiet --python $(BIN)/python -c constraints.txt --group browser
+	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) --group browser
 	$(BIN)/python -m pytest -m browser tests/rendering/page -n 0
 
 test-fleet: setup ## fleets on a real local Ray and a real local Dask cluster, and the Parquet table
-	$(UV) pip install --quiet --python $(BIN)/python $(TORCH_FROM) -c constraints.txt -e ".[ray,dask,parquet]"
+	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) -r pyproject.toml --extra ray --extra dask --extra parquet
 	$(BIN)/python -m pytest tests/pipeline/fleet -n 0 -rs
 
 lint: setup
@@ -83,7 +92,8 @@ bench-render: setup ## seconds a picture and a frame of a 500-part plan
 
 $(PEERS)/ready: benchmarks/peers.txt pyproject.toml constraints.txt | $(UV)
 	test -x $(PEERS)/bin/python || $(PYTHON) -m venv --without-pip $(PEERS)
-	$(UV) pip install --quiet --python $(PEERS)/bin/python $(TORCH_FROM) -c constraints.txt -e .
+	$(UV) pip install --quiet --python $(PEERS)/bin/python $(LOCKED) -r pyproject.toml --group build
+	$(UV) pip install --quiet --python $(PEERS)/bin/python $(OURSELVES)
 	grep -v '^#' benchmarks/peers.txt | while read -r peer; do \
 	  $(UV) pip install --quiet --python $(PEERS)/bin/python -c constraints.txt "$$peer" || echo "not installed: $$peer"; done
 	@touch $@
@@ -108,7 +118,8 @@ soak-watch: setup ## many random changes of a watched file, with all that may go
 
 $(PLANNERS)/ready: benchmarks/many_lifts/peers.txt pyproject.toml constraints.txt | $(UV)
 	test -x $(PLANNERS)/bin/python || $(PYTHON) -m venv --without-pip $(PLANNERS)
-	$(UV) pip install --quiet --python $(PLANNERS)/bin/python $(TORCH_FROM) -c constraints.txt -e .
+	$(UV) pip install --quiet --python $(PLANNERS)/bin/python $(LOCKED) -r pyproject.toml --group build
+	$(UV) pip install --quiet --python $(PLANNERS)/bin/python $(OURSELVES)
 	grep -v '^#' benchmarks/many_lifts/peers.txt | while read -r peer; do \
 	  $(UV) pip install --quiet --python $(PLANNERS)/bin/python -c constraints.txt "$$peer" || echo "not installed: $$peer"; done
 	@touch $@
@@ -141,12 +152,32 @@ picture: setup ## draw the README's picture again
 docs: setup ## write the pages of commands and formats again, from help and schemas
 	$(BIN)/python -m docs.reference
 
-constraints: $(UV) ## resolve the pinned versions again
+# One resolution for all platforms: the index gives the hashes of every file of a version, whatever platform it is for.
+# torch==2.13.0: constraints-cpu.txt has the hash of that version's CPU build.
+COMPILE = $(UV) pip compile --quiet --universal --python-version 3.11 --no-header --no-annotate --generate-hashes --upgrade
+constraints: $(UV) ## resolve the pinned versions and their hashes again (UV_VERSION=... for another uv)
 	echo 'torch==2.13.0' > $(VENV)/pins.txt
-	$(UV) pip compile --quiet --universal --python-version 3.11 $(if $(FIND_LINKS),--find-links $(FIND_LINKS)) \
-	  -c $(VENV)/pins.txt --all-extras --group dev --group browser pyproject.toml --no-header --no-annotate --upgrade -o $(VENV)/resolved.txt
-	{ head -1 constraints.txt; grep -vE '^(nvidia-|cuda-|triton|torch==)' $(VENV)/resolved.txt; echo 'torch==2.13.0'; } > $(VENV)/constraints.txt
+	$(COMPILE) -c $(VENV)/pins.txt --all-extras --group dev --group browser --group audit pyproject.toml -o $(VENV)/locked.txt
+	{ head -1 constraints.txt; cat $(VENV)/locked.txt; } > $(VENV)/constraints.txt
 	mv $(VENV)/constraints.txt constraints.txt
+	$(if $(UV_VERSION),echo 'uv==$(UV_VERSION)' | $(COMPILE) - -o $(VENV)/uv.txt && \
+	  { head -1 bootstrap.txt; cat $(VENV)/uv.txt; } > $(VENV)/bootstrap.txt && mv $(VENV)/bootstrap.txt bootstrap.txt)
+
+audit: setup ## the installed packages and their files against the lock file's versions and hashes; needs no network
+	$(BIN)/python -m supply.audit $(LOCKS)
+
+$(AUDITOR)/ready: pyproject.toml constraints.txt | $(UV)
+	test -x $(AUDITOR)/bin/python || $(PYTHON) -m venv --without-pip $(AUDITOR)
+	$(UV) pip install --quiet --python $(AUDITOR)/bin/python $(LOCKED) --group audit
+	@touch $@
+
+advisories: audit $(AUDITOR)/ready ## known vulnerabilities of what is installed; asks the network
+	$(AUDITOR)/bin/pip-audit --path "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')"
+
+wheel: setup ## build the wheel, with its SBOM (CycloneDX JSON) next to it: dist/
+	rm -rf dist build
+	SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct) $(UV) build --quiet --wheel --no-build-isolation --python $(BIN)/python -o dist .
+	$(BIN)/python -m supply.sbom dist/bimvox-*.whl $(LOCKS)
 
 clean: ## remove the virtual environment and what the demo wrote
-	rm -rf $(VENV) $(PEERS) $(PLANNERS) $(VIEWERS) $(OUT) build *.egg-info
+	rm -rf $(VENV) $(PEERS) $(PLANNERS) $(VIEWERS) $(AUDITOR) $(OUT) build dist *.egg-info
