@@ -7,10 +7,11 @@ from pathlib import Path
 
 from bimvox.library.own_files import check_own_files
 from bimvox.library.plan_value import Plan
-from bimvox.log.check import USED_TOPICS, check_commands, check_digests, check_load_poses
+from bimvox.log.check import check_commands, check_digests, check_load_poses
 from bimvox.log.mcap.reader import Contents, read_contents, read_file
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import log_of
+from bimvox.log.shown import check_shown
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.proof.coverage import with_coverage
 from bimvox.proof.over_time import not_current, verify_motions_over_time, verify_plan_over_time
@@ -38,13 +39,13 @@ def verify(plan: Plan | Path | str, *, progress: Listener = None) -> Verificatio
 
 
 def read_whole(log: Path, progress: Progress) -> tuple[Contents, PlanLog]:
-    """Return the messages and attachments of a log that a proof needs, and what they mean.
+    """Return the messages and attachments of a log, and what they mean.
 
     Raises:
         LogFileError: If it is missing, damaged, or not a log of bimvox.
     """
     progress.stage("read")
-    contents = read_contents(read_file(log), log, USED_TOPICS)
+    contents = read_contents(read_file(log), log)
     record = log_of(contents, log)
     if record.context:
         progress.note(f"this log is an extract: {len(record.plan.lifts)} of {len(record.all_lifts)} lifts are in it")
@@ -55,7 +56,7 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
     """Prove what was read from a log: plan, motions, digests, and that its topics agree.
 
     Args:
-        contents: The log's messages and attachments; of the topics at least ``USED_TOPICS``.
+        contents: The log's messages and attachments, all topics.
         record: Their meaning.
         progress: Receives the stages.
     """
@@ -69,7 +70,10 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
         check_load_poses(contents, record),
         check_commands(contents, record),
     )
-    return replace(proven, checks=(*proven.checks, *own))
+    found = replace(proven, checks=(*proven.checks, *own))
+    if not found.verified:
+        return found  # what is shown of a plan that is refused need not be made again
+    return replace(found, checks=(*found.checks, check_shown(contents, record)))
 
 
 def prove_plan(record: PlanLog, progress: Progress) -> Verification:

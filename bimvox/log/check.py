@@ -22,9 +22,6 @@ from bimvox.site.build import with_digests
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
-USED_TOPICS = frozenset((topics.PLANNED, topics.JOINTS, topics.EVENTS, topics.LOAD, topics.COMMAND))
-"""The topics that a proof checks; the others follow from the site and these."""
-
 _SAME_M = 1e-6
 _SHA256 = "sha256 "
 _OVER_BEND = 1e-3

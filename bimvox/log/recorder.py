@@ -26,7 +26,7 @@ from bimvox.log.crane_command import command_rows
 from bimvox.log.layout import layout_bytes
 from bimvox.log.mcap.channels import LogWriter
 from bimvox.log.mcap.form import Form
-from bimvox.log.mcap.merge import Timed, merged
+from bimvox.log.mcap.merge import Block, Timed, merged
 from bimvox.log.mcap.messages import pose, stamp
 from bimvox.log.mcap.rows import Rows
 from bimvox.log.motion_json import motions_to_json
@@ -64,30 +64,36 @@ def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None
             that the log uses itself.
     """
     _check(record)
-    tracks = sorted(tracks_of(record), key=lambda track: track.start_ns)
-    cranes = max(1, len(record.plan.site.cranes))
-    by_crane = [[track for track in tracks if _crane_number(record, track) == n] for n in range(cranes)]
-    start_ns = min((track.start_ns for track in tracks), default=0)
-    with LogWriter(stream, cranes) as writer:
-        writer.metadata(topics.METADATA, _metadata(record))
-        for name, data in _own_attachments(record, site_bytes):
+    with LogWriter(stream, max(1, len(record.plan.site.cranes))) as writer:
+        writer.metadata(topics.METADATA, metadata_of(record))
+        for name, data in own_attachments(record, site_bytes):
             writer.attachment(name, data)
         for name in sorted(record.attachments):
             writer.attachment(name, record.attachments[name])
-        streams: list[Iterable[Timed | Rows]] = [
-            [(start_ns, topics.VOXELS, voxel_grid(record.plan.site, start_ns))],
-            scene_messages(record.plan.site, record.all_lifts, tracks, start_ns),
-            (path_message(record.plan.site, track.lift, track.start_ns) for track in tracks),
-            log_messages(record, tracks, start_ns),
-            event_messages(record, tracks),
-            *(_transforms(record, own) for own in by_crane),
-            *(_load(own, number) for number, own in enumerate(by_crane)),
-            *(_joints(record, number) for number in range(cranes)),
-            *(_commands(record, number) for number in range(cranes)),
-        ]
-        for block in merged(streams, [track.start_ns for track in tracks[_BLOCK::_BLOCK]]):
+        for block in blocks_of(record):
             writer.block(block)
         return writer.messages
+
+
+def blocks_of(record: PlanLog) -> Iterator[Block]:
+    """Yield all messages of a log in the order of the file."""
+    site = record.plan.site
+    tracks = sorted(tracks_of(record), key=lambda track: track.start_ns)
+    cranes = max(1, len(site.cranes))
+    by_crane = [[track for track in tracks if _crane_number(record, track) == n] for n in range(cranes)]
+    start_ns = min((track.start_ns for track in tracks), default=0)
+    streams: list[Iterable[Timed | Rows]] = [
+        [(start_ns, topics.VOXELS, voxel_grid(site, start_ns))],
+        scene_messages(site, record.all_lifts, tracks, start_ns),
+        (path_message(site, track.lift, track.start_ns) for track in tracks),
+        log_messages(record, tracks, start_ns),
+        event_messages(record, tracks),
+        *(_transforms(record, own) for own in by_crane),
+        *(_load(own, number) for number, own in enumerate(by_crane)),
+        *(_joints(record, number) for number in range(cranes)),
+        *(_commands(record, number) for number in range(cranes)),
+    ]
+    yield from merged(streams, [track.start_ns for track in tracks[_BLOCK::_BLOCK]])
 
 
 def tracks_of(record: PlanLog) -> tuple[LoadTrack, ...]:
@@ -136,7 +142,8 @@ def _check(record: PlanLog) -> None:
             raise InputError(f"the log writes events of the kind {event.kind!r} itself", hint="give it another kind")
 
 
-def _metadata(record: PlanLog) -> dict[str, str]:
+def metadata_of(record: PlanLog) -> dict[str, str]:
+    """Return the metadata of a log: the recorder's own, and the record's."""
     site = record.plan.site
     frame = site.frame
     own = {
@@ -159,7 +166,8 @@ def _metadata(record: PlanLog) -> dict[str, str]:
     return {key: str(value) for key, value in own.items()} | dict(record.metadata)
 
 
-def _own_attachments(record: PlanLog, site_bytes: bytes | None) -> Iterator[tuple[str, bytes]]:
+def own_attachments(record: PlanLog, site_bytes: bytes | None = None) -> Iterator[tuple[str, bytes]]:
+    """Yield the attachments that the recorder makes, by name."""
     yield topics.PLAN_FILE, plan_to_json(record.plan, record.context)
     if record.motions:
         yield topics.MOTION_FILE, motions_to_json(record.motions)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -96,7 +96,7 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
 ]
 """Forged plans, the check that must refuse each, and a sentence that names the fault and the lift."""
 
-WITH_OTHERS = {"stands", "capacity", "motion_triangles", "jib"}
+WITH_OTHERS = {"shown", "stands", "capacity", "motion_triangles", "jib"}
 """Checks of the motions whose faults the plan's proof sees as well, or that need another site: tested below."""
 
 
@@ -226,17 +226,59 @@ def test_messages_that_disagree_with_the_motion_are_caught(
         {topics.LOAD: pose} if name == "load_poses" else {topics.COMMAND: rate}
     )
     proven(good, tmp_path)
-    contents = read_contents(read_file(tmp_path / "log.mcap"), "log")
-    with (tmp_path / "other.mcap").open("wb") as stream, LogWriter(stream) as writer:
+    rewrite(tmp_path, messages=changed)
+    assert failed(verify(tmp_path / "log.mcap", progress=SilentProgress())) == {name}
+    assert_each_alone_catches(tmp_path, {name, "shown"}, monkeypatch)
+
+
+def rewrite(
+    folder: Path,
+    *,
+    messages: Mapping[str, Callable[[bytes], bytes]] | None = None,
+    attachments: Mapping[str, Callable[[bytes], bytes]] | None = None,
+    metadata: Mapping[str, str] | None = None,
+    more: Sequence[tuple[str, int, bytes]] = (),
+) -> None:
+    """Write the log in a folder again, with other messages, attachments and metadata."""
+    contents = read_contents(read_file(folder / "log.mcap"), "log")
+    with (folder / "log.mcap").open("wb") as stream, LogWriter(stream) as writer:
         for key, values in contents.metadata.items():
-            writer.metadata(key, values)
+            writer.metadata(key, values | dict(metadata or {}))
         for key, data in contents.attachments.items():
-            writer.attachment(key, data)
+            writer.attachment(key, (attachments or {}).get(key, bytes)(data))
         for m in contents.messages:
-            writer.raw(m.topic, m.sequence, m.time_ns, changed.get(m.topic, bytes)(m.data))
-    assert failed(verify(tmp_path / "other.mcap", progress=SilentProgress())) == {name}
-    switch_off(name, monkeypatch)
-    assert verify(tmp_path / "other.mcap", progress=SilentProgress())["verified"] is True
+            writer.raw(m.topic, m.sequence, m.time_ns, (messages or {}).get(m.topic, bytes)(m.data))
+        for topic, time_ns, data in more:
+            writer.raw(topic, 10**6, time_ns, data)
+
+
+@pytest.mark.parametrize("name", faults.MESSAGES)
+def test_a_message_that_shows_something_else_is_refused(good: PlanLog, tmp_path: Path, name: str):
+    topic, spoil = faults.MESSAGES[name]
+    proven(good, tmp_path)
+    rewrite(tmp_path, messages={topic: spoil})
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert failed(document) == {"shown"}
+    assert document["checks"]["shown"]["failures"][0].startswith(f"{topic}: at ")
+
+
+@pytest.mark.parametrize("name", faults.ATTACHED)
+def test_an_attachment_for_viewers_that_says_something_else_is_refused(good: PlanLog, tmp_path: Path, name: str):
+    proven(good, tmp_path)
+    rewrite(tmp_path, attachments={name: faults.ATTACHED[name]})
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert failed(document) == {"shown"}
+    assert name in document["checks"]["shown"]["failures"][0]
+
+
+def test_altered_metadata_and_poses_after_the_last_lift_are_refused(good: PlanLog, tmp_path: Path):
+    proven(good, tmp_path)
+    rewrite(tmp_path, metadata={"voxel_size_m": "0.1"}, more=[(topics.LOAD, 10**15, b"")])
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert failed(document) == {"shown"}
+    told = document["checks"]["shown"]["failures"]
+    assert told[0].startswith("metadata voxel_size_m is '0.1'")
+    assert told[1] == f"{topics.LOAD}: 1 messages more than the plan gives, from 1000000.000 s"
 
 
 def assert_each_alone_catches(folder: Path, checks: set[str], patch: pytest.MonkeyPatch) -> None:

@@ -10,13 +10,22 @@ import json
 from collections.abc import Callable
 from dataclasses import astuple
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from box_sites import box_cells, box_mesh, box_site, test_crane
+from foxglove_schemas_protobuf.Event_pb2 import Event
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from foxglove_schemas_protobuf.VoxelGrid_pb2 import VoxelGrid
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.kinematics import hook_of
+from bimvox.log import schema as topics
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
@@ -591,3 +600,49 @@ def an_epoch_before_the_last_lift(log: PlanLog) -> PlanLog:
     middle = log.plan.site.frame.corner_of(path[2])
     crated = with_blocker(log, "crate", box_cells(log.plan.site.frame, middle, middle + 0.5))
     return with_plan(crated, history=(Epoch(log.motions[-1].start_ns, ()),))
+
+
+# What a viewer shows, changed after the plan was written: by topic, a function from a message's bytes to other bytes.
+
+
+def changed(kind: Any, change: Callable[[Any], None]) -> Callable[[bytes], bytes]:
+    def spoil(data: bytes) -> bytes:
+        message = kind.FromString(data)
+        change(message)
+        return bytes(message.SerializeToString(deterministic=True))
+
+    return spoil
+
+
+def _moved_frames(message: Any) -> None:
+    for transform in message.transforms:
+        transform.translation.x += 25.0
+
+
+def _fast_joints(message: Any) -> None:
+    for joint in message.joints:
+        joint.velocity = 1e9
+
+
+def _other_cubes(message: Any) -> None:
+    for entity in message.entities:
+        for cube in entity.cubes:
+            cube.pose.position.z += 30.0
+
+
+MESSAGES: dict[str, tuple[str, Callable[[bytes], bytes]]] = {
+    "frames": (topics.TF, changed(FrameTransforms, _moved_frames)),
+    "velocities": (topics.JOINTS, changed(JointStates, _fast_joints)),
+    "scene": (topics.SCENE, changed(SceneUpdate, _other_cubes)),
+    "garbage scene": (topics.SCENE, lambda data: b"garbage" + data[:5]),
+    "voxels": (topics.VOXELS, changed(VoxelGrid, lambda m: setattr(m, "data", bytes(len(m.data))))),
+    "log": (topics.LOG, changed(Log, lambda m: setattr(m, "message", "all is well"))),
+    "tilt": (topics.LOAD, changed(PoseInFrame, lambda m: setattr(m, "frame_id", "elsewhere"))),
+    "event": (topics.EVENTS, changed(Event, lambda m: m.metadata.add(key="name", value="other"))),
+}
+"""Messages that show something else than what is proven; no other check looks at them."""
+ATTACHED: dict[str, Callable[[bytes], bytes]] = {
+    topics.URDF_FILE: lambda data: data.replace(b"jib", b"jab"),
+    topics.CHART_FILE: lambda data: data.replace(b"20000.0", b"99000.0"),
+    topics.PLAN_FILE: lambda data: data.replace(b'"sling_m": 1.0', b'"sling_m": 9.0'),
+}

@@ -51,13 +51,12 @@ def read_revision(file: Path, progress: Progress) -> Read:
     Raises:
         LogFileError: If it is damaged or not a bimvox log.
     """
-    from bimvox.log.check import USED_TOPICS
     from bimvox.log.mcap.reader import read_contents, read_file
     from bimvox.log.reader import log_of
 
     progress.stage("read")
     data = read_file(file)
-    contents = read_contents(data, file, USED_TOPICS)
+    contents = read_contents(data, file)
     return Read(file, hashlib.sha256(data).hexdigest(), contents, log_of(contents, file))
 
 

@@ -1,0 +1,146 @@
+"""Proves that what a viewer shows is what is proven: every topic and file of a log is made again and compared."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict, deque
+from collections.abc import Iterator, Mapping
+from math import isclose
+from typing import Any
+
+from google.protobuf.message import DecodeError as ProtobufError
+
+from bimvox.log import schema as topics
+from bimvox.log.mcap.reader import Contents, LogMessage
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.recorder import blocks_of, metadata_of, own_attachments
+from bimvox.log.schema import topics_of
+from bimvox.records.proof import Check
+
+_SAME = 1e-6
+"""Numbers that differ by less, relative or absolute, are the same: an axis is read from a joint and written again."""
+_OF_THE_PROGRAM = frozenset(("bimvox", topics.RECOVERED))
+"""Metadata about the program that wrote the log."""
+
+
+def check_shown(contents: Contents, log: PlanLog) -> Check:
+    """Check that every message, own attachment and own metadata of a log is what its plan and motions give.
+
+    Args:
+        contents: The log with all its topics.
+        log: Its meaning.
+    """
+    check = Check("shown")
+    _check_metadata(check, contents.metadata.get(topics.METADATA, {}), metadata_of(log))
+    for name, wanted in own_attachments(log):
+        if name != topics.SITE_FILE:  # the site is read from it, and its digests are checked
+            _check_attachment(check, name, contents.attachments.get(name), wanted)
+    _check_messages(check, contents, log)
+    return check
+
+
+def _check_metadata(check: Check, found: Mapping[str, str], wanted: Mapping[str, str]) -> None:
+    for key in sorted(topics.OWN_METADATA - _OF_THE_PROGRAM):
+        if key in found or key in wanted:
+            same = found.get(key) == wanted.get(key)
+            check.look(same, f"metadata {key} is {_short(found.get(key))}, the plan gives {_short(wanted.get(key))}")
+
+
+def _check_attachment(check: Check, name: str, found: bytes | None, wanted: bytes) -> None:
+    if found is None:
+        check.look(False, f"attached {name} is missing")
+    elif name.endswith(".json"):
+        try:
+            place = _difference(json.loads(found), json.loads(wanted))
+        except (ValueError, RecursionError):
+            place = "it is not JSON"
+        check.look(not place, f"attached {name} is not what the plan gives: {place}")
+    else:
+        check.look(found == wanted, f"attached {name} is not what the plan gives")
+
+
+def _check_messages(check: Check, contents: Contents, log: PlanLog) -> None:
+    kinds = {topic.name: topic.message for topic in topics_of(max(1, len(log.plan.site.cranes)))}
+    left: defaultdict[str, deque[LogMessage]] = defaultdict(deque)
+    for message in contents.messages:
+        left[message.topic].append(message)
+    for topic in sorted(left.keys() - kinds.keys()):
+        check.look(False, f"{topic}: bimvox writes no such topic for this site")
+        del left[topic]
+    for topic, time_ns, wanted in _expected(log):
+        if not left[topic]:
+            check.look(False, f"{topic}: the message at {time_ns / 1e9:.3f} s is missing")
+            continue
+        found = left[topic].popleft()
+        if found.time_ns == time_ns and found.data == wanted:
+            check.samples += 1
+            continue
+        check.look(
+            found.time_ns == time_ns and _same_message(kinds[topic], found.data, wanted),
+            f"{topic}: at {found.time_ns / 1e9:.3f} s it shows something else than the plan says"
+            + _lift_at(log, found.time_ns),
+        )
+    for topic, rest in left.items():
+        if rest:
+            check.look(
+                False, f"{topic}: {len(rest):,} messages more than the plan gives, from {rest[0].time_ns / 1e9:.3f} s"
+            )
+
+
+def _expected(log: PlanLog) -> Iterator[tuple[str, int, bytes]]:
+    for block in blocks_of(log):
+        for number, time_ns, data in zip(block.topic.tolist(), block.time_ns.tolist(), block.data, strict=True):
+            yield block.topics[number], time_ns, data
+
+
+def _lift_at(log: PlanLog, time_ns: int) -> str:
+    """Return which lift is under way at a time, in words."""
+    for motion in log.motions:
+        if motion.start_ns <= time_ns <= motion.end_ns:
+            return f" (lift {motion.number}, {log.plan.site.components[motion.component].label})"
+    return ""
+
+
+def _same_message(kind: Any, found: bytes, wanted: bytes) -> bool:
+    try:
+        return _same_fields(kind.FromString(found), kind.FromString(wanted))
+    except ProtobufError:
+        return False
+
+
+def _same_fields(found: Any, wanted: Any) -> bool:
+    """Return whether two messages are equal except for rounding; unknown fields are not looked at by viewers."""
+    if type(found) is float:
+        return isclose(found, wanted, rel_tol=_SAME, abs_tol=_SAME)
+    if not hasattr(found, "DESCRIPTOR"):
+        return bool(found == wanted)
+    for field in found.DESCRIPTOR.fields:
+        one, other = getattr(found, field.name), getattr(wanted, field.name)
+        if field.is_repeated:
+            if len(one) != len(other) or not all(map(_same_fields, one, other)):
+                return False
+        elif (field.message_type is not None and found.HasField(field.name) != wanted.HasField(field.name)) or (
+            not _same_fields(one, other)
+        ):
+            return False
+    return True
+
+
+def _difference(found: Any, wanted: Any, where: str = "") -> str:
+    """Return the first place where two documents differ; keys that only one of them has may be of another version."""
+    if isinstance(found, dict) and isinstance(wanted, dict):
+        places = (_difference(found[key], wanted[key], f"{where}.{key}") for key in wanted if key in found)
+        return next(filter(None, places), "")
+    if isinstance(found, list) and isinstance(wanted, list) and len(found) == len(wanted):
+        places = (
+            _difference(one, other, f"{where}[{n}]") for n, (one, other) in enumerate(zip(found, wanted, strict=True))
+        )
+        return next(filter(None, places), "")
+    if isinstance(found, float) and isinstance(wanted, int | float):
+        return "" if isclose(found, wanted, rel_tol=_SAME, abs_tol=_SAME) else f"{where} is {found:g}"
+    return "" if found == wanted else f"{where.lstrip('.')} is {_short(found)} instead of {_short(wanted)}"
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
