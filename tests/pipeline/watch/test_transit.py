@@ -115,7 +115,7 @@ def test_a_load_in_the_air_is_stopped_and_goes_on_from_where_it_is(frame, order,
     # Against the new obstructions alone what was done need not hold; over time, and from the log alone, it does.
     log = frame[0]
     stream = io.BytesIO()
-    write_log(stream, type(log)(plan=after.plan, motions=after.chain))
+    write_log(stream, type(log)(plan=after.plan, motions=after.chain, attachments=log.attachments))
     (tmp_path / "log.mcap").write_bytes(stream.getvalue())
     again = read_log(tmp_path / "log.mcap")
     assert [epoch.until_ns for epoch in again.plan.history] == [now_ns]
