@@ -7,26 +7,29 @@ import errno
 import hashlib
 import os
 import secrets
+import stat
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import BinaryIO
 
-from bimvox.errors import FileError
+from bimvox.errors import FileError, InputError
+
+MOST_BYTES = 4 << 30
+"""The largest input file that is read into memory."""
+ErrorKind = Callable[..., InputError]
+"""Makes an error of (path, message, hint=...)."""
 
 _CHUNK_BYTES = 1 << 20
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 
 
-def require_input(path: Path, error_kind: type[FileError] = FileError) -> Path:
-    """Return ``path`` if it is a readable file that is not empty.
+def require_input(path: Path, error_kind: ErrorKind = FileError) -> Path:
+    """Return ``path`` if it is a readable regular file that is not empty.
 
     Raises:
-        FileError: If it is missing, a folder, unreadable or empty; of the kind ``error_kind``.
+        FileError: If it is missing, a folder, a pipe, a device, unreadable or empty; of the kind ``error_kind``.
     """
-    if path.is_dir():
-        raise error_kind(path, "this is a folder, a file is needed", hint=f"name one of the files in {path}")
-    if not path.exists():
-        raise error_kind(path, "no such file", hint=_hint_for_missing(path))
+    require_regular(path, error_kind, MOST_BYTES)
     try:
         with path.open("rb") as stream:
             first = stream.read(1)
@@ -37,20 +40,109 @@ def require_input(path: Path, error_kind: type[FileError] = FileError) -> Path:
     return path
 
 
+def read_input(
+    path: Path, error_kind: ErrorKind = FileError, *, most_bytes: int = MOST_BYTES, may_be_empty: bool = False
+) -> bytes:
+    """Return the bytes of a regular file; it is looked at before it is opened, and measured before it is read.
+
+    Args:
+        path: The file.
+        error_kind: Makes the error.
+        most_bytes: The largest file that is accepted.
+        may_be_empty: Whether the caller itself says what an empty file means.
+
+    Raises:
+        FileError: As :func:`require_input`, and if the file is larger than ``most_bytes``.
+    """
+    require_regular(path, error_kind, most_bytes)
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(most_bytes + 1)
+    except OSError as error:
+        raise error_kind(path, f"cannot be read: {reason_of(error)}", hint="check the file's permissions") from error
+    if not data and not may_be_empty:
+        raise error_kind(path, "the file is empty", hint="write, export or copy it again")
+    if len(data) > most_bytes:
+        raise _too_large(path, error_kind, most_bytes)
+    return data
+
+
+def require_regular(path: Path, error_kind: ErrorKind = FileError, most_bytes: int = MOST_BYTES) -> None:
+    """Raise an error if ``path`` is not a regular file of at most ``most_bytes``; nothing is opened."""
+    status = status_of(path, error_kind)
+    if status is None:
+        raise error_kind(path, "cannot be read: no such file", hint=_hint_for_missing(path))
+    if stat.S_ISDIR(status.st_mode):
+        raise error_kind(
+            path, "cannot be read: this is a folder, a file is needed", hint=f"name one of the files in {path}"
+        )
+    if not stat.S_ISREG(status.st_mode):
+        raise error_kind(
+            path,
+            f"cannot be read: this is {_kind_in_words(status.st_mode)}, not a regular file",
+            hint="copy its content into a file, and name that file",
+        )
+    if status.st_size > most_bytes:
+        raise _too_large(path, error_kind, most_bytes)
+
+
+def _too_large(path: Path, error_kind: ErrorKind, most_bytes: int) -> InputError:
+    return error_kind(
+        path, f"the file is larger than {most_bytes >> 20:,} MiB, the most that is read", hint="split or simplify it"
+    )
+
+
+def status_of(path: Path, error_kind: ErrorKind = FileError) -> os.stat_result | None:
+    """Return what the system knows about a file, links followed; None if there is no such file.
+
+    Raises:
+        FileError: If the path itself is impossible: too long, a loop of links, a NUL in it; a closed folder.
+    """
+    try:
+        return path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        raise error_kind(path, f"the path cannot be used: {reason_of(error)}", hint="name another file") from error
+    except ValueError as error:
+        raise error_kind(path, "the path holds a NUL character", hint="name another file") from error
+
+
+def resolved(path: Path, error_kind: ErrorKind = FileError) -> Path:
+    """Return the absolute path without links.
+
+    Raises:
+        FileError: If the path is impossible, as :func:`status_of`.
+    """
+    status_of(path, error_kind)
+    try:
+        return path.resolve()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise error_kind(path, "the path cannot be used: a loop of links", hint="name another file") from error
+
+
+def _kind_in_words(mode: int) -> str:
+    """Return what a file that is not regular is."""
+    kinds = ((stat.S_ISFIFO, "a pipe"), (stat.S_ISSOCK, "a socket"), (stat.S_ISCHR, "a device"))
+    return next((words for is_kind, words in kinds if is_kind(mode)), "a device")
+
+
 def check_output(path: Path, *, inputs: Iterable[Path] = ()) -> Path:
     """Return ``path`` if a file can be written there; called before the work that makes its content.
 
     Raises:
         FileError: If ``path`` is an input, a folder or a device, or its folder is missing or cannot be written to.
     """
-    if path.is_dir():
+    status = status_of(path)
+    if status is not None and stat.S_ISDIR(status.st_mode):
         raise FileError(path, "this is a folder, the output is a file", hint=f"for example {path / 'output'}")
-    if path.exists() and not path.is_file():
+    if status is not None and not stat.S_ISREG(status.st_mode):
         raise FileError(path, "this is not a regular file and cannot be replaced", hint="name another output file (-o)")
     for source in inputs:
-        if path.exists() and source.exists() and path.samefile(source):
+        other = status_of(source)
+        if status is not None and other is not None and os.path.samestat(status, other):
             raise FileError(path, "the output would overwrite its own input", hint="name another output file (-o)")
-    folder = path.resolve().parent
+    folder = resolved(path).parent
     if not folder.is_dir():
         raise FileError(path, f"the folder {folder} does not exist", hint=f"mkdir -p {folder}")
     if not os.access(folder, os.W_OK | os.X_OK):
@@ -64,7 +156,7 @@ def check_new_folder(path: Path) -> Path:
     Raises:
         FileError: If something is there already, or its folder is missing or cannot be written to.
     """
-    if path.exists():
+    if status_of(path) is not None:
         raise FileError(path, "this exists already, and a folder is not overwritten", hint="name another folder (-o)")
     return check_output(path)
 
@@ -84,7 +176,7 @@ def write_atomically(path: Path, data: bytes | Callable[[BinaryIO], object], *, 
         FileError: If it cannot be written.
     """
     check_output(path, inputs=inputs)
-    target = path.resolve()
+    target = resolved(path)
     temporary = target.parent / f".bimvox-{secrets.token_hex(8)}.part"
     try:
         descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)

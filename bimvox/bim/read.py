@@ -10,6 +10,7 @@ from bimvox.bim.ifc.geometry import GeometryPool
 from bimvox.bim.ifc.step_file import check_frame, step_bytes
 from bimvox.bim.options import ReadOptions
 from bimvox.errors import FileError, InputError
+from bimvox.files import read_input
 from bimvox.progress import Report
 
 __all__ = ["IFC_SUFFIXES", "MESH_SUFFIXES", "ReadOptions", "read_building"]
@@ -36,7 +37,7 @@ def read_building(path: Path, options: ReadOptions | None = None, progress: Repo
     if suffix not in IFC_SUFFIXES + MESH_SUFFIXES:
         accepted = ", ".join(IFC_SUFFIXES + MESH_SUFFIXES)
         raise FileError(path, f"{suffix or 'no suffix'}: not a building file", hint=f"accepted are {accepted}")
-    data = _bytes_of(path)
+    data = read_input(path)
     digest = hashlib.sha256(data).hexdigest()
     if suffix in IFC_SUFFIXES:
         if options.up == "y":
@@ -50,22 +51,3 @@ def read_building(path: Path, options: ReadOptions | None = None, progress: Repo
     from bimvox.bim.mesh.file import read_mesh_file
 
     return read_mesh_file(path, data, digest, options, report)
-
-
-def _bytes_of(path: Path) -> bytes:
-    """Return the file's bytes.
-
-    Raises:
-        FileError: If it is missing, a folder, unreadable or empty.
-    """
-    if path.is_dir():
-        raise FileError(path, "is a folder", hint="name the model file inside it")
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise FileError(path, "no such file", hint="check the spelling of the path") from None
-    except OSError as error:
-        raise FileError(path, f"cannot be read: {error.strerror}", hint="check its permissions") from error
-    if not data:
-        raise FileError(path, "is empty", hint="export or copy the model again")
-    return data

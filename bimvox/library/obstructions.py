@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES, read_building
 from bimvox.errors import ObstructionFileError
+from bimvox.files import resolved
 from bimvox.grid.frame import GridFrame
 from bimvox.progress import Progress
 from bimvox.site.build import with_obstructions
-from bimvox.site.obstructions.file import parse_obstructions
+from bimvox.site.obstructions.file import parse_obstructions, read_obstruction_file
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
 from bimvox.site.obstructions.point_file import is_scan
 from bimvox.site.site import Site
@@ -36,10 +37,10 @@ def load_obstructions(path: Path, site: Site) -> ObstructionSet:
     if is_scan(path):
         entry = {"id": path.stem, "points": path.name}
         return parse_obstructions(
-            json.dumps({"version": 1, "obstructions": [entry]}).encode(), path.name, path.resolve().parent
+            json.dumps({"version": 1, "obstructions": [entry]}).encode(), path.name, resolved(path).parent
         )
     if path.suffix.lower() not in IFC_SUFFIXES + MESH_SUFFIXES:
-        return parse_obstructions(path.read_bytes(), path.name, path.resolve().parent)
+        return read_obstruction_file(path)
     building = read_building(path)
     ifc_to_site = np.linalg.inv(site.site_to_ifc)
     meshes = []

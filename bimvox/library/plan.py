@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from bimvox.errors import InputError, PlanningError
-from bimvox.files import require_input
+from bimvox.files import read_input, require_input
 from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.plan_value import Plan
 from bimvox.library.prove import Planned, Retraining, insist_on_one_lift, plan_and_prove, prepared
@@ -92,7 +92,7 @@ def obstructions_of(
         )
     path = require_input(Path(obstructions))
     found = load_obstructions(path, site)
-    return found, {f"obstructions{path.suffix.lower()}": path.read_bytes()}
+    return found, {f"obstructions{path.suffix.lower()}": read_input(path)}
 
 
 def policy_of(

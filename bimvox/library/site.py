@@ -14,7 +14,6 @@ from bimvox.bim.read import ReadOptions, read_building
 from bimvox.crane.catalogue import machines_called
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
-from bimvox.files import require_input
 from bimvox.grid.part_cells import all_part_cells
 from bimvox.library.building import say_notes
 from bimvox.library.obstructions import rasterise
@@ -23,7 +22,7 @@ from bimvox.site import guess
 from bimvox.site.build import PlacedModel, build_site
 from bimvox.site.component import Component
 from bimvox.site.config import ModelConfig, SiteConfig
-from bimvox.site.config_file import load_site_config
+from bimvox.site.config_file import load_site_config, read_site_file
 from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
 from bimvox.site.placement import place_building
@@ -87,8 +86,7 @@ def load_site(path: Path | str, progress: Listener = None) -> LoadedSite:
         SelectionError: If nothing is to be lifted.
     """
     told, path = progress_of(progress), Path(path)
-    require_input(path)
-    text = path.read_bytes()
+    text = read_site_file(path)
     config = load_site_config(path)
     model = config.model
     options = ReadOptions(select=model.select, unit=model.unit, up=model.up, assemblies=model.assemblies)

@@ -13,7 +13,7 @@ _UNIX = 3
 _LEVEL = 1
 """Speed over size, because a watch writes a site into every revision: a third of the time, 1.6 times the size."""
 _MAX_RATIO = 1_040  # deflate reaches 1032 : 1 at most, so a larger claim is false
-_MAX_BYTES = 4 << 30
+_MAX_BYTES = 1 << 30
 
 
 class ArchiveError(ValueError):

@@ -97,7 +97,7 @@ def site_from_bytes(data: bytes, name: str) -> Site:
     """
     try:
         return _read(unpack(data))
-    except (ArchiveError, DecodeError, RecursionError, UnicodeDecodeError, json.JSONDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise LogFileError(name, f"the site in it cannot be read: {error}") from error
 
 
@@ -159,6 +159,8 @@ def _check(site: Site) -> None:
         _check_cells(component.shape.cells, site.shape, f"{where}.shape.cells")
         _check_boxes(component.shape, f"{where}.shape.boxes")
         _check_mesh(component.mesh, f"{where}.mesh")
+        if not len(component.mesh.faces):
+            raise DecodeError(f"{where}.mesh: part {component.label} has no faces")
         if component.crane and not 0 <= component.crane < len(site.cranes):
             raise DecodeError(f"{where}.crane: the site has no crane {component.crane}")
         high = np.add(component.target_vox, component.shape.size_vox)

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from typing import TypeVar
 
 from bimvox.errors import LogFileError
-from bimvox.log.archive import ArchiveError, pack, unpack
+from bimvox.log.archive import pack, unpack
 from bimvox.log.bundle import from_npy, to_npy
-from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, DecodeError, decode, encode
+from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, decode, encode
 from bimvox.revision.held_cranes import HeldCranes
 from bimvox.stop.redirect import Held
 
@@ -53,6 +53,6 @@ def _from_bytes(data: bytes, kind: type[T], name: str) -> T:
         members = unpack(data)
         flat = {dtype: from_npy(members[f"{dtype}.npy"], dtype) for dtype in DTYPES if f"{dtype}.npy" in members}
         held: T = decode(kind, json.loads(members[_VALUES]), ArrayReader(flat), "held")
-    except (ArchiveError, DecodeError, KeyError, RecursionError, UnicodeDecodeError, json.JSONDecodeError) as error:
+    except (ValueError, KeyError, RecursionError) as error:
         raise LogFileError(name, f"the held load cannot be read: {error}") from error
     return held

@@ -109,7 +109,7 @@ def motions_from_json(
         records = decode(tuple[_Record, ...], document.get("motions"), ArrayReader({}), "motions")
         found = (_motion(record, _joints_of(record, joints), partial) for record in records)
         return tuple(motion for motion in found if motion is not None)
-    except (DecodeError, RecursionError, UnicodeDecodeError, json.JSONDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise LogFileError(name, f"the motions in it cannot be read: {error}") from error
 
 

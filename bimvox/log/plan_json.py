@@ -81,7 +81,7 @@ def plan_from_json(
     """
     try:
         return _read(json.loads(data), site, paths, partial)
-    except (DecodeError, RecursionError, UnicodeDecodeError, json.JSONDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise LogFileError(name, f"the plan in it cannot be read: {error}") from error
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import astuple
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -37,6 +38,15 @@ from bimvox.site.validation import (
 _RULES = Rules()
 
 
+def _not_below(least: float, value: float) -> float:
+    if value < least:
+        raise ValueError(f"{value:g} is too small: at least {least:g}")
+    return value
+
+
+CellSize = Annotated[Positive, Field(le=100.0), AfterValidator(partial(_not_below, 1e-3))]
+
+
 def _simple_polygon(corners: tuple[Point2, ...]) -> tuple[Point2, ...]:
     """Return the corners; raise an error if the polygon has no area or crosses itself."""
     polygon = shapely.Polygon(corners)
@@ -63,7 +73,7 @@ class ModelConfig(Table):
     """Length unit of a mesh file; IFC files contain theirs."""
     up: Literal["y", "z"] | None = None
     """Axis of a mesh file that points up. Default: the axis of its format (glTF: y), otherwise z."""
-    voxel_size_m: Positive | None = None
+    voxel_size_m: CellSize | None = None
     """Edge length of a planning cell, metres."""
     yaw_rad: Number = 0.0
     """Angle of the site's x axis in the model, counter-clockwise. It aligns the grid with a building that is turned on
@@ -112,20 +122,24 @@ class _AxisConfig(Table):
         return AxisLimits(*self.model_dump().values())
 
 
+Rate = Annotated[Positive, Field(le=1e4), AfterValidator(partial(_not_below, 1e-4))]
+"""A rate, acceleration or jerk, in radians or metres: a slower crane would take days for a lift."""
+
+
 class SlewingConfig(_AxisConfig):
     """Limits of the slewing axis."""
 
-    rate_rad_s: Positive
-    acceleration_rad_s2: Positive
-    jerk_rad_s3: Positive
+    rate_rad_s: Rate
+    acceleration_rad_s2: Rate
+    jerk_rad_s3: Rate
 
 
 class TravelConfig(_AxisConfig):
     """Limits of the trolley or the hoist."""
 
-    rate_m_s: Positive
-    acceleration_m_s2: Positive
-    jerk_m_s3: Positive
+    rate_m_s: Rate
+    acceleration_m_s2: Rate
+    jerk_m_s3: Rate
 
 
 def _falling(pairs: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
@@ -148,9 +162,9 @@ class ReevingConfig(Table):
     """Load chart: [radius in m, capacity in kg] pairs, load, rigging and hook block together."""
     hook_block_kg: NotNegative = 0.0
     """Mass of its hook block, added to every load."""
-    trolley_rate_m_s: Positive | None = None
+    trolley_rate_m_s: Rate | None = None
     """Highest speed of the trolley with it. Default: the rate of ``trolley``."""
-    gears: tuple[tuple[Positive, Positive], ...] = ()
+    gears: tuple[tuple[Positive, Rate], ...] = ()
     """Hoist rates: [largest mass on the rope in kg, rate in m/s]."""
 
 
@@ -236,7 +250,7 @@ class CraneConfig(Table):
     """Mass of the hook block, added to every load. Default: the built-in machine's; 0 if ``chart`` is given."""
     falls: Annotated[Whole, Field(ge=1)] | None = None
     """Parts of rope that carry the hook, for the whole job. Default: the reeving that carries most."""
-    gears: tuple[tuple[Positive, Positive], ...] | None = None
+    gears: tuple[tuple[Positive, Rate], ...] | None = None
     """Hoist rates: [largest mass on the rope in kg, including hook block and rigging; rate in m/s]. Above the last
     mass, the rate of ``hoist`` applies."""
     working_range: WorkingRangeConfig | None = None
@@ -350,6 +364,13 @@ class ZoneConfig(Table):
         return self
 
 
+Pause = Annotated[NotNegative, Field(le=86_400.0)]
+"""A time that the crane waits in a lift: at most a day."""
+
+
+Period = Annotated[Positive, Field(le=MOST_SAMPLE_PERIOD_S), AfterValidator(partial(_not_below, 1e-3))]
+
+
 class RulesConfig(Table):
     """The rules of the site."""
 
@@ -368,13 +389,13 @@ class RulesConfig(Table):
     """How far below a part its support may be (grout joints, bearings)."""
     rope: Flag = _RULES.rope
     """Whether the hoist rope above the load must be kept free."""
-    sample_period_s: Annotated[Positive, Field(le=MOST_SAMPLE_PERIOD_S)] = _RULES.sample_period_s
+    sample_period_s: Period = _RULES.sample_period_s
     """Sampling interval of the trajectory in the log."""
-    bracing_s: NotNegative = _RULES.bracing_s
+    bracing_s: Pause = _RULES.bracing_s
     """Time to align, fix and brace a part while it hangs on the hook."""
-    release_s: NotNegative = _RULES.release_s
+    release_s: Pause = _RULES.release_s
     """Time to remove the slings."""
-    turn_s: NotNegative = _RULES.turn_s
+    turn_s: Pause = _RULES.turn_s
     """Time to turn a hanging part by a quarter (tag lines, or a rotator)."""
     swing: Literal["shaped", "off"] = _RULES.swing.value
     """`shaped`: the crane's moves are shaped so that no load swings when it is set, and the swing in transit is proven
@@ -382,7 +403,7 @@ class RulesConfig(Table):
     truckload_kg: NotNegative = _RULES.truckload_kg
     """Largest mass of a delivery; a heavier part comes alone. Default: as much as the yard holds. A smaller value means
     more deliveries and shorter travel: each delivery uses the nearest places of the yard as soon as they are empty."""
-    wind_speed_m_s: NotNegative = _RULES.wind_speed_m_s
+    wind_speed_m_s: Annotated[NotNegative, Field(le=100.0)] = _RULES.wind_speed_m_s
     """Wind (gust of 3 s at jib height) in which every lift must be possible. A part whose sail area permits only less
     wind (EN 13000: 1.2 m2 per tonne, drag included) is not lifted. 0: no wind."""
     drag_coefficient: Positive = _RULES.drag_coefficient

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-import tomllib
+from functools import partial
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from bimvox.errors import ConfigError
+from bimvox.files import read_input, require_regular, resolved, status_of
 from bimvox.site.config import SiteConfig
+from bimvox.site.nested import toml_values
 from bimvox.site.validation import first_finding
+
+_MOST_BYTES = 16 << 20
 
 
 def load_site_config(path: Path | str) -> SiteConfig:
@@ -27,16 +31,12 @@ def load_site_config(path: Path | str) -> SiteConfig:
     """
     path = Path(path)
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = read_site_file(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})") from None
-    except OSError as error:
-        raise ConfigError(
-            path, None, f"cannot be read: {error.strerror}", hint="bimvox init MODEL writes one"
-        ) from None
     config = parse_site_config(text, path)
-    model_path = (path.parent / config.model.path.expanduser()).resolve()
-    if not model_path.is_file():
+    model_path = _model_path(path, config.model.path)
+    if status_of(model_path) is None:
         raise ConfigError(
             path,
             "model.path",
@@ -47,6 +47,36 @@ def load_site_config(path: Path | str) -> SiteConfig:
     return config.model_copy(update={"model": model, "name": config.name or path.stem})
 
 
+def read_site_file(path: Path) -> bytes:
+    """Return the bytes of a site file.
+
+    Raises:
+        ConfigError: If it is missing, empty, larger than 16 MiB or not a regular file.
+    """
+    return read_input(path, partial(_unreadable, key=None), most_bytes=_MOST_BYTES)
+
+
+def _model_path(path: Path, model: Path) -> Path:
+    """Return the path of the model, absolute.
+
+    Raises:
+        ConfigError: If it is impossible, or what is there is not a regular file.
+    """
+    of_site = partial(_unreadable, key="model.path", of=path)
+    try:
+        there = resolved(path.parent / model.expanduser(), of_site)
+    except RuntimeError:
+        raise ConfigError(path, "model.path", f"no home folder for {model}", hint="write the whole path") from None
+    if status_of(there, of_site) is not None:
+        require_regular(there, of_site)
+    return there
+
+
+def _unreadable(path: Path, message: str, *, hint: str, key: str | None, of: Path | None = None) -> ConfigError:
+    """Return the error about a file that cannot be read: the site file, or a file that it names."""
+    return ConfigError(of or path, key, f"{path}: {message}" if of else message, hint=hint)
+
+
 def parse_site_config(text: str, path: Path | str) -> SiteConfig:
     """Return the content of a site file's text without reading any file; ``path`` is for messages.
 
@@ -54,9 +84,9 @@ def parse_site_config(text: str, path: Path | str) -> SiteConfig:
         ConfigError: As :func:`load_site_config`, except for the model file.
     """
     try:
-        values = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError(path, None, f"not TOML: {error}") from None
+        values = toml_values(text)
+    except ValueError as error:
+        raise ConfigError(path, None, str(error)) from None
     try:
         config = SiteConfig.model_validate(values)
     except ValidationError as error:

@@ -17,12 +17,14 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
 
 
-Number = Annotated[float, Field(strict=True)]
-Positive = Annotated[float, Field(strict=True, gt=0.0)]
-NotNegative = Annotated[float, Field(strict=True, ge=0.0)]
+MOST = 1e9
+"""The largest number of a site file: nothing on a site is so long, heavy or slow, and sums of it stay exact."""
+Number = Annotated[float, Field(strict=True, ge=-MOST, le=MOST)]
+Positive = Annotated[float, Field(strict=True, gt=0.0, le=MOST)]
+NotNegative = Annotated[float, Field(strict=True, ge=0.0, le=MOST)]
 Whole = Annotated[int, Field(strict=True)]
 Flag = Annotated[bool, Field(strict=True)]
-Text = Annotated[str, Field(min_length=1)]
+Text = Annotated[str, Field(min_length=1, max_length=1_000_000)]
 Point2 = tuple[Number, Number]
 Point2or3 = Annotated[tuple[Number, ...], Field(min_length=2, max_length=3)]
 Point3 = tuple[Number, Number, Number]

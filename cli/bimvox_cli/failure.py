@@ -11,6 +11,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import sys
@@ -21,6 +22,7 @@ from typing import Any
 import typer
 
 from bimvox.errors import BimvoxError, PlanningError
+from bimvox.files import reason_of
 
 DONE = 0
 NO_PLAN = 1
@@ -29,6 +31,8 @@ FAULT = 70
 INTERRUPTED = 130
 
 
+_BEYOND_US = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.ENAMETOOLONG, errno.ELOOP, errno.EROFS})
+"""What the system refuses wherever it happens: a full or read-only disk, a path that cannot be."""
 _CODE_OF_EVENT = {"rejected": BAD_INPUT, "failed": NO_PLAN}
 
 
@@ -81,6 +85,13 @@ def _described(error: BaseException) -> tuple[str, str, str | None, int, dict[st
         return "usage", _usage_message(error), _usage_hint(error), BAD_INPUT, {}
     if isinstance(error, KeyboardInterrupt):
         return "interrupted", "interrupted; every output file is complete or unchanged", None, INTERRUPTED, {}
+    if isinstance(error, OSError) and error.errno in _BEYOND_US:
+        where = f"{error.filename}: " if isinstance(error.filename, str) else ""
+        hint = "free some space, or name another file or folder (TMPDIR is the one for temporary files)"
+        return "file", f"{where}{reason_of(error)}; no output was changed", hint, BAD_INPUT, {}
+    if isinstance(error, MemoryError):
+        said = "this needs more memory than there is"
+        return "memory", said, "take larger cells, or a smaller site or model", BAD_INPUT, {}
     message = f"sorry, bimvox failed: {type(error).__name__}: {error}".splitlines()[0]
     return "fault", message, "this is a fault of bimvox; BIMVOX_DEBUG=1 shows where", FAULT, {}
 

@@ -25,6 +25,7 @@ from bimvox.bim.ifc.open import parse_text
 from bimvox.bim.ifc.shape import Shape, clean_shape
 from bimvox.bim.ifc.step_file import step_bytes
 from bimvox.bim.ifc.text import parser_text
+from bimvox.files import read_input
 
 _SHAPE_BYTES = 4 << 30
 """Memory that a worker may allocate in addition to the file."""
@@ -152,7 +153,7 @@ def main() -> None:
     control = Connection(int(sys.argv[1]))
     path = Path(sys.argv[2])
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # a crash leaves no file behind
-    kernel = Kernel(parse_text(path, parser_text(path, step_bytes(path, path.read_bytes()))))
+    kernel = Kernel(parse_text(path, parser_text(path, step_bytes(path, read_input(path)))))
     serve(control, kernel.mesh)
     os._exit(0)  # freeing a large file instance by instance would take seconds
 

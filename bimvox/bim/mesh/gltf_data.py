@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import binascii
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.mesh.contents import damaged
 from bimvox.errors import MeshError
+from bimvox.files import read_input, resolved
 
 _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -152,20 +154,19 @@ class GltfData:
 
     def _external(self, uri: str, where: str) -> bytes:
         """Return the contents of an external buffer, which must be in this file's folder or below."""
-        folder = self.path.resolve().parent
-        try:
-            place = (folder / unquote(uri)).resolve()
-            if not place.is_relative_to(folder):
-                raise MeshError(
-                    self.path, f"{where}: {uri!r} is not in the file's folder", hint="put all its files in one folder"
-                )
-            self.external.append(place.read_bytes())
-            return self.external[-1]
-        except (OSError, ValueError) as error:
-            why = "is missing" if isinstance(error, FileNotFoundError) else "cannot be read"
+        folder = resolved(self.path).parent
+        place = resolved(folder / unquote(uri), partial(self._unreadable, where=where, uri=uri))
+        if not place.is_relative_to(folder):
             raise MeshError(
-                self.path, f"{where}: its file {uri[:200]!r} {why}", hint="put it in the same folder, or export a GLB"
-            ) from error
+                self.path, f"{where}: {uri[:200]!r} is not in the file's folder", hint="put all its files in one folder"
+            )
+        self.external.append(read_input(place, partial(self._unreadable, where=where, uri=uri)))
+        return self.external[-1]
+
+    def _unreadable(self, _place: Path, message: str, *, hint: str, where: str, uri: str) -> MeshError:
+        """Return the error about the file of a buffer."""
+        why = " is missing" if message.endswith("no such file") else f": {message}"
+        return MeshError(self.path, f"{where}: its file {uri[:200]!r}{why}", hint=f"{hint}, or export a GLB")
 
     def _glb(self, data: bytes) -> bytes:
         """Return the JSON chunk of a GLB; store the binary one."""

@@ -20,13 +20,14 @@ from mcap.stream_reader import MAGIC_SIZE, StreamReader
 from mcap.writer import MCAP0_MAGIC
 
 from bimvox.errors import LogFileError
-from bimvox.files import require_input
+from bimvox.files import read_input
 from bimvox.log.mcap.channels import LIBRARY
 from bimvox.log.schema import MOST_CRANES, of_first_crane, topics_of
 
 RECOVER_HINT = "bimvox export --recover FILE saves every complete part of a damaged log"
 
-_MAX_CHUNK = 2 << 30
+_MOST_UNPACKED, _MOST_PACKED = 64 << 20, 100
+"""All chunks of a file may claim this many bytes, and this many more for each byte of the file; ours claim 4."""
 _FOOTER_BYTES = 1 + 8 + 8 + 8 + 4
 _PREFIX = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
@@ -77,6 +78,7 @@ class Contents:
         messages: In the order of the file.
         lost: What could not be read, one sentence each; empty for a sound file.
         topics: Keep only messages on these, and on the corresponding ones of further cranes; None keeps all.
+        room: How many bytes the chunks that are still to come may claim.
     """
 
     library: str = ""
@@ -86,6 +88,7 @@ class Contents:
     messages: list[LogMessage] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
     topics: frozenset[str] | None = None
+    room: int = _MOST_UNPACKED
 
     def add(self, record: Any) -> None:
         """Add a record; unknown kinds are ignored."""
@@ -106,7 +109,9 @@ class Contents:
         elif isinstance(record, Message):
             self._add_message(record.channel_id, record.sequence, record.log_time, record.data)
         elif isinstance(record, Chunk):
-            self._add_chunk(_chunk_body(record))
+            body = _chunk_body(record, self.room)
+            self.room -= len(body)
+            self._add_chunk(body)
 
     def _add_chunk(self, body: bytes) -> None:
         # The MCAP library makes an object of every record and is several times slower; logs have 10^5 messages.
@@ -121,6 +126,8 @@ class Contents:
                 self._add_message(channel, sequence, time_ns, body[at + _MESSAGE.size : at + length])
             elif opcode == Opcode.CHANNEL:
                 self.add(Channel.read(ReadDataStream(BytesIO(body[at : at + length]))))
+            elif opcode != Opcode.SCHEMA:
+                raise ValueError(f"a chunk holds a record of the kind {opcode}, which is none of a chunk's")
             at += length
 
     def _add_message(self, channel: int, sequence: int, time_ns: int, data: bytes) -> None:
@@ -140,7 +147,7 @@ def read_file(path: Path) -> bytes:
     Raises:
         LogFileError: If it is missing, not a file, or empty.
     """
-    return require_input(path, LogFileError).read_bytes()
+    return read_input(path, LogFileError)
 
 
 def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None = None) -> Contents:
@@ -158,7 +165,7 @@ def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None =
         raise LogFileError(name, "is not an MCAP file: it does not begin with the MCAP signature")
     if not data.endswith(MCAP0_MAGIC) or len(data) < 2 * MAGIC_SIZE + _FOOTER_BYTES:
         raise LogFileError(name, "is truncated: the signature at its end is missing", hint=RECOVER_HINT)
-    contents = Contents(topics=topics)
+    contents = Contents(topics=topics, room=_room_of(data))
     try:
         reader = StreamReader(BytesIO(data), emit_chunks=True, validate_crcs=True, record_size_limit=len(data))
         for record in reader.records:
@@ -184,7 +191,7 @@ def salvage_contents(data: bytes, name: Path | str) -> Contents:
     """
     if not data.startswith(MCAP0_MAGIC):
         raise LogFileError(name, "is not an MCAP file, nothing can be recovered: the MCAP signature is missing")
-    contents = Contents()
+    contents = Contents(room=_room_of(data))
     at = MAGIC_SIZE
     while at < len(data) and not (len(data) - at == MAGIC_SIZE and data.endswith(MCAP0_MAGIC)):
         record, after = _record_at(data, at)
@@ -206,10 +213,17 @@ def salvage_contents(data: bytes, name: Path | str) -> Contents:
     return contents
 
 
-def _chunk_body(chunk: Chunk) -> bytes:
+def _room_of(data: bytes) -> int:
+    """Return how many bytes all chunks of a file may claim together."""
+    return _MOST_UNPACKED + _MOST_PACKED * len(data)
+
+
+def _chunk_body(chunk: Chunk, most_bytes: int) -> bytes:
     """Return a chunk's records, decompressed; the size is checked before, the checksum after."""
-    if chunk.uncompressed_size > _MAX_CHUNK:
-        raise ValueError(f"a chunk claims {chunk.uncompressed_size:,} bytes")
+    if chunk.uncompressed_size > most_bytes:
+        raise ValueError(
+            f"a chunk claims {chunk.uncompressed_size:,} bytes, but a log of this size can hold {most_bytes:,} more"
+        )
     body = chunk.data
     if chunk.compression == "zstd":
         if zstandard.get_frame_parameters(chunk.data).content_size != chunk.uncompressed_size:
@@ -261,7 +275,7 @@ def _record_at(data: bytes, at: int) -> tuple[Any, int | None]:
             return None, None
         record = _READERS[opcode](ReadDataStream(BytesIO(body)))
         if isinstance(record, Chunk):
-            _chunk_body(record)
+            _chunk_body(record, _room_of(data))
     except _BROKEN:
         return None, None
     return record, after

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -13,6 +11,8 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 from bimvox.bim.building import TriangleMesh
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.errors import InputError, ObstructionFileError
+from bimvox.files import read_input, require_regular, resolved, status_of
+from bimvox.site.nested import json_values, toml_values
 from bimvox.site.obstructions.obstruction_set import (
     Box,
     Cylinder,
@@ -25,12 +25,16 @@ from bimvox.site.obstructions.obstruction_set import (
 )
 from bimvox.site.obstructions.point_file import read_points
 from bimvox.site.site import CRANE_ID, GROUND_ID
-from bimvox.site.validation import Point3, Positive, Table, Text, Whole, first_finding
+from bimvox.site.validation import Table, Text, Whole, first_finding
 from bimvox.units import metres_per
 
 ReadMesh = Callable[[Path, str], TriangleMesh]
 """(mesh file, its length unit) -> its triangles in metres, in the file's own coordinates."""
 
+_MOST_BYTES = 256 << 20
+Coordinate = Annotated[float, Field(strict=True)]
+Point3 = tuple[Coordinate, Coordinate, Coordinate]
+Positive = Annotated[Coordinate, Field(gt=0.0)]
 CellIndex = Annotated[Whole, Field(ge=-(2**31), lt=2**31)]
 
 
@@ -69,7 +73,7 @@ class CylinderEntry(Table):
 class ObstructionEntry(Table):
     """One obstruction: an id and exactly one of box, voxels, cylinder, mesh, points."""
 
-    id: Annotated[Text, AfterValidator(_not_reserved)]
+    id: Annotated[Text, Field(max_length=1000), AfterValidator(_not_reserved)]
     """Id, unique in the file."""
     box: BoxEntry | None = None
     """An upright box."""
@@ -130,6 +134,12 @@ def read_mesh_file(path: Path, unit: str) -> TriangleMesh:
     return TriangleMesh(mesh.vertices_m + building.origin_m, mesh.faces)
 
 
+def read_obstruction_file(path: Path) -> ObstructionSet:
+    """Return the obstructions of an obstruction file, as :func:`parse_obstructions` does."""
+    data = read_input(path, most_bytes=_MOST_BYTES, may_be_empty=True)
+    return parse_obstructions(data, path.name, resolved(path).parent)
+
+
 def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadMesh = read_mesh_file) -> ObstructionSet:
     """Return the obstructions of an obstruction file, in metres.
 
@@ -188,31 +198,10 @@ def _decode(data: bytes, name: str) -> object:
         raise ObstructionFileError(
             name, "the file is empty", hint='without obstructions, write {"version": 1, "obstructions": []}'
         )
-    if name.lower().endswith(".toml"):
-        try:
-            return tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise ObstructionFileError(name, f"not TOML: {error}") from None
     try:
-        return json.loads(text, object_pairs_hook=_each_key_once)
-    except json.JSONDecodeError as error:
-        raise ObstructionFileError(
-            name, f"not JSON: {error.msg} (at line {error.lineno}, column {error.colno})"
-        ) from None
-    except RecursionError:
-        raise ObstructionFileError(name, "not an obstruction file: nested too deeply") from None
+        return toml_values(text) if name.lower().endswith(".toml") else json_values(text)
     except ValueError as error:
         raise ObstructionFileError(name, str(error)) from None
-
-
-def _each_key_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    table = dict(pairs)
-    if len(table) != len(pairs):
-        keys = [key for key, _ in pairs]
-        twice = next(key for key in keys if keys.count(key) > 1)
-        of = table.get("id")
-        raise ValueError(f"key {twice!r} occurs twice" + (f" in obstruction {of!r}" if isinstance(of, str) else ""))
-    return table
 
 
 def _form(entry: ObstructionEntry, unit: str, folder: Path, read_mesh: ReadMesh) -> Form:
@@ -231,8 +220,12 @@ def _form(entry: ObstructionEntry, unit: str, folder: Path, read_mesh: ReadMesh)
 
 
 def _existing(path: Path, name: str, key: str) -> Path:
-    if not path.is_file():
+    def refused(there: Path, message: str, *, hint: str) -> ObstructionFileError:
+        return ObstructionFileError(name, f"{there}: {message}", key=key, hint=hint)
+
+    if status_of(path, refused) is None:
         raise ObstructionFileError(name, f"no such file: {path}", key=key, hint="paths are relative to this file")
+    require_regular(path, refused)
     return path
 
 

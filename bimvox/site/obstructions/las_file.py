@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import FileError
+from bimvox.files import read_input
 from bimvox.processes import python_module, run_to_end
 
 _SHORTEST = 227
@@ -57,10 +58,7 @@ def read_las(path: Path) -> NDArray[np.float64]:
     Raises:
         FileError: If the file cannot be read, is damaged or is truncated.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise FileError(path, f"cannot be read: {error.strerror}") from None
+    data = read_input(path, may_be_empty=True)
     header = _header(path, data)
     if header.compressed:
         return _unpacked(path, header)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.mesh.ply import ply_header
 from bimvox.errors import FileError
+from bimvox.files import read_input, require_input
 from bimvox.site.obstructions.las_file import read_las
 
 _LAS = (".las", ".laz")
@@ -34,12 +35,9 @@ def read_points(path: Path) -> NDArray[np.float64]:
     """
     if path.suffix.lower() in _LAS:
         return _checked(path, read_las(path))
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise FileError(path, f"cannot be read: {error.strerror}") from None
     if path.suffix.lower() not in _KNOWN:
         raise FileError(path, "unknown type of point file", hint=f"known: {', '.join(_KNOWN)}")
+    data = read_input(path, may_be_empty=True)
     return _checked(path, _ply(path, data) if path.suffix.lower() == ".ply" else _table(path, data))
 
 
@@ -48,9 +46,9 @@ def is_scan(path: Path) -> bool:
     if path.suffix.lower() != ".ply":
         return path.suffix.lower() in SCAN_SUFFIXES
     try:
-        with path.open("rb") as stream:
+        with require_input(path).open("rb") as stream:
             head = stream.read(1 << 16).partition(b"end_header")[0]
-    except OSError:
+    except (FileError, OSError):
         return False
     faces = [line.split() for line in head.splitlines() if line.startswith(b"element face")]
     return head.startswith(b"ply") and all(words[-1] == b"0" for words in faces)

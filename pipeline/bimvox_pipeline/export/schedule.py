@@ -38,7 +38,7 @@ def model_bytes(log: PlanLog, model: Path) -> tuple[Path, bytes]:
     Raises:
         InputError: If the plan was made from a mesh, or from another file.
     """
-    from bimvox.files import require_input
+    from bimvox.files import read_input
 
     source = log.plan.site.source
     name, wanted = str(source.get("name", "")), str(source.get("sha256", ""))
@@ -47,7 +47,7 @@ def model_bytes(log: PlanLog, model: Path) -> tuple[Path, bytes]:
             f"the plan was made from {name or 'no file'}, which is not an IFC file to add a schedule to",
             hint="--to msproject writes the schedule alone",
         )
-    data = require_input(model).read_bytes()
+    data = read_input(model)
     if hashlib.sha256(data).hexdigest() != wanted:
         raise InputError(
             f"{model}: this is not the file that the plan was made from ({name}, SHA-256 {wanted[:16]}...)",

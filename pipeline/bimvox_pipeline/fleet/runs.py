@@ -93,11 +93,11 @@ def digest_of(wish: Wish) -> str:
 def _referred(obstructions: Path) -> Sequence[Path]:
     """Return the mesh and point files that an obstruction file names."""
     from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES
-    from bimvox.site.obstructions.file import parse_obstructions
+    from bimvox.site.obstructions.file import read_obstruction_file
 
     if obstructions.suffix.lower() in IFC_SUFFIXES + MESH_SUFFIXES:
         return ()
-    return parse_obstructions(obstructions.read_bytes(), obstructions.name, obstructions.resolve().parent).files
+    return read_obstruction_file(obstructions).files
 
 
 def _name_of(wish: Wish) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -11,6 +10,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError
 
 from bimvox.errors import ConfigError
+from bimvox.site.config_file import read_site_file
+from bimvox.site.nested import toml_values
 from bimvox.site.validation import Table, Text, Whole, first_finding
 from bimvox_pipeline.fleet.runs import Wish
 
@@ -69,13 +70,11 @@ def load_sweep(path: Path) -> tuple[Wish, ...]:
             matches no file, or no run is named.
     """
     try:
-        values = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except OSError as error:
-        raise ConfigError(path, None, f"cannot be read: {error.strerror}") from None
+        values = toml_values(read_site_file(path).decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError(path, None, f"not TOML: {error}") from None
+    except ValueError as error:
+        raise ConfigError(path, None, str(error)) from None
     try:
         config = SweepConfig.model_validate(values)
     except ValidationError as error:

@@ -95,11 +95,11 @@ def _log(path: Path, progress: Progress) -> dict[str, Any]:
 
 
 def _obstructions(path: Path, progress: Progress) -> dict[str, Any]:
-    from bimvox.site.obstructions.file import parse_obstructions
+    from bimvox.site.obstructions.file import read_obstruction_file
     from bimvox_pipeline.inspect.obstructions import describe_obstruction
 
     progress.stage("read")
-    found = parse_obstructions(path.read_bytes(), path.name, path.resolve().parent)
+    found = read_obstruction_file(path)
     return {"sha256": sha256_of(path), "obstructions": [describe_obstruction(one) for one in found.obstructions]}
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import tomllib
 import zipfile
 from enum import StrEnum
 from pathlib import Path
 
 from bimvox.errors import FileError
-from bimvox.files import reason_of, require_input
+from bimvox.files import read_input, reason_of, require_input, status_of
+from bimvox.site.nested import toml_values
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 _STEP_MAGIC = b"ISO-10303-21"
@@ -40,6 +40,7 @@ def kind_of(path: Path) -> Kind:
     Raises:
         FileError: If it is missing, empty, unreadable, or not of a known kind.
     """
+    status_of(path)  # an impossible path is refused here
     if path.is_dir():
         if (path / POLICY_MANIFEST).is_file():
             return Kind.POLICY
@@ -93,17 +94,17 @@ def _by_text(path: Path, head: bytes) -> Kind | None:
     if b"\0" in head or path.stat().st_size > _TEXT_BYTES or path.suffix.lower() in _MESH_SUFFIXES - {".gltf"}:
         return None
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = read_input(path).decode("utf-8-sig")
     except UnicodeDecodeError:
         return None
     keys: set[str] = set()
     try:
         values = json.loads(text)
         keys = set(values) if isinstance(values, dict) else set()
-    except (json.JSONDecodeError, RecursionError):
+    except (ValueError, RecursionError):
         try:
-            keys = set(tomllib.loads(text))
-        except (tomllib.TOMLDecodeError, RecursionError):
+            keys = set(toml_values(text))
+        except (ValueError, RecursionError):
             return _broken_text(path)
     if "obstructions" in keys:
         return Kind.OBSTRUCTIONS

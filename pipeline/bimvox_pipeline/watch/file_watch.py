@@ -137,6 +137,8 @@ class _Looks:
         return FileState(digest.hexdigest(), seen_s)
 
     def _digest(self, path: Path, may_trust_size: bool) -> bytes:
+        if not path.is_file():
+            raise FileNotFoundError(path)  # a pipe would block
         with path.open("rb") as stream:
             status = os.fstat(stream.fileno())
             attributes = (status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino, status.st_dev)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from bimvox.errors import FileError
-from bimvox.files import reason_of
+from bimvox.files import reason_of, require_regular, status_of
 from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.site import LoadedSite
 from bimvox.progress import Progress
@@ -76,8 +76,12 @@ class ObstructionReader:
     def why_missing(self) -> FileError | None:
         """Return why an existing file cannot be read; None if it does not exist, or can be read after all."""
         try:
+            if status_of(self.file) is not None:
+                require_regular(self.file)
             with self.file.open("rb"):
                 return None
+        except FileError as error:
+            return error
         except FileNotFoundError:
             return None
         except OSError as error:
