@@ -190,12 +190,17 @@ def write_atomically(path: Path, data: bytes | Callable[[BinaryIO], object], *, 
         temporary.replace(target)
     except OSError as error:
         temporary.unlink(missing_ok=True)
-        hint = ("free some space, or " if error.errno in _FULL else "") + "name another output file (-o)"
-        raise FileError(path, f"cannot be written: {reason_of(error)}; nothing was changed", hint=hint) from error
+        raise unwritable(path, error) from error
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
     _sync_folder(target.parent)
+
+
+def unwritable(path: Path, error: OSError) -> FileError:
+    """Return the error about an output that could not be written and was left as it was."""
+    hint = ("free some space, or " if error.errno in _FULL else "") + "name another output file (-o)"
+    return FileError(path, f"cannot be written: {reason_of(error)}; nothing was changed", hint=hint)
 
 
 def sha256_of(path: Path) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from bimvox.export.text import for_csv
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of, write_log
 from bimvox.records.lift import Lift
@@ -159,5 +160,5 @@ def _table(columns: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows(rows)
+    writer.writerows([for_csv(value) for value in row] for row in rows)
     return text.getvalue()

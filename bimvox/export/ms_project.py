@@ -6,6 +6,7 @@ from datetime import datetime
 from xml.etree import ElementTree
 
 from bimvox.export.lift_schedule import LiftSchedule, duration_text
+from bimvox.export.text import for_xml
 
 NAMESPACE = "http://schemas.microsoft.com/project"
 
@@ -136,4 +137,4 @@ def _child(parent: ElementTree.Element, name: str) -> ElementTree.Element:
 
 def _fill(parent: ElementTree.Element, values: dict[str, str]) -> None:
     for name, value in values.items():
-        _child(parent, name).text = value
+        _child(parent, name).text = for_xml(value)

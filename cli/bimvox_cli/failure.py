@@ -23,6 +23,7 @@ import typer
 
 from bimvox.errors import BimvoxError, PlanningError
 from bimvox.files import reason_of
+from bimvox_cli.plain import plain
 
 DONE = 0
 NO_PLAN = 1
@@ -64,9 +65,9 @@ def report(error: BaseException, *, as_json: bool) -> int:
         from bimvox_cli.output import print_json
 
         print_json({"error": {"code": code, "message": message, "hint": hint, **evidence, "exit_code": exit_code}})
-    print(f"error: {message}", file=sys.stderr)
+    print(f"error: {plain(message)}", file=sys.stderr)
     if hint:
-        print(f"  hint: {hint}", file=sys.stderr)
+        print(f"  hint: {plain(hint)}", file=sys.stderr)
     if exit_code == FAULT and os.environ.get("BIMVOX_DEBUG", "") not in ("", "0"):
         traceback.print_exception(error, file=sys.stderr)
     return exit_code

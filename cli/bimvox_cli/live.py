@@ -9,6 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TaskID, 
 from rich.progress import Progress as Bars
 
 from bimvox.progress import SilentProgress
+from bimvox_cli.plain import plain
 
 _PLAIN_LINE_EVERY_S = 10.0
 
@@ -39,7 +40,7 @@ class LiveProgress(SilentProgress):
 
     def noted(self, text: str) -> None:
         """Print a note, above the bar if there is one."""
-        self._console.print(f"note: {text}")
+        self._console.print(f"note: {plain(text)}")
 
     def ended(self) -> None:
         """Remove the bar."""

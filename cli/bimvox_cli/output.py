@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from bimvox_cli.failure import exit_code_of
+from bimvox_cli.plain import plain
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -58,12 +59,12 @@ class Output:
         if self.as_json:
             print(_dumped(document, indent=None), flush=True)
         elif not self.quiet:
-            print(text, flush=True)
+            print(plain(text), flush=True)
 
     def next_step(self, text: str) -> None:
         """Suggest what to do next, on stderr."""
         if not (self.quiet or self.as_json):
-            print(text, file=sys.stderr)
+            print(plain(text), file=sys.stderr)
 
 
 @contextmanager
@@ -111,7 +112,7 @@ def fields(console: Console, pairs: Iterable[tuple[str, object]]) -> None:
     table.add_column(overflow="fold")
     for name, value in pairs:
         if value is not None and value != "":
-            table.add_row(name, str(value))
+            table.add_row(plain(name), plain(str(value)))
     _print_trimmed(console, table)
 
 
@@ -130,7 +131,7 @@ def rows(
         return
     shown = values if limit is None else values[:limit]
     if title:
-        console.print(title, style="bold")
+        console.print(plain(title), style="bold")
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
     for column, heading in enumerate(columns):
         numeric = all(isinstance(row[column], int | float) or row[column] is None for row in shown)
@@ -173,7 +174,7 @@ def written(value: object) -> str:
         digits = 4 if abs(value) < 10 else 3
         text = f"{value:,.{digits}f}".rstrip("0").rstrip(".")
         return f"{value:.2g}" if value and text in ("0", "-0") else text
-    return str(value)
+    return plain(str(value))
 
 
 def spent(seconds: Mapping[str, float]) -> str:

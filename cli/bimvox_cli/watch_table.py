@@ -10,6 +10,8 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from bimvox_cli.plain import plain
+
 _STATES = {
     "infeasible": ("infeasible", "red"),
     "pending": ("being planned", "yellow"),
@@ -80,7 +82,7 @@ class WatchTable:
         for name in shown[:room]:
             text, style = _STATES[states[name]]
             doing = [self._doing.get(name, _UNBUILT)] if self._doing else []
-            table.add_row(name, Text(text, style=style), *doing, self._reasons.get(name, ""))
+            table.add_row(plain(name), Text(plain(text), style=style), *doing, plain(self._reasons.get(name, "")))
         if len(shown) > room:
             table.add_row(f"and {len(shown) - room:,} more")
         return table

@@ -16,6 +16,8 @@ from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction,
 
 TOLERANCE_M = 1e-4
 """How deep a form must reach into a cell to occupy it; as the voxelizer, so that faces on a border do not spill."""
+_FAR_M = 1e12
+"""Farther than any site reaches; nothing overflows here."""
 
 Rasterise: TypeAlias = Callable[[TriangleMesh, GridFrame, IntVec], "NDArray[np.int32]"]
 """(mesh in the site frame, frame, shape) -> (N, 3) int32 cells inside the grid that the solid occupies."""
@@ -71,14 +73,15 @@ def _cells(
 
 
 def _cylinder_cells(form: Cylinder, frame: GridFrame, shape: IntVec) -> tuple[NDArray[np.int32], bool]:
-    base = np.array(form.base_m)
-    arm = np.array([form.radius_m, form.radius_m, 0.0])
-    low, high, cut = _range(base - arm, base + arm + [0.0, 0.0, form.height_m], frame, shape)
+    base = np.clip(np.array(form.base_m), -_FAR_M, _FAR_M)
+    radius_m, height_m = min(form.radius_m, _FAR_M), min(form.height_m, _FAR_M)
+    arm = np.array([radius_m, radius_m, 0.0])
+    low, high, cut = _range(base - arm, base + arm + [0.0, 0.0, height_m], frame, shape)
     corners = np.moveaxis(np.indices(np.maximum(high - low, 0)[:2]), 0, -1) + low[:2]
     corners_m = frame.voxel_size_m * corners + np.array(frame.origin_m)[:2]
     # A cell meets the disc if its point nearest to the axis does (the cell shrunk by the tolerance).
     nearest = np.clip(base[:2], corners_m + TOLERANCE_M, corners_m + frame.voxel_size_m - TOLERANCE_M)
-    meets = np.hypot(*np.moveaxis(nearest - base[:2], -1, 0)) < max(form.radius_m, 2 * TOLERANCE_M)
+    meets = np.hypot(*np.moveaxis(nearest - base[:2], -1, 0)) < max(radius_m, 2 * TOLERANCE_M)
     columns = np.argwhere(meets) + low[:2]
     levels = np.arange(low[2], high[2])
     cells = np.column_stack([np.repeat(columns, len(levels), axis=0), np.tile(levels, len(columns))])
@@ -89,8 +92,7 @@ def _range(
     low_m: object, high_m: object, frame: GridFrame, shape: IntVec
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], bool]:
     """Return the half-open cell range, cut to the grid, of an open box in metres; a thin box counts as one cell."""
-    low = np.asarray(low_m, np.float64)
-    high = np.asarray(high_m, np.float64)
+    low, high = (np.clip(np.asarray(corner, np.float64), -_FAR_M, _FAR_M) for corner in (low_m, high_m))
     origin = np.array(frame.origin_m)
     thin = high - low < 3 * TOLERANCE_M
     first = np.where(thin, (low + high) / 2, low + TOLERANCE_M)

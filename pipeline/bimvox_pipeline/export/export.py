@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import FileError, InputError
 from bimvox.export.formats import Format, Source, format_for, formats_of
-from bimvox.files import check_new_folder, check_output, require_input, write_atomically
+from bimvox.files import check_new_folder, check_output, require_input, unwritable, write_atomically
 from bimvox_pipeline.export.grid import export_grid
 from bimvox_pipeline.export.schedule import model_bytes, parsed_begin
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
@@ -136,6 +136,9 @@ def _write_bag(log: PlanLog, folder: Path) -> int:
 
     with tempfile.TemporaryDirectory(prefix=".bimvox-", dir=folder.resolve().parent) as temporary:
         written = Path(temporary) / folder.name
-        messages = write_ros2_bag(log, written)
-        written.rename(folder)
+        try:
+            messages = write_ros2_bag(log, written)
+            written.rename(folder)
+        except OSError as error:
+            raise unwritable(folder, error) from error
     return messages

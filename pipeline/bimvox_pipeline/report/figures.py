@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import FileError
+from bimvox.export.text import for_csv
 from bimvox.files import reason_of, write_atomically
 
 DATA_FILE = "lifts.csv"
@@ -78,7 +79,7 @@ def lifts_csv(record: dict[str, Any]) -> bytes:
         governs = lift["governs"] or {}
         known = {**{name: lift.get(name) for name in COLUMNS}, **{name: governs.get(name) for name in _GOVERNED}}
         known["governing_time_s"] = governs.get("time_s")
-        writer.writerow({name: _written(value) for name, value in known.items()})
+        writer.writerow({name: for_csv(_written(value)) for name, value in known.items()})
     return text.getvalue().encode()
 
 

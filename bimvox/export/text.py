@@ -1,0 +1,18 @@
+"""Names from a model in other people's formats: no control characters in XML, no formulas in CSV."""
+
+from __future__ import annotations
+
+import re
+
+_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
+
+def for_xml(text: str) -> str:
+    """Return a text in which what XML 1.0 cannot hold is written as an escape."""
+    return _NOT_XML.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+
+
+def for_csv(value: object) -> object:
+    """Return a value for a CSV cell; a text that a spreadsheet would run as a formula gets an apostrophe in front."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value

@@ -1,0 +1,12 @@
+"""Texts as a terminal may show them: control characters of names are written out, not obeyed."""
+
+from __future__ import annotations
+
+import re
+
+_CONTROL = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def plain(text: str) -> str:
+    """Return a text with control characters as escapes; line ends stay."""
+    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape", "surrogatepass").decode(), text)

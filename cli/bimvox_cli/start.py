@@ -1,0 +1,50 @@
+"""The entry point of ``bimvox``: it imports next to nothing before Ctrl-C is handled."""
+
+import _thread
+import os
+import signal
+import sys
+
+
+def main() -> None:
+    """Run the command line of the process and exit with its code."""
+    deaf = signal.getsignal(signal.SIGINT) is not signal.default_int_handler  # started in the background
+    if not deaf:
+        signal.signal(signal.SIGINT, _leave)
+    sys.unraisablehook = _raise_again
+    try:
+        import warnings
+
+        if not sys.warnoptions:
+            warnings.simplefilter("ignore")  # they speak to the authors of libraries; -W shows them
+        from bimvox_cli.main import run
+
+        if not deaf:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        code = run()
+        if not deaf:
+            signal.signal(signal.SIGINT, _leave_quietly)
+    except KeyboardInterrupt:
+        _leave()
+    sys.exit(code)
+
+
+def _leave(*_: object) -> None:
+    """Leave at once: nothing was begun, so nothing is to be tidied up."""
+    if "--json" in sys.argv:
+        text = '{"error": {"code": "interrupted", "message": "interrupted", "hint": null, "exit_code": 130}}\n'
+        os.write(1, text.encode())
+    os.write(2, b"error: interrupted; every output file is complete or unchanged\n")
+    _leave_quietly()
+
+
+def _leave_quietly(*_: object) -> None:
+    os._exit(130)
+
+
+def _raise_again(unraisable: "sys.UnraisableHookArgs") -> None:
+    """Bring a Ctrl-C that a callback swallowed back to the main thread, instead of printing its traceback."""
+    if issubclass(unraisable.exc_type, KeyboardInterrupt):
+        _thread.interrupt_main()
+    else:
+        sys.__unraisablehook__(unraisable)

@@ -1,0 +1,79 @@
+"""Names that other programs would obey or not read."""
+
+import csv
+import dataclasses
+import io
+import resource
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from bimvox_cli.main import run
+from log_building import tiny_log
+
+from bimvox.export.csv_json import lifts_csv, to_csv
+from bimvox.export.lift_schedule import DEFAULT_BEGIN, schedule_of
+from bimvox.export.ms_project import to_ms_project
+from bimvox.export.text import for_csv, for_xml
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.recorder import write_log
+
+
+def named(name: str) -> PlanLog:
+    log = tiny_log()
+    parts = tuple(dataclasses.replace(part, name=name) for part in log.plan.site.components)
+    return dataclasses.replace(
+        log, plan=dataclasses.replace(log.plan, site=dataclasses.replace(log.plan.site, components=parts))
+    )
+
+
+@pytest.mark.parametrize("character", ["\x1b", "\x07", "\0", "\ufffe", "\ud800"])
+def test_project_xml_is_well_formed_whatever_a_name_holds(character: str) -> None:
+    log = named(f"beam{character}<&>")
+    written = to_ms_project(schedule_of(log, DEFAULT_BEGIN, [lift.order for lift in log.plan.lifts]))
+    names = [entry.text or "" for entry in ElementTree.fromstring(written).iter() if entry.tag.endswith("}Name")]
+    assert any(f"beam\\x{ord(character):02x}<&>" in name for name in names)
+
+
+def test_ordinary_names_stay() -> None:
+    assert for_xml("Stütze\tα\U0001f3d7") == "Stütze\tα\U0001f3d7"
+    assert for_csv("beam-1") == "beam-1"
+    assert for_csv(-1.5) == -1.5
+
+
+@pytest.mark.parametrize("name", ["=1+1", "+1", "-1", "@SUM(A1)"])
+def test_no_cell_of_a_table_is_a_formula(name: str) -> None:
+    log = named(name)
+    assert {row["name"] for row in csv.DictReader(io.StringIO(lifts_csv(log)))} == {f"'{name}"}
+    first = next(csv.DictReader(io.StringIO(to_csv(log))))
+    assert float(first["time_s"]) >= 0.0
+
+
+@contextmanager
+def full_disk(bytes_left: int) -> Iterator[None]:
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (bytes_left, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("to", ["mcap", "csv", "json", "glb", "ros2", "layout", "msproject"])
+def test_a_full_disk_is_told_and_leaves_nothing(
+    to: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if to == "ros2":
+        pytest.importorskip("rosbags")
+    monkeypatch.chdir(tmp_path)
+    with Path("a.mcap").open("wb") as stream:
+        write_log(stream, tiny_log())
+    with full_disk(100):
+        code = run(["export", "a.mcap", "--to", to, "-o", "out"])
+    err = capsys.readouterr().err
+    assert code == 2, err
+    assert "file too large" in err
+    assert "Traceback" not in err
+    assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"]
