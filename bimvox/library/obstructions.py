@@ -21,6 +21,8 @@ from bimvox.site.obstructions.point_file import is_scan
 from bimvox.site.site import Site
 from bimvox.voxelization.part import voxelize_mesh
 
+_NOTES_SHOWN = 100
+
 
 def load_obstructions(path: Path, site: Site) -> ObstructionSet:
     """Return the obstructions of a file: an obstruction file (JSON or TOML), or an IFC, mesh or point file.
@@ -63,6 +65,9 @@ def rasterise(mesh: TriangleMesh, frame: GridFrame, shape: tuple[int, int, int])
 def obstructed(site: Site, obstructions: ObstructionSet, progress: Progress) -> Site:
     """Return the site with these obstructions in place of its own; clipped ones are noted."""
     changed = with_obstructions(site, obstructions, rasterise)
-    for note in changed.obstruction_notes:
+    notes = changed.obstruction_notes
+    for note in notes[:_NOTES_SHOWN]:
         progress.note(note)
+    if len(notes) > _NOTES_SHOWN:
+        progress.note(f"{len(notes) - _NOTES_SHOWN:,} more obstructions are clipped, renamed or outside the site")
     return changed

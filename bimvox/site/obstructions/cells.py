@@ -38,6 +38,8 @@ def obstruction_cells(
     Returns:
         (N, 3) int32 cells in ascending order, each once, and a note if the obstruction is not wholly inside the site.
     """
+    if isinstance(obstruction.form, Box) and _is_far(obstruction.form, frame, shape, grow_vox):
+        return np.zeros((0, 3), np.int32), f"obstruction {obstruction.id!r} lies outside the site"
     # Computed in a grid larger by the clearance, so that the clearance of an obstruction just outside also counts.
     wide_frame = GridFrame(_tuple(np.array(frame.origin_m) - grow_vox * frame.voxel_size_m), frame.voxel_size_m)
     x, y, z = (n + 2 * grow_vox for n in shape)
@@ -51,6 +53,15 @@ def obstruction_cells(
     elif outside or len(inside) < len(raw):
         note = f"obstruction {obstruction.id!r} is clipped to the site"
     return cells, note
+
+
+def _is_far(box: Box, frame: GridFrame, shape: IntVec, grow_vox: int) -> bool:
+    """Return whether a box is certainly outside; without arrays, because there may be a million of them."""
+    away_m, cell_m = (grow_vox + 2) * frame.voxel_size_m, frame.voxel_size_m
+    return any(
+        high < origin - away_m or low > origin + count * cell_m + away_m
+        for low, high, origin, count in zip(box.low_m, box.high_m, frame.origin_m, shape, strict=True)
+    )
 
 
 def _cells(
