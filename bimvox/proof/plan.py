@@ -70,6 +70,8 @@ class _Verifier:
     def run(self) -> Verification:
         self._check_complete()
         self._check_deliveries()
+        if not self.context:
+            self.triangles.check_clashes(self.checks["triangles"])
         proven = {lift.order for lift in self.context}
         check_stands(self.checks["stands"], self.site, self.lifts, unheld=self.plan.unheld, proven=proven)
         for moment in moments(self.plan, self.context):
@@ -324,7 +326,14 @@ class _Verifier:
 
     def _check_support(self, component: Component, placed: Collection[int]) -> None:
         """Check that everything that carries the part in the finished building is in place before it is set."""
-        for other in self.triangles.carried_by(component):
+        carried_by = self.triangles.carried_by(component)
+        if component.id in self.plan.unheld:
+            names = ["the ground"] if component.mesh.bounds_m[0, 2] <= self.site.rules.support_gap_m else []
+            names += [self.site.components[other].id for other in carried_by]
+            self.checks["support"].look(
+                not names, f"{component.id}: listed as held by nothing in the model, but {', '.join(names)} carries it"
+            )
+        for other in carried_by:
             self.checks["support"].look(
                 other in placed,
                 f"{component.id}: rests on {self.site.components[other].id}, which is not in place",

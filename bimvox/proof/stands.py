@@ -62,6 +62,13 @@ def check_stands(
                     caught = True
                     check.about = other.id
                     check.look(False, f"{other.id}: has no hold until {component.id} is set")
+    missing = np.zeros(site.shape, np.bool_)
+    for lift in lifts:
+        if lift.status is not Status.PLANNED:
+            _hold(missing, set_thing(site, lift).cells)
+    for component, thing in loose:
+        check.about = component.id
+        check.look(not _touches(missing, thing.cells), f"{component.id}: has no hold, what it touches is infeasible")
     check.about = None
 
 

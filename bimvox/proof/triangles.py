@@ -19,14 +19,14 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.proof.kept import kept
 from bimvox.proof.overlap import overlaps_m
-from bimvox.proof.solid import solid_of
+from bimvox.proof.solid import FINEST_M, solid_of
 from bimvox.records.lift import LiftPlan
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
 
 _SPACING_M = 0.02
 _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
-_SHARES_STILL_INSIDE = (0.3, 0.5, 0.7, 0.9)  # at one of these shares of its way out a part must still overlap the other
+_MEASURED_M = 0.002  # a listed depth may differ from the measured one by this
 _SHEET_M = 1e-6  # anything thinner is a sheet and has no inside
 _ROUNDING_M = 1e-9  # boxes closer than this do not count as apart
 _AT_CELL_VOX = 0.01  # a position this close to a placement counts as at it
@@ -58,6 +58,12 @@ class TriangleCheck:
             for c in plan.clashes
             if c.first in numbers and c.second in numbers
         }
+        self._depths_m = {
+            (numbers[c.first], numbers[c.second]): c.depth_m
+            for c in plan.clashes
+            if c.first in numbers and c.second in numbers
+        }
+        self._measured: dict[tuple[int, int], bool] = {}
         self._boxes = [_bounds_m(mesh) for mesh in self._meshes]
         self._bounds = np.array(self._boxes, np.float64).reshape(-1, 2, 3)
         self._objects: dict[tuple[bool, int], fcl.CollisionObject] = {}
@@ -189,8 +195,7 @@ class TriangleCheck:
         close = (top <= low[2] + rules.contact_tolerance_m) & (top >= low[2] - rules.support_gap_m)
         for other in np.flatnonzero(over & close).tolist():
             other_high = self._boxes[other][1]
-            pair = (component.index, other)
-            if other == component.index or pair in self._clashes or pair[::-1] in self._clashes:
+            if other == component.index:
                 continue
             if sunk is None:
                 sunk = _collision_object((component.mesh.triangles_m - centre) * scale + centre)
@@ -207,17 +212,50 @@ class TriangleCheck:
             pair, sign = (fixed, moving), -1.0
         else:
             return np.zeros(3)
-        way_m = self._clashes[pair]
-        drawn = self._moved(pair[0])
-        inside = False
-        for share in (0.0,) if way_m is None else _SHARES_STILL_INSIDE:
-            drawn.setTranslation(np.zeros(3) if way_m is None else way_m * share)
-            inside = inside or bool(fcl.collide(drawn, self._fixed(pair[1])))
+        if pair not in self._measured:
+            self._measured[pair] = self._is_as_deep(*pair)
         check.look(
-            inside,
+            self._measured[pair],
             f"{self._ids[pair[0]]} and {self._ids[pair[1]]}: listed as drawn into each other deeper than they are",
         )
+        way_m = self._clashes[pair]
         return None if way_m is None else way_m * sign
+
+    def check_clashes(self, check: Check) -> None:
+        """Check that every listed clash is drawn, and as deep as it is listed."""
+        for first, second in self._clashes:
+            check.about = self._ids[first] if first < len(self._site.components) else None
+            self._way_out_m(check, first, second)
+        check.about = None
+
+    def _is_as_deep(self, first: int, second: int) -> bool:
+        """Return whether two solids overlap as deep as their clash is listed, by the proof's own measure.
+
+        They must overlap, not merely touch, and just short of the listed way out they must still collide.
+        """
+        way_m, depth_m = self._clashes[first, second], self._depths_m[first, second]
+        crosses = self._crosses(first, second)
+        if way_m is not None:
+            length_m = float(np.abs(way_m).sum())
+            straight = np.count_nonzero(way_m) == 1 and length_m >= depth_m - _ROUNDING_M
+            if not (straight and length_m < np.inf):
+                return False
+            short_m = length_m + np.array([0.0, -0.5, -1.0, -1.5, -2.0]) * _MEASURED_M
+            return bool(crosses(np.maximum(short_m, 0.0)[:, None] * way_m / length_m).any()) and self._overlaps(
+                first, second
+            )
+        return 0.0 < depth_m < np.inf and self._overlaps(first, second)
+
+    def _overlaps(self, first: int, second: int) -> bool:
+        """Return whether two solids do not merely touch: no move of a skin's least depth along an axis parts them.
+
+        Surfaces of hollow solids, one inside the other, need not cross; then their boxes must overlap well.
+        """
+        if self._crosses(first, second)(np.vstack([np.eye(3), -np.eye(3)]) * FINEST_M).all():
+            return True
+        (low, high), (other_low, other_high) = self._boxes[first], self._boxes[second]
+        common_m = np.minimum(high, other_high) - np.maximum(low, other_low)
+        return bool(common_m.min() > 2.0 * self._site.rules.contact_tolerance_m)
 
     def _check_no_fuller(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
         """Check, if no depth works, that the pair never shares more cells than in the finished building.

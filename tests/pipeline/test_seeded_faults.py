@@ -81,6 +81,12 @@ TOGETHER: list[tuple[faults.Forge, set[str]]] = [
 """Faults that several checks see, and those that must."""
 
 ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
+    (faults.touching_called_a_clash, "triangles", "slab and beam: listed as drawn into each other deeper"),
+    (faults.touching_called_interlocked, "triangles", "slab and beam: listed as drawn into each other deeper"),
+    (faults.a_clash_called_deeper, "triangles", "slab and beam: listed as drawn into each other deeper"),
+    (faults.beams_on_a_column_that_is_never_set, "support", "beam: rests on left, which is not in place"),
+    (faults.beams_on_a_column_that_is_never_set, "triangles", "beam and left: listed as drawn into each other deeper"),
+    (faults.everything_unheld, "support", "left: listed as held by nothing in the model, but the ground carries it"),
     (faults.nothing_carried, "complete", "nothing was proven"),
     (faults.nothing_planned, "complete", "nothing was proven"),
     (faults.a_path_left_by_a_stop_that_never_was, "ends", r"lift \d \(beam\).*path after the stop begins at"),

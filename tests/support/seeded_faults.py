@@ -30,7 +30,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
-from bimvox.records.lift import Epoch, LeftPath, Status
+from bimvox.records.lift import Epoch, LeftPath, ModelledClash, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.build import with_digests
@@ -646,3 +646,31 @@ ATTACHED: dict[str, Callable[[bytes], bytes]] = {
     topics.CHART_FILE: lambda data: data.replace(b"20000.0", b"99000.0"),
     topics.PLAN_FILE: lambda data: data.replace(b'"sling_m": 1.0', b'"sling_m": 9.0'),
 }
+
+
+def touching_called_a_clash(log: PlanLog) -> PlanLog:
+    clash = ModelledClash("slab", "beam", 1e-9, (0.0, 0.0, 1e-9))
+    return with_plan(log, clashes=(*log.plan.clashes, clash))
+
+
+def touching_called_interlocked(log: PlanLog) -> PlanLog:
+    return with_plan(log, clashes=(*log.plan.clashes, ModelledClash("slab", "beam", 2.0, None)))
+
+
+def a_clash_called_deeper(log: PlanLog) -> PlanLog:
+    return with_plan(log, clashes=(*log.plan.clashes, ModelledClash("slab", "beam", 0.5, (0.0, 0.0, 0.5))))
+
+
+def beams_on_a_column_that_is_never_set(log: PlanLog) -> PlanLog:
+    """The column is infeasible; an invented clash of column and beam excuses that the beam is set."""
+    spoiled = with_lift(
+        log, "left", status=Status.INFEASIBLE, method=None, path_vox=None, shortest_moves=None, reason="so"
+    )
+    clash = ModelledClash("beam", "left", 1e-9, (0.0, 0.0, 1e-9))
+    order = lift_of(log, "left").order
+    motions = tuple(motion for motion in log.motions if motion.order != order)
+    return dataclasses.replace(with_plan(spoiled, clashes=(clash,)), motions=motions)
+
+
+def everything_unheld(log: PlanLog) -> PlanLog:
+    return with_plan(log, unheld=tuple(component.id for component in log.plan.site.components))
