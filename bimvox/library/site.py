@@ -73,12 +73,13 @@ class LoadedSite:
         return site_toml(self.config)
 
 
-def load_site(path: Path | str, progress: Listener = None) -> LoadedSite:
+def load_site(path: Path | str, progress: Listener = None, *, model: Path | None = None) -> LoadedSite:
     """Return the site of a site file, without obstructions; its model is read and voxelized.
 
     Args:
         path: The site file (``.site.toml``).
         progress: A ``Progress``, or a function that takes a line of text.
+        model: The model; None: where the site file says.
 
     Raises:
         ConfigError: If a key is unknown or a value impossible; ``key`` is its place in the file.
@@ -87,10 +88,10 @@ def load_site(path: Path | str, progress: Listener = None) -> LoadedSite:
     """
     told, path = progress_of(progress), Path(path)
     text = read_site_file(path)
-    config = load_site_config(path)
-    model = config.model
-    options = ReadOptions(select=model.select, unit=model.unit, up=model.up, assemblies=model.assemblies)
-    building = read_building(model.path, options, told.report)
+    config = load_site_config(path, model=model)
+    given = config.model
+    options = ReadOptions(select=given.select, unit=given.unit, up=given.up, assemblies=given.assemblies)
+    building = read_building(given.path, options, told.report)
     say_notes(building, told)
     told.stage("site")
     return _built(guess.complete_config(config, building), building, {SITE_FILE: text}, told)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from bimvox.library.bound import check_bound
 from bimvox.library.own_files import check_own_files
 from bimvox.library.plan_value import Plan
 from bimvox.log.check import check_commands, check_digests, check_load_poses
@@ -19,7 +20,14 @@ from bimvox.proof.values import check_values
 from bimvox.records.proof import Verification
 
 
-def verify(plan: Plan | Path | str, *, progress: Listener = None) -> Verification:
+def verify(
+    plan: Plan | Path | str,
+    *,
+    site: Path | str | None = None,
+    model: Path | str | None = None,
+    obstructions: Path | str | None = None,
+    progress: Listener = None,
+) -> Verification:
     """Return the verdict of a proof made now: one check after the other, with what failed.
 
     The proof uses only the plan or the log, whose site holds the triangles of all parts; the building model is not
@@ -27,13 +35,26 @@ def verify(plan: Plan | Path | str, *, progress: Listener = None) -> Verificatio
 
     Args:
         plan: A plan, or the path of a log. Of a log, its digests and topics are checked as well.
+        site: The site file that one holds: prove that the plan is of it and of its model.
+        model: The model, if it is not where the site file says.
+        obstructions: The obstruction file that one holds.
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
         LogFileError: If the log is missing, damaged, or not a log of bimvox.
+        InputError: If a model is given without a site file.
+        FileError: If a file that one holds is missing or cannot be used.
     """
     told = progress_of(progress)
-    verdict = prove_plan(plan.record, told) if isinstance(plan, Plan) else prove(*read_whole(Path(plan), told), told)
+    if isinstance(plan, Plan):
+        record, verdict = plan.record, prove_plan(plan.record, told)
+    else:
+        contents, record = read_whole(Path(plan), told)
+        verdict = prove(contents, record, told)
+    if any(file is not None for file in (site, model, obstructions)):
+        files = [None if file is None else Path(file) for file in (site, model, obstructions)]
+        bound = check_bound(record.plan.site, files[0], files[1], files[2], told)
+        verdict = replace(verdict, checks=(*verdict.checks, bound))
     told.finish()
     return verdict
 

@@ -16,11 +16,12 @@ from bimvox.site.validation import first_finding
 _MOST_BYTES = 16 << 20
 
 
-def load_site_config(path: Path | str) -> SiteConfig:
+def load_site_config(path: Path | str, *, model: Path | None = None) -> SiteConfig:
     """Return the content of a site file.
 
     Args:
         path: A TOML file.
+        model: The model file, instead of the one that it names.
 
     Returns:
         The content with ``name`` set and ``model.path`` resolved against the file's folder.
@@ -35,7 +36,7 @@ def load_site_config(path: Path | str) -> SiteConfig:
     except UnicodeDecodeError as error:
         raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})") from None
     config = parse_site_config(text, path)
-    model_path = _model_path(path, config.model.path)
+    model_path = _model_path(path, config.model.path if model is None else model.absolute())
     if status_of(model_path) is None:
         raise ConfigError(
             path,
@@ -43,8 +44,8 @@ def load_site_config(path: Path | str) -> SiteConfig:
             f"no such file: {model_path}",
             hint="a relative path is relative to the site file's folder",
         )
-    model = config.model.model_copy(update={"path": model_path})
-    return config.model_copy(update={"model": model, "name": config.name or path.stem})
+    named = config.model.model_copy(update={"path": model_path})
+    return config.model_copy(update={"model": named, "name": config.name or path.stem})
 
 
 def read_site_file(path: Path) -> bytes:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,12 +15,19 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def verify(log: Log, json: Json = False, quiet: Quiet = False) -> None:
+def verify(
+    log: Log,
+    site: Annotated[Path | None, typer.Option(help="The site file that you hold: prove that the log is of it.")] = None,
+    model: Annotated[Path | None, typer.Option(help="The model, if it is not where the site file says.")] = None,
+    obstructions: Annotated[Path | None, typer.Option(help="The obstruction file that you hold.")] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
     """Prove a log again, independently of the planner."""
     from bimvox_pipeline.verify import verify as run
 
     with open_output(as_json=json, quiet=quiet) as output:
-        document = run(log, progress=output.progress)
+        document = run(log, site=site, model=model, obstructions=obstructions, progress=output.progress)
     raise typer.Exit(output.result(document, _show))
 
 

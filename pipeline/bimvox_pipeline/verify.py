@@ -3,28 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from bimvox.library.bound import check_bound
 from bimvox.library.verify import prove, read_whole
 from bimvox.log.plan_log import PlanLog
 from bimvox.progress import Progress
 from bimvox.records.proof import Check
 
 
-def verify(log: Path, *, progress: Progress) -> dict[str, Any]:
+def verify(
+    log: Path,
+    *,
+    site: Path | None = None,
+    model: Path | None = None,
+    obstructions: Path | None = None,
+    progress: Progress,
+) -> dict[str, Any]:
     """Prove a log again, as :func:`bimvox.verify` does, and return the document of ``bimvox verify --json``.
+
+    ``site``, ``model`` and ``obstructions`` are files that one holds: the log must be of them.
 
     Raises:
         LogFileError: If it is damaged or not a bimvox log.
     """
     contents, record = read_whole(log, progress)
+    given = {"site": site, "model": model, "obstructions": obstructions}
     proof = prove(contents, record, progress)
+    if any(given.values()):
+        bound = check_bound(record.plan.site, site, model, obstructions, progress)
+        proof = replace(proof, checks=(*proof.checks, bound))
     progress.finish()
     return {
         "log": str(log),
         "verified": proof.verified,
+        "bound_to": [name for name, file in given.items() if file is not None],
         "checks": _as_json(proof.checks),
         "not_current": _lifts_as_json(record, proof.not_current),
         "lifts": len(record.planned),

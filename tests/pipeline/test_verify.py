@@ -9,9 +9,11 @@ from bimvox_pipeline.plan import plan
 from bimvox_pipeline.verify import verify
 from seeded_faults import site_file_of
 
-from bimvox.errors import LogFileError
+import bimvox
+from bimvox.errors import InputError, LogFileError
 from bimvox.library.log import write_log_file
 from bimvox.library.plan import digests_of
+from bimvox.library.plan_value import Plan
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.channels import LogWriter
@@ -178,3 +180,39 @@ def test_the_command_says_what_failed_by_its_exit_code(site_folder, capsys):
     assert document["verified"] is False
     assert run_cli(["verify", str(gone)]) == 1
     assert "is missing" in capsys.readouterr().out
+
+
+def test_a_log_is_bound_to_the_files_that_one_holds(site_folder):
+    log, site = site_folder / "frame.mcap", site_folder / "frame.site.toml"
+    document = verify(log, site=site, progress=SilentProgress())
+    assert document["verified"], document["checks"]["bound"]["failures"]
+    assert document["bound_to"] == ["site"]
+    record = read_log(log)
+    light = dataclasses.replace(record.plan.site.components[0], mass_kg=1.0)
+    from bimvox.site.build import with_digests
+
+    parts = (light, *record.plan.site.components[1:])
+    spoiled = with_digests(dataclasses.replace(record.plan.site, components=parts))
+    metadata = {**record.metadata}
+    forged = dataclasses.replace(record, plan=dataclasses.replace(record.plan, site=spoiled), metadata=metadata)
+    path = rewritten(site_folder, forged)
+    assert run(path)["verified"]
+    document = verify(path, site=site, progress=SilentProgress())
+    assert failed(document) == {"bound"}
+    assert f"{light.label}: mass_kg is 1.0 in the log" in document["checks"]["bound"]["failures"][0]
+
+
+def test_a_log_is_bound_to_a_model_elsewhere_and_to_its_obstructions(site_folder):
+    record = read_log(site_folder / "frame.mcap")
+    far = {"id": "skip", "box": {"min": [-1.0, -1.0, 0.0], "max": [0.0, 0.0, 0.4]}}
+    file = site_folder / "skip.json"
+    file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": [far]}))
+    (site_folder / "frame.ifc").rename(site_folder / "moved.ifc")
+    given = {"site": site_folder / "frame.site.toml", "model": site_folder / "moved.ifc"}
+    bound = bimvox.verify(site_folder / "frame.mcap", **given)
+    assert bound.verified, bound.failures
+    assert bound.checks[-1].name == "bound"
+    missing = bimvox.verify(site_folder / "frame.mcap", obstructions=file)
+    assert missing.failures == ("bound: fixed object 'skip' is not in the log",)
+    with pytest.raises(InputError, match="--model needs --site"):
+        bimvox.verify(Plan(record), model=given["model"])
