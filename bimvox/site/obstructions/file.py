@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -138,7 +139,13 @@ def read_mesh_file(path: Path, unit: str) -> TriangleMesh:
 def read_obstruction_file(path: Path) -> ObstructionSet:
     """Return the obstructions of an obstruction file, as :func:`parse_obstructions` does."""
     data = read_input(path, most_bytes=_MOST_BYTES, may_be_empty=True)
-    return parse_obstructions(data, path.name, resolved(path).parent)
+    collects = gc.isenabled()
+    gc.disable()  # a million entries make no cycles, and looking for them takes longer than reading
+    try:
+        return parse_obstructions(data, path.name, resolved(path).parent)
+    finally:
+        if collects:
+            gc.enable()
 
 
 def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadMesh = read_mesh_file) -> ObstructionSet:
