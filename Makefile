@@ -9,10 +9,10 @@ PLANNERS := .venv-planners
 VIEWERS := .venv-viewers
 AUDITOR := .venv-audit
 # Where pip is configured with a local folder of wheels, uv (which ignores pip's configuration) is told of it; that folder
-# holds torch's CPU build. Elsewhere torch is PyPI's build, or with TORCH_BACKEND (cpu, auto, ...) one of PyTorch's index,
-# whose hashes are not known: then only the hashes of all other packages are checked.
+# holds torch's CPU build. Elsewhere torch is the build of PyTorch's index that suits the machine (auto; cpu, cu130, ...): its
+# hash is not known, so it alone is not checked. `make setup TORCH_BACKEND=` takes PyPI's build (several GB on Linux), checked.
 FIND_LINKS = $(shell $(PYTHON) -m pip config get global.find-links 2>/dev/null)
-TORCH_BACKEND ?=
+TORCH_BACKEND ?= $(if $(FIND_LINKS),,auto)
 LOCKS = constraints.txt $(if $(FIND_LINKS),constraints-cpu.txt)
 HASHED = $(if $(TORCH_BACKEND),--torch-backend $(TORCH_BACKEND),$(if $(FIND_LINKS),--find-links $(FIND_LINKS)) --require-hashes)
 LOCKED = $(HASHED) $(addprefix -c ,$(LOCKS))
