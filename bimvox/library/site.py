@@ -14,6 +14,7 @@ from bimvox.bim.read import ReadOptions, read_building
 from bimvox.crane.catalogue import machines_called
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
+from bimvox.files import require_regular
 from bimvox.grid.part_cells import all_part_cells
 from bimvox.library.building import say_notes
 from bimvox.library.obstructions import rasterise
@@ -87,6 +88,7 @@ def load_site(path: Path | str, progress: Listener = None, *, model: Path | None
         SelectionError: If nothing is to be lifted.
     """
     told, path = progress_of(progress), Path(path)
+    require_regular(path)
     text = read_site_file(path)
     config = load_site_config(path, model=model)
     given = config.model

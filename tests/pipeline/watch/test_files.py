@@ -340,13 +340,13 @@ def test_what_is_there_and_cannot_be_read_is_not_said_to_be_gone(watcher, parts)
     watcher.file.mkdir()
     (document,) = change(watcher)
     assert document["event"] == "missing"
-    assert "obstructions.json: cannot be read: is a directory" in document["message"]
+    assert "obstructions.json: cannot be read: this is a folder" in document["message"]
     assert "the last good plan stands" in document["message"]
     watcher.close()
     again = watcher_in(watcher.file.parent, parts)
     (document,) = again.take_up(state_of(again.file))
     assert document["event"] == "rejected"
-    assert "is a directory" in document["message"]
+    assert "this is a folder" in document["message"]
     again.close()
 
 
