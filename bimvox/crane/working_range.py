@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from bimvox.errors import InputError
 
+_ROUNDING_RAD = 1e-9
+"""A full turn from an angle to that angle plus 2 pi may differ from 2 pi by rounding."""
+
 
 @dataclass(frozen=True, slots=True)
 class WorkingRange:
@@ -33,7 +36,7 @@ class WorkingRange:
 
     def __post_init__(self) -> None:
         """Raise an error for an empty range."""
-        if self.slew_rad is not None and not 0.0 < self.slew_rad[1] - self.slew_rad[0] <= 2.0 * pi:
+        if self.slew_rad is not None and not 0.0 < self.slew_rad[1] - self.slew_rad[0] <= 2.0 * pi + _ROUNDING_RAD:
             raise InputError(
                 f"slewing range from {self.slew_rad[0]:g} to {self.slew_rad[1]:g} rad",
                 hint="it goes counter-clockwise from the first angle to the second, at most one full turn",

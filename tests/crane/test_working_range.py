@@ -3,7 +3,7 @@ from math import atan2, hypot, pi
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from named_cranes import default_crane
 
@@ -16,6 +16,7 @@ FRAME = GridFrame((-20.0, -20.0, -0.5), 0.5)
 COLUMNS = (80, 80)
 
 
+@example(2.1895463772853665, 2 * pi, 0.0, 1.0)
 @given(st.floats(-pi, pi), st.floats(0.3, 2 * pi), st.floats(0.0, 8.0), st.floats(1.0, 12.0))
 def test_a_column_in_range_has_all_its_points_in_range(first, width, near, depth):
     given_range = WorkingRange((first, first + width), (near, near + depth))
