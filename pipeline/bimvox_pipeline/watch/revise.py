@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import io
 import time
-from collections.abc import Generator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import Any
 
 from bimvox.files import write_atomically
@@ -83,7 +83,6 @@ class Reviser:
         self.propose: Propose | None = None
         self.known_shapes: set[int] = set()
         self._sites: SiteWriter | None = None
-        self._encoder = ThreadPoolExecutor(1)
 
     def know(self, site: Site) -> None:
         """Encode the site, so that only the differences of later ones have to be encoded."""
@@ -112,12 +111,11 @@ class Reviser:
         for part in revise(plan.current, request, known_shapes=self.known_shapes, on_verdict=making.note_verdict):
             yield Revised(part, making.write(part))
 
-    def _site_bytes(self, site: Site) -> Future[bytes]:
-        """Encode the site while the revision is planned: compression needs no interpreter lock."""
+    def _site_bytes(self, site: Site) -> Callable[[], bytes]:
         if self._sites is None:
             self.know(site)
         assert self._sites is not None
-        return self._encoder.submit(self._sites.to_bytes, site)
+        return partial(self._sites.to_bytes, site)
 
 
 class _Making:
@@ -129,9 +127,9 @@ class _Making:
         change: Change,
         before: LiftPlan,
         now_ns: int | None,
-        site_bytes: Future[bytes],
+        site_bytes: Callable[[], bytes],
     ) -> None:
-        self._site_bytes = site_bytes
+        self._site_bytes = cache(site_bytes)
         self._plan, self._change, self._before, self._now_ns = plan, change, before, now_ns
         self._event = "replanned" if change.better is None else "retrained"
         self._marks = [change.started_s, time.monotonic()]  # noticed, read
@@ -166,7 +164,7 @@ class _Making:
         stops = [] if now_ns is None else stop_events(part, document, now_ns)
         record = self._plan.segment(part, self._change.content, event_fields(document), stops, now_ns or 0)
         stream = io.BytesIO()
-        write_log(stream, record, self._site_bytes.result())
+        write_log(stream, record, self._site_bytes())
         return stream.getvalue()
 
     def write(self, part: RevisionPart) -> dict[str, Any]:
