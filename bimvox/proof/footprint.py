@@ -234,9 +234,6 @@ def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_offs
     return positions_of(crane, site.frame, trajectory, hook_offset).placements.cells
 
 
-_ORIGIN = np.zeros((1, 3), np.int64)
-
-
 def _kept_free(site: Site, component: Component) -> NDArray[np.int32]:
     """Return (N, 3) a part's cells and those within its transit clearance, relative to its reference cell."""
     reach, cells = whole_cells(site.rules.transit_clearance_m, site.frame), component.shape.cells

@@ -101,8 +101,7 @@ class Recall:
         for version in self._memory.get(lift.order, ()):
             if version.lift is not lift or version.motion is None or version.motion_footprint is None:
                 continue
-            occupied = self._occupied_since(version, done)
-            if version.before != before or occupied is None:
+            if version.before != before or (occupied := self._occupied_since(version, done)) is None:
                 continue
             crane = self._site.cranes[version.motion.crane]
             if (

@@ -5,7 +5,11 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import TypeVar
+
+T = TypeVar("T")
 
 MOST_LEVELS = 32
 """The deepest nesting of tables and lists that is accepted; a site file needs 6."""
@@ -24,16 +28,7 @@ def toml_values(text: str) -> dict[str, object]:
     """
     if _LONG_KEY.search(text):
         raise ValueError(_TOO_DEEP)
-    try:
-        values = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"not TOML: {error}") from None
-    except RecursionError:
-        raise ValueError(_TOO_DEEP) from None
-    except ValueError as error:
-        raise ValueError(_number_in_words(error)) from None
-    _check_depth(values)
-    return values
+    return _values(tomllib.loads, text)
 
 
 def json_values(text: str) -> object:
@@ -42,8 +37,15 @@ def json_values(text: str) -> object:
     Raises:
         ValueError: If it is not JSON (line and column), is nested too deeply, or holds a number that is too long.
     """
+    return _values(partial(json.loads, object_pairs_hook=_each_key_once), text)
+
+
+def _values(read: Callable[[str], T], text: str) -> T:
+    """Return what a reader of the standard library returns, with errors that speak to people."""
     try:
-        values = json.loads(text, object_pairs_hook=_each_key_once)
+        values = read(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"not TOML: {error}") from None
     except json.JSONDecodeError as error:
         raise ValueError(f"not JSON: {error.msg} (at line {error.lineno}, column {error.colno})") from None
     except RecursionError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -37,7 +38,12 @@ def opened(backend: Backend, jobs: int, address: str | None) -> Iterator[dict[st
 def _loky(jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
     if address is not None:
         raise InputError("processes of this machine have no --cluster", hint="add --backend ray or --backend dask")
-    yield {"backend": "loky", "n_jobs": jobs}
+    from joblib import Parallel, delayed, parallel_config
+
+    config = {"backend": "loky", "n_jobs": jobs}
+    with _interrupts_held_back(), parallel_config(**config):
+        Parallel()(delayed(os.getpid)() for _ in range(jobs))  # starts the workers, which joblib keeps
+    yield config
 
 
 @contextmanager

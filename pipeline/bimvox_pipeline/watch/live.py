@@ -21,6 +21,7 @@ from bimvox.log.segments import FIRST_PLAN
 from bimvox.progress import Progress
 from bimvox.stop.redirect import Held
 from bimvox_pipeline.watch.simulate import PlanClock
+from bimvox_pipeline.watch.undisturbed import undisturbed
 
 if TYPE_CHECKING:
     from bimvox.log.live.server import LiveServer
@@ -196,6 +197,7 @@ class LiveView:
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
+    @undisturbed()
     def show(self, record: PlanLog, held: Sequence[Held] = ()) -> None:
         """Show a plan from now on.
 
@@ -226,7 +228,8 @@ class LiveView:
 
     def close(self) -> None:
         """Stop sending."""
-        self._stop.set()
+        with undisturbed():
+            self._stop.set()
         if self._thread is not None:
             self._thread.join()
         for sink in self._sinks:

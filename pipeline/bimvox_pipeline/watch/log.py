@@ -20,6 +20,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.segments import first_plan_of, newest
 from bimvox.progress import Progress
+from bimvox_pipeline.watch.undisturbed import undisturbed
 
 _QUIET_S = 0.5
 _RETRY_S = 5.0
@@ -117,10 +118,12 @@ class WholeLog:
         self._closed = False
         self._thread: threading.Thread | None = None
 
+    @undisturbed()
     def hold(self) -> None:
         """Stop writing, because something else is more urgent."""
         self._interrupted.set()
 
+    @undisturbed()
     def offer(self, record: PlanLog) -> None:
         """Write this plan when idle, instead of one offered earlier."""
         with self._changed:
@@ -131,6 +134,7 @@ class WholeLog:
                 self._thread.start()
             self._changed.notify()
 
+    @undisturbed()
     def resume(self) -> None:
         """Resume after ``hold`` with the plan that was offered last."""
         with self._changed:
@@ -139,7 +143,7 @@ class WholeLog:
 
     def close(self) -> None:
         """Write the last offered plan, unless it is written already, and end; the segments hold it if that fails."""
-        with self._changed:
+        with undisturbed(), self._changed:
             self._closed = True
             self._interrupted.set()
             self._changed.notify()

@@ -22,6 +22,7 @@ from bimvox.policy.choice import PolicyInUse, retrained
 from bimvox.processes import end_with
 from bimvox.progress import SilentProgress
 from bimvox.site.site import Site
+from bimvox_pipeline.watch.undisturbed import undisturbed
 
 _NICE = 10
 """Lower priority than the watch."""
@@ -49,6 +50,7 @@ class Retraining:
         self.train: Callable[..., PolicyInUse] = retrained
         self.components: tuple[int, ...] = ()
 
+    @undisturbed()
     def begin(self, site: Site, components: Collection[int]) -> None:
         """Train on the current site, with the lifts of these components among the lessons."""
         self.cancel()
@@ -91,6 +93,7 @@ class Retraining:
             raise PolicyError(f"retraining failed: {found}")
         return found if isinstance(found, PolicyInUse) else None
 
+    @undisturbed()
     def cancel(self) -> None:
         """Stop a running training."""
         if self._process is not None:

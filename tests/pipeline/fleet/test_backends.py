@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,16 @@ def test_the_results_are_the_same_to_the_byte(sites: Path, backend: str):
         for record in records:
             record.pop("seconds", None)
         assert records[0] == records[1]
+
+
+@pytest.mark.parametrize("backend", ["loky", "dask"], indirect=True)
+def test_ctrl_c_does_not_reach_the_workers(backend: str):
+    from joblib import Parallel, delayed, parallel_config
+
+    with opened(backend, 2, None) as config, parallel_config(**config):  # type: ignore[arg-type]
+        held_back = Parallel(batch_size=1)(delayed(signal.pthread_sigmask)(signal.SIG_BLOCK, ()) for _ in range(4))
+    assert [signal.SIGINT in masked for masked in held_back] == [True] * 4
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
 def test_a_worker_that_dies_takes_down_no_other_run(tmp_path: Path, backend: str):

@@ -1,0 +1,101 @@
+"""Ctrl-C at every instruction: no lock stays held that the end of a watch waits for."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+
+import pytest
+from bimvox_pipeline.watch.live import LiveView
+from bimvox_pipeline.watch.log import WholeLog
+from bimvox_pipeline.watch.simulate import PlanClock
+from bimvox_pipeline.watch.undisturbed import undisturbed
+
+from bimvox.progress import SilentProgress
+
+
+class Interruption:
+    """Sends Ctrl-C to this process at the given instruction of the watch's code or of Python's locks."""
+
+    def __init__(self, at: int) -> None:
+        self.at, self.passed = at, 0
+
+    def __call__(self, frame, event, _):
+        if not frame.f_code.co_filename.endswith(("threading.py", "watch/log.py", "watch/live.py")):
+            return None
+        frame.f_trace_opcodes = True
+        if event == "opcode":
+            self.passed += 1
+            if self.passed == self.at:
+                signal.raise_signal(signal.SIGINT)
+        return self
+
+
+@pytest.fixture(autouse=True)
+def _ctrl_c_raises():
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background is deaf to it
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def interrupted_at(at, act):
+    """Return how many instructions an act has, interrupted at one of them."""
+    trace, usual = Interruption(at), sys.gettrace()
+    try:
+        sys.settrace(trace)
+        act()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        sys.settrace(usual)
+    return trace.passed
+
+
+def new_whole_log(tmp_path, monkeypatch):
+    whole = WholeLog(tmp_path / "whole.mcap", SilentProgress())
+    monkeypatch.setattr(whole, "_write", lambda *_: None)
+    whole.offer("a plan")
+    return whole, {"hold": whole.hold, "resume": whole.resume, "offer": lambda: whole.offer("another")}
+
+
+def new_view(tmp_path, monkeypatch):
+    view = LiveView([], PlanClock(1.0))
+    monkeypatch.setattr("bimvox_pipeline.watch.live.standing_messages", lambda *_: [])
+    monkeypatch.setattr("bimvox_pipeline.watch.live.Moving", lambda _: type("Still", (), {"at": lambda *_: ()}))
+    return view, {"show": lambda: view.show("a plan")}
+
+
+@pytest.mark.parametrize(
+    ("make", "act"),
+    [(new_whole_log, "hold"), (new_whole_log, "resume"), (new_whole_log, "offer"), (new_view, "show")],
+)
+def test_a_watch_ends_wherever_ctrl_c_meets_it(make, act, tmp_path, monkeypatch):
+    held, acts = make(tmp_path, monkeypatch)
+    instructions = interrupted_at(0, acts[act])
+    held.close()
+    assert instructions > 20
+    for at in range(1, instructions + 1):
+        held, acts = make(tmp_path, monkeypatch)
+        interrupted_at(at, acts[act])
+        closing = threading.Thread(target=held.close, daemon=True)
+        closing.start()
+        closing.join(timeout=20)
+        assert not closing.is_alive(), f"instruction {at} of {instructions}"
+
+
+def test_ctrl_c_takes_effect_at_the_end():
+    done = []
+    with pytest.raises(KeyboardInterrupt), undisturbed():
+        signal.raise_signal(signal.SIGINT)
+        done.append("all of it")
+    assert done == ["all of it"]
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_a_process_that_is_deaf_to_ctrl_c_stays_deaf():
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with undisturbed():
+        signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
