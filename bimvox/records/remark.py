@@ -1,0 +1,52 @@
+"""A remark about a plan: what a person should look at, although every check passed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Severity(StrEnum):
+    """How much a remark matters, the gravest first."""
+
+    SERIOUS = "serious"
+    """The plan should not be carried out before a person has decided about this."""
+    MINOR = "minor"
+    """Unusual, or below what the field asks for."""
+    NOTE = "note"
+    """What was assumed; a plan with notes only is clean."""
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """One remark.
+
+    Attributes:
+        kind: Short stable name of the rule that made it, for programs.
+        severity: How much it matters.
+        text: The remark, as a sentence.
+        component: Id of the part that it is about; None if it is about the whole plan.
+        name: The part's name for people; None if it is about the whole plan.
+    """
+
+    kind: str
+    severity: Severity
+    text: str
+    component: str | None = None
+    name: str | None = None
+
+    def to_dict(self) -> dict[str, str | None]:
+        """Return the remark as ``bimvox verify --json`` gives it."""
+        return {
+            "kind": self.kind,
+            "severity": self.severity.value,
+            "component": self.component,
+            "name": self.name,
+            "text": self.text,
+        }
+
+
+def are_clean(remarks: Iterable[Remark]) -> bool:
+    """Return whether there are only notes: nothing that a person must decide about."""
+    return all(remark.severity is Severity.NOTE for remark in remarks)
