@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from bimvox.errors import InputError
 from bimvox.files import require_input
+from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_fields
 from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.site import load_site
 from bimvox.progress import Progress
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
-from bimvox.site.site import Blocker, Site
+from bimvox.site.site import Site
 
+_YOURS = "your files"
 _OF_THE_SITE = ("shape", "yard", "prohibited", "no_load", "site_to_ifc")
 
 
@@ -46,16 +44,12 @@ def check_bound(
     if site is None:
         return check
     held = load_site(site, progress, model=model).site
-    for key in fields(held.rules):
-        _same(check, f"rules.{key.name}", getattr(found.rules, key.name), getattr(held.rules, key.name))
-    _same(check, "cranes", [crane.name for crane in found.cranes], [crane.name for crane in held.cranes])
-    for crane, other in zip(found.cranes, held.cranes, strict=False):
-        for key in fields(crane):
-            _same(check, f"crane {crane.name!r}: {key.name}", getattr(crane, key.name), getattr(other, key.name))
-    _same(check, "the frame of the grid", found.frame, held.frame)
+    same_fields(check, "rules.", found.rules, held.rules, _YOURS)
+    same_cranes(check, found.cranes, held.cranes, _YOURS)
+    same(check, "the frame of the grid", found.frame, held.frame, _YOURS)
     for name in _OF_THE_SITE:
-        check.look(_equal(getattr(found, name), getattr(held, name)), f"{name} is not that of your files")
-    _same(check, "the model's sha256", found.source.get("sha256"), held.source.get("sha256"))
+        check.look(equal(getattr(found, name), getattr(held, name)), f"{name} is not that of your files")
+    same(check, "the model's sha256", found.source.get("sha256"), held.source.get("sha256"), _YOURS)
     _compare_parts(check, found.components, held.components)
     _compare_blockers(check, found, held, ("ground", "crane", "structure"))
     return check
@@ -69,32 +63,12 @@ def _compare_parts(check: Check, found: Sequence[Component], held: Sequence[Comp
         if (own := ours.get(name)) is None:
             check.look(False, f"{part.label}: this part is not in your model")
             continue
-        for key in fields(part):
-            if key.name not in ("index", "shape", "mesh"):
-                _same(check, f"{part.label}: {key.name}", getattr(part, key.name), getattr(own, key.name))
-        check.look(_equal(part.shape.cells, own.shape.cells), f"{part.label}: its cells are not those of your model")
-        same = _equal(part.mesh.vertices_m, own.mesh.vertices_m) and _equal(part.mesh.faces, own.mesh.faces)
+        same_fields(check, f"{part.label}: ", part, own, _YOURS, but=("index", "shape", "mesh"))
+        check.look(equal(part.shape.cells, own.shape.cells), f"{part.label}: its cells are not those of your model")
+        same = equal(part.mesh.vertices_m, own.mesh.vertices_m) and equal(part.mesh.faces, own.mesh.faces)
         check.look(same, f"{part.label}: its surface is not that of your model")
 
 
 def _compare_blockers(check: Check, found: Site, held: Site, kinds: tuple[str, ...]) -> None:
-    theirs, ours = ({b.id: b for b in site.blockers if b.kind in kinds} for site in (found, held))
-    for name in sorted(theirs.keys() | ours.keys()):
-        what = f"fixed object {name!r}"
-        if name not in theirs or name not in ours:
-            check.look(False, f"{what} is {'not in the log' if name in ours else 'in the log only'}")
-        else:
-            check.look(_same_blocker(theirs[name], ours[name]), f"{what}: its cells are not those of your files")
-
-
-def _same_blocker(one: Blocker, other: Blocker) -> bool:
-    return one.kind == other.kind and _equal(np.unique(one.cells, axis=0), np.unique(other.cells, axis=0))
-
-
-def _same(check: Check, name: str, found: Any, held: Any) -> None:
-    text = [value if len(value) <= 100 else f"{value[:97]}..." for value in (str(found), str(held))]
-    check.look(found == held, f"{name} is {text[0]} in the log, {text[1]} by your files")
-
-
-def _equal(one: Any, other: Any) -> bool:
-    return (one is None) == (other is None) and (one is None or np.array_equal(one, other))
+    theirs, ours = ([blocker for blocker in site.blockers if blocker.kind in kinds] for site in (found, held))
+    same_blockers(check, theirs, ours, _YOURS)

@@ -90,7 +90,7 @@ def load_site(path: Path | str, progress: Listener = None, *, model: Path | None
     told, path = progress_of(progress), Path(path)
     require_regular(path)
     text = read_site_file(path)
-    config = load_site_config(path, model=model)
+    config = load_site_config(path, text, model=model)
     given = config.model
     options = ReadOptions(select=given.select, unit=given.unit, up=given.up, assemblies=given.assemblies)
     building = read_building(given.path, options, told.report)

@@ -16,11 +16,12 @@ from bimvox.site.validation import first_finding
 _MOST_BYTES = 16 << 20
 
 
-def load_site_config(path: Path | str, *, model: Path | None = None) -> SiteConfig:
+def load_site_config(path: Path | str, data: bytes | None = None, *, model: Path | None = None) -> SiteConfig:
     """Return the content of a site file.
 
     Args:
         path: A TOML file.
+        data: Its bytes, if they have been read.
         model: The model file, instead of the one that it names.
 
     Returns:
@@ -32,7 +33,7 @@ def load_site_config(path: Path | str, *, model: Path | None = None) -> SiteConf
     """
     path = Path(path)
     try:
-        text = read_site_file(path).decode("utf-8-sig")
+        text = (read_site_file(path) if data is None else data).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})") from None
     config = parse_site_config(text, path)

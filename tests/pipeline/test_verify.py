@@ -179,7 +179,7 @@ def test_the_command_says_what_failed_by_its_exit_code(site_folder, capsys):
     document = json.loads(capsys.readouterr().out)
     assert document["verified"] is False
     assert run_cli(["verify", str(gone)]) == 1
-    assert "is missing" in " ".join(capsys.readouterr().out.split())
+    assert "it carries no site.toml" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_log_is_bound_to_the_files_that_one_holds(site_folder):
@@ -213,6 +213,6 @@ def test_a_log_is_bound_to_a_model_elsewhere_and_to_its_obstructions(site_folder
     assert bound.verified, bound.failures
     assert bound.checks[-1].name == "bound"
     missing = bimvox.verify(site_folder / "frame.mcap", obstructions=file)
-    assert missing.failures == ("bound: fixed object 'skip' is not in the log",)
+    assert missing.failures == ("bound: fixed object 'skip' is not in the log, but in your files",)
     with pytest.raises(InputError, match="--model needs --site"):
         bimvox.verify(Plan(record), model=given["model"])

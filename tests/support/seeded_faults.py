@@ -488,19 +488,22 @@ def no_crane_at_all(log: PlanLog) -> PlanLog:
 NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
     "stronger": (keeping_its_files(a_stronger_crane), "crane 'test': chart"),
     "faster": (keeping_its_files(lambda log: faster_by(log, 5.0)), "crane 'test': slewing"),
-    "no crane": (keeping_its_files(no_crane_at_all), "the cranes are []; the attached site.toml has ['test']"),
+    "no crane": (
+        keeping_its_files(no_crane_at_all),
+        "the list of cranes is [] in the log; the attached site.toml has ['test']",
+    ),
     "swing off": (keeping_its_files(lambda log: with_rules(log, swing=SwingRule.OFF)), "rules.swing is off"),
     "tolerance": (
         keeping_its_files(lambda log: with_rules(log, contact_tolerance_m=0.09)),
         "contact_tolerance_m is 0.09",
     ),
     "no file": (lambda log: dataclasses.replace(log, attachments={}), "it carries no site.toml"),
-    "no ground": (lambda log: without_blocker(log, "ground"), "fixed object 'ground' is missing"),
+    "no ground": (lambda log: without_blocker(log, "ground"), "fixed object 'ground' is not in the log"),
     "truck dropped": (
         lambda log: without_blocker(with_obstructions_file(log), "truck"),
-        "obstruction 'truck' is missing",
+        "fixed object 'truck' is not in the log",
     ),
-    "truck shrunk": (lambda log: a_smaller_truck(with_obstructions_file(log)), "obstruction 'truck' has other cells"),
+    "truck shrunk": (lambda log: a_smaller_truck(with_obstructions_file(log)), "fixed object 'truck' has other cells"),
 }
 """Forgeries that the attached files give away, each with what the refusal says."""
 
