@@ -8,7 +8,7 @@ import hashlib
 import os
 import secrets
 import stat
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
@@ -177,6 +177,66 @@ def write_atomically(path: Path, data: bytes | Callable[[BinaryIO], object], *, 
     """
     check_output(path, inputs=inputs)
     target = resolved(path)
+    temporary = _written_aside(path, target, data)
+    try:
+        temporary.replace(target)
+    except OSError as error:
+        raise unwritable(path, error) from error
+    finally:
+        temporary.unlink(missing_ok=True)
+    _sync_folder(target.parent)
+
+
+def write_together(files: Mapping[Path, bytes], *, inputs: Iterable[Path] = ()) -> None:
+    """Write several files, all or none: they take their places when all of them are on disk.
+
+    If an error, a full disk or Ctrl-C interrupts the writing, earlier files of these names are unchanged and no
+    temporary file remains.
+
+    Args:
+        files: The bytes, by path.
+        inputs: Files that the outputs were made from and must not replace.
+
+    Raises:
+        FileError: If one of them cannot be written.
+    """
+    sources = tuple(inputs)
+    for path in files:
+        check_output(path, inputs=sources)
+    aside: list[Path] = []
+    moved: list[tuple[Path, Path, Path]] = []  # target, its new file, its earlier file
+    try:
+        for path, data in files.items():
+            aside.append(_written_aside(path, resolved(path), data))
+        for path, new in zip(files, aside, strict=True):
+            target = resolved(path)
+            moved.append((target, new, new.with_suffix(".earlier")))
+            try:
+                if target.exists():
+                    target.replace(moved[-1][2])
+                new.replace(target)
+            except OSError as error:
+                raise unwritable(path, error) from error
+    except BaseException:
+        for target, new, earlier in moved:
+            if earlier.exists():
+                earlier.replace(target)
+            elif not new.exists():
+                target.unlink(missing_ok=True)
+        raise
+    finally:
+        for left in (*aside, *(earlier for _, _, earlier in moved)):
+            left.unlink(missing_ok=True)
+    for folder in {target.parent for target, _, _ in moved}:
+        _sync_folder(folder)
+
+
+def _written_aside(path: Path, target: Path, data: bytes | Callable[[BinaryIO], object]) -> Path:
+    """Return a new file next to ``target`` that is whole and synced; none remains after an error.
+
+    Raises:
+        FileError: If it cannot be written; about ``path``.
+    """
     temporary = target.parent / f".bimvox-{secrets.token_hex(8)}.part"
     try:
         descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
@@ -187,14 +247,13 @@ def write_atomically(path: Path, data: bytes | Callable[[BinaryIO], object], *, 
                 stream.write(data)
             stream.flush()
             os.fsync(stream.fileno())
-        temporary.replace(target)
     except OSError as error:
         temporary.unlink(missing_ok=True)
         raise unwritable(path, error) from error
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
-    _sync_folder(target.parent)
+    return temporary
 
 
 def unwritable(path: Path, error: OSError) -> FileError:

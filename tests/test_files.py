@@ -8,7 +8,7 @@ from typing import BinaryIO
 import pytest
 
 from bimvox.errors import FileError, InputError
-from bimvox.files import check_output, default_output, require_input, sha256_of, write_atomically
+from bimvox.files import check_output, default_output, require_input, sha256_of, write_atomically, write_together
 
 
 def names(folder: Path) -> list[str]:
@@ -142,3 +142,25 @@ def test_digest_is_of_the_bytes(tmp_path: Path) -> None:
 )
 def test_default_output_drops_our_suffixes(source: str, suffix: str, expected: str) -> None:
     assert default_output(Path(source), suffix) == Path(expected)
+
+
+@pytest.mark.parametrize("failing", [0, 1])
+def test_of_several_files_all_or_none_take_their_places(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing: int
+) -> None:
+    first, second = tmp_path / "a.csv", tmp_path / "b.csv"
+    first.write_bytes(b"old")
+    replace = Path.replace
+
+    def fail_once(path: Path, target: Path) -> Path:
+        if target == (first, second)[failing] and path.suffix == ".part":
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        return replace(path, target)
+
+    with monkeypatch.context() as once:
+        once.setattr(Path, "replace", fail_once)
+        with pytest.raises(FileError, match="nothing was changed"):
+            write_together({first: b"1", second: b"2"})
+    assert (names(tmp_path), first.read_bytes()) == (["a.csv"], b"old")
+    write_together({first: b"1", second: b"2"})
+    assert (names(tmp_path), first.read_bytes(), second.read_bytes()) == (["a.csv", "b.csv"], b"1", b"2")

@@ -3,14 +3,12 @@
 import csv
 import dataclasses
 import io
-import resource
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 from bimvox_cli.main import run
+from full_disk import full_disk
 from log_building import tiny_log
 
 from bimvox.export.csv_json import lifts_csv, to_csv
@@ -51,16 +49,6 @@ def test_no_cell_of_a_table_is_a_formula(name: str) -> None:
     assert float(first["time_s"]) >= 0.0
 
 
-@contextmanager
-def full_disk(bytes_left: int) -> Iterator[None]:
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (bytes_left, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-
-
 @pytest.mark.parametrize("to", ["mcap", "csv", "json", "glb", "ros2", "layout", "msproject"])
 def test_a_full_disk_is_told_and_leaves_nothing(
     to: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -77,3 +65,19 @@ def test_a_full_disk_is_told_and_leaves_nothing(
     assert "file too large" in err
     assert "Traceback" not in err
     assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"]
+
+
+def test_two_tables_are_written_both_or_not_at_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with Path("a.mcap").open("wb") as stream:
+        write_log(stream, tiny_log())
+    lifts, samples = len(lifts_csv(tiny_log()).encode()), len(to_csv(tiny_log()).encode())
+    assert lifts < samples
+    Path("out.lifts.csv").write_text("of an earlier plan")
+    with full_disk((lifts + samples) // 2):
+        code = run(["export", "a.mcap", "--to", "csv", "-o", "out.csv"])
+    assert code == 2, capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mcap", "out.lifts.csv"]
+    assert Path("out.lifts.csv").read_text() == "of an earlier plan"

@@ -3,6 +3,7 @@ from __future__ import annotations
 import dataclasses
 import io
 import json
+import re
 import zipfile
 
 import numpy as np
@@ -114,6 +115,15 @@ def test_a_face_beyond_the_vertices_is_an_error() -> None:
     wrong = dataclasses.replace(first.mesh, faces=first.mesh.faces + 1)
     broken = dataclasses.replace(site, components=(dataclasses.replace(first, mesh=wrong), *site.components[1:]))
     with pytest.raises(LogFileError, match="a face refers to a missing vertex"):
+        site_from_bytes(site_to_bytes(broken), "log")
+
+
+def test_a_part_without_faces_is_an_error_that_names_it() -> None:
+    site = tiny_site()
+    first = site.components[0]
+    bare = dataclasses.replace(first, mesh=dataclasses.replace(first.mesh, faces=np.zeros((0, 3), np.int32)))
+    broken = dataclasses.replace(site, components=(bare, *site.components[1:]))
+    with pytest.raises(LogFileError, match=re.escape(f"components[0].mesh: part {first.label} has no faces")):
         site_from_bytes(site_to_bytes(broken), "log")
 
 

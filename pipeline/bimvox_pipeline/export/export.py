@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import FileError, InputError
 from bimvox.export.formats import Format, Source, format_for, formats_of
-from bimvox.files import check_new_folder, check_output, require_input, unwritable, write_atomically
+from bimvox.files import check_new_folder, check_output, require_input, unwritable, write_together
 from bimvox_pipeline.export.grid import export_grid
 from bimvox_pipeline.export.schedule import model_bytes, parsed_begin
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
@@ -91,9 +91,8 @@ def export(
         return {"out": str(target), "lifts": len(chosen), "messages": messages, "seconds": progress.seconds}
     own = model_bytes(log, model) if wanted.name == "ifc" and model else None
     data = log_bytes(log, wanted, chosen, begins=begins, model=own)
-    if wanted.name == "csv":
-        write_atomically(table, lifts_csv(log.extract(chosen)).encode(), inputs=inputs)
-    write_atomically(target, data, inputs=inputs)
+    tables = {table: lifts_csv(log.extract(chosen)).encode()} if wanted.name == "csv" else {}
+    write_together({target: data, **tables}, inputs=inputs)
     progress.finish()
     document: dict[str, Any] = {"out": str(target), "lifts": len(chosen), "messages": messages_in(data, wanted)}
     if wanted.name == "csv":

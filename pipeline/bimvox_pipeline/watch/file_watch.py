@@ -3,6 +3,8 @@
 The parent folder is watched, not the file: editors replace files by renaming, which a watch on the file itself misses.
 Events only wake the loop; the hash of the content decides whether something changed. The file is also read every
 second, for file systems that send no events. Polling, for network shares, replaces the events.
+
+A file larger than ``MOST_DIGESTED_BYTES`` is not read: its size and times stand for its content.
 """
 
 from __future__ import annotations
@@ -15,6 +17,9 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+
+MOST_DIGESTED_BYTES = 512 << 20
+"""The largest file whose content is read: no larger obstruction file is accepted."""
 
 _DEBOUNCE_MS = 50
 _STEP_MS = 10
@@ -145,8 +150,12 @@ class _Looks:
             known = self._known.get(path)
             if may_trust_size and known and known[0] == attributes and status.st_size > _ALWAYS_READ_BYTES:
                 return known[1]
-            digest = hashlib.sha256()
-            while chunk := stream.read(_CHUNK_BYTES):
+            digest, left = hashlib.sha256(), MOST_DIGESTED_BYTES + 1
+            if status.st_size >= left:
+                digest.update(repr(attributes).encode())
+                left = 0
+            while chunk := stream.read(min(left, _CHUNK_BYTES)):  # it may grow while it is read
                 digest.update(chunk)
+                left -= len(chunk)
         self._known[path] = (attributes, digest.digest())
         return digest.digest()

@@ -7,16 +7,14 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from bimvox.errors import FileError
-from bimvox.files import reason_of, require_regular, status_of
+from bimvox.files import read_input, reason_of, require_regular, status_of
 from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.site import LoadedSite
 from bimvox.progress import Progress
 from bimvox.site.obstructions.obstruction_set import EMPTY, ObstructionSet
 from bimvox.site.site import Site
-from bimvox_pipeline.watch.file_watch import FileState, state_of
+from bimvox_pipeline.watch.file_watch import MOST_DIGESTED_BYTES, FileState, state_of
 
-_MOST_BYTES = 512 << 20
-"""A larger obstruction file is refused: reading it could exhaust the memory."""
 _SETTLE_S = 0.05
 """A file that cannot be used may be half written: it is read again after this time before it is refused."""
 _RETRY_S = (1.0, 30.0)
@@ -69,8 +67,8 @@ class ObstructionReader:
     def holds_other_than(self, content: Mapping[str, bytes]) -> bool:
         """Return whether the content of the file differs from what is being planned."""
         try:
-            return self.file.read_bytes() not in content.values()
-        except OSError:
+            return read_input(self.file, most_bytes=MOST_DIGESTED_BYTES, may_be_empty=True) not in content.values()
+        except FileError:
             return False
 
     def why_missing(self) -> FileError | None:
@@ -109,13 +107,13 @@ class ObstructionReader:
             return EMPTY, {}
         try:
             size = self.file.stat().st_size
-            if size > _MOST_BYTES:
+            if size > MOST_DIGESTED_BYTES:
                 raise FileError(
                     self.file,
-                    f"is too large ({size >> 20} MiB, at most {_MOST_BYTES >> 20})",
+                    f"is too large ({size >> 20} MiB, at most {MOST_DIGESTED_BYTES >> 20})",
                     hint="give cells or boxes",
                 )
-            content = self.file.read_bytes()
+            content = read_input(self.file, most_bytes=MOST_DIGESTED_BYTES, may_be_empty=True)
             found = load_obstructions(self.file, self._loaded.site)
         except OSError as error:
             raise FileError(self.file, f"cannot be read: {reason_of(error)}") from error

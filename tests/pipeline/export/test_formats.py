@@ -21,6 +21,7 @@ import trimesh
 from bimvox_pipeline.export.export import export
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
+from full_disk import full_disk
 from rosbags.highlevel import AnyReader
 
 from bimvox.errors import FileError, InputError
@@ -250,3 +251,10 @@ def test_a_ros2_bag_holds_joints_paths_and_frames(site_folder: Path) -> None:
     with pytest.raises(FileError, match="exists already"):
         run(site_folder, to="ros2", out=out)
     assert sorted(path.name for path in site_folder.iterdir() if path.name.startswith(".")) == []
+
+
+def test_a_full_disk_is_told_and_leaves_no_schedule(site_folder: Path) -> None:
+    before = sorted(site_folder.iterdir())
+    with full_disk(100), pytest.raises(FileError, match="file too large; nothing was changed"):
+        run(site_folder, to="ifc", model=site_folder / "frame.ifc", out=site_folder / "out.ifc")
+    assert sorted(site_folder.iterdir()) == before

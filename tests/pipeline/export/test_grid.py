@@ -6,6 +6,7 @@ import pytest
 import trimesh
 from bimvox_pipeline.export.export import export
 from box_grids import grid_of, part, random_shares
+from full_disk import full_disk
 from grid_bytes import grid_to_bytes
 
 from bimvox.errors import FileError, GridFileError, InputError
@@ -103,3 +104,10 @@ def test_what_is_neither_log_nor_grid_is_refused(tmp_path) -> None:
     path.write_text("[model]\npath = 'a.ifc'\n")
     with pytest.raises(FileError, match=r"(?s)kind 'site'.*grids"):
         run(path)
+
+
+@pytest.mark.parametrize("to", ["vti", "ply", "glb"])
+def test_a_full_disk_is_told_and_leaves_nothing(grid_file: Path, to: str) -> None:
+    with full_disk(100), pytest.raises(FileError, match="file too large; nothing was changed"):
+        run(grid_file, to=to, out=Path("out"))
+    assert list(grid_file.parent.iterdir()) == [grid_file]

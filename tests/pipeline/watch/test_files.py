@@ -19,7 +19,7 @@ import trimesh
 from bimvox_pipeline.render.render import render
 from bimvox_pipeline.report.report import report
 from bimvox_pipeline.verify import verify
-from bimvox_pipeline.watch.file_watch import changes, state_of
+from bimvox_pipeline.watch.file_watch import MOST_DIGESTED_BYTES, changes, state_of
 from bimvox_pipeline.watch.log import WholeLog, read_newest, segment_file, segments_on_disk
 from bimvox_pipeline.watch.plan import WatchedPlan
 from bimvox_pipeline.watch.watch import Watcher, follow
@@ -401,7 +401,7 @@ def test_segments_lie_beside_a_log_that_is_a_link_and_are_found_again(watcher, p
 
 def test_a_file_that_is_too_large_is_refused(watcher, monkeypatch):
     taken_up(watcher)
-    monkeypatch.setattr(bimvox_pipeline.watch.reader, "_MOST_BYTES", 100)
+    monkeypatch.setattr(bimvox_pipeline.watch.reader, "MOST_DIGESTED_BYTES", 100)
     watcher.file.write_text(" " * 200 + json.dumps(EMPTY))
     (document,) = change(watcher)
     assert document["event"] == "rejected"
@@ -684,3 +684,73 @@ def test_a_newer_change_ends_the_training(watcher):
     change(watcher)
     assert not process.is_alive()
     watcher.close()
+
+
+HUGE_BYTES = 1 << 40
+
+
+def test_a_huge_sparse_file_is_refused_without_being_read(watcher, monkeypatch):
+    taken_up(watcher)
+    good = watcher.current
+    with watcher.file.open("wb") as stream:
+        stream.truncate(HUGE_BYTES)
+    read = count_reads(monkeypatch)
+    (document,) = change(watcher)
+    assert document["event"] == "rejected"
+    assert "obstructions.json: is too large (1048576 MiB, at most 512)" in document["message"]
+    assert read.bytes < 2 * MOST_DIGESTED_BYTES
+    assert watcher.current is good
+    put(watcher)
+    assert [d["event"] for d in change(watcher)] in ([], ["unchanged"])
+    watcher.close()
+
+
+def test_a_huge_file_has_a_state_of_its_own(tmp_path, monkeypatch):
+    file, other = tmp_path / "obstructions.json", tmp_path / "spoil.ply"
+    for path in (file, other):
+        with path.open("wb") as stream:
+            stream.truncate(HUGE_BYTES)
+    read = count_reads(monkeypatch)
+    first = state_of(file, (other,)).digest
+    assert first == state_of(file, (other,)).digest
+    with other.open("wb") as stream:
+        stream.truncate(HUGE_BYTES + 1)
+    assert state_of(file, (other,)).digest != first
+    assert read.bytes == 0
+
+
+class Read:
+    """How much was read."""
+
+    bytes = 0
+
+
+def count_reads(monkeypatch: pytest.MonkeyPatch) -> Read:
+    """Count what is read of any file; a test that reads a terabyte would not end, so it fails instead."""
+    read, of_path = Read(), Path.open
+
+    def opened(path: Path, *args: Any, **more: Any) -> Any:
+        stream = of_path(path, *args, **more)
+        if args[:1] == ("rb",):
+            of_stream = stream.read
+
+            class Counted:
+                def __enter__(self) -> Any:
+                    return self
+
+                def __exit__(self, *_: object) -> None:
+                    stream.close()
+
+                def __getattr__(self, name: str) -> Any:
+                    return getattr(stream, name)
+
+                def read(self, size: int = -1) -> bytes:
+                    read.bytes += size if size >= 0 else HUGE_BYTES
+                    assert read.bytes < 1 << 31, "reads without end"
+                    return of_stream(size)
+
+            return Counted()
+        return stream
+
+    monkeypatch.setattr(Path, "open", opened)
+    return read
