@@ -1,0 +1,83 @@
+"""What a plan assumes: nobody has to decide about it, but a reader must know it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import degrees
+
+import numpy as np
+
+from bimvox.records.remark import Remark, Severity
+from bimvox.remarks.subject import Subject, metres
+from bimvox.site.part_names import names_by_id, with_names
+from bimvox.site.site import HOOK_ON_S, TRIAL_LIFT_S, SwingRule
+
+ASSUMED_MASS = "assumed_mass"
+ASSUMED_CONTACT = "assumed_contact"
+ASSUMED_TACKLE = "assumed_tackle"
+ASSUMED_TIMES = "assumed_times"
+ASSUMED_SWING = "assumed_swing"
+ASSUMED_HEADING = "assumed_heading"
+ASSUMED_GROUND = "assumed_ground"
+PLAN_NOTE = "plan_note"
+
+_MASSES = {
+    "default": "no mass and no known material in the model: 2,400 kg/m3 of solid volume",
+    "density": "no mass in the model: volume times a density of the material",
+    "": "a mass of unknown origin",
+}
+
+
+def assumptions(subject: Subject) -> Iterator[Remark]:
+    """Yield notes about what is assumed."""
+    site, own = subject.site, subject.site.rules
+    for source, said in _MASSES.items():
+        count = sum(component.mass_source == source for component in subject.lifted)
+        if count:
+            yield _note(ASSUMED_MASS, f"{count:,} of {len(subject.lifted):,} parts have {said}")
+    yield _note(
+        ASSUMED_CONTACT,
+        f"neighbours may overlap by {own.contact_tolerance_m * 1000.0:g} mm, and a part rests on what is up to "
+        f"{own.support_gap_m * 1000.0:g} mm below it",
+    )
+    yield _note(ASSUMED_GROUND, _ground(subject))
+    if site.cranes:
+        yield from _of_cranes(subject)
+    yaw_rad = float(np.arctan2(site.site_to_ifc[1, 0], site.site_to_ifc[0, 0]))
+    if abs(yaw_rad) > 1e-9:
+        yield _note(ASSUMED_HEADING, f"the site frame is the model turned by {degrees(yaw_rad):.2f} degrees")
+    names = names_by_id(site)
+    for note in (*site.notes, *subject.plan.notes):
+        yield _note(PLAN_NOTE, with_names(note, names))
+
+
+def _ground(subject: Subject) -> str:
+    said = "the ground is flat, at z = 0, and carries the crane and the parts in the yard"
+    feet_m = [float(component.mesh.bounds_m[0, 2]) for component in subject.in_place]
+    above_m = min((foot for foot in feet_m if foot > 0.0), default=0.0)
+    lowest_m = min(feet_m, default=0.0)
+    if 0.0 < lowest_m == above_m <= subject.site.frame.voxel_size_m:
+        said += f"; the lowest part, {lowest_m * 1000.0:.0f} mm above it, stands on it"
+    return said
+
+
+def _of_cranes(subject: Subject) -> Iterator[Remark]:
+    site, own = subject.site, subject.site.rules
+    for crane in site.cranes:
+        yield _note(
+            ASSUMED_TACKLE,
+            f"crane {crane.name!r}: every part hangs on the same rigging of {crane.rigging_mass_kg:g} kg, "
+            f"{metres(crane.sling_m)} high, and every lifting point holds",
+        )
+    yield _note(
+        ASSUMED_TIMES,
+        f"each lift takes a crew {HOOK_ON_S:g} s to sling, {TRIAL_LIFT_S:g} s of trial lift, {own.bracing_s:g} s to "
+        f"align and brace, and {own.release_s:g} s to take the slings off: nominal values, not measured",
+    )
+    yield _note(ASSUMED_HEADING, "tag lines keep the compass heading of a load while the crane slews")
+    if own.swing is SwingRule.SHAPED:
+        yield _note(ASSUMED_SWING, "a load swings like a point on its rope, without wind and without damping")
+
+
+def _note(kind: str, said: str) -> Remark:
+    return Remark(kind, Severity.NOTE, said)

@@ -1,0 +1,120 @@
+"""Parts that float: what they touch in the finished building does not stand on the ground or the structure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.proof.kept import kept
+from bimvox.proof.solid import Solid
+from bimvox.proof.solid_queries import is_inside, surfaces_cross
+from bimvox.proof.triangle_tree import tree_over
+from bimvox.records.remark import Remark, Severity
+from bimvox.remarks.subject import Subject, about, metres
+
+FLOATS = "floats"
+UNHELD = "unheld"
+
+NEAR_M = 0.05
+"""Parts closer than this touch: bearings and grout joints are 10 to 50 mm high (professional judgement). A larger
+``support_gap_m`` of the site counts instead."""
+
+
+def floating(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every part that stands on nothing, and about every part that is set before what holds it."""
+    lifted = {component.index for component in subject.lifted}
+    neighbours = _Neighbours(subject)
+    groups = neighbours.floating_groups()
+    for group in groups:
+        for number in group:
+            component = subject.in_place[number]
+            if component.index not in lifted:
+                continue
+            foot = metres(float(component.mesh.bounds_m[0, 2]))
+            others = len(group) - 1
+            if not others:
+                said = f"floats {foot} above the ground: nothing is under it or next to it"
+            else:
+                more = "another part that floats" if others == 1 else f"{others:,} other parts that float"
+                said = f"floats {foot} above the ground: it touches only {more}"
+            yield about(component, FLOATS, Severity.SERIOUS, said)
+    floats = {subject.in_place[number].id for group in groups for number in group}
+    unheld = set(subject.plan.unheld) - floats
+    for component in subject.lifted:
+        if component.id in unheld and component.mesh.bounds_m[0, 2] > neighbours.ground_m:
+            yield about(component, UNHELD, Severity.SERIOUS, "is set before any part that could hold it")
+
+
+class _Neighbours:
+    """The parts in place and the structure, and which of them touch.
+
+    Args:
+        subject: The plan.
+
+    Attributes:
+        ground_m: A part whose foot is lower stands on the ground: by default its height in the model is the lowest
+            point, rounded down to a whole cell.
+    """
+
+    def __init__(self, subject: Subject) -> None:
+        site = subject.site
+        self._near_m = max(NEAR_M, site.rules.support_gap_m)
+        self.ground_m = max(self._near_m, site.frame.voxel_size_m)
+        self._meshes: list[TriangleMesh] = [component.mesh for component in subject.in_place]
+        self._parts = len(self._meshes)
+        self._meshes += [blocker.mesh for blocker in site.blockers if blocker.mesh is not None]
+        bounds = np.array([mesh.bounds_m for mesh in self._meshes], np.float64).reshape(-1, 2, 3)
+        self._low, self._high = bounds[:, 0], bounds[:, 1]
+
+    def floating_groups(self) -> list[list[int]]:
+        """Return the parts without a connection to ground or structure: groups of those that touch each other."""
+        held = self._low[:, 2] <= self.ground_m + 1e-6
+        held[self._parts :] = True
+        self._spread(held, [int(n) for n in np.flatnonzero(held)])
+        groups = []
+        for number in range(self._parts):
+            if held[number]:
+                continue
+            before = held.copy()
+            held[number] = True
+            self._spread(held, [number])
+            groups.append([int(n) for n in np.flatnonzero(held & ~before)])
+        return groups
+
+    def _spread(self, held: NDArray[np.bool_], waiting: list[int]) -> None:
+        """Mark everything that touches what waits, directly or through others."""
+        while waiting:
+            number = waiting.pop()
+            close = ~held
+            close &= (self._low <= self._high[number] + self._near_m).all(axis=1)
+            close &= (self._high >= self._low[number] - self._near_m).all(axis=1)
+            for other in np.flatnonzero(close).tolist():
+                if self._touches(number, other):
+                    held[other] = True
+                    waiting.append(other)
+
+    def _touches(self, one: int, other: int) -> bool:
+        first, second = _surface(self._meshes[one]), _surface(self._meshes[other])
+        near = np.full(3, self._near_m)
+        if surfaces_cross(first, second, -near, near):
+            return True
+        return _holds(first, second) or _holds(second, first)
+
+
+@kept
+def _surface(mesh: TriangleMesh) -> Solid:
+    """Return the tree over a mesh, without the thickness that only the proof of overlaps needs."""
+    triangles = mesh.triangles_m
+    order, boxes, spans = tree_over(triangles.min(axis=1), triangles.max(axis=1))
+    corners = np.ascontiguousarray(triangles[order])
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    none = np.zeros((0, 3))
+    return Solid(corners, normals, np.zeros(0), 0.0, boxes, spans, mesh.bounds_m, False, 0.0, none, none)
+
+
+def _holds(outer: Solid, inner: Solid) -> bool:
+    """Return whether a solid encloses another one, without touching its surface."""
+    return bool(len(inner.corners_m)) and bool(is_inside(outer, inner.corners_m[0].mean(axis=0)))

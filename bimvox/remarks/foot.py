@@ -1,0 +1,65 @@
+"""Cranes that stand inside the building."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from shapely import MultiPoint, box
+
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.grid.frame import GridFrame
+from bimvox.records.remark import Remark, Severity
+from bimvox.remarks.subject import Subject, name_of
+
+CRANE_FOOT = "crane_foot"
+
+
+def crane_feet(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every crane whose mast goes through something, or stands in the building's outline."""
+    site = subject.site
+    for crane in site.cranes:
+        low, high = mast_m(crane)
+        met = [
+            name_of(component)
+            for component in subject.in_place
+            if _meets(component.shape.boxes + np.tile(component.target_vox, 2), site.frame, low, high)
+        ]
+        for blocker in site.blockers:
+            if blocker.kind in ("structure", "obstruction"):
+                cells = np.concatenate([blocker.cells, blocker.cells + 1], axis=1)
+                if _meets(cells, site.frame, low, high):
+                    met.append(blocker.id)
+        if met:
+            more = f" and {len(met) - 1:,} more" if len(met) > 1 else ""
+            said = f"the mast of crane {crane.name!r} goes through {met[0]}{more}"
+            yield Remark(CRANE_FOOT, Severity.SERIOUS, said)
+        elif _stands_in(subject, low, high):
+            said = f"crane {crane.name!r} stands inside the outline of the building: its mast must stay until the end"
+            yield Remark(CRANE_FOOT, Severity.MINOR, f"{said}, and its foundation must fit between the parts")
+
+
+def mast_m(crane: TowerCrane) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the lowest and highest corner of a crane's mast; of its undercarriage for a mobile crane."""
+    x, y, z = crane.base_m
+    half = crane.mast_size_m / 2.0
+    top = crane.jib_height_m if crane.luffing is None else crane.luffing.pivot_height_m
+    return np.array([x - half, y - half, z]), np.array([x + half, y + half, top])
+
+
+def _meets(boxes_vox: NDArray[np.int32], frame: GridFrame, low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
+    """Return whether any of (N, 6) boxes of cells reaches more than half a cell into a mast."""
+    origin, size = np.array(frame.origin_m), frame.voxel_size_m
+    first, last = origin + size * boxes_vox[:, :3], origin + size * boxes_vox[:, 3:]
+    shared = np.minimum(last, high) - np.maximum(first, low)
+    return bool((shared > size / 2.0).all(axis=1).any())
+
+
+def _stands_in(subject: Subject, low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
+    """Return whether a mast stands completely within the convex outline of the parts on plan."""
+    bounds = [component.mesh.bounds_m[:, :2] for component in subject.in_place]
+    if not bounds:
+        return False
+    corners = np.concatenate([[a, b, (a[0], b[1]), (b[0], a[1])] for a, b in bounds])
+    return bool(MultiPoint(corners).convex_hull.contains(box(*low[:2], *high[:2])))

@@ -1,0 +1,45 @@
+"""Parts that are drawn deeper into each other than a tolerance can explain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from bimvox.records.lift import ModelledClash
+from bimvox.records.remark import Remark, Severity
+from bimvox.remarks.subject import Subject, about
+from bimvox.site.part_names import names_by_id
+
+OVERLAP = "overlap"
+SMALL_OVERLAPS = "small_overlaps"
+
+DEEP_M = 0.05
+"""More than all tolerances of making, setting out and erecting precast parts together: EN 13670 and EN 13369 allow 10
+to 25 mm each."""
+
+
+def overlaps(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every part of a pair that overlaps deeper than 50 mm, or by an unknown depth.
+
+    The depths are those that the plan lists, which the proof measures itself: a pair may overlap no deeper than listed,
+    and just short of the listed depth it still collides. Overlaps without a way out are at least as deep as listed.
+    """
+    names = names_by_id(subject.site)
+    deep = [clash for clash in subject.plan.clashes if clash.depth_m > DEEP_M or clash.at_least]
+    pairs: dict[str, list[tuple[ModelledClash, str]]] = {}
+    for clash in deep:
+        pairs.setdefault(clash.first, []).append((clash, clash.second))
+        pairs.setdefault(clash.second, []).append((clash, clash.first))
+    for component in subject.lifted:
+        found = pairs.get(component.id)
+        if not found:
+            continue
+        found.sort(key=lambda pair: (-pair[0].depth_m, pair[1]))
+        clash, other = found[0]
+        least = "at least " if clash.at_least else ""
+        more = f", and {len(found) - 1:,} more" if len(found) > 1 else ""
+        said = f"is drawn {least}{clash.depth_m * 1000.0:.0f} mm into {names.get(other, other)}{more}"
+        yield about(component, OVERLAP, Severity.SERIOUS, said)
+    small = [clash.depth_m for clash in subject.plan.clashes if clash not in deep]
+    if small:
+        said = f"{len(small):,} pairs of parts overlap in the model by up to {max(small) * 1000.0:.0f} mm"
+        yield Remark(SMALL_OVERLAPS, Severity.NOTE, f"{said}: they may overlap as much when they are set")

@@ -1,0 +1,69 @@
+"""What remarks are about: a plan with its motions, and which parts are lifted or in place at its end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.motion import LiftMotion
+from bimvox.records.remark import Remark, Severity
+from bimvox.site.component import Component
+from bimvox.site.site import Site
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A plan for the rules.
+
+    Attributes:
+        plan: The plan.
+        motions: The timed motions of its lifts; empty without a crane.
+        context: Lifts of the same plan that it does not contain.
+    """
+
+    plan: LiftPlan
+    motions: tuple[LiftMotion, ...]
+    context: tuple[Lift, ...]
+
+    @property
+    def site(self) -> Site:
+        """The site of the plan."""
+        return self.plan.site
+
+    @cached_property
+    def lifts(self) -> tuple[Lift, ...]:
+        """All planned lifts, those of the context included, in erection sequence."""
+        planned = [lift for lift in (*self.plan.lifts, *self.context) if lift.status is Status.PLANNED]
+        return tuple(sorted(planned, key=lambda lift: lift.order))
+
+    @cached_property
+    def lifted(self) -> tuple[Component, ...]:
+        """The parts that the plan itself lifts, in erection sequence: remarks are made about these."""
+        own = sorted(self.plan.lifts, key=lambda lift: lift.order)
+        return tuple(self.site.components[lift.component] for lift in own if lift.status is Status.PLANNED)
+
+    @cached_property
+    def in_place(self) -> tuple[Component, ...]:
+        """The parts that are in place after the last lift, those of the context included."""
+        return tuple(self.site.components[lift.component] for lift in self.lifts)
+
+
+def name_of(component: Component) -> str:
+    """Return a part's name for people."""
+    return component.name or component.id
+
+
+def about(component: Component, kind: str, severity: Severity, text: str) -> Remark:
+    """Return a remark about a part."""
+    return Remark(kind, severity, text, component.id, name_of(component))
+
+
+def metres(length_m: float, digits: int = 1) -> str:
+    """Return a length as text. Lengths are often multiples of a cell; rounding errors must not change their text."""
+    return f"{round(length_m - 1e-6, digits) + 0.0:.{digits}f} m"
+
+
+def tonnes(mass_kg: float) -> str:
+    """Return a mass as text: kilograms below a tonne."""
+    return f"{mass_kg:.0f} kg" if mass_kg < 1000.0 else f"{mass_kg / 1000.0:.1f} t"

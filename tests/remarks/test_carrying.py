@@ -1,0 +1,74 @@
+"""How high loads are carried over what is in place, and how much of the capacity they use."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from drawn_plans import motions_by_hand, plan_by_hand
+from remarked_plans import named, of_kind
+
+from bimvox.crane.load_chart import LoadChart
+from bimvox.records.lift import LiftPlan
+from bimvox.records.motion import Phase, PhaseName
+from bimvox.records.remark import Severity
+
+
+def carried_at(height_vox: int) -> LiftPlan:
+    """The plan drawn by hand, every load carried across at a height in cells of 0.5 m."""
+    plan = plan_by_hand(crane=True)
+    lifts = []
+    for lift in plan.lifts:
+        assert lift.path_vox is not None
+        path = lift.path_vox.copy()
+        path[:, 2] = np.where(path[:, 2] == path[:, 2].max(), height_vox, path[:, 2])
+        lifts.append(dataclasses.replace(lift, path_vox=path))
+    return dataclasses.replace(plan, lifts=tuple(lifts))
+
+
+def while_carried(plan: LiftPlan, height_vox: int):
+    """Motions whose phase of travel is only the part at that height."""
+    found = []
+    for motion, lift in zip(motions_by_hand(plan), plan.lifts, strict=True):
+        assert lift.path_vox is not None
+        high = np.flatnonzero(lift.path_vox[:, 2] == height_vox)
+        start, end = (motion.start_ns + int(motion.loaded.time_ns[n]) for n in (high[0], high[-1]))
+        found.append(dataclasses.replace(motion, phases=(Phase(PhaseName.TRAVERSE, start, end),)))
+    return tuple(found)
+
+
+def test_a_load_over_finished_work_says_how_high_and_over_what() -> None:
+    plan = carried_at(6)  # its foot is 2.5 m above the ground, 1.0 m above the wall of 1.5 m
+    found = of_kind(plan, "carried_low", while_carried(plan, 6))
+    assert found
+    assert {remark.severity for remark in found} == {Severity.MINOR}
+    texts = {remark.name: remark.text for remark in found}
+    assert texts["beam-a"] == "is carried 1.0 m over wall: 2.0 m are usual"
+
+
+def test_a_load_far_above_everything_is_right() -> None:
+    plan = carried_at(9)
+    assert not named(plan, "carried_low", while_carried(plan, 9))
+
+
+def test_a_load_just_over_the_ground_is_named() -> None:
+    plan = carried_at(3)
+    assert "over" in named(plan, "carried_low", while_carried(plan, 3))["beam-a"]
+
+
+def test_without_motions_nothing_is_carried() -> None:
+    assert not named(plan_by_hand(), "carried_low")
+
+
+@pytest.mark.parametrize(("share", "is_high"), [(0.95, True), (0.5, False)])
+def test_a_lift_close_to_the_capacity_is_named(share: float, is_high: bool) -> None:
+    plan = plan_by_hand(crane=True)
+    (crane,) = plan.site.cranes
+    heaviest = max(component.mass_kg for component in plan.site.components) + crane.tackle_kg
+    flat = LoadChart((2.0, crane.jib_length_m), (heaviest / share, heaviest / share))
+    site = dataclasses.replace(plan.site, cranes=(dataclasses.replace(crane, chart=flat),))
+    other = dataclasses.replace(plan, site=site)
+    found = named(other, "high_utilisation", motions_by_hand(plan))
+    assert bool(found) is is_high
+    assert all("95 % of the capacity of crane 'test'" in text for text in found.values())
