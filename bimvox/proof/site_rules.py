@@ -17,6 +17,8 @@ _TURN = np.radians(15.0)
 _PERMITTED_M2_PER_T = 1.2
 """Wind area per tonne that a crane's own wind limit assumes (EN 13000)."""
 _SHARE = 1e-6
+_GRID_M = 1e-5
+"""Corners of an outline are rounded to this; so its area may be off by as much times its length."""
 
 
 def check_zones(check: Check, site: Site, component: Component, path: NDArray[np.int32]) -> None:
@@ -56,7 +58,8 @@ def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component
     wind = site.rules.wind_speed_m_s
     if wind <= 0.0:
         return
-    area_m2 = max(_outline_m2(component, angle) for angle in np.arange(0.0, np.pi - 1e-9, _TURN))
+    outlines = [_outline(component, angle) for angle in np.arange(0.0, np.pi - 1e-9, _TURN)]
+    area_m2 = max(outline.area - _GRID_M * outline.length for outline in outlines)
     check.look(
         area_m2 <= component.sail_area_m2 * (1.0 + _SHARE) + _SHARE,
         f"{component.id}: it shows the wind {area_m2:.3f} m2, not {component.sail_area_m2:.3f} m2",
@@ -95,9 +98,9 @@ def check_rope_margin(check: Check, site: Site, lift: Lift, component: Component
     )
 
 
-def _outline_m2(component: Component, angle_rad: float) -> float:
-    """Return the area of the part's outline in a horizontal view from one side: the union of its triangles."""
+def _outline(component: Component, angle_rad: float) -> shapely.Geometry:
+    """Return the part's outline in a horizontal view from one side: the union of its triangles."""
     aside = np.array([-np.sin(angle_rad), np.cos(angle_rad), 0.0])
     corners = component.mesh.triangles_m
     flat = np.stack([corners @ aside, corners[:, :, 2]], axis=2)
-    return float(shapely.union_all(shapely.polygons(flat), grid_size=1e-5).area)
+    return shapely.union_all(shapely.polygons(flat), grid_size=_GRID_M)

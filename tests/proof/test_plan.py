@@ -9,8 +9,11 @@ from box_sites import box_cells, box_mesh, box_site, test_crane
 from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.plan import verify_plan
+from bimvox.proof.site_rules import check_wind
 from bimvox.records.lift import ModelledClash, Status
-from bimvox.site.site import Blocker
+from bimvox.records.proof import Check
+from bimvox.site.sail import sail_area_m2
+from bimvox.site.site import Blocker, Rules
 
 PORTAL = [
     ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
@@ -207,3 +210,15 @@ def test_a_part_that_holds_on_to_nothing_yet_is_caught():
 def test_what_floats_in_the_finished_building_is_as_drawn():
     site = box_site([("cloud", (2.0, 1.0, 4.0), (3.0, 3.0, 5.0)), ("beside", (3.0, 1.0, 4.0), (4.0, 3.0, 5.0))])
     assert verify_plan(plan_lifts(site, prepare(site))).verified
+
+
+@pytest.mark.parametrize("at_m", [1.0, 4.0, 7.3, 13.35])
+def test_the_outline_of_a_part_is_its_sail_area_wherever_it_stands(at_m):
+    crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
+    site = box_site([("cube", (at_m, 4.0, 0.0), (at_m + 1.0, 5.0, 1.0))], crane=crane, rules=Rules(wind_speed_m_s=5.0))
+    (cube,) = site.components
+    check = Check("wind")
+    check_wind(check, site, crane, dataclasses.replace(cube, sail_area_m2=sail_area_m2(cube.mesh)))
+    assert check.passed, check.failures
+    check_wind(check, site, crane, dataclasses.replace(cube, sail_area_m2=0.999 * sail_area_m2(cube.mesh)))
+    assert "shows the wind 1.414 m2, not 1.413 m2" in check.failures[0]
