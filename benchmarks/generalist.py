@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -93,7 +94,7 @@ def _tables(text: _Text, network: QNetwork, share: float, threads: int) -> None:
     text.head("family")
     families: dict[str, list[Row]] = {}
     for family in FAMILIES:
-        families[family] = measured(lambda n, name=family: held_out(name, n).problem, FAMILY_COUNT)
+        families[family] = measured(partial(_held_out, family), FAMILY_COUNT)
         text.line(family, families[family])
     text.line("**all five**", [row for rows in families.values() for row in rows])
     lifts = building_lifts(_stages(), count=BUILDING_COUNT, domain=HELD_OUT_DOMAIN, starts=1)
@@ -115,8 +116,12 @@ def _tables(text: _Text, network: QNetwork, share: float, threads: int) -> None:
             text.line(f"{low} to {high}" if high < 10**6 else f"{low} and more", some)
     text.head("\nU-trap's width / widest window (224 cells)")
     for width in TRAP_SHARES:
-        text.line(f"{width:g}", measured(lambda n, width=width: wide_trap(width, n), TRAP_COUNT))
+        text.line(f"{width:g}", measured(partial(wide_trap, width), TRAP_COUNT))
     executor.shutdown()
+
+
+def _held_out(family: str, number: int) -> LiftProblem:
+    return held_out(family, number).problem
 
 
 def _stages() -> list[BuildingStage]:

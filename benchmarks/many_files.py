@@ -215,11 +215,9 @@ def _inputs(options: argparse.Namespace, folder: Path) -> list[tuple[Path, str]]
 
 
 def _line(row: dict[str, Any]) -> str:
-    told = {
-        "grid": lambda: f"{'x'.join(map(str, row['shape']))} at {row['voxel_size_m']:g} m, {row['parts']} parts",
-        "error": lambda: row["message"],
-        "DEFECT": lambda: row["why"],
-    }[row["outcome"]]()
+    told = {"error": row.get("message"), "DEFECT": row.get("why")}.get(row["outcome"])
+    if row["outcome"] == "grid":
+        told = f"{'x'.join(map(str, row['shape']))} at {row['voxel_size_m']:g} m, {row['parts']} parts"
     return f"{row['outcome']:6} {row['wall_s']:6.1f} s {row['peak_mb']:5} MB  {row['file'][-60:]}: {told}"
 
 

@@ -17,10 +17,20 @@ import argparse
 import io
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from bimvox.records.lift import Lift
+    from bimvox.records.motion import LiftMotion
+    from bimvox.records.track import LoadTrack
+    from bimvox.site.component import IntVec
+    from bimvox.site.site import Site
 
 BOUND_S = 5.0
 """Time limit for a picture."""
@@ -31,7 +41,7 @@ _ROUNDS = 3
 _FRAMES = 20
 
 
-def large_plan():
+def large_plan() -> tuple[Site, list[Lift], tuple[LiftMotion, ...], list[LoadTrack]]:
     """Return site, lifts and tracks of ``PARTS`` parts: bays of four columns, beams and a slab, five storeys."""
     from bimvox.bim.building import TriangleMesh
     from bimvox.crane.axis_limits import AxisLimits
@@ -86,7 +96,7 @@ def large_plan():
     return site, lifts, (), tracks
 
 
-def plan_of_log(file: Path):
+def plan_of_log(file: Path) -> tuple[Site, Sequence[Lift], Sequence[LiftMotion], Sequence[LoadTrack]]:
     """Return site, lifts, motions and tracks of a log."""
     from bimvox.log.reader import read_log
     from bimvox.log.recorder import tracks_of
@@ -95,7 +105,7 @@ def plan_of_log(file: Path):
     return log.plan.site, log.all_lifts, log.motions, tracks_of(log)
 
 
-def _parts():
+def _parts() -> Iterator[tuple[IntVec, IntVec]]:
     """Return half-open boxes of cells by storey: 25 bays per storey, each with one column, two beams and a slab."""
     for storey in range(5):
         z = 1 + 11 * storey
@@ -108,12 +118,12 @@ def _parts():
                 yield (*at, z + 9), (at[0] + 25, at[1] + 25, z + 10)
 
 
-def _box(low, high):
+def _box(low: IntVec, high: IntVec) -> NDArray[np.int32]:
     axes = [np.arange(a, b) for a, b in zip(low, high, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3).astype(np.int32)
 
 
-def _over(start, target, height):
+def _over(start: IntVec, target: IntVec, height: int) -> NDArray[np.int32]:
     at, cells = list(start), [tuple(start)]
     for axis, goal in ((2, height), (1, target[1]), (0, target[0]), (2, target[2])):
         while at[axis] != goal:
@@ -188,7 +198,7 @@ def main() -> None:
     rows["picture, 1280 x 800"] = measured(picture)
     rows["picture at a time, 1280 x 800"] = measured(lambda: png_of(film.scene(times[_FRAMES // 2]), options))
     for kind in ("gif", "webp"):
-        spent = measured(lambda kind=kind: write_film(io.BytesIO(), film, times, FilmOptions(view=view), kind), 1)
+        spent = measured(partial(write_film, io.BytesIO(), film, times, FilmOptions(view=view), kind), 1)
         rows[f"frame of a {kind.upper()}, 640 x 400"] = (spent[0] / _FRAMES, spent[1] / _FRAMES)
     for name, spent in rows.items():
         print(f"| {name} | {spent[0]:.2f} | {spent[1]:.2f} |")

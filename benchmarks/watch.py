@@ -22,6 +22,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -206,7 +207,7 @@ def update_table_text() -> str:
 
     anew = best_ms(lambda: summed_area_table(counts > 0))
     shares = {
-        share: best_ms(lambda at=int(200 * share): update_table(table, counts, at, at, 1))
+        share: best_ms(partial(update_table, table, counts, int(200 * share), int(200 * share), 1))
         for share in (0.0, 0.25, 0.5, 0.75)
     }
     parts = ", ".join(f"{ms:.1f} ms for cells from {share:.0%} of x and y on" for share, ms in shares.items())

@@ -126,7 +126,7 @@ def _parts_of_json(document: Any) -> dict[str, str]:
     """Return values by key; for a list of objects, the values of each key in all objects."""
     if not isinstance(document, dict):
         return {}
-    parts = {}
+    parts: dict[str, str] = {}
     for key, value in document.items():
         if isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
             inner = dict.fromkeys(name for one in value for name in one)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.many_lifts.problems import Problems
+from bimvox.env.problem import LiftProblem
 
 
 @dataclass(slots=True)
@@ -146,11 +148,11 @@ def ompl(problems: Problems, count: int) -> Result:
     return result
 
 
-def _looks_up(free: np.ndarray) -> Callable[..., bool]:
+def _looks_up(free: NDArray[np.bool_]) -> Callable[..., bool]:
     return lambda state: bool(free[int(state[0]), int(state[1]), int(state[2])])
 
 
-def _some(problems: Problems, count: int) -> list[tuple[object, int]]:
+def _some(problems: Problems, count: int) -> list[tuple[LiftProblem, int]]:
     """Return an evenly spread sample of the lifts, with the kinds of their parts."""
-    chosen: Sequence[int] = np.unique(np.linspace(0, len(problems.lifts) - 1, count).round().astype(int))
+    chosen = np.unique(np.linspace(0, len(problems.lifts) - 1, count).round().astype(int))
     return [(problems.lifts[n], int(problems.kind[n])) for n in chosen]

@@ -87,7 +87,7 @@ def _model(components: int, lines: int) -> Any:
     held: list[list[Any]] = [[] for _ in storeys]
     for ifc_class, name, low, high in islice(boxes(lines), components):
         storey = int(low[2] // _STOREY_M)
-        size = tuple(b - a for a, b in zip(low, high, strict=True))
+        size = (high[0] - low[0], high[1] - low[1], high[2] - low[2])
         at = (low[0], low[1], low[2] - storey * _STOREY_M)
         body = ifc.body_of([ifc.box((0.0, 0.0, 0.0), size)])
         held[storey].append(ifc.product(ifc_class, name, at, within=storeys[storey], body=body))
