@@ -37,8 +37,8 @@ from collections.abc import Callable
 import numpy as np
 
 PEER_STEPS_PER_S = 1200.0
-"""Of the authors' environment at commit 8a08b9d, per second of CPU time on the machine of docs/measured.md, with empty
-modules in place of pygame and PyOpenGL."""
+"""Steps per second of CPU time of the authors' environment (commit 8a08b9d) on the machine of docs/measured.md,
+with empty modules in place of pygame and PyOpenGL."""
 
 SIZES = (1, 64, 1024, 4096)
 _ROUNDS, _ROUND_S = 5, 0.4

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from bimvox.site.site import Site
 
 BOUND_S = 5.0
-"""Time limit for a picture."""
+"""Time limit for one picture."""
 PAGE_BYTES, FIRST_FRAME_S = 4_000_000, 6.0
 """Limits for a page of 500 parts: its size, and the time to its first frame."""
 SHAPE, PARTS, CELL_M = (200, 200, 60), 500, 0.25

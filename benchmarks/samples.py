@@ -51,7 +51,7 @@ def row(name: str, found: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Measure every sample with a separate policy store."""
+    """Measure every sample, with one policy store that is empty at the start."""
     print(
         "| model | lifts planned | by policy / search | moves / shortest | crane time / bound | training steps "
         "| proven (samples) | init + plan | verify | log |"

@@ -101,7 +101,7 @@ class Watch:
         self.notes.extend(self.process.stderr)
 
     def hear(self, *events: str, limit_s: float = _WAIT_S) -> dict[str, Any]:
-        """Return the next document of one of these events with no pending lifts to follow; others are skipped."""
+        """Return the next document of one of these events after which no lifts are pending; skip the others."""
         until_s = time.monotonic() + limit_s
         while True:
             document = self.said.get(timeout=max(0.01, until_s - time.monotonic()))

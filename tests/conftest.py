@@ -1,5 +1,5 @@
 from hypothesis import settings
 
-# A time is never a test: what compiles, or a busy machine, would fail it now and then.
+# Time limits are not tests: compilation or a busy machine would make them fail at random.
 settings.register_profile("bimvox", deadline=None)
 settings.load_profile("bimvox")

@@ -57,7 +57,7 @@ def _planned(workshop: Workshop, name: str, search: bool) -> Recorded:
 
 
 def _experiment(workshop: Workshop) -> Recorded:
-    """Use tiny budgets, one seed and both modes. Times are omitted, see ``digest``."""
+    """Run the experiment with tiny budgets, one seed and both modes. Times are omitted, see ``digest``."""
     folder = workshop.fresh("experiment")
     workshop.run(folder, "experiment", "paper", "--quick", "--seeds", "1", "--jobs", "2", "-o", "out", "-q")
     return {name: _of_experiment(folder / "out" / name) for name in _names_in(folder / "out")}

@@ -19,14 +19,14 @@ OBSTRUCTIONS = "obstructions.json"
 _CRATE = (6.4, 2.6, 5.0, 7.0, 3.2, 6.4)
 CHANGES: dict[str, tuple[Boxes, ...]] = {
     "frame": (
-        {"crate": _CRATE},  # in the way of a column
-        {"crate": _CRATE, "van": (0.4, 0.9, 3.2, 1.2, 1.7, 4.4)},  # and of a beam
+        {"crate": _CRATE},  # blocks a column
+        {"crate": _CRATE, "van": (0.4, 0.9, 3.2, 1.2, 1.7, 4.4)},  # and a beam
         {"van": (0.4, 0.9, 3.2, 1.2, 1.7, 4.4), "pallet": (2.0, -0.2, 3.0, 2.5, 0.3, 3.4)},  # at the place of a beam
         {},
     ),
     "hall": (
-        {"crate": (6.9, 3.1, 2.0, 7.5, 3.8, 3.4)},  # in the way of the western crane
-        {"crate": (6.9, 3.1, 2.0, 7.5, 3.8, 3.4), "van": (28.3, 2.7, 2.0, 29.0, 3.4, 3.6)},  # and of the eastern one
+        {"crate": (6.9, 3.1, 2.0, 7.5, 3.8, 3.4)},  # blocks the western crane
+        {"crate": (6.9, 3.1, 2.0, 7.5, 3.8, 3.4), "van": (28.3, 2.7, 2.0, 29.0, 3.4, 3.6)},  # and the eastern crane
         {"pallet": (30.1, 6.0, 0.0, 30.4, 6.3, 0.5)},  # at the place of a column
         {},
     ),

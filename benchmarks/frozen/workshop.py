@@ -138,7 +138,7 @@ class Workshop:
             (folder / f"{name}.plan.json").write_text(json.dumps(document))
 
         if not search and name in FRAMES[1:]:
-            self.planned(FRAMES[0], search=False)  # its policy is theirs
+            self.planned(FRAMES[0], search=False)  # the frame's dialects use its policy
         return self.once(f"{'search' if search else 'policy'}-{name}", make)
 
     def _environment(self, store: str) -> dict[str, str]:

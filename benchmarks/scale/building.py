@@ -49,7 +49,7 @@ def write_site(folder: Path, components: int) -> Path:
     """Write a model with a number of components and its site file, and return the site file.
 
     Raises:
-        ValueError: If the site is too small for them.
+        ValueError: If the site is too small for that many components.
     """
     lines = lines_for(components)
     model = folder / f"frame{components}.ifc"

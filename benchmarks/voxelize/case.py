@@ -30,7 +30,7 @@ class CaseSpec:
         voxel_size_m: Edge of a cell.
         dense: Whether it is one body that is nearly all interior.
         peers: Whether the other tools run it too.
-        windows: Boxes of cells in which answers are judged, at most.
+        windows: Largest number of boxes of cells in which answers are judged.
     """
 
     name: str
@@ -127,7 +127,7 @@ class Scene:
 
     @cached_property
     def parts(self) -> list[TriangleMesh]:
-        """Every part with vertices of its own."""
+        """Return the scene in which no two parts share a vertex."""
         meshes = []
         for start, stop in zip(self.starts[:-1], self.starts[1:], strict=True):
             used, faces = np.unique(self.faces[start:stop], return_inverse=True)

@@ -22,7 +22,7 @@ _LEAST_S = 1e-3
 
 
 def draw(cases: Sequence[CaseResult]) -> bytes:
-    """Return a PNG: a panel a case, a bar a tool on one logarithmic axis, and what it misses in words."""
+    """Return a PNG with one panel per case, one bar per tool on a logarithmic axis, and the missed cells as text."""
     shown = [case for case in cases if len(case.rows) > 1] or list(cases)
     heights = [len(case.rows) + 0.9 for case in shown]
     figure, panels = plt.subplots(

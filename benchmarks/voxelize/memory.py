@@ -19,7 +19,7 @@ def limit_memory(gigabytes: float) -> None:
 
 
 def peak_mb_of(step: Callable[[], None]) -> float:
-    """Run a step and return by how many MB (10^6 bytes) the resident set grew at its peak.
+    """Run a step and return the largest growth of the resident set, MB (10^6 bytes).
 
     On Linux the kernel's high-water mark is reset first. Elsewhere the growth of the process's own mark is used,
     which is too low if an earlier step used more.

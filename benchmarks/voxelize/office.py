@@ -1,4 +1,4 @@
-"""An office-like building, generated: storeys of slabs, frames, walls, stairs, a glazed facade and a turned wing.
+"""A generated office building: storeys of slabs, frames, walls, stairs, a glazed facade and a rotated wing.
 
 About 1,400 closed parts, 76,000 triangles, 30 million cells at 0.1 m. Sizes are those of drawings, so many faces lie
 on a 5 or 10 mm grid and some on cell borders; the wing, the braces and the stairs' rails do not.

@@ -17,7 +17,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.voxelization.lattice import tolerance_vox
 
 MARGIN_M = 1e-6
-"""Cells that the part enters by the tolerance, give or take this, may be in or out: rounding decides."""
+"""If a part enters a cell by the tolerance, plus or minus this, rounding decides: both answers are right."""
 
 # Volumes in cells: above the first a cell is full, below the second it is empty.
 _FULL = 1.0 - 1e-9
@@ -80,7 +80,7 @@ def _fill(
     truth: NDArray[np.uint8],
     voxel_size_m: float,
 ) -> None:
-    """Decide the cells of the box [low, high), of which ``piece`` is all that the part fills."""
+    """Decide the cells of the box [low, high); ``piece`` is the part cut to that box."""
     size = tuple(b - a for a, b in zip(low, high, strict=True))
     box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
     if piece.is_empty():

@@ -14,7 +14,7 @@ from benchmarks.voxelize.tool import Masks
 try:
     import open3d
 except ImportError:
-    # Its wheel needs the system's libusb (for cameras) to load; the one of a wheel works too.
+    # Its wheel needs libusb (for cameras) to load, from the system or from another wheel.
     import libusb_package
 
     ctypes.CDLL(str(resources.files(libusb_package) / "libusb-1.0.so"), mode=ctypes.RTLD_GLOBAL)

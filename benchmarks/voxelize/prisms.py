@@ -88,13 +88,13 @@ def pipe(radius: float, wall: float, length: float, sides: int) -> TriangleMesh:
 
 
 def stood_up(mesh: TriangleMesh) -> TriangleMesh:
-    """Turn what was drawn in x, y and extruded along z into x, z and -y: walls and profiles drawn in elevation."""
+    """Rotate a mesh drawn in x, y and extruded along z to x, z and -y: walls and profiles drawn in elevation."""
     x, y, z = mesh.vertices_m.T
     return TriangleMesh(np.stack([x, -z, y], axis=-1), mesh.faces)
 
 
 def turned(mesh: TriangleMesh, angle_rad: float, axis: int = 2) -> TriangleMesh:
-    """Turn about a coordinate axis through the origin."""
+    """Rotate a mesh about a coordinate axis through the origin."""
     a, b = (axis + 1) % 3, (axis + 2) % 3
     turn = np.eye(3)
     turn[a, a] = turn[b, b] = np.cos(angle_rad)
@@ -104,7 +104,7 @@ def turned(mesh: TriangleMesh, angle_rad: float, axis: int = 2) -> TriangleMesh:
 
 
 def moved(mesh: TriangleMesh, x: float, y: float, z: float) -> TriangleMesh:
-    """Move by metres."""
+    """Move a mesh by metres."""
     return TriangleMesh(mesh.vertices_m + np.array([x, y, z]), mesh.faces)
 
 

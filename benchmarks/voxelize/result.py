@@ -17,7 +17,7 @@ class Row:
         tool: Name of the tool.
         version: Version of its package; empty if it is not installed.
         failure: Why there are no figures; empty if there are.
-        cpu_s: Processor time of the runs that count: what the clock shows when a core is free.
+        cpu_s: Processor time of the runs that count, the same as wall time on an idle core.
         wall_s: Wall time of the same runs, including other load on the machine.
         memory_mb: Growth of the resident set at its peak, MB.
         solid_cells: Cells that are not air, if the tool counts them.

@@ -19,7 +19,7 @@ class Score:
     Attributes:
         filled: Cells that must be set: of a surface, those that a boundary runs through; of a solid, those inside too.
         missed: Of these, how many are not set.
-        extra: Cells set that must not be: nothing fills any of them.
+        extra: Cells that are set although no part fills any of them.
     """
 
     filled: int
@@ -48,7 +48,7 @@ def judge(tool: ToolInfo, truths: Sequence[NDArray[np.uint8]], masks: Sequence[N
     filled = missed = extra = 0
     for truth, mask in zip(truths, masks, strict=True):
         told = truth if tool.by_part else union_truth(truth)
-        # Cells inside one part of a union are not a boundary that a surface must show.
+        # A surface need not set cells inside one part of a union: they are not on its boundary.
         must = told == Truth.BOUNDARY
         if tool.solid:
             must |= told == Truth.INSIDE

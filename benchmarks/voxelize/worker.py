@@ -18,7 +18,7 @@ from benchmarks.voxelize.memory import limit_memory, peak_mb_of
 from benchmarks.voxelize.office import office
 from benchmarks.voxelize.tool import Voxelizer, make_voxelizer
 
-# A tool whose first run takes longer than this is not run again: what it loads on first use is negligible.
+# If the first run takes longer than this, it counts, because loading on first use is then negligible.
 _LONG_S = 20.0
 _QUICK_S = 2.0
 

@@ -1,4 +1,4 @@
-"""The marked place in a page."""
+"""Inserting a benchmark's output between its markers in a page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The soak tells grids, errors and defects apart, and the comparison of kernels compares."""
+"""The soak distinguishes grids, errors and defects; the comparison of kernels finds differences."""
 
 import json
 import shutil

@@ -1,4 +1,4 @@
-"""What the benchmark voxelizes is the same every time, and made of closed solids."""
+"""The benchmark's building is deterministic and made of closed solids."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_office_has_thin_parts_round_parts_and_parts_off_the_axes(whole: Buildin
     thinnest = [np.ptp(element.mesh.bounds_m, axis=0).min() for element in whole.elements]
     assert min(thinnest) < 0.013
     glass = next(element for element in whole.elements if element.name.startswith("wing-glass"))
-    # A pane of 8 mm that takes up more than that along every axis stands at an angle.
+    # A pane is 8 mm thick: if its box is thicker along every axis, the pane is at an angle.
     assert np.ptp(glass.mesh.bounds_m, axis=0).min() > 0.1
     assert any(element.name.startswith("column") and len(element.mesh.faces) > 40 for element in whole.elements)
 

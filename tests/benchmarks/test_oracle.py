@@ -1,4 +1,4 @@
-"""The oracle against truths made by hand, and the judging of answers."""
+"""The oracle against known cases, and the scoring of answers."""
 
 from __future__ import annotations
 

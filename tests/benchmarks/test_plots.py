@@ -13,7 +13,7 @@ from bimvox.rendering.plots.look import bytes_of
 
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """The figures as matplotlib has them, so that bars are counted and not pixels."""
+    """Collect the matplotlib figures, so that tests count bars instead of pixels."""
     figures: list[Figure] = []
 
     def kept(figure: Figure, file_format: str) -> bytes:

@@ -1,4 +1,4 @@
-"""The buildings of the scale benchmark, and what it says of what it measured."""
+"""The buildings of the scale benchmark, and its tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Small IFC files made on the spot: boxes of any class, in any unit, wherever they should stand."""
+"""Small IFC files made by the tests: boxes of any class, in any unit, at any position."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class IfcMaker:
         inside_out: bool = False,
         **attributes: Any,
     ) -> Any:
-        """Make a product with a box for a body: lowest corner and size in metres."""
+        """Make a product whose body is a box: lowest corner and size in metres."""
         placed = self.file.create_entity(
             "IfcLocalPlacement", PlacementRelTo=under, RelativePlacement=self.placement(at_m)
         )

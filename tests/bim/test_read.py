@@ -1,4 +1,4 @@
-"""The one door: dispatch by suffix, and files that are no building files."""
+"""Reading any building file: dispatch by suffix, and files that are not building files."""
 
 from __future__ import annotations
 

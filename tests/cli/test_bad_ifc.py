@@ -1,5 +1,4 @@
-"""What is wrong with IFC files in the wild, through the real command line: a typed error and nothing written, or a grid
-and a note."""
+"""Faults of real IFC files, through the command line: a typed error and nothing written, or a grid and a note."""
 
 import io
 import json

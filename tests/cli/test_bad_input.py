@@ -1,4 +1,4 @@
-"""Every bad input, through the real command line: exit code 2, a message, no traceback, nothing written."""
+"""Bad input through the command line: exit code 2, a message, no traceback, nothing written."""
 
 import json
 import zipfile

@@ -1,4 +1,4 @@
-"""Hostile files through the real command line: one sentence and exit code 2, in time, in little memory."""
+"""Hostile files through the command line: one sentence and exit code 2, in limited time and memory."""
 
 import json
 import os
@@ -22,7 +22,7 @@ _PATIENCE_S = 60
 
 @pytest.fixture(autouse=True)
 def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A folder with a model; what hangs is interrupted."""
+    """Return a folder with a model; a test that hangs is interrupted."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BIMVOX_POLICIES", str(tmp_path / "policies"))
     Path("house.ifc").write_bytes((SAMPLES / "frame.ifc").read_bytes())
@@ -39,7 +39,7 @@ def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Non
 
 @pytest.fixture
 def refused(capsys: pytest.CaptureFixture[str]):
-    """Run a command that must be refused with one sentence, and return what it said."""
+    """Run a command that must be refused with one sentence, and return that sentence."""
 
     def run_it(*arguments: str) -> str:
         there = sorted(Path().iterdir())
@@ -236,7 +236,7 @@ def test_a_name_of_50_megabytes(capsys) -> None:
 
 
 def log_of_zeros(uncompressed: int) -> bytes:
-    """A small log with a large chunk of zeros."""
+    """Write a small log with a large chunk of zeros."""
     with Path("zeros").open("wb") as stream:
         writer = Writer(stream, compression=CompressionType.ZSTD)
         writer.start(library="bimvox 1")

@@ -1,4 +1,4 @@
-"""Ctrl-C while a geometry kernel is at work: no process stays, no file stays."""
+"""Ctrl-C while a geometry kernel works leaves no process and no file behind."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_nothing_stays(tmp_path: Path, interrupt: Callable[[subprocess.Popen[str
 def _runs(pid: int) -> bool:
     try:
         os.kill(pid, 0)
-        # A zombie that nobody has reaped yet is no process that runs.
+        # A zombie that is not reaped yet is not a running process.
         return "zombie" not in Path(f"/proc/{pid}/status").read_text() if Path("/proc/self").exists() else True
     except (ProcessLookupError, FileNotFoundError):
         return False

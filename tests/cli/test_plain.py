@@ -35,7 +35,7 @@ def test_no_name_reaches_the_terminal_raw(capsys: pytest.CaptureFixture[str]) ->
 
 @pytest.mark.parametrize("after_s", [0.1, 0.2, 0.3, 0.4, 0.6, 0.8])
 def test_ctrl_c_while_it_starts_is_quiet(after_s: float) -> None:
-    # The interpreter's own start, before any of our code, takes 0.05 s.
+    # The interpreter takes 0.05 s to start, before any code of bimvox.
     code = (
         "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
         "from bimvox_cli.start import main; print('on', flush=True); main()"

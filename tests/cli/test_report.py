@@ -34,7 +34,7 @@ def test_a_report_is_written_with_pictures_and_the_numbers_of_the_log(log, tmp_p
     assert document["verified"] is None
     read = ReadReport(out.read_bytes())
     assert read.record == document["record"]
-    assert read.tags.count("img") == 4  # the building, what blocks the roof, two plots
+    assert read.tags.count("img") == 4  # the building, the blockers of the roof, two plots
     stored = read_log(log)
     rows = {int(row["order"]): row for row in read.rows["lifts"] if "order" in row}
     for motion in stored.motions:
@@ -44,7 +44,7 @@ def test_a_report_is_written_with_pictures_and_the_numbers_of_the_log(log, tmp_p
 
 
 def test_a_proof_that_fails_is_said_and_is_exit_code_1(log, tmp_path, capsys):
-    # Motions made by hand jump from cell to cell: no crane drives so.
+    # Motions made by hand jump from cell to cell, which no crane can do.
     code = run(["report", str(log), "-o", str(tmp_path / "x.html"), "--pictures", "0", "--json"])
     document = json.loads(capsys.readouterr().out)
     assert code == 1

@@ -50,7 +50,7 @@ def test_it_goes_the_short_way_round_and_is_the_same_back(a, b, near, far, heigh
 
 
 def test_braking_agrees_with_the_limits():
-    # From 0.8 rpm at 0.3 deg/s^2: 16 s by acceleration alone, one more for the jerk.
+    # From 0.8 rpm at 0.3 deg/s^2: 16 s for the acceleration, and one more for the jerk.
     slewing = CRANE.slewing
     full_turn, half_turn = rest_to_rest_s(2 * pi, slewing), rest_to_rest_s(pi, slewing)
     assert full_turn - half_turn == pytest.approx(pi / slewing.rate)

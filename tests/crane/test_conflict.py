@@ -1,4 +1,4 @@
-"""Two cranes near each other: what the bounds say against poses drawn from them."""
+"""Two cranes near each other: the bounds against poses drawn from them."""
 
 import dataclasses
 
@@ -55,7 +55,7 @@ def conflict(cranes, a, b, **more):
 
 
 def strip_points(crane, along, half, slew):
-    """Points along the edges of a strip."""
+    """Return points along the edges of a strip."""
     s = np.linspace(*along, 60)
     u, v = np.array([np.cos(slew), np.sin(slew)]), np.array([-np.sin(slew), np.cos(slew)])
     edges = [s[:, None] * u + side * half * v for side in (-1.0, 0.0, 1.0)]
@@ -144,7 +144,7 @@ def test_bounds_that_are_apart_hold_no_two_jibs_that_are_near(low_a, wide_a, low
     if found is None:
         assert jibs_apart(a, b, low_a + at_a * wide_a, low_b + at_b * wide_b) >= SEPARATION_M - 1e-6
     else:
-        # The reverse within what the search and the square ends allow: somewhere in the bounds they are near.
+        # The reverse, within the tolerance of the search and of square ends: some poses in the bounds are near.
         grid = [
             jibs_apart(a, b, low_a + u * wide_a, low_b + v * wide_b)
             for u in np.linspace(0.0, 1.0, 13)
@@ -175,7 +175,7 @@ def test_a_shifted_track_meets_what_it_would_have_met_later():
     other = track(*[row((-np.pi / 2, -np.pi / 2))] * 20, row((np.pi, np.pi)), *[row((np.pi / 2, np.pi / 2))] * 20)
     assert conflict((a, b), once, other) is None
     assert conflict((a, b), once.later(15 * SPAN_NS), other).time_ns == 20 * SPAN_NS
-    # Not on a whole span: it is met in both that it touches.
+    # A time between two spans is found in both.
     assert conflict((a, b), once.later(15 * SPAN_NS - SPAN_NS // 2), other) is not None
     assert conflict((a, b), once.later(15 * SPAN_NS + SPAN_NS // 2), other) is not None
     assert conflict((a, b), once.later(17 * SPAN_NS), other) is None

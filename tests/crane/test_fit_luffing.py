@@ -43,7 +43,7 @@ def test_a_mobile_crane_must_get_its_hook_up_there():
 
 
 def test_a_mobile_crane_stands_where_its_boom_is_over_every_place():
-    """A stair tower at one end of the building: from behind it the places beyond are closed to the boom."""
+    """A stair tower at one end of the building blocks the boom from places beyond it."""
     tower = [[0.0, 0.0, 0.0], [3.0, 8.0, 16.0]]
     low = [[0.0, 0.0, 0.0], [16.0, 8.0, 3.0]]
     built = built_heights(np.array([tower, low]))

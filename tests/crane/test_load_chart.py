@@ -49,7 +49,7 @@ def test_the_largest_radius_carries_the_mass_and_no_larger_one_does(chart, mass)
 
 
 def test_a_real_value_between_two_points():
-    # 10 t at 20 m, 5 t at 40 m is a constant moment of 200 tm: at 30 m it is 6.67 t, the chord would say 7.5 t.
+    # 10 t at 20 m, 5 t at 40 m is a constant moment of 200 tm: at 30 m it is 6.67 t, by the chord 7.5 t.
     chart = LoadChart((20.0, 40.0), (10_000.0, 5_000.0))
     assert capacity_kg(chart, 30.0) == pytest.approx(20_000 / 3)
     assert max_radius_m(chart, 20_000 / 3) == pytest.approx(30.0)

@@ -39,11 +39,11 @@ def test_radii_and_height_follow_from_the_jib(crane):
 
 @given(st.sampled_from(ALL), SHARE, SHARE, st.floats(0.2, 3.0), st.integers(0, 5))
 def test_no_motion_within_the_radius_limits_exceeds_luffing_or_winch(crane, a, b, frequency, seed):
-    """Any smooth motion of the radius, with the hook going up and down within its share, stays within the joints."""
+    """Any smooth motion of the radius, with the hook within its share, stays within the limits of the joints."""
     jib = crane.luffing
     near, far = sorted(crane.min_radius_m + s * (crane.jib_length_m - crane.min_radius_m) for s in (a, b))
     limits = radius_limits(jib, jib.winch, near, far)
-    # A sine as fast as the limits and the room between the radii allow.
+    # A sine as fast as the limits and the range of radii allow.
     amplitude = (far - near) / 2.0
     w = frequency
     if amplitude < 1e-3:

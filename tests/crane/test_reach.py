@@ -50,7 +50,7 @@ def test_without_a_crane_nothing_is_forbidden():
 
 def test_what_is_too_heavy_may_be_nowhere():
     crane = dataclasses.replace(default_crane("hammerhead-45"), min_radius_m=0.0)
-    low_m, high_m = allowed_radii_m(crane, 8000.0)  # 8 t at most, and the slings have a mass too
+    low_m, high_m = allowed_radii_m(crane, 8000.0)  # at most 8 t, which includes the slings
     assert high_m < low_m
     assert not hook_allowed(crane, GridFrame((-0.5, -0.5, 0.0), 1.0), (40, 40), 8000.0).any()
 

@@ -46,7 +46,7 @@ def test_two_falls_carry_half_as_much_twice_as_fast(name):
     assert (four.falls, two.falls) == (4, 2)
     assert two.chart.capacity_kg[0] == four.chart.capacity_kg[0] / 2
     assert two.gears[0][1] == pytest.approx(2 * four.gears[0][1], abs=1e-3)
-    # At the jib's end the lighter hook block is all that two falls gain.
+    # At the end of the jib, two falls gain only the lighter hook block.
     radii = np.linspace(50.0, four.chart.radius_m[-1], 40)
     gain = capacity_kg(two.chart, radii) - capacity_kg(four.chart, radii)
     assert (gain >= 0.0).all() and (gain <= four.hook_block_kg).all()

@@ -41,7 +41,7 @@ def test_numbers_are_the_cranes():
 
 
 def _hook_by_urdf(robot: ET.Element, values: dict[str, float]) -> np.ndarray:
-    """Walk the joints from the site to the hook."""
+    """Return the pose of the hook by following the joints from the site."""
     at = np.eye(4)
     joints = {joint.find("child").get("link"): joint for joint in robot.findall("joint")}
     chain, link = [], "hook"

@@ -11,7 +11,7 @@ AREA = st.floats(0.01, 200.0)
 
 
 def test_the_formula_of_the_manuals():
-    # A wall of 12 m2 and 3 t, drag 2.0: 24 m2 of sail where 3.6 are supposed.
+    # A wall of 12 m2 and 3 t, drag 2.0: 24 m2 of sail area instead of the assumed 3.6 m2.
     assert permitted_wind_m_s(20.0, 3000.0, 12.0, 2.0) == pytest.approx(20.0 * sqrt(3.6 / 24.0))
     assert permitted_wind_m_s(20.0, 3000.0, 1.7, 2.0) == 20.0
     assert wind_force_n(20.0, 10.0, 1.2) == pytest.approx(10.0 * 1.2 * 250.0)  # 250 N/m2 at 20 m/s, as EN 13001-2

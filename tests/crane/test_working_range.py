@@ -24,7 +24,7 @@ def test_a_column_in_range_has_all_its_points_in_range(first, width, near, depth
     for i, j in np.argwhere(inside)[::17]:
         for u, v in ((0.0, 0.0), (1.0, 1.0), (0.5, 0.0), (0.2, 0.9)):
             x, y = -20.0 + 0.5 * (i + u) - 0.3, -20.0 + 0.5 * (j + v) + 0.2
-            # A chord between two corners is nearer to the axis than they are: never by more than its sag.
+            # A chord between two corners is nearer to the axis than the corners, but by no more than its sag.
             assert near - 0.5 <= hypot(x, y) <= near + depth + 1e-6
             if hypot(x, y) > 1.0:
                 turned = (atan2(y, x) - first) % (2 * pi)
@@ -38,7 +38,7 @@ def test_the_limiter_is_in_the_map_of_the_hook():
     assert len(allowed)
     assert allowed[:, 1].min() >= -1e-9
     top = hook_top(crane, FRAME, (*COLUMNS, 60))
-    # The hook at 12 m less the slings of 2.5 m: the load's top at 9.5 m, 20 cells above the slab's underside.
+    # The hook at 12 m minus slings of 2.5 m: the top of the load is at 9.5 m, 20 cells above the underside of the slab.
     assert (top == 20).all()
     assert hook_top(crane, FRAME, (*COLUMNS, 20)).size == 0
 

@@ -53,7 +53,7 @@ def test_every_crane_drives_its_own_parts_without_gaps_from_the_start():
         assert own[0].start_ns == 0
         assert all(one.end_ns == other.start_ns for one, other in pairwise(own))
         turns = [float(np.abs(np.diff(motion.samples()[1][:, 0])).max()) for motion in own]
-        assert max(turns) < 0.5  # no jump by a whole turn between two ways
+        assert max(turns) < 0.5  # no jump by a whole turn between two motions
 
 
 def test_the_order_holds_where_it_must():
@@ -102,7 +102,7 @@ def test_a_larger_separation_costs_time_and_is_kept():
 
 def test_a_crane_without_parts_is_no_obstacle():
     site = two_crane_site()
-    # West reaches everything with a longer jib; east stands there and does nothing.
+    # With a longer jib, west reaches everything, and east has no lifts.
     west = dataclasses.replace(site.cranes[0], jib_length_m=14.0)
     components = tuple(dataclasses.replace(one, crane=0) for one in site.components if one.id.startswith("west"))
     components = tuple(

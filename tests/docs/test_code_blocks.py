@@ -1,4 +1,4 @@
-"""Every command in the docs runs, one document after the other as a reader would, and every inline one exists."""
+"""Every command in the docs runs, document by document as a reader would run it; every inline command exists."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ AN_OBSTRUCTION = re.search(r"^```json\n(.*?)^```", (ROOT / "README.md").read_tex
 
 @pytest.fixture(scope="module")
 def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the sample frame: site file, log and grid."""
+    """Return a folder with the sample frame: site file, log and grid."""
     folder = tmp_path_factory.mktemp("planned")
     shutil.copytree(
         ROOT / "sample_models", folder / "sample_models", ignore=shutil.ignore_patterns("*.py", "__pycache__")
@@ -56,7 +56,7 @@ def _own_building(planned: Path, folder: Path) -> None:
 
 
 def _drawn_plan(planned: Path, folder: Path) -> None:
-    """A plan made by hand in which one part is infeasible, and a mesh."""
+    """Write a hand-made plan with an infeasible part, and a mesh."""
     plan = plan_by_hand(crane=True, infeasible=("beam-a",))
     with (folder / "prefab.mcap").open("wb") as stream:
         write_log(stream, PlanLog(plan=plan, motions=motions_by_hand(plan)))
@@ -74,7 +74,7 @@ SETTINGS: dict[str, Callable[[Path, Path], None]] = {
 
 
 def test_every_document_with_commands_is_run():
-    # The tutorial has a file of tests of its own: it takes longest.
+    # The tutorial has its own test file, because it takes longest.
     assert {name_of(file) for file in DOCUMENTS if commands(file)} == {*SETTINGS, "docs/tutorial.md"}
     assert sum(len(commands(ROOT / name)) for name in SETTINGS) > 40
 
@@ -98,7 +98,7 @@ def test_the_readmes_obstruction_file_is_one(tmp_path: Path):
 
 @pytest.mark.parametrize("file", [file for file in DOCUMENTS if blocks(file, "python")], ids=name_of)
 def test_the_python_of_the_docs_runs(file: Path, planned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """A document's blocks run one after the other, as the cells of a notebook do."""
+    """The blocks of a document run one after the other, like the cells of a notebook."""
     shutil.copytree(planned, tmp_path, dirs_exist_ok=True)
     shutil.copy(planned / "frame.zarr.zip", tmp_path / "tower.zarr.zip")
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""The pages that follow from the code are those that it gives, and say what it says."""
+"""The generated pages are up to date and describe every command and key."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tutorial, from the IFC file to the log and its exports, with the sample building that it names."""
+"""The tutorial runs, from the IFC file to the log and its exports, with the sample building that it names."""
 
 import shutil
 from pathlib import Path

@@ -35,7 +35,7 @@ def test_single_and_batched_agree_step_for_step(reward_name):
     random = np.random.default_rng(0)
 
     def follow(n: int) -> np.ndarray:
-        """Put a single environment where lift ``n`` of the batch began."""
+        """Start a single environment where lift ``n`` of the batch began."""
         options = {"problem": int(batch.state.problem[n]), "start": batch.state.cell[n]}
         return singles[n].reset(options=options)[0]
 
@@ -43,7 +43,7 @@ def test_single_and_batched_agree_step_for_step(reward_name):
         np.testing.assert_array_equal(follow(n), observations[n])
     ended = 0
     for _ in range(80):
-        # Mostly down the teacher's field, so that targets are reached too.
+        # Mostly along the teacher's field, so that some lifts reach their targets.
         actions = random.integers(6, size=16)
         step = batch.step(actions)
         for n, env in enumerate(singles):
@@ -65,8 +65,8 @@ def test_arrival_ends_an_episode_with_its_last_observation():
     step = batch.step(np.array([5, 4]))
     assert step.arrived.tolist() == [True, False]
     assert step.rewards[0] == pytest.approx(1.15)
-    assert not step.final_observations[0][GOAL_START : GOAL_START + GOAL_SIZE].any()  # it hangs at its target
-    assert batch.state.steps[0] == 0  # and a new episode has begun
+    assert not step.final_observations[0][GOAL_START : GOAL_START + GOAL_SIZE].any()  # the component is at its target
+    assert batch.state.steps[0] == 0  # a new episode has begun
 
 
 def test_same_seed_same_life():
@@ -110,7 +110,7 @@ def test_threads_change_nothing():
 
 
 def test_the_teacher_knows_what_each_action_is_worth():
-    """Its values are those of following the distance field to the end, each reward discounted."""
+    """The teacher's values are the discounted rewards of following the distance field to the end."""
     pool, discount = solvable(), 0.9
     batch = BatchedLiftEnv(pool, 12, seed=2, teacher_discount=discount, limit=StepLimit(5.0, 50))
     batch.reset()

@@ -12,9 +12,9 @@ def test_the_papers_site():
     assert problem.target_vox == TARGET_VOX == (7, 7, 1)
     assert is_learnable(problem)
     x, y, z = problem.starts_vox.T
-    assert (z == 2).all()  # erected and raised by one voxel
+    assert (z == 2).all()  # upright and raised by one voxel
     assert not ((x >= 5) & (x < 10) & (y >= 5) & (y < 10)).any()
-    # Nothing is in the way, so the distance is Manhattan's.
+    # Nothing is in the way, so this is the Manhattan distance.
     expected = np.abs(problem.starts_vox - np.array(TARGET_VOX)).sum(axis=1)
     assert [problem.distance_from(cell) for cell in problem.starts_vox] == expected.tolist()
 
@@ -22,8 +22,8 @@ def test_the_papers_site():
 def test_every_column_lies_wholly_in_the_yard():
     problem = default_problem(column_length_vox=4)
     starts = {tuple(c) for c in problem.starts_vox[:, :2].tolist()}
-    assert (14, 11) in starts  # along +y to the corner
-    assert (12, 12) not in starts  # no room along either axis
+    assert (14, 11) in starts  # extends along +y to the corner
+    assert (12, 12) not in starts  # no room along x or y
     assert (2, 6) not in starts or (2, 6 + 3) in {(x, y) for x in range(5) for y in range(15)}
 
 

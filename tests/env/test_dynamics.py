@@ -11,7 +11,7 @@ from bimvox.env.dynamics import NO_ACTION, has_arrived, initial_state, transitio
 
 
 def cells_are_free(occupied: np.ndarray, cell: np.ndarray, size: tuple[int, int, int]) -> bool:
-    """The rule again, by the raw cells."""
+    """Return the same decision from the raw cells."""
     low, high = cell, cell + size
     if (low < 0).any() or (high > occupied.shape).any():
         return False

@@ -46,7 +46,7 @@ def test_memory_is_a_ring():
     assert visits_around(ring, 3, 8, 0, 0) == (0, 0, 1, 1, 0, 0)
     assert visits_around(ring, 3, 9, 0, 1) == (0, 0, 0, 0, 0, 1)
     assert visits_around(ring, 3, 5, 0, 0) == (0,) * 6  # step 0 is forgotten
-    assert visits_around(ring, 0, 8, 0, 0) == (0, 0, 0, 1, 0, 0)  # nothing is at the others yet
+    assert visits_around(ring, 0, 8, 0, 0) == (0, 0, 0, 1, 0, 0)  # the other cells were not visited
 
 
 def test_a_lost_lift_is_pushed_out_of_the_crowd():
@@ -56,7 +56,7 @@ def test_a_lost_lift_is_pushed_out_of_the_crowd():
     path = cells(*walked[:-1])
     kept = chosen(free, path, len(path) - 1, values)
     pushed = chosen(free, path, len(path) - 1, values, lost=True)
-    assert kept == 0  # the first of those never visited; down and right are
+    assert kept == 0  # the first move to a cell never visited; down and right were visited
     assert pushed == 4  # away from all of them
 
 
@@ -76,7 +76,7 @@ def test_a_leaning_guard_takes_its_side_where_the_policy_sees_little_between_two
     assert chosen(free, here, 0, equal, guard=LEFT) == 0  # +y is to the left of +x
     assert chosen(free, here, 0, equal, guard=RIGHT) == 1
     assert chosen(free, here, 0, equal, guard=LOW) == 5
-    assert chosen(free, here, 0, VALUES, guard=RIGHT) == 3  # not where it sees much
+    assert chosen(free, here, 0, VALUES, guard=RIGHT) == 3  # no effect if the values differ clearly
 
 
 def test_left_is_left_of_the_way_wherever_it_leads():

@@ -17,7 +17,7 @@ from bimvox.env.problem import lift_problem, training_problem
 
 
 def greedy_action(env: lift_env.LiftEnv) -> int:
-    """By the teacher's field."""
+    """Return a move along the teacher's field."""
     from bimvox.env.actions import MOVES
 
     here = np.array(env.state[:3])

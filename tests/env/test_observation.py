@@ -38,14 +38,14 @@ def seen(space: CollisionSpace, cell, target=(1, 1, 1), last_action=-1) -> np.nd
 
 
 def level(out: np.ndarray, n: int) -> np.ndarray:
-    """Cells of a level, without the clear heights."""
+    """Return the cells of a level, without the clear heights."""
     window = WINDOW if n else NEAREST_WINDOW
     first = NEAREST_SIZE + (n - 1) * WINDOW_SIZE if n else 0
     return out[first : first + int(np.prod(window))].reshape(window)
 
 
 def offsets(window):
-    """Index in a window, and offset from its middle."""
+    """Yield each index in a window with its offset from the middle."""
     for index in itertools.product(*map(range, window)):
         yield index, tuple(i - n // 2 for i, n in zip(index, window, strict=True))
 
@@ -90,7 +90,7 @@ def test_a_thin_wall_shows_at_every_scale():
     occupied[60, :, :] = True
     out = seen(clearance_of(occupied), (40, 40, 20))
     assert (level(out, 0) == 0.0).all()
-    assert all(level(out, n).max() >= PARTLY for n in range(3, len(LEVELS) + 1))  # those that reach so far
+    assert all(level(out, n).max() >= PARTLY for n in range(3, len(LEVELS) + 1))  # levels that reach that far
 
 
 def test_forbidden_hook_blocks_coarse_cells():
@@ -121,7 +121,7 @@ def test_goal_and_last_action():
 
 
 def test_what_is_seen_does_not_depend_on_where_on_the_site():
-    """Egocentric: the same surroundings far from any border look the same."""
+    """The observation is egocentric: equal surroundings far from any border give equal observations."""
     near, far = np.zeros((300, 300, 24), np.bool_), np.zeros((300, 300, 24), np.bool_)
     near[148:151, 147:150, 14] = True
     far[153:156, 144:147, 14] = True
@@ -132,13 +132,13 @@ def test_what_is_seen_does_not_depend_on_where_on_the_site():
 
 
 def heights(out: np.ndarray) -> np.ndarray:
-    """Clear heights of the nearest level."""
+    """Return the clear heights of the nearest level."""
     cells = int(np.prod(NEAREST_WINDOW))
     return out[cells:NEAREST_SIZE]
 
 
 def test_clear_heights_end_where_the_hook_may_not_be_higher():
-    """Limiters and the jib of a luffing crane: a column that must be crossed higher than that is closed."""
+    """With a limiter or a luffing jib, a column is closed if it can only be crossed above the highest hook."""
     occupied = random_occupancy(5, (30, 30, 20), 0.02)
     high = clearance_of(occupied, (3, 2, 2), rope=True)
     below = high._replace(hook_ceiling=np.full(occupied.shape[:2], 11, np.int32))

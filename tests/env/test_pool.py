@@ -16,7 +16,7 @@ def test_views_are_the_problems_own():
     third = first._replace(boxes=np.array([[0, 0, 0, 1, 1, 1], [0, 0, 1, 2, 1, 2]], np.int32))
     problems = [training_problem(c, (0, 0, 0), (3, 3, 3)) for c in (first, second, third)]
     pool = pool_of(problems, with_distances=True)
-    assert pool.tables.size == first.table.size + second.table.size  # the third shares the first's
+    assert pool.tables.size == first.table.size + second.table.size  # the third shares the table of the first
     for p, problem in enumerate(problems):
         for mine, theirs in zip(pooled_clearance(pool, p), problem.space, strict=True):
             np.testing.assert_array_equal(mine, theirs)

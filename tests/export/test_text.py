@@ -1,4 +1,4 @@
-"""Names that other programs would obey or not read."""
+"""Names that other programs would execute or could not read."""
 
 import csv
 import dataclasses

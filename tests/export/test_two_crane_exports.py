@@ -89,7 +89,7 @@ def test_a_glb_holds_both_cranes_where_they_stand(log):
 
 
 def test_hooks_in_the_csv_are_apart(log):
-    """Two hooks at the same moment are never at one place."""
+    """Two hooks are never at the same place at the same time."""
     rows = list(csv.DictReader(io.StringIO(to_csv(log))))
     site = log.plan.site
     series = {}

@@ -15,7 +15,7 @@ from bimvox.export.ms_project import NAMESPACE, to_ms_project
 MODEL = Path(__file__).parents[2] / "sample_models" / "frame.ifc"
 OLD = MODEL.with_name("frame_ifc2x3_mm.ifc")
 BEGINS = datetime(2026, 12, 1, 7, 0)
-# Order, crane, from, until: the cranes take turns, their lifts overlap.
+# Order, crane, start, end: the cranes take turns, and their lifts overlap.
 SPANS = ((0, 0, 0, 300), (1, 1, 60, 400), (2, 0, 300, 700), (3, 1, 400, 900))
 
 

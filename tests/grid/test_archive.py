@@ -80,7 +80,7 @@ def test_a_huge_directory_is_refused_before_it_is_read() -> None:
 
 
 def test_members_on_top_of_each_other_are_refused() -> None:
-    """Many entries of the directory that point at the same bytes: a bomb without compression."""
+    """Many directory entries that refer to the same bytes: a zip bomb without compression."""
     data = packed({f"c{n}": b"x" * 5_000 for n in range(4)})
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         start = archive.start_dir

@@ -12,7 +12,7 @@ shapes = st.tuples(*[st.integers(1, 21)] * 3)
 
 @st.composite
 def dense_owners(draw: st.DrawFn) -> np.ndarray:
-    """Boxes of owners in air, as buildings have them, and some noise."""
+    """Return boxes of owners in air, as in buildings, and some noise."""
     shape = draw(shapes)
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     highest = draw(st.sampled_from([3, 254, 255, 65_534, 65_535, 200_000]))

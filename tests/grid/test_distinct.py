@@ -1,4 +1,4 @@
-"""Distinct integers: the same as numpy's own."""
+"""Distinct integers: the same result as numpy."""
 
 import numpy as np
 import pytest

@@ -9,7 +9,7 @@ from bimvox.grid.faces import PartFaces, outer_faces
 
 
 def unit_faces(faces: PartFaces) -> set[tuple[int, ...]]:
-    """Cut the rectangles into faces of cells: (axis, plane, u, v, 1 if it looks along the axis)."""
+    """Return the faces of cells in the rectangles: (axis, plane, u, v, 1 if it faces along the axis)."""
     found = set()
     for corners in faces.corners[faces.quads].astype(int):
         axis = int(np.flatnonzero(np.ptp(corners, axis=0) == 0)[0])

@@ -225,7 +225,7 @@ def test_damaged_and_hostile_files_are_refused_by_name(edit: Callable[[dict[str,
 
 
 def declare(shape: list[int], chunk: list[int], *keys: str) -> Callable[[dict[str, bytes]], None]:
-    """Declare another shape, and the chunks that go with it, so that only the size itself is wrong."""
+    """Declare another shape with matching chunks, so that only the size itself is wrong."""
 
     def edit(members: dict[str, bytes]) -> None:
         for key in keys:
@@ -270,7 +270,7 @@ def test_a_table_without_its_chunks_is_refused_before_it_is_listed() -> None:
 
 
 def two_boxes() -> VoxelGrid:
-    """Part 0 in x from 0 to 5, part 1 from 4 to 8: one shared layer, which part 1 fills more of."""
+    """Part 0 has x from 0 to 5, part 1 from 4 to 8: part 1 fills more of the one shared layer."""
     first, second = np.zeros((2, 8, 1, 1), np.float32)
     first[:5], first[4], second[4:] = 1.0, 0.25, 0.5
     return grid_of([first, second])

@@ -25,7 +25,7 @@ def written(grid: VoxelGrid, **options: int) -> bytes:
 
 
 def parsed(data: bytes) -> tuple[ElementTree.Element, dict[str, object]]:
-    """Read a file of appended, compressed blocks by the letter of VTK's description; return its XML and its arrays."""
+    """Return the XML and the arrays of a file with appended, compressed blocks, read as VTK's specification says."""
     head, tail = data.split(b'<AppendedData encoding="raw">\n_')
     assert tail.endswith(b"\n</AppendedData>\n</VTKFile>\n")
     root = ElementTree.fromstring(head + b"</VTKFile>")

@@ -1,4 +1,4 @@
-"""What people hand to the library by mistake."""
+"""Wrong arguments that people give to the library."""
 
 from __future__ import annotations
 

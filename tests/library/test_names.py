@@ -1,4 +1,4 @@
-"""``import bimvox`` is quick and lazy, and every name of it is what the type checker sees."""
+"""``import bimvox`` is fast and lazy, and each of its names is the one that the type checker sees."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A session as a person types it: values in and out, and files only where they are asked for."""
+"""A session as a person types it: values in and out, and files only on request."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def test_a_flipped_byte_is_an_error_or_harmless() -> None:
         damaged = bytearray(data)
         damaged[position] ^= 0x5A
         try:
-            same(site_from_bytes(bytes(damaged), "flipped.mcap"), site)  # a flip in a zip field that nobody reads
+            same(site_from_bytes(bytes(damaged), "flipped.mcap"), site)  # in a zip field that is never read
         except LogFileError:
             continue
 
@@ -137,7 +137,7 @@ def test_a_pickle_inside_is_never_run() -> None:
 
 def test_a_zip_bomb_is_refused_before_it_is_unpacked() -> None:
     data = bytearray(pack({"site.json": b"{}"}))
-    at = data.index(b"PK\x01\x02")  # the central directory, which the reader believes
+    at = data.index(b"PK\x01\x02")  # the central directory, which the reader relies on
     data[at + 24 : at + 28] = (3 << 30).to_bytes(4, "little")
     with pytest.raises(LogFileError, match="claims"):
         site_from_bytes(bytes(data), "bomb.mcap")

@@ -31,7 +31,7 @@ def test_every_phase_has_a_number_of_its_own() -> None:
 
 
 def test_numbers_that_were_given_out_stay() -> None:
-    """Old logs and other people's readers depend on these: add to this list, never change it."""
+    """Old logs and third-party readers depend on these fields: add to this list, never change it."""
     assert {field.name: field.number for field in FIELDS} == {
         "time": 1,
         "lift_order": 2,

@@ -1,4 +1,4 @@
-"""The layout for viewers: whole, and every path in it leads to a field of the log."""
+"""The layout for viewers is complete, and every path in it leads to a field of the log."""
 
 from __future__ import annotations
 
@@ -83,11 +83,11 @@ SHOWN = {
     "VoxelGrid": "BaseRendererVoxelGridTopicSettings",
 }
 SAVED_ONLY = {"foxglovePanelTitle", "imageMode"}
-"""In every saved layout, but no setting of a panel of its own."""
+"""Keys of every saved layout that are not settings of a panel."""
 
 
 def check_settings(layouts: Any, name: str, given: dict[str, Any]) -> None:
-    """Every setting is one that Foxglove knows, and has one of its values where it knows them all."""
+    """Check that Foxglove knows every setting, and its value if the values are enumerated."""
     kind = getattr(layouts, name)
     hints = typing.get_type_hints(kind, vars(layouts))
     needed = {field.name: None for field in dataclasses.fields(kind) if field.default is dataclasses.MISSING}
@@ -104,7 +104,7 @@ def check_settings(layouts: Any, name: str, given: dict[str, Any]) -> None:
 
 
 def test_every_setting_is_one_that_foxglove_publishes() -> None:
-    """Against the definitions of layouts in Foxglove's own package (the extra ``live``)."""
+    """Compares with the layout definitions in Foxglove's own package (the extra ``live``)."""
     layouts = pytest.importorskip("foxglove.layouts")
     layout = foxglove_layout(tiny_log().plan.site)
     for panel, settings in layout["configById"].items():

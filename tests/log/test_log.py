@@ -1,4 +1,4 @@
-"""Writing a log and reading it back, with our reader and with the plain MCAP reader."""
+"""Writing a log and reading it back, with bimvox's reader and with the plain MCAP reader."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_a_log_comes_back_as_it_was_written(crane: bool, tmp_path: Path) -> None
     record = tiny_log(crane=crane)
     path = tmp_path / "plan.mcap"
     path.write_bytes(log_bytes(record))
-    same(plain(read_log(path)), plain(record), tolerance=1e-12)  # rope length = jib height - hook height rounds
+    same(plain(read_log(path)), plain(record), tolerance=1e-12)  # rope length = jib height - hook height is rounded
 
 
 def test_a_log_that_was_read_writes_the_same_paths_and_site(data: bytes, tmp_path: Path) -> None:
@@ -134,7 +134,7 @@ def test_times_start_at_zero_and_never_fall(messages: dict[str, list[Any]]) -> N
 
 
 def test_load_poses_are_where_the_path_is(messages: dict[str, list[Any]]) -> None:
-    """The hand-made motions run through every cell of the path, so every planned pose is met by the load."""
+    """The hand-made motions pass through every cell of the path, so the load takes every planned pose."""
     plan = tiny_plan()
     planned = [lift for lift in plan.lifts if lift.path_vox is not None]
     assert len(messages["/crane/path/planned"]) == len(planned)
@@ -160,7 +160,7 @@ def rotation(q: Any) -> np.ndarray[Any, Any]:
 
 
 def chained(transforms: Any, last: str) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Turn and position of a frame in the site's frame."""
+    """Return rotation and position of a frame in the site frame."""
     by_child = {t.child_frame_id: t for t in transforms}
     turn, at, frame = np.eye(3), np.zeros(3), last
     while frame != "site":
@@ -227,7 +227,7 @@ def test_scene_updates_follow_the_construction(messages: dict[str, list[Any]]) -
     ]
     assert states("0GlobalIdColumnB") == [(0.0, "unbuilt")]
     gone = [(time, d.id) for time, update in messages["/scene"] for d in update.deletions]
-    assert gone == [(second.start_ns, "0GlobalIdColumnB")]  # its delivery is over, it never was lifted
+    assert gone == [(second.start_ns, "0GlobalIdColumnB")]  # its delivery has ended, and it was never lifted
     assert states("0GlobalIdBeam")[0] == (second.start_ns / NS, "unbuilt")
 
 

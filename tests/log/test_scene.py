@@ -84,7 +84,7 @@ def test_voxel_data_is_z_y_x() -> None:
     data = np.frombuffer(grid.data, np.uint8)
     assert len(data) % grid.slice_stride == 0
     layers = data.reshape(-1, grid.row_count, grid.column_count)
-    assert layers.shape == (5, 10, 12)  # the four empty layers at the top are cut
+    assert layers.shape == (5, 10, 12)  # the four empty layers at the top are omitted
     expected = site.labels.copy()
     for part in site.components:
         expected[tuple((part.shape.cells + part.target_vox).T)] = 6

@@ -1,4 +1,4 @@
-"""Logs of a site with two cranes: what one writes the other reads, and each crane has topics of its own."""
+"""Logs of a site with two cranes: the reader reads what the recorder writes, and each crane has its own topics."""
 
 import dataclasses
 import io
@@ -200,7 +200,7 @@ def test_commands_for_the_other_crane_are_found(contents, tmp_path):
 
 
 def test_commands_of_one_crane_name_no_other(record):
-    """The schema of logs with one crane is as it was: it has no field for a crane's name, and no wait."""
+    """The schema of logs with one crane is unchanged: no field for the crane's name, no phase ``wait``."""
     command = next(topic for topic in topics.TOPICS if topic.name == topics.COMMAND)
     alone, several = (command.descriptor_set_for(several_cranes=flag) for flag in (False, True))
     assert b"PHASE_WAIT" in several
@@ -209,7 +209,7 @@ def test_commands_of_one_crane_name_no_other(record):
 
 
 def failed_of_the_log(record, tmp_path):
-    """Names of the checks of motions that fail after a log was written and read back."""
+    """Return the names of the motion checks that fail after the log is written and read back."""
     stream = io.BytesIO()
     write_log(stream, record)
     log = log_of(read_contents(stream.getvalue(), "spoiled.mcap"), tmp_path / "spoiled.mcap")
@@ -217,7 +217,7 @@ def failed_of_the_log(record, tmp_path):
 
 
 def test_a_written_log_in_which_one_crane_comes_later_fails_its_proof(record, tmp_path):
-    """The clock has no gap, every phase follows the one before: only the other crane is in the way."""
+    """The clock has no gap, and every phase follows the one before: only the other crane is in the way."""
     late = next(motion for motion in record.motions if motion.order == 4)
     waits = waiting(late, late.start_ns, 140 * 10**9)
     spoiled = tuple(waits if motion.order == 4 else motion for motion in record.motions)

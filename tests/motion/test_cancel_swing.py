@@ -1,4 +1,4 @@
-"""Moves shaped together take away what plain shaping leaves, without going slower."""
+"""Moves shaped together cancel the swing that plain shaping leaves, without taking longer."""
 
 from dataclasses import replace
 
@@ -34,7 +34,7 @@ def test_a_swing_that_follows_from_the_shaping_is_taken_away(seed):
 
     found = cancelled((True, False, True), residual_m)
     if np.linalg.norm(residual_m((Calm(),) * 3)) <= 0.25 * PLANNED_RESIDUAL_M:
-        assert found is None  # nothing to take away
+        assert found is None  # no swing to cancel
         return
     assert found is not None
     assert np.abs(settings_of(found)[[0, 2]] - wanted).max() < 1e-3

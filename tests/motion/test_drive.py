@@ -33,7 +33,7 @@ def assert_keeps_limits(crane, trajectory):
     time = (trajectory.time_ns - trajectory.time_ns[0]) / 1e9
     axes = axes_of(trajectory)
     rate = np.diff(axes, axis=0) / np.diff(time)[:, None]
-    # Newton's divided differences are derivatives somewhere in between.
+    # Newton's divided differences equal derivatives somewhere in the interval.
     acceleration = 2.0 * (np.diff(rate, axis=0) / (time[2:] - time[:-2])[:, None])
     for axis, limits in enumerate((crane.slewing, crane.trolley, crane.hoist)):
         assert np.abs(rate[:, axis]).max() <= limits.rate * (1 + 1e-6)
@@ -82,7 +82,7 @@ def test_a_part_comes_down_on_its_place_straight_from_above():
 
 
 def test_a_path_whose_last_way_is_in_the_column_of_its_place_ends_there():
-    """The way up over the place and down again was cut where the way up began, not at the place."""
+    """The path up above the place and down again used to be cut where it starts to rise, not at the place."""
     tried = 0
     for seed in (64, 65, 66, 67):
         room = crane_room(seed, blocks=8, rope=False)
@@ -114,7 +114,7 @@ def test_the_same_input_gives_the_same_bytes():
 
 
 def test_moves_in_contact_are_driven_exactly():
-    # The last seven placements are inside what only the narrow phase can judge: along, down and sideways.
+    # Only the narrow phase can decide the last seven placements: along, down and sideways.
     room = crane_room(1, blocks=0)
     along = [[x, 30, 5] for x in range(4, 13)]
     path = np.array([*along, [12, 30, 4], [12, 30, 3], [12, 29, 3], [12, 28, 3]], np.int32)

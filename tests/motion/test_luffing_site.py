@@ -1,4 +1,4 @@
-"""A luffing and a mobile crane: planned, driven, proven, and caught where the jib would touch something."""
+"""A luffing and a mobile crane: planned, timed and proven, and refused if the jib would touch something."""
 
 from dataclasses import replace
 from math import radians
@@ -33,7 +33,7 @@ def site_with(crane, **more):
 
 @pytest.fixture(scope="module")
 def luffing():
-    # A short jib on a low mast, so that the small site is within its reach.
+    # A short jib on a low mast, so that it reaches the small site.
     crane = on_site(
         "luffing-40",
         (12.0, 18.0, 0.0),
@@ -83,7 +83,7 @@ def test_every_lift_is_driven_within_the_joints(kind, request):
 @pytest.mark.parametrize("kind", ["luffing", "mobile"])
 @pytest.mark.parametrize("share", [0.25, 0.4, 0.55, 0.7, 0.85])
 def test_a_stop_brakes_within_the_joints_where_the_jib_is(kind, share, request):
-    """Luffing, winch and slewing keep their limits in a stop that begins anywhere; the jib may brake harder far up."""
+    """Luffing, winch and slewing keep their limits in a stop that begins anywhere; a steep jib may brake harder."""
     plan, motions = request.getfixturevalue(kind)
     site = plan.site
     for motion in motions:
@@ -106,7 +106,7 @@ def test_a_stop_brakes_within_the_joints_where_the_jib_is(kind, share, request):
         radii = stop.trajectory.radius_m
         low, high = crane.luffing.radii_m
         assert low - 1e-6 <= radii.min() and radii.max() <= high + 1e-6
-        # No faster than the limits at the worst of all radii would let it, which hold anywhere.
+        # The stop takes no longer than with the limits of the worst radius, which hold at every radius.
         _, state = state_at(motion, int(first + share * (last - first)))
         anywhere = brake(
             *(float(values[1]) for values in (state.position, state.rate, state.acceleration)), crane.trolley
@@ -119,7 +119,7 @@ def test_a_wall_in_the_way_of_the_jib_is_gone_round_or_refused(kind, request):
     plan, motions = request.getfixturevalue(kind)
     site = plan.site
     hook = motions[-1].loaded
-    # A post right under the jib, half way between the crane and a set point, as high as the jib is there and more.
+    # A post under the jib, half way between the crane and a set point, higher than the jib is there.
     slew, radius = float(hook.slew_rad[-1]), float(hook.radius_m[-1])
     x, y = (site.cranes[0].base_m[i] + 0.5 * radius * f(slew) for i, f in ((0, np.cos), (1, np.sin)))
     low, high = (x - 0.4, y - 0.4, 0.0), (x + 0.4, y + 0.4, 16.0)
@@ -134,7 +134,7 @@ def test_a_wall_in_the_way_of_the_jib_is_gone_round_or_refused(kind, request):
 
 def test_the_counterweight_keeps_clear_of_what_stands_behind():
     crane = on_site("mobile-60t", (12.0, 18.0, 0.0), length_m=24.0)
-    # All round the crane but for a quarter behind it things stand 2 m high, 3.6 m from the axis.
+    # Objects 2 m high stand all around the crane, 3.6 m from the axis, except for a quarter behind it.
     low, high = (13.5, 21.3, 0.0), (14.5, 22.3, 2.0)
     free, motions = planned(site_with(crane))
     blocked = site_with(crane, structure=[("stack", low, high)])

@@ -40,7 +40,7 @@ def test_no_axis_exceeds_a_limit_and_both_ends_are_at_rest(move):
     assert axes[0] == pytest.approx(axes_of(move.start), abs=1e-9)
     assert axes[-1] == pytest.approx(axes_of(move.end), abs=1e-9)
     rate, acceleration, jerk = (np.diff(axes, n, axis=0) / step**n for n in (1, 2, 3))
-    # Differences are means of the derivative, so they never exceed its limit; what is left is rounding.
+    # Differences are means of the derivative, so they exceed its limit by rounding at most.
     for axis, limits in enumerate(AXES):
         assert np.abs(rate[:, axis]).max() <= limits.rate * (1 + 1e-6) + 1e-9
         assert np.abs(acceleration[:, axis]).max() <= limits.acceleration * (1 + 1e-4) + 1e-8 / step**2 * 1e-4

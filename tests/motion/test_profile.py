@@ -28,7 +28,7 @@ def test_a_profile_is_the_integral_of_its_jerk(limits):
 
 
 def test_a_profile_whose_pieces_vanish_is_found_too():
-    # Hoisting 0.6 m at 0.3 m/s^2 and 0.3 m/s^3: the acceleration is just reached. Ruckig alone refuses some of these.
+    # Hoisting 0.6 m at 0.3 m/s^2 and 0.3 m/s^3 just reaches the acceleration. Ruckig alone refuses some of these.
     for way in (0.6, 0.6 * (1 + 1e-15), 0.2 * 3):
         for rate in (43 / 60, 0.7, 0.3, 1.0):
             limits = AxisLimits(rate / way, 0.3 / way, 0.3 / way)
@@ -41,7 +41,7 @@ def test_limits_that_are_none_are_refused():
 
 
 def test_waypoints_are_never_given_to_ruckig(monkeypatch):
-    # They would be sent to a service on the network.
+    # Ruckig would send them to a network service.
     folder = Path(bimvox.motion.__file__).parent
     assert not [path.name for path in folder.rglob("*.py") if "intermediate_positions" in path.read_text()]
 
@@ -53,7 +53,7 @@ def test_waypoints_are_never_given_to_ruckig(monkeypatch):
 
 
 def test_why_the_limits_are_brought_onto_the_line_first():
-    # Ruckig's phase synchronisation gives way silently: this motion of three axes is not straight.
+    # Ruckig's phase synchronisation falls back silently: this motion of three axes is not straight.
     state, found = InputParameter(3), RuckigTrajectory(3)
     state.current_position, state.target_position = [0.0] * 3, [1.0, 20.0, 1.0]
     state.max_velocity, state.max_acceleration = [0.0838, 0.63, 0.72], [0.005236, 0.25, 0.3]

@@ -1,4 +1,4 @@
-"""Zones, limiters, gears, slings and wind: planned, driven and proven together, and caught where they are not held."""
+"""Zones, limiters, gears, slings and wind: planned, timed and proven together; violations are found."""
 
 from dataclasses import replace
 from math import pi
@@ -167,7 +167,7 @@ def test_the_governing_radius_is_named():
 
 
 def test_hook_and_rope_keep_their_clearance_from_what_is_higher(free):
-    # A tower beside the straight way: at 4.5 m the rope passes it, with 1.5 m of clearance it goes round.
+    # A tower next to the straight path: the rope passes it at 4.5 m, but with 1.5 m of clearance it goes around.
     tower = [("tower", (6.0, 3.0, 0.0), (7.0, 4.0, 9.0))]
     site = box_site(PORTAL, crane=portal_crane(), structure=tower)
     plan, motions = planned(site)

@@ -40,7 +40,7 @@ def test_a_line_is_free_exactly_where_a_dense_look_at_the_raw_cells_says_so(room
     if free:
         assert all(load_is_clear(room, at) for at in dense)
     else:
-        # What is refused comes within a sixteenth of a cell (and the dense step) of something.
+        # A refused motion comes within a sixteenth of a cell (plus the dense step) of something.
         assert not all(load_is_clear(room, at, 1 / 16 + 0.02) for at in dense)
 
 

@@ -1,4 +1,4 @@
-"""Loads hang at rest when shaped moves end; what the planner believes of the swing is what the proof sees."""
+"""Loads hang at rest when shaped moves end; the planner's swing equals that of the proof."""
 
 import dataclasses
 
@@ -36,7 +36,7 @@ COLUMNS = [("first", (1.0, 1.0, 0.0), (1.5, 1.5, 3.0)), ("second", (5.0, 3.0, 0.
 
 
 def run_of_30_m():
-    """A trolley run of 30 m under 30 m of rope, at 0.25 m/s^2."""
+    """Return the shaped trolley move of 30 m with a rope of 30 m, at 0.25 m/s^2."""
     crane = default_crane("hammerhead-65", jib_height_m=35.0)
     crane = dataclasses.replace(crane, trolley=AxisLimits(76.0 / 60.0, 0.25, 10.0))
     return crane, [Move(CranePose(0.0, 10.0, 5.0), CranePose(0.0, 40.0, 5.0))], Pendulum(0.0)
@@ -51,7 +51,7 @@ def test_a_trolley_run_swings_unless_it_is_shaped():
     assert swings[1].amplitude_m[-1] < 0.005
     assert peaks[1] < 0.8 < peaks[0]
     assert shaped.duration_s - plain.duration_s == pytest.approx(half_period_s(30.0)) == pytest.approx(5.49, abs=0.01)
-    # The line stays the line, and no axis goes over its limits.
+    # The line stays straight, and no axis exceeds its limits.
     time_s = np.linspace(0.0, shaped.duration_s, 4000)
     axes = shaped.axes_at(time_s)
     assert (axes[:, [0, 2]] == [0.0, 5.0]).all()
@@ -93,7 +93,7 @@ def test_loads_hang_at_rest_at_the_end_by_both_pendulums(seed):
     planned = swaying(timeline, pendulum, 0.25)
     assert planned.swing.amplitude_m[-1] <= PLANNED_RESIDUAL_M
     assert swung.amplitude_m[-1] <= REST_M
-    # One integrates the motion, the other its samples.
+    # The planner integrates the motion, the proof its samples.
     there = np.stack([np.interp(swung.time_s, planned.time_s, offset) for offset in planned.swing.offset_m.T], axis=1)
     assert np.abs(there - swung.offset_m).max() < 0.012
     assert way.bound_s <= way.duration_s + 1e-6
@@ -118,7 +118,7 @@ def test_only_moves_sideways_swing_and_a_part_that_stands_on_its_foot_does_not()
 
 def made(rule):
     crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
-    # A lively crane: its loads swing wider than a cell.
+    # A fast crane: its loads swing by more than a cell.
     crane = dataclasses.replace(crane, slewing=AxisLimits(0.2, 0.03, 0.03))
     site = box_site(COLUMNS, crane=crane, shape=(40, 30, 24), rules=Rules(swing=rule))
     preparation = prepare(site)
@@ -168,7 +168,7 @@ def test_something_where_only_the_swing_goes_is_seen_by_its_check_alone_and_is_i
 
 
 def _cells(footprint):
-    """(column, height) of every cell of a footprint, as cells of a grid of 40 x 30."""
+    """Return (column, height) of every cell of a footprint, in a grid of 40 x 30 columns."""
     found = set()
     for column, words in zip(footprint.columns.tolist(), footprint.heights.tolist(), strict=True):
         for word, bits in enumerate(words):

@@ -177,7 +177,7 @@ def test_commands_lead_along_the_motion(planned, motions):
 
 
 def test_last_moves_from_the_side_are_driven_as_planned():
-    """Under an overhang that shares its cells: what the last moves clear is no short cut to where they begin."""
+    """A part under an overhang that shares its cells: the cells cleared for the last moves are not a short cut."""
     roof = ("roof", (4.6, 3.0, 0.92), (6.0, 6.0, 1.3))
     site = box_site(
         [("insert", (2.5, 4.0, 0.0), (5.0, 5.0, 0.9))], structure=[roof], crane=test_crane(base=(13.0, 13.0, 0.0))
@@ -192,7 +192,7 @@ def test_last_moves_from_the_side_are_driven_as_planned():
 
 
 def test_the_way_to_the_last_moves_does_not_cut_through_them():
-    """A part on a pedestal beside a wall that shares its cells, reached from below on the other side."""
+    """A part on a pedestal next to a wall that shares its cells, reached from below on the other side."""
     pedestal, wall = ("pedestal", (4.0, 4.0, 0.0), (6.0, 6.0, 2.98)), ("wall", (3.0, 4.0, 0.0), (4.08, 6.0, 4.2))
     site = box_site(
         [("block", (4.1, 4.1, 3.0), (5.9, 5.9, 3.5))],

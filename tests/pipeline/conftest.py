@@ -1,4 +1,4 @@
-"""A small planned site, made once a test session: the sample frame at coarse cells, with a short training."""
+"""A small planned site, made once per test session: the sample frame at coarse cells, with a short training."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STEPS = 2_000
 
 @pytest.fixture(scope="session")
 def store(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A policy store of the tests' own."""
+    """Use a policy store that belongs to the tests."""
     folder = tmp_path_factory.mktemp("policies")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("BIMVOX_POLICIES", str(folder))
@@ -39,7 +39,7 @@ def planned(store: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path
 
 @pytest.fixture
 def site_folder(planned: tuple[Path, dict], store: Path, tmp_path: Path) -> Path:
-    """A fresh copy of the planned folder, to be changed."""
+    """Return a fresh copy of the planned folder that the test may change."""
     for source in planned[0].iterdir():
         shutil.copy(source, tmp_path / source.name)
     return tmp_path
@@ -47,7 +47,7 @@ def site_folder(planned: tuple[Path, dict], store: Path, tmp_path: Path) -> Path
 
 @pytest.fixture
 def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty policy store of one test's own."""
+    """Return an empty policy store for one test."""
     folder = tmp_path / "own-store"
     monkeypatch.setenv(policies.STORE_VARIABLE, str(folder))
     return folder

@@ -1,4 +1,4 @@
-"""Files that are in the way as they are: scans."""
+"""Obstructions that are given as scan files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The log of a crane whose jib luffs: written, proven from the file alone, read back, exported and drawn."""
+"""The log of a luffing crane: written, proven from the file alone, read back, exported and drawn."""
 
 import json
 import struct

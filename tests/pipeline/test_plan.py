@@ -196,7 +196,7 @@ def test_init_keeps_an_edited_site_file(tmp_path):
 
 @pytest.mark.parametrize("prover", ["bimvox.library.prove.verify_plan", "bimvox.library.prove.verify_motions"])
 def test_a_lift_that_cannot_be_proven_is_refused_and_the_rest_is_written(site_folder, planned, monkeypatch, prover):
-    """What rests on it is refused with it; nothing unproven is written."""
+    """Parts that rest on it are refused too, and nothing unproven is written."""
     module, name = prover.rsplit(".", 1)
     real = getattr(importlib.import_module(module), name)
     suspect = planned[1]["lifts"][0]["component"]

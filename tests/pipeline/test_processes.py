@@ -1,4 +1,4 @@
-"""The grid file does not depend on how many processes mesh the model."""
+"""The grid file does not depend on the number of processes that mesh the model."""
 
 import hashlib
 from pathlib import Path

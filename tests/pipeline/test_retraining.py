@@ -1,4 +1,4 @@
-"""Retraining on a change, by the real trainer: what the shipped policy fails behind new walls is found after it."""
+"""Retraining on a change, by the real trainer: it solves lifts behind new walls that the shipped policy fails."""
 
 import json
 from pathlib import Path
@@ -27,7 +27,7 @@ FAR_YARD = "yard = [[[-1.5, -32], [8, -32], [8, -26], [-1.5, -26]]]"
 
 @pytest.fixture
 def serpentine(site_folder: Path) -> tuple[Site, Preparation]:
-    """The frame with its yard far off, and walls as high as the site between, each with a gap at the other end."""
+    """Return the frame with a distant yard behind walls as high as the site, their gaps at alternating ends."""
     file = site_folder / "frame.site.toml"
     text = file.read_text()
     assert YARD in text

@@ -1,4 +1,4 @@
-"""A schedule that the model's file holds is the order of the plan, where geometry allows."""
+"""The plan follows the schedule in the model's file as far as geometry permits."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_parts_come_as_the_tasks_of_the_file_say(tmp_path, sample):
     parts = [element for element in building.elements if element.role is Role.COMPONENT]
     columns = [part for part in parts if part.ifc_class == "IfcColumn"][::-1]
     others = [part for part in parts if part.ifc_class != "IfcColumn"][::-1]
-    wished = [others[0], *columns, *others[1:]]  # the first of them cannot stand yet
+    wished = [others[0], *columns, *others[1:]]  # the first of them is not supported yet
     tasks = tuple(
         LiftTask(n, part.id, part.global_id, f"set {n}", "", 600.0 * n, 600.0 * (n + 1))
         for n, part in enumerate(wished)

@@ -1,7 +1,7 @@
-"""`bimvox verify` against faults written into real logs, each by a forger who computes every digest again.
+"""`bimvox verify` against faults written into real logs, each by a forger who recomputes all digests.
 
-Every fault is caught, by the check that is there for it. And the verifier's own rules are tested the same way: each
-check is switched off, and lets exactly its own fault through, so each earns its place.
+Every fault is found by the check for it. The checks are tested the same way: if a check is switched off, exactly its
+fault is no longer found, so each check is necessary.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ ALONE: dict[str, faults.Forge] = {
     "values": faults.NONSENSE["sail"][0],
     "own_files": faults.NOT_ITS_FILES["tolerance"][0],
 }
-"""By check, a fault of the record that no other check sees."""
+"""A fault of the record by the only check that finds it."""
 
 TOGETHER: list[tuple[faults.Forge, set[str]]] = [
     (faults.a_box_on_the_path, {"cells"}),
@@ -78,7 +78,7 @@ TOGETHER: list[tuple[faults.Forge, set[str]]] = [
     (faults.a_load_carried_too_low, {"motion_cells"}),
     (faults.a_truck_overloaded, {"yard"}),
 ]
-"""Faults that several checks see, and those that must."""
+"""Faults that several checks find, and those that must find them."""
 
 ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.touching_called_a_clash, "triangles", "slab and beam: listed as drawn into each other deeper"),
@@ -103,11 +103,11 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
 """Forged plans, the check that must refuse each, and a sentence that names the fault and the lift."""
 
 WITH_OTHERS = {"shown", "stands", "capacity", "motion_triangles", "jib"}
-"""Checks of the motions whose faults the plan's proof sees as well, or that need another site: tested below."""
+"""Checks of motions whose faults the plan's proof finds too, or that need another site: tested below."""
 
 
 LOADS_SWING_INTO_IT_TOO = {"axis_range", "motion_cells", "motion_rope", "empty_hook"}
-"""Checks whose faults put something where loads also swing, or change the rope's length: tested with swing off."""
+"""Checks whose faults obstruct swinging loads too, or change the length of the rope: tested with swing off."""
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +130,7 @@ def failed(document: dict[str, Any]) -> set[str]:
 
 
 def switch_off(name: str, patch: pytest.MonkeyPatch) -> None:
-    """Let a check count what it looks at, and find nothing."""
+    """Let a check count its samples, but find nothing."""
     look = Check.look
 
     def blind(self: Check, good: bool, failure: str, *, samples: int = 1) -> None:
@@ -245,7 +245,7 @@ def rewrite(
     metadata: Mapping[str, str] | None = None,
     more: Sequence[tuple[str, int, bytes]] = (),
 ) -> None:
-    """Write the log in a folder again, with other messages, attachments and metadata."""
+    """Rewrite the log in a folder with other messages, attachments and metadata."""
     contents = read_contents(read_file(folder / "log.mcap"), "log")
     with (folder / "log.mcap").open("wb") as stream, LogWriter(stream) as writer:
         for key, values in contents.metadata.items():
@@ -288,7 +288,7 @@ def test_altered_metadata_and_poses_after_the_last_lift_are_refused(good: PlanLo
 
 
 def assert_each_alone_catches(folder: Path, checks: set[str], patch: pytest.MonkeyPatch) -> None:
-    """The log in a folder fails these checks; with all but one switched off, that one; with all of them off, none."""
+    """Check that a log fails these checks, each of them with the others switched off, and none with all off."""
     for name in sorted(checks):
         with patch.context() as once:
             for other in checks - {name}:
@@ -320,7 +320,7 @@ def test_the_true_triangles_decide_on_the_motions_last_moves(tmp_path: Path, mon
     record = PlanLog(plan=plan, motions=tuple(time_plan(plan, replay(site, preparation, plan))))
     record = dataclasses.replace(record, attachments={"site.toml": faults.site_file_of(site)})
     assert proven(record, tmp_path)["verified"] is True
-    # The cells are the same; only the surface is 80 mm further up.
+    # The cells are the same; only the surface is 80 mm higher.
     spoiled = faults.with_component(record, "left", mesh=box_mesh((1.0, 1.4, 0.0), (1.2, 1.6, 2.98)))
     assert failed(proven(spoiled, tmp_path)) == {"triangles", "motion_triangles"}
     assert_each_alone_catches(tmp_path, {"triangles", "motion_triangles"}, monkeypatch)
@@ -336,7 +336,7 @@ def test_a_tower_in_the_jibs_way_is_seen_by_its_check_alone(
     assert proven(low, tmp_path)["verified"] is True
     slews = np.concatenate([m.samples()[1][:, 0] for m in good.motions])
     radii = np.concatenate([m.samples()[1][:, 1] for m in good.motions])
-    # Nearer to the mast than any hook comes.
+    # Nearer to the mast than the hook can be.
     angle, radius_m = float(np.median(slews)), 0.5 * float(radii.min())
     at_m = np.array(crane.base_m) + radius_m * np.array([np.cos(angle), np.sin(angle), 0.0])
     cell = good.plan.site.frame.cell_of(at_m)

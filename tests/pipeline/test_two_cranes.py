@@ -1,4 +1,4 @@
-"""A site with two cranes from the site file to the log, and revised when something comes into the way."""
+"""A site with two cranes, from the site file to the log, and its revision when something gets in the way."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ jib_height_m = 26
 
 @pytest.fixture(scope="module")
 def two(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
-    """The folder of the sample frame with two cranes of two heights, and the plan's document."""
+    """Return the folder of the sample frame with two cranes of different heights, and the plan's document."""
     folder = tmp_path_factory.mktemp("frame")
     shutil.copy(SAMPLES / "frame.ifc", folder)
     (folder / "frame.site.toml").write_text(SITE)
@@ -110,7 +110,7 @@ def test_a_change_keeps_paths_and_times_before_it(two: tuple[Path, dict[str, Any
 
 
 class Hand:
-    """A wall clock that is turned by hand."""
+    """A wall clock that is set by hand."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
@@ -120,7 +120,7 @@ class Hand:
 
 
 class CarriedOut:
-    """A watch that carries the plan on disk out, as fast as the wall's clock, looked at by hand."""
+    """Return a watch that carries out the plan on disk at the speed of the wall clock, checked by hand."""
 
     def __init__(self, folder: Path, hand: Hand) -> None:
         quiet = SilentProgress()
@@ -146,7 +146,7 @@ class CarriedOut:
         return list(self.watcher.change(dataclasses.replace(state_of(self.file), seen_s=self.hand.now_s)))
 
     def box(self, order: int, later_ns: int) -> dict[str, Any]:
-        """A box where the load of a lift is at a time."""
+        """Return a box at the position of a lift's load at a time."""
         current = self.watcher.current
         assert current is not None
         motion = current.motions[order]
@@ -183,7 +183,7 @@ def test_every_part_goes_through_its_states_in_order_of_time(carried: CarriedOut
     seen = {message.topic for message in read_contents(live.read_bytes(), live).messages}
     of_second = {of_crane(name, 1) for name in (topics.LOAD, topics.JOINTS, topics.COMMAND, topics.PLANNED)}
     assert of_second <= seen
-    # Cut off, as by kill -9, it can be saved.
+    # Truncated, as by kill -9, it can be recovered.
     live.write_bytes(live.read_bytes()[:-100])
     assert of_second <= {message.topic for message in salvage_contents(live.read_bytes(), live).messages}
 
@@ -222,7 +222,7 @@ def test_held_cranes_are_known_after_a_kill_and_go_on_when_they_can(carried: Car
     assert told["stopped"]["held"], told
     assert told["pending"]
     held = carried.watcher.current.held
-    # No more than the files is left of the first one.
+    # Only the files are left of the first watch.
     again = CarriedOut(carried.log.parent, carried.hand)
     known = again.watcher.current.held
     assert [one.lift.order for one in known.loads] == [one.lift.order for one in held.loads]

@@ -38,7 +38,7 @@ def rewritten(folder, record, name="changed.mcap"):
 
 
 def with_messages(folder, change, name="changed.mcap"):
-    """The log with each message as ``change(topic, data)`` returns it."""
+    """Return the log with each message replaced by ``change(topic, data)``."""
     contents = read_contents(read_file(folder / "frame.mcap"), "frame")
     with (folder / name).open("wb") as stream, LogWriter(stream) as writer:
         for key, values in contents.metadata.items():

@@ -12,7 +12,7 @@ from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.site.site import Blocker
 
-CASE = [  # a case on one side of whose bottom a part fits, under a lid that leaves half of it open
+CASE = [  # a case with a lid over one half; a part fits on the bottom under the lid
     ("floor", (3.0, 3.0, 0.0), (9.0, 6.0, 0.4)),
     ("west", (3.0, 3.0, 0.42), (3.5, 6.0, 3.0)),
     ("east", (8.5, 3.0, 0.42), (9.0, 6.0, 3.0)),
@@ -29,15 +29,15 @@ def only_lift(parts, structure):
 
 
 def test_a_room_with_a_hole_in_its_lid_is_left_through_the_hole():
-    """Free by cells near its place, but only the way over there leads out."""
+    """A part that is free by cells near its place, but can only leave through the open half."""
     lid = ("lid", (3.0, 3.0, 3.02), (6.2, 6.0, 3.4))
     lift = only_lift([("insert", (3.6, 4.0, 0.42), (5.0, 5.0, 1.4))], [*CASE, lid])
     assert lift.status is Status.PLANNED
-    assert lift.path_vox[:, 0].max() > 12  # it comes in through the open half
+    assert lift.path_vox[:, 0].max() > 12  # it is inserted through the open half
 
 
 def joined(frame, name, *boxes):
-    """One piece of structure made of several boxes."""
+    """Return one piece of structure made of several boxes."""
     meshes = [box_mesh(low, high) for low, high in boxes]
     vertices = np.concatenate([mesh.vertices_m for mesh in meshes])
     faces = np.concatenate([mesh.faces + 8 * n for n, mesh in enumerate(meshes)])
@@ -46,7 +46,7 @@ def joined(frame, name, *boxes):
 
 
 def test_a_pocket_that_cells_close_is_left_along_true_surfaces():
-    """A pit, wide above the part, with a rim that leaves 25 mm: closed by cells, open by triangles."""
+    """A pit, wide above the part, whose rim leaves 25 mm: blocked by cells, free by triangles."""
     site = box_site([("insert", (4.25, 4.25, 0.0), (5.75, 5.75, 0.9))])
     sides = {
         "west": [((3.0, 3.0, 0.0), (4.0, 7.0, 4.0)), ((4.0, 3.0, 3.0), (4.225, 7.0, 4.0))],
@@ -59,7 +59,7 @@ def test_a_pocket_that_cells_close_is_left_along_true_surfaces():
     plan = plan_lifts(site, prepare(site))
     assert verify_plan(plan).verified
     assert plan.lifts[0].status is Status.PLANNED
-    assert plan.lifts[0].contact_moves >= 8  # from the rim down, through the free room below it
+    assert plan.lifts[0].contact_moves >= 8  # from the rim down, through the free space below it
 
 
 def test_a_closed_room_is_named_by_its_walls():
@@ -69,19 +69,19 @@ def test_a_closed_room_is_named_by_its_walls():
     assert "lid" in lift.blocked_by
 
 
-OPENING = 0.15  # metres on every side of the part
+OPENING = 0.15  # clearance on every side of the part, metres
 PART = ("insert", (4.1, 4.1, 0.0), (5.1, 5.1, 0.9))
 
 
 def slab_with_an_opening(east=OPENING):
-    """Four pieces high above the part's place, none of them its neighbour: closed by cells of half a metre."""
+    """Return four pieces high above the part's place that do not touch it: blocked by cells of half a metre."""
     low, high = 4.1 - OPENING, 5.1 + OPENING
     return [
         ("west", (1.0, 1.0, 4.0), (low, 8.0, 4.5)),
         ("east", (5.1 + east, 1.0, 4.0), (8.0, 8.0, 4.5)),
         ("south", (low, 1.0, 4.0), (5.1 + east, low, 4.5)),
         ("north", (low, high, 4.0), (5.1 + east, 8.0, 4.5)),
-        ("right", (8.0, 1.0, 0.0), (8.5, 8.0, 4.5)),  # nobody comes in below the slab
+        ("right", (8.0, 1.0, 0.0), (8.5, 8.0, 4.5)),  # no insertion from below the slab
         ("left", (0.5, 1.0, 0.0), (1.0, 8.0, 4.5)),
         ("front", (1.0, 0.5, 0.0), (8.0, 1.0, 4.5)),
         ("back", (1.0, 8.0, 0.0), (8.0, 8.5, 4.5)),
@@ -102,18 +102,18 @@ def test_a_part_goes_through_an_opening_that_cells_close():
     motions = time_plan(plan, replay(site, preparation, plan))
     found = verify_motions(plan, motions)
     assert found.verified, found.failures
-    # The same plan where the opening is too narrow by 30 mm: both proofs find it, by true triangles.
+    # The same plan with an opening 30 mm too narrow: both proofs find it by true triangles.
     narrow = box_site([PART], structure=slab_with_an_opening(east=-0.03), crane=crane)
     spoiled = dataclasses.replace(plan, site=narrow)
     assert any("meets east, which it passes by" in failure for failure in verify_plan(spoiled).failures)
     assert any("meets east, which it passes by" in failure for failure in verify_motions(spoiled, motions).failures)
-    # Without the plan's word that these are its last moves, cells decide.
+    # If the plan does not declare these as its last moves, cells decide.
     silent = dataclasses.replace(plan, lifts=(dataclasses.replace(lift, contact_moves=0),))
     assert any(failure.startswith("cells: ") for failure in verify_plan(silent).failures)
 
 
 def test_an_opening_that_is_too_narrow_is_named_at_cells_and_by_shape():
-    """The tolerance, 10 mm, is kept to what the part does not touch in the end."""
+    """The tolerance of 10 mm is kept to whatever the part does not touch at its place."""
     for east in (-0.03, 0.005):
         site = box_site([PART], structure=slab_with_an_opening(east=east))
         (lift,) = plan_lifts(site, prepare(site)).lifts

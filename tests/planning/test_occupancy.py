@@ -1,4 +1,4 @@
-"""What occupies each cell during erection, brought up to date as parts are set and picked."""
+"""What occupies each cell during erection, updated as parts are set and picked."""
 
 from __future__ import annotations
 

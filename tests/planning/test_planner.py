@@ -19,7 +19,7 @@ PORTAL = [
     ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
 ]
 WALL = ("wall", (8.0, 0.0, 0.0), (8.5, 15.0, 6.0))
-"""Between yard and building: no way is of Manhattan length."""
+"""A wall between yard and building, so that no path has Manhattan length."""
 
 
 def plan_of(site, **options):
@@ -72,7 +72,7 @@ def test_a_policys_path_is_taken_when_it_holds_and_dropped_when_not():
 
 
 def test_lifts_are_asked_for_together_and_are_as_one_by_one(monkeypatch):
-    """What stands where before a lift is the same whichever way the lifts before it take."""
+    """What is in place before a lift does not depend on the paths of earlier lifts."""
     site = with_obstructions(box_site(PORTAL), WALL)
     asked = []
 
@@ -93,7 +93,7 @@ def test_lifts_are_asked_for_together_and_are_as_one_by_one(monkeypatch):
 
 
 def test_a_way_known_to_be_shortest_is_not_looked_for_from_the_other_end():
-    """And what is proposed is the same with that knowledge and without."""
+    """The proposals are the same with and without that knowledge."""
     site = with_obstructions(box_site(PORTAL), WALL)
     known, unknown = [], []
 
@@ -177,7 +177,7 @@ def test_replanning_keeps_what_is_not_affected_bit_for_bit():
 
 
 def test_a_column_next_to_a_wall_comes_down_along_it():
-    """They share cells all the way down, so only the triangles can tell that the descent is free."""
+    """They share cells all the way down, so only the triangles can show that the descent is free."""
     site = box_site(
         [("wall", (3.0, 3.0, 0.0), (3.2, 6.0, 3.0)), ("column", (3.2, 3.0, 0.0), (3.6, 3.4, 3.0), {"erected": True})]
     )
@@ -235,7 +235,7 @@ def test_a_delivery_weighs_no_more_than_a_truck_carries():
     deliveries = [place.delivery for place in preparation.places]
     assert sorted(deliveries) == [n // 3 for n in range(12)]
     taken = [{place.cell_vox for place in preparation.places if place.delivery == n} for n in range(4)]
-    assert all(cells == taken[0] for cells in taken)  # each takes the places that are empty again
+    assert all(cells == taken[0] for cells in taken)  # each delivery uses the places that are empty again
     plan = plan_lifts(limited, preparation)
     assert verify_plan(plan).verified
     lighter = dataclasses.replace(limited, rules=dataclasses.replace(site.rules, truckload_kg=4000.0))
@@ -247,7 +247,7 @@ def test_a_delivery_weighs_no_more_than_a_truck_carries():
 
 
 def test_a_place_that_the_site_file_gives_is_free_once_its_part_is_lifted():
-    """The yard has room for two: the first is given one, and the third lies where the first lay."""
+    """The yard has room for two parts: the first has a given place, and the third lies where the first lay."""
     parts = [(f"b{n}", (1.0, 1.0 + n, 0.0), (4.0, 1.4 + n, 0.5)) for n in range(4)]
     name, low, high = parts[0]
     parts[0] = (name, low, high, {"start_vox": (30, 2, 1)})
@@ -287,7 +287,7 @@ def test_an_explicit_start_wins():
 
 
 def test_a_hung_part_is_not_set_when_what_it_hangs_on_is_not_in_place():
-    """Arms of a pole: without the pole they would stand in mid-air."""
+    """Arms of a pole; without the pole they would float."""
     site = box_site([("pole", (1.0, 1.0, 0.0), (2.0, 2.0, 3.0)), ("arm", (2.0, 1.0, 1.0), (4.0, 2.0, 1.5))])
     assert [lift.status for lift in plan_of(site).lifts] == [Status.PLANNED] * 2
     plan = plan_of(with_obstructions(site, ("truck", (1.0, 1.0, 0.0), (1.4, 1.4, 1.0))))

@@ -27,7 +27,7 @@ SHARES = slice(GOAL_START + GOAL_SIZE - 4, GOAL_START + GOAL_SIZE - 1)
 
 
 def beeline(observations: np.ndarray) -> np.ndarray:
-    """Values that rise along the way to the goal, and know nothing of walls."""
+    """Return values that rise along the direction to the goal and ignore walls."""
     dx, dy, dz = observations[:, SHARES].T
     in_frame = np.stack([dy, -dy, -dx, dx, dz, -dz], axis=1).astype(np.float32)
     frames = np.rint(observations[:, -1] * (FRAME_COUNT - 1)).astype(int)
@@ -35,7 +35,7 @@ def beeline(observations: np.ndarray) -> np.ndarray:
 
 
 def whimsical(observations: np.ndarray) -> np.ndarray:
-    """Values without sense, but a function of each row alone."""
+    """Return arbitrary values that depend on each row alone."""
     mix = np.random.default_rng(0).standard_normal((VIEW_SIZE, 6)).astype(np.float32)
     return np.stack([row @ mix for row in observations])
 
@@ -52,7 +52,7 @@ def wall_with_a_gap() -> LiftProblem:
 
 
 ZERO, START = np.zeros(1, np.int64), np.array([[2, 2, 3]], np.int32)
-"""The one problem, and where :func:`wall_with_a_gap` begins."""
+"""The problem and its start in :func:`wall_with_a_gap`."""
 
 
 def assert_is_a_way(problem: LiftProblem, path: np.ndarray) -> None:
@@ -87,7 +87,7 @@ def test_whatever_the_policy_the_path_is_a_way_as_far_as_it_goes(seed, values):
     occupied = random_occupancy(seed, (8, 8, 5), 0.3)
     problem = lift_problem(clearance_of(occupied), (0, 0, 0), (7, 7, 4))
     rollout = roll_out(values, problem, limit=StepLimit(2.0, 10))
-    assert rollout.steps <= 2 * len(GUARDS) * (2 * 18 + 10)  # under each guard, from either end
+    assert rollout.steps <= 2 * len(GUARDS) * (2 * 18 + 10)  # under each guard, from both ends
     assert tuple(rollout.path_vox[0]) == (0, 0, 0)
     if occupied[0, 0, 0]:
         assert rollout.outcome is Outcome.START_NOT_FREE

@@ -1,4 +1,4 @@
-"""Rounds of making and proving end where a further one would be no other."""
+"""Rounds of making and proving end when another round would give the same result."""
 
 import pytest
 

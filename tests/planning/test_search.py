@@ -23,7 +23,7 @@ def clearance_of(occupied, size=(1, 1, 1), floor=None):
 
 
 def brute_force_distances(occupied, size, goal):
-    """Breadth first over dense boolean arrays, sharing nothing with the search but the moves."""
+    """Search breadth first over dense boolean arrays; shares only the moves with the search."""
     free = np.zeros(occupied.shape, bool)
     for cell in np.ndindex(*occupied.shape):
         end = np.array(cell) + size
@@ -104,7 +104,7 @@ GOAL = (50, 50, 4)
 
 
 def large_site(walls):
-    """A large empty site with walls around the goal, two cells away from it, but for those that are left out."""
+    """Return a large empty site with walls around the goal, two cells away, without those that are left out."""
     occupied = np.zeros(LARGE, bool)
     x, y, z = GOAL
     occupied[x - 3 : x + 4, y - 3 : y + 4, z - 3 : z + 4] = walls
@@ -123,7 +123,7 @@ def test_a_start_in_the_same_room_or_a_hole_in_the_wall_leave_a_way():
     occupied = large_site(True)
     inside = shortest_path(clearance_of(occupied), (50, 50, 6), GOAL)
     assert len(inside.path_vox) == 3
-    occupied[50, 53, 5] = False  # on the far side: by then it is asked whether the goal is closed in
+    occupied[50, 53, 5] = False  # on the far side: by then the search tests whether the goal is enclosed
     occupied[:46, :, 8] = occupied[:, :46, 8] = True
     found = shortest_path(clearance_of(occupied), (0, 0, 20), GOAL)
     assert found.expanded > 16_384

@@ -133,13 +133,13 @@ def test_a_part_is_erected_and_turned_in_one_lift():
     (motion,) = time_plan(plan, replay(site, preparation, plan))
     assert verify_motions(plan, (motion,)).verified
     assert {PhaseName.RAISE, PhaseName.TURN} <= {phase.name for phase in motion.phases}
-    assert motion.raising.slew_rad[0] != motion.raising.slew_rad[-1]  # hooked at its head, set upright over its foot
+    assert motion.raising.slew_rad[0] != motion.raising.slew_rad[-1]  # hooked at its head, tipped upright over its foot
     again, _ = plan_from_json(plan_to_json(plan), site, {0: lift.path_vox}, "log")
     assert again.lifts[0].place.transit_start_vox == lift.place.transit_start_vox
 
 
 def test_its_box_is_seen_to_lie_to_stand_up_and_to_turn():
-    """The track's frame puts the panel's corners where it is: in its yard cells, then upright, then as built in."""
+    """The frame of the track puts the panel's corners in its yard cells, then upright, then as in the building."""
     site = panel_site()
     preparation, plan = planned(site)
     (motion,) = time_plan(plan, replay(site, preparation, plan))
@@ -158,7 +158,7 @@ def test_its_box_is_seen_to_lie_to_stand_up_and_to_turn():
     up_m = low_m + np.array([0, 0, place.rise_vox * site.frame.voxel_size_m])
     np.testing.assert_allclose(box(raised), [up_m, up_m + np.array([2.0, 0.5, 6.0])], atol=0.02)
     steps_m = np.linalg.norm(np.diff(track.corner_m[: raised + 2], axis=0), axis=1)
-    assert steps_m.max() < 0.8  # nothing jumps on the way
+    assert steps_m.max() < 0.8  # no jump along the track
     np.testing.assert_allclose(box(-1)[0], site.frame.corner_of(site.components[0].target_vox), atol=1e-6)
 
 
@@ -192,7 +192,7 @@ GATE = [
 
 
 def test_a_long_beam_passes_lengthwise_through_a_narrow_place():
-    """A wall up to the site's top with a gap of 1.5 m; the beam is 6 m long and waits turned across its way."""
+    """A wall as high as the site with a gap of 1.5 m; the beam of 6 m is stored turned, across its path."""
     beam = ("beam", (1.0, 5.0, 0.0), (7.0, 5.5, 0.5))
     site = box_site(
         [beam], structure=GATE, yard=((30.0, 2.0), (32.0, 28.0)), shape=(40, 30, 18), rules=Rules(rope=False)
@@ -201,7 +201,7 @@ def test_a_long_beam_passes_lengthwise_through_a_narrow_place():
     (lift,) = plan.lifts
     assert (lift.status, lift.place.turn) == (Status.PLANNED, 1)
     assert verify_plan(plan).verified
-    # Across, it does not pass: the same beam along y has no way through.
+    # The same beam along y does not pass through the gap.
     across = ("beam", (1.0, 3.0, 0.0), (1.5, 9.0, 0.5))
     _, plan = planned(box_site([across], structure=GATE, shape=(40, 30, 18), rules=Rules(rope=False)))
     assert plan.lifts[0].status is Status.INFEASIBLE

@@ -35,7 +35,7 @@ on_every_device = pytest.mark.parametrize(
 
 
 def taught(device: str, *, half: bool, seed: int = 0, steps: int = 1_024) -> tuple[QNetwork, Check]:
-    """Return a network that learned the paper's site, and how it does from a quarter of the starts."""
+    """Return a network that learned the paper's site, and its success from a quarter of the starts."""
     checks: list[Check] = []
     problem = default_problem(obstructions=IN_THE_WAY)
     network = train_generalist(
@@ -56,7 +56,7 @@ def assert_same(first: QNetwork, second: QNetwork) -> None:
 
 @pytest.fixture(params=[False, True], ids=["hidden", "pretended"])
 def gpu_there(request, monkeypatch):
-    """What torch says of a GPU; where it says so without truth, a single tensor put there is an error."""
+    """Whether torch reports a GPU; if it does so falsely, a single tensor on it is an error."""
     return lambda: monkeypatch.setattr(torch.cuda, "is_available", lambda: request.param)
 
 

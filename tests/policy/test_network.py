@@ -34,7 +34,7 @@ def sparse_observations(count: int) -> np.ndarray:
 
 
 def mostly_blocked(count: int) -> np.ndarray:
-    """Inputs as lifts come by them: most of them 1, some 0, some between."""
+    """Return inputs like those of real lifts: most are 1, some 0, some between."""
     random = np.random.default_rng(2)
     rows = sparse_observations(count)
     inputs = rows[:, :INPUT_SIZE]

@@ -33,7 +33,7 @@ def policy(seed: int = 0, success: float = 1.0) -> TrainedPolicy:
 
 
 def rewrite(folder, change) -> None:
-    """Change a manifest and give it the id that fits."""
+    """Change a manifest and give it the matching id."""
     file = folder / store.MANIFEST_FILE
     plain = json.loads(file.read_text())
     change(plain)
@@ -101,7 +101,7 @@ def test_changed_weights_are_noticed(tmp_path):
     with pytest.raises(PolicyError, match="checksum mismatch: these are not the weights") as caught:
         store.load(place.name, folder=tmp_path)
     assert "weights_sha256" in caught.value.differs
-    assert store.save(policy(), "site-a", folder=tmp_path) == place.name  # mends it
+    assert store.save(policy(), "site-a", folder=tmp_path) == place.name  # repairs it
     store.load(place.name, folder=tmp_path)
 
 
@@ -192,7 +192,7 @@ def test_an_interrupted_write_is_not_a_policy(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         store.save(policy(), "site-a", folder=tmp_path)
     assert list(tmp_path.iterdir()) == []
-    (tmp_path / ".writing-killed").mkdir()  # as a kill would leave it
+    (tmp_path / ".writing-killed").mkdir()  # as after a kill
     assert store.scan(folder=tmp_path) == store.StoreScan((), ())
 
 

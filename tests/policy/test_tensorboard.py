@@ -7,11 +7,11 @@ from bimvox.policy.tensorboard import FILE_NAME, TensorBoard, _checksum
 from bimvox.policy.trained import CurvePoint
 
 CHECK = 0xE3069283
-"""CRC-32C of "123456789", as every description of it gives."""
+"""CRC-32C of "123456789", as in its specifications."""
 
 
 def records(content: bytes) -> list[bytes]:
-    """Return the events of a log, their checksums checked."""
+    """Return the events of a log after checking their checksums."""
     found = []
     while content:
         head, content = content[:12], content[12:]

@@ -74,7 +74,7 @@ def test_training_continues_from_a_network(paper_policy):
     more = train([default_problem()], strict, seed=5, steps=600, start=TrainingStart(paper_policy.network))
     assert more.curve[0].steps == 0
     assert len(more.curve) > 1
-    assert more.success_rate >= paper_policy.success_rate  # the best one tested is kept
+    assert more.success_rate >= paper_policy.success_rate  # the best tested network is kept
 
 
 def test_several_stages_of_a_building_with_a_rope():
@@ -142,7 +142,7 @@ def test_each_lift_explores_on_its_own():
     assert len(set(greedy.tolist())) == 1
     learner.exploration_rate = 0.5
     actions, _ = learner._sample_action(0, None, 400)
-    assert 0.3 < (actions != greedy).mean() < 0.5  # half explore, some of them greedily by chance
+    assert 0.3 < (actions != greedy).mean() < 0.5  # half explore; some of their actions are greedy by chance
 
 
 def test_lifts_explore_unlike_each_other_where_wanted():
@@ -169,7 +169,7 @@ def test_blocked_actions_are_no_choice():
 
 
 def test_a_mirrored_site_is_the_same_to_the_network():
-    """Values of the mirrored view are the values, mirrored: the frame does it, whatever the weights."""
+    """Values of the mirrored view are the mirrored values, by the frame, whatever the weights."""
     learner = dqn()
     network = network_of(learner)
     occupied = np.random.default_rng(0).random((20, 20, 8)) < 0.1

@@ -1,4 +1,4 @@
-"""What is one lift."""
+"""Which products form one lift."""
 
 from __future__ import annotations
 

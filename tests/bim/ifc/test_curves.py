@@ -1,4 +1,4 @@
-"""Large curves are meshed by the library that keeps to a millimetre whatever the radius."""
+"""Large curves are meshed by the library that keeps a tolerance of 1 mm at any radius."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_whatever_the_radius_a_column_is_round_to_a_millimetre(
 
 
 def deepest_chord_m(element: Element, radius_m: float) -> float:
-    """Return how far the edges on the rim run inside of the circle."""
+    """Return how far the edges on the rim are inside the circle."""
     at = element.mesh.vertices_m[:, :2]
     assert np.linalg.norm(at, axis=1).max() == pytest.approx(radius_m, abs=1e-9)
     angles = np.unique(np.round(np.arctan2(at[:, 1], at[:, 0])[np.linalg.norm(at, axis=1) > radius_m * 0.99], 9))

@@ -1,4 +1,4 @@
-"""The workers: hangs, crashes and failures of the kernel cost one shape, not the file; and they leave with us."""
+"""Workers: a hang, a crash or a failure of the kernel costs one shape, not the file; workers end with their parent."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def test_when_the_caller_dies_a_hung_worker_goes_too(number: signal.Signals) -> 
 def _runs(pid: int) -> bool:
     try:
         os.kill(pid, 0)
-        # A zombie that nobody has reaped yet is no process that runs.
+        # A zombie that is not reaped yet is not a running process.
         return "zombie" not in Path(f"/proc/{pid}/status").read_text() if Path("/proc/self").exists() else True
     except (ProcessLookupError, FileNotFoundError):
         return False

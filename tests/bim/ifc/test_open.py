@@ -1,4 +1,4 @@
-"""Only whole IFC files are opened."""
+"""Only complete IFC files are opened."""
 
 from __future__ import annotations
 

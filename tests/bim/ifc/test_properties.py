@@ -1,4 +1,4 @@
-"""Masses and materials from what a file states, without any geometry."""
+"""Masses and materials that a file states, without geometry."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""IFC to building, end to end, on files made here."""
+"""IFC to building, end to end, on files that the tests make."""
 
 from __future__ import annotations
 

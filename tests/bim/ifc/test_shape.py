@@ -1,4 +1,4 @@
-"""Shapes: cleaned and measured where they are made, placed without loss of precision."""
+"""Shapes are cleaned and measured in the worker, and placed without loss of precision."""
 
 from __future__ import annotations
 

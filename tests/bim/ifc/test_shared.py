@@ -1,4 +1,4 @@
-"""Products that share a shape are meshed once, and come out as if each had been meshed alone."""
+"""Products that share a shape are meshed once, with the same result as if each were meshed alone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..conftest import IfcMaker
 
 
 def mapped(made: IfcMaker, source: Any, ifc_class: str, at_m: tuple[float, float, float], scale: float = 1.0) -> Any:
-    """Make a product that maps a representation, with a transformation of its own."""
+    """Make a product that maps a representation with its own transformation."""
     file = made.file
     origin = file.create_entity("IfcCartesianPoint", [0.0, 0.0, 0.0])
     target = file.create_entity("IfcCartesianTransformationOperator3D", LocalOrigin=origin, Scale=scale)
@@ -29,7 +29,7 @@ def mapped(made: IfcMaker, source: Any, ifc_class: str, at_m: tuple[float, float
 
 @pytest.fixture
 def catalogue(maker: type[IfcMaker], tmp_path: Path) -> tuple[Path, list[int]]:
-    """Four mapped columns alike, one larger, one with an opening, a beam of the same shape, a plain box."""
+    """Four equal mapped columns, a larger one, one with an opening, a beam of the same shape, a plain box."""
     made = maker()
     body = made.file.create_entity(
         "IfcShapeRepresentation", made.context, "Body", "Brep", [made.brep((1, 2, 3), False)]

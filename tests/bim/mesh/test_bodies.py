@@ -1,4 +1,4 @@
-"""A lump is cut into what could be lifted."""
+"""A single mesh is split into bodies that can be lifted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mesh files of every format: names, units, axes, roles, damage."""
+"""Mesh files of every format: names, units, axes, roles, damaged files."""
 
 from __future__ import annotations
 

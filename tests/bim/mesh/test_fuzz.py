@@ -1,4 +1,4 @@
-"""Whatever is in a mesh file: a building or a typed error, nothing else."""
+"""Any mesh file gives a building or a typed error, nothing else."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ODD: list[Any] = [None, -1, 0, 2**31, 10**30, 1e308, "", "x", [], {}, True, [1],
 
 
 def outcome(path: Path, data: bytes) -> bool:
-    """Return whether it is read; anything but a typed error fails the test."""
+    """Return whether a file can be read; any error that is not typed fails the test."""
     path.write_bytes(data)
     try:
         building = read_building(path)
@@ -33,7 +33,7 @@ def outcome(path: Path, data: bytes) -> bool:
 
 
 def damaged(data: bytes, rng: random.Random) -> bytes:
-    """Flip, replace, cut out or repeat some bytes."""
+    """Return bytes of which some are flipped, replaced, cut out or repeated."""
     changed = bytearray(data)
     for _ in range(rng.choice([1, 1, 2, 8])):
         at, kind = rng.randrange(len(changed)), rng.randrange(4)
@@ -65,7 +65,7 @@ def test_changed_anywhere(name: str, tmp_path: Path) -> None:
 
 
 def changed_tree(tree: Any, rng: random.Random) -> Any:
-    """Replace or drop one value somewhere in a JSON document."""
+    """Replace or remove one value somewhere in a JSON document."""
     tree = json.loads(json.dumps(tree))
     node = tree
     while True:

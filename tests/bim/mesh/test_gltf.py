@@ -1,4 +1,4 @@
-"""glTF: nodes and instances, buffers in and beside the file, primitives, packed numbers, hostile trees."""
+"""glTF: nodes and instances, buffers inside and next to the file, primitives, packed numbers, hostile trees."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_placements_are_combined_and_a_mirror_keeps_outside_out() -> None:
         {"mesh": 0, "name": "one", "scale": [2, -1, 1]},
     ]
     (body,) = read(document).bodies
-    # (1, 0, 0) is stretched to (2, 0, 0), turned to (0, 2, 0), shifted to (10, 2, 0).
+    # (1, 0, 0) is scaled to (2, 0, 0), rotated to (0, 2, 0), moved to (10, 2, 0).
     assert body.vertices[1] == pytest.approx([10, 2, 0])
     assert body.vertices[2] == pytest.approx([11, 0, 0])
     a, b, c = body.vertices[body.faces[0]]

@@ -1,4 +1,4 @@
-"""OBJ: objects and groups, polygons, counting back, what is no surface."""
+"""OBJ: objects and groups, polygons, negative indices, elements that are not surfaces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""OFF and its colourful relatives."""
+"""OFF and its variants with colours and normals."""
 
 from __future__ import annotations
 

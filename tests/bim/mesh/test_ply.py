@@ -1,4 +1,4 @@
-"""PLY: both encodings, either byte order, mixed polygons, strips, headers that promise too much."""
+"""PLY: text and binary, both byte orders, mixed polygons, strips, headers that declare more than there is."""
 
 from __future__ import annotations
 

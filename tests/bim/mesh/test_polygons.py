@@ -1,4 +1,4 @@
-"""Faces of many corners are covered exactly, whatever their shape."""
+"""Faces with many corners are triangulated exactly, whatever their shape."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_no_triangle_lies_outside_a_star(radii: list[float], start: int) -> None
     start %= len(star)
     faces, areas = cut(star[start:] + star[:start])
     assert len(faces) == len(star) - 2
-    # Triangles that all look up and whose areas add up to the face's cover it and nothing else.
+    # If all triangles face up and their areas add up to that of the face, they cover it and nothing else.
     assert (areas > -1e-12).all()
     assert areas.sum() == pytest.approx(shoelace(star))
 

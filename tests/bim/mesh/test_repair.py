@@ -1,4 +1,4 @@
-"""Repairs keep the solid: orientation, welding, degenerate faces, volume."""
+"""Repairs preserve the solid: orientation, welding, degenerate faces, volume."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def test_a_bent_pipe_without_lids_is_no_half_box() -> None:
     pipe = bent_pipe()
     measured, exact = volume(pipe)
     assert not exact
-    assert measured == pytest.approx(2 * 3.0 * np.pi * 0.05**2, rel=0.35)  # half its box would be thirty times that
+    assert measured == pytest.approx(2 * 3.0 * np.pi * 0.05**2, rel=0.35)  # half of its box is thirty times as much
 
 
 def test_a_sheet_with_two_sides_counts_as_a_sheet() -> None:

@@ -1,4 +1,4 @@
-"""Bodies are chosen by name, and a slip of the pen is told from a missing body."""
+"""Bodies are selected by name, and a typing error is distinguished from a missing body."""
 
 from __future__ import annotations
 

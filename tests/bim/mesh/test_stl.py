@@ -1,4 +1,4 @@
-"""STL: binary and text, several solids, cut off at any place."""
+"""STL: binary and text, several solids, files truncated anywhere."""
 
 from __future__ import annotations
 

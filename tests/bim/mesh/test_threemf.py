@@ -1,4 +1,4 @@
-"""3MF: units, placed components, other parts, and zips that are not what they seem."""
+"""3MF: units, placed components, several model parts, and invalid zip files."""
 
 from __future__ import annotations
 

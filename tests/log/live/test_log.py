@@ -1,4 +1,4 @@
-"""A live log: killed at any moment it loses less than a second, closed it is a log like any other."""
+"""A live log loses less than a second if it is killed at any moment; closed, it is a log like any other."""
 
 from __future__ import annotations
 

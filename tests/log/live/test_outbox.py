@@ -1,4 +1,4 @@
-"""What waits for a viewer."""
+"""The messages that wait for a viewer."""
 
 from __future__ import annotations
 

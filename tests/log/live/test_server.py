@@ -1,4 +1,4 @@
-"""The live server with true connections of this machine."""
+"""The live server with real connections on this machine."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from bimvox.log.live.viewer import PIECE_BYTES
 
 TOKEN = "Abc-0123_456789xyz"
 LARGE = bytes(8 << 20)
-"""More than the buffers of the system's sockets hold."""
+"""More than the socket buffers of the system hold."""
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def connected(url: str, **options: Any) -> ClientConnection:
 
 
 def channels(viewer: ClientConnection) -> dict[str, int]:
-    """The ids of the announced channels by topic."""
+    """Return the ids of the announced channels by topic."""
     for _ in range(2):
         said = json.loads(viewer.recv(timeout=20))
         if said["op"] == "advertise":
@@ -53,7 +53,7 @@ def subscribe(viewer: ClientConnection, *names: str) -> None:
 
 
 def waited_for(what: Callable[[], bool]) -> bool:
-    """Whether something becomes true within a minute."""
+    """Return whether a condition becomes true within a minute."""
     deadline_s = time.monotonic() + 60
     while not what():
         if time.monotonic() > deadline_s:
@@ -133,7 +133,7 @@ def test_a_viewer_that_does_not_speak_the_protocol_is_dropped(server, said):
 
 
 def test_what_waits_for_viewers_that_never_read_is_bounded(server):
-    """Each has one state of a topic waiting, of bytes that all share, and little of its own."""
+    """For each viewer one state per topic waits, in bytes that all viewers share, with little memory of its own."""
     with ExitStack() as stack:
         for _ in range(10):
             viewer = stack.enter_context(connected(server.url, max_queue=1))

@@ -1,4 +1,4 @@
-"""What a viewer is shown at one time: of every crane, and the same as the written log says at that time."""
+"""What a viewer is shown at one time: every crane, the same as in the written log at that time."""
 
 import dataclasses
 import io
@@ -38,7 +38,7 @@ def contents(record):
 
 
 def times_of(record):
-    """While the first crane works, while both do, and after the end."""
+    """Times at which the first crane works, at which both work, and after the end."""
     end_ns = max(motion.end_ns for motion in record.motions)
     return [int(share * end_ns) for share in (0.0, 0.11, 0.32, 0.5, 0.71, 0.93, 1.2)]
 
@@ -108,7 +108,7 @@ def test_the_path_of_every_lift_under_way_is_sent(record):
 
 
 def test_what_was_shown_before_is_taken_away_first(record):
-    """An obstruction that is gone must not stay in the picture of whoever looks on."""
+    """A removed obstruction must disappear for viewers that stay connected."""
     updates = [message for _, topic, message in standing_messages(record, 0) if topic == topics.SCENE]
     assert [deletion.type for deletion in updates[0].deletions] == [SceneEntityDeletion.ALL]
     assert all(not update.deletions for update in updates[1:])

@@ -1,4 +1,4 @@
-"""Messages are serialized to the bytes that protobuf makes of them."""
+"""Messages are serialized to the same bytes as by protobuf."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_many_messages_are_serialized_as_protobuf_does(told):
 @settings(max_examples=100, deadline=None)
 @given(names, names, st.lists(st.tuples(times, doubles, doubles), min_size=1, max_size=10))
 def test_messages_within_messages_say_how_long_they_are(first, second, told):
-    """Of any length, with others that are always alike, and with ones that are there though they are empty."""
+    """Nested messages of any length, next to constant ones and to empty ones that are present."""
 
     def frames(time_ns: int, row: Any) -> Any:
         still = FrameTransform(parent_frame_id=first, translation=Vector3(x=1.5), rotation=Quaternion())

@@ -15,7 +15,7 @@ times = st.lists(st.integers(0, 20), max_size=12).map(sorted)
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(times, st.integers(0, 2)), max_size=4), st.lists(st.integers(0, 20), max_size=3).map(sorted))
 def test_streams_are_merged_by_time_and_at_equal_times_by_stream(streams, cuts):
-    """Streams of messages in rows (0), one by one on one topic (1) or on two in turn (2)."""
+    """Streams of messages in rows (0), one by one on one topic (1), or alternating on two topics (2)."""
     given_streams, wanted = [], []
     for n, (stream, kind) in enumerate(streams):
         told = [(t, f"/{n}/{i % 2 if kind == 2 else 0}", Log(message=f"{n}.{i}", line=i)) for i, t in enumerate(stream)]

@@ -1,4 +1,4 @@
-"""Damaged logs: refused with a reason, and what is whole of them is saved."""
+"""Damaged logs are refused with a reason, and their undamaged content is recovered."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def data() -> bytes:
 
 
 def chunks_of(data: bytes) -> list[tuple[int, int]]:
-    """Start and end of every chunk record."""
+    """Return start and end of every chunk record."""
     found, at = [], 8
     while data[at] != 0x0F:  # DataEnd
         length = int.from_bytes(data[at + 1 : at + 9], "little")
@@ -147,7 +147,7 @@ def test_a_bit_flipped_anywhere_costs_no_more_than_its_chunk(data: bytes) -> Non
 
 
 def records_of(data: bytes, opcode: int) -> list[tuple[int, int]]:
-    """Start and end of every record of a kind before the end of the data."""
+    """Return start and end of every record of a kind in the data section."""
     found, at = [], 8
     while data[at] != 0x0F:
         length = int.from_bytes(data[at + 1 : at + 9], "little")
@@ -162,7 +162,7 @@ def test_a_bit_flipped_in_an_attachment_costs_that_attachment_and_is_named(data:
     records = records_of(data, 0x09)
     assert len(records) == len(whole.attachments) >= 6
     for (start, end), name in zip(records, whole.attachments, strict=True):
-        # Length, name's length, name, data near the beginning and the end, checksum.
+        # Length, length of the name, name, data near the beginning and the end, checksum.
         for position in (start + 2, start + 9 + 16, start + 9 + 22, (start + end) // 2, end - 6, end - 1):
             damaged = bytearray(data)
             damaged[position] ^= 0x10
@@ -194,7 +194,7 @@ def read_contents_plan(data: bytes, folder: Path) -> LiftPlan:
 
 
 def test_a_bit_flipped_in_metadata_is_told_though_it_cannot_be_found(data: bytes) -> None:
-    """Metadata records have no checksum of their own; that of the whole says that something was changed."""
+    """Metadata records have no checksum; that of the whole file shows that something was changed."""
     whole = read_contents(data, "log")
     for start, end in records_of(data, 0x0C):
         for position in range(start + 9 + 8, end, max(1, (end - start) // 12)):

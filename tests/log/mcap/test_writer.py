@@ -1,4 +1,4 @@
-"""Files are those of the MCAP library's own writer, to the byte."""
+"""Files are byte for byte those of the MCAP library's own writer."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ messages = st.lists(
 
 
 def ours(told: list[tuple[int, int, int, bytes]], blocks: tuple[int, ...] = ()) -> bytes:
-    """The file; so many messages are written at a time, in turn, the rest one by one."""
+    """Return the file; each of ``blocks`` messages are written in one call, the rest one by one."""
     stream = io.BytesIO()
     file = McapFile(stream, "writer", CHUNK)
     channels = [file.channel(f"/{n}", "protobuf", file.schema(f"s{n}", "protobuf", bytes([n]) * 50)) for n in range(3)]

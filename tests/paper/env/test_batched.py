@@ -33,7 +33,7 @@ def test_batched_agrees_with_the_rules_played_slowly(spec, seed, greedy_share, t
     try:
         batch.reset()
     except PlanningError:
-        return  # no room in this yard
+        return  # the yard has no room
     random = np.random.default_rng(seed)
     slow = [ReferenceSite(batch.spec, batch.layout(n)) for n in range(3)]
     handed_out = []
@@ -102,7 +102,7 @@ def test_no_two_objects_ever_share_a_cell(spec, seed):
             (x0, y0, z0), (x1, y1, z1) = batch.spec.components[state.component].box_at(state[1:4])
             assert (cells[x0:x1, y0:y1, z0:z1] == AIR).all()
             assert cells[x0:x1, y0:y1, z0:z1].size == batch.spec.components[state.component].length_vox
-            for i in range(state.component):  # what is assembled is where it belongs, and what it waited for too
+            for i in range(state.component):  # an assembled component and all it waited for are at their targets
                 assert all(serial <= i for serial in batch.spec.waits_for(i + 1))
 
 
@@ -156,7 +156,7 @@ def test_episodes_are_drawn_from_the_layouts_given():
 
 
 def solve(batch):
-    """Follow the exact distance until every episode has ended once; returns who succeeded, and in how many steps."""
+    """Follow the exact distance until every episode has ended once; return which succeeded, and their steps."""
     succeeded = np.zeros(batch.sites, np.int64)
     ended = np.zeros(batch.sites, np.bool_)
     for _ in range(batch.spec.steps_allowed):

@@ -1,4 +1,4 @@
-"""Equation (1), the map and the states, worked by hand."""
+"""Equation (1), the map and the states, computed by hand."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def test_stored_components_are_in_the_way():
     env = PaperSiteEnv(beside)
     env.reset()
     env.step(np.int64(DOWN))
-    assert env.state[1:4] == (3, 2, 1)  # its own place in the yard is free again
+    assert env.state[1:4] == (3, 2, 1)  # its place in the yard is free again
     assert env.step(np.int64(BACKWARD))[4]["bumped"]  # the second column lies in (3, 0..1, 1)
     env.step(np.int64(UP))
     assert not env.step(np.int64(BACKWARD))[4]["bumped"]  # above it

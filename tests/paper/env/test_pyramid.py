@@ -90,7 +90,7 @@ def test_goal_and_last_action():
 
 
 def test_what_is_seen_does_not_depend_on_where_on_the_site():
-    """Egocentric: the same surroundings far from any border look the same."""
+    """The observation is egocentric: equal surroundings far from any border give equal observations."""
     near, far = np.zeros((130, 130, 90), np.bool_), np.zeros((130, 130, 90), np.bool_)
     near[58:61, 57:60, 44] = True
     far[63:66, 54:57, 46] = True

@@ -67,7 +67,7 @@ def test_one_seed_that_did_not_learn_is_partly():
     first, second, _ = findings_of(found, test_every=2_000, seeds=SEEDS)
     assert first.verdict is Verdict.PARTLY
     assert first.learned == {"a": 1.0, "b": 7 / 8, "c": 1.0, "d": 1.0}
-    assert second.test.median_difference == 2_000  # the unlearned one counts as more than all others
+    assert second.test.median_difference == 2_000  # the one that was not learned counts as more than all others
 
 
 def test_most_seeds_that_did_not_learn_contradict():

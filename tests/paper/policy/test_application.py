@@ -24,7 +24,7 @@ BASIC = drawn_network(np.random.default_rng(0), 4, dueling=False)
 
 @pytest.fixture
 def fakes(monkeypatch):
-    """A training that only tests, and test episodes that are given, one tuple a test."""
+    """Replace training by tests only, with given test episodes, one tuple per test."""
 
     class Fakes:
         episodes: tuple[tuple, ...] = ()
@@ -103,7 +103,7 @@ def test_a_path_that_is_hit_is_learned_again_until_eight_of_ten_succeed(fakes):
     assert adapted.succeeded
     assert adapted.steps == 400
     assert adapted.episode is STRAIGHT  # the highest reward among those that succeeded
-    assert adapted.network is not BASIC  # the site's new policy
+    assert adapted.network is not BASIC  # the new policy of the site
 
 
 def test_a_failed_episode_is_never_built_by(fakes):

@@ -109,7 +109,7 @@ def test_what_is_new_has_the_greatest_priority():
     priorities.put(np.arange(4), np.array([0.0, 0.15, 0.35, 0.0], np.float32))
     priorities.fill(6, slice(4, 6))
     np.testing.assert_allclose(priorities._shares, [0.1, 0.4, 0.6, 0.1, 0.6, 0.6, 0, 0])
-    priorities.fill(6, slice(0, 2))  # written over
+    priorities.fill(6, slice(0, 2))  # overwritten
     np.testing.assert_allclose(priorities._shares, [0.6, 0.6, 0.6, 0.1, 0.6, 0.6, 0, 0])
 
 

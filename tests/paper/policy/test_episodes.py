@@ -46,7 +46,7 @@ def test_the_share_of_random_actions():
     layouts = [CORNER] * 200
     episodes = run_episodes(always(UP), TINY, layouts, exploration=0.3, seed=1, **WINDOW)
     actions = np.concatenate([episode.actions for episode in episodes])
-    assert 0.2 < (actions != UP).mean() < 0.3  # a sixth of the random ones are UP too
+    assert 0.2 < (actions != UP).mean() < 0.3  # a sixth of the random actions are also UP
     again = run_episodes(always(UP), TINY, layouts, exploration=0.3, seed=1, **WINDOW)
     assert all(np.array_equal(a.actions, b.actions) for a, b in zip(episodes, again, strict=True))
     other = run_episodes(always(UP), TINY, layouts, exploration=0.3, seed=2, **WINDOW)

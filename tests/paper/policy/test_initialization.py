@@ -17,7 +17,7 @@ from bimvox.paper.policy.initialization import greedy_layouts, greedy_success, i
 
 @pytest.fixture
 def fakes(monkeypatch):
-    """A training that only tests, and tests whose outcome is given."""
+    """Replace training by tests only, with given outcomes."""
 
     class Fakes:
         rates: tuple[float, ...] = ()
@@ -64,7 +64,7 @@ def test_not_learned_within_the_budget_is_a_result(fakes):
     basic = initialize(TINY, SLOW, seed=0, budget=800)
     assert not basic.reached
     assert basic.steps == 800
-    assert basic.network is fakes.networks[1]  # the best that was tested
+    assert basic.network is fakes.networks[1]  # the best tested network
 
 
 def test_our_mode_wants_every_start_without_random_actions_too(fakes):

@@ -13,7 +13,7 @@ TARGET = (7, 7, 1)
 
 
 def path_of(layout):
-    """Along x, then along y, then down."""
+    """Return a path along x, then along y, then down."""
     start = layout.starts[0]
     x, y = start.x, start.y
     cells = [(x, y, 2)]

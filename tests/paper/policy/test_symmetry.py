@@ -15,7 +15,7 @@ SIDE = 9
 
 
 def point(g, x, y):
-    """Where image g moves a cell of the plan."""
+    """Return the cell to which image g moves a cell on plan."""
     swap, mirror_x, mirror_y = g >= 4, g % 4 >= 2, g % 2 == 1
     if swap:
         x, y = y, x
@@ -23,14 +23,14 @@ def point(g, x, y):
 
 
 def box(g, low, high):
-    """Where it moves a box."""
+    """Return the box to which image g moves a box."""
     ends = [point(g, *low[:2]), point(g, high[0] - 1, high[1] - 1)]
     (x0, x1), (y0, y1) = (sorted(values) for values in zip(*ends, strict=True))
     return (x0, y0, low[2]), (x1 + 1, y1 + 1, high[2])
 
 
 def site(g):
-    """A lopsided site with a beam hung up on it, as image g shows it."""
+    """Return image g of an asymmetric site with a hanging beam."""
     low, _ = box(g, (2, 6, 3), (5, 7, 4))
     start_low, start_high = box(g, (0, 1, 1), (3, 2, 2))
     axis = "x" if start_high[0] - start_low[0] > 1 else "y"
@@ -42,7 +42,7 @@ def site(g):
 
 
 def walk(g, actions):
-    """Observations and rewards of image g of a walk."""
+    """Return the observations and rewards of image g of a walk."""
     batch = BatchedPaperSite(site(g), 1, observation="egocentric", reward="shaped", threads=1)
     seen, earned = [batch.reset()[0].copy()], []
     for action in actions:

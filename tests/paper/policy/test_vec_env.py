@@ -61,7 +61,7 @@ def test_attributes_are_shared_and_methods_refused():
 
 
 def test_a_learner_takes_it():
-    torch.set_num_threads(1)  # more only get in each other's way on layers this small
+    torch.set_num_threads(1)  # more threads are slower on layers this small
     env = VecMonitor(PaperVecEnv(BatchedPaperSite(PAPER, 4, observation="paper", seed=0, turns=2), copy=False))
     dqn = DQN("MlpPolicy", env, learning_starts=50, buffer_size=500, seed=0, policy_kwargs={"net_arch": [8]})
     dqn.learn(200)

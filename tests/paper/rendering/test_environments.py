@@ -32,7 +32,7 @@ def test_gymnasium_and_sb3_find_nothing_to_warn_about(env_id, observation, monke
         env = gymnasium.make(env_id, observation=observation)
         # Pictures do not depend on the observation: one is enough.
         check_env(env.unwrapped, skip_render_check=observation != "paper_flat")
-        # stable-baselines3 warns that every three-dimensional box that is no image should be flattened: so it is.
+        # stable-baselines3 warns that three-dimensional boxes other than images should be flattened; they are.
         map_like = len(env.observation_space.shape) == 3
         check_env_sb3(gymnasium.wrappers.FlattenObservation(env) if map_like else env.unwrapped, skip_render_check=True)
 
@@ -55,7 +55,7 @@ def test_make_vec_gives_the_batched_sites():
 
 
 def painted(pixels, rgb):
-    """How many pixels have the hue of a colour, in light or shade."""
+    """Return the number of pixels with the hue of a colour, in light or shade."""
     colour = np.array(rgb, float) / np.linalg.norm(rgb)
     vectors = pixels.reshape(-1, 3).astype(float)
     cosine = (vectors @ colour) / np.maximum(np.linalg.norm(vectors, axis=1), 1.0)
@@ -110,7 +110,7 @@ def test_human_prints_where_there_is_no_window(capsys, monkeypatch):
 
 
 class _FakePygame:
-    """Enough of pygame for a window; ``shown`` are the frames."""
+    """A minimal pygame for a window; ``shown`` holds the frames."""
 
     error = RuntimeError
 

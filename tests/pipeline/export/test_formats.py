@@ -1,4 +1,4 @@
-"""Other people's formats: each is read back by a library other than the one that wrote it, where there is one."""
+"""Third-party formats: each is read back by a library other than the one that wrote it, if one exists."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def run(folder: Path, **options: Any) -> dict[str, Any]:
 
 
 def text_of(iso: str) -> timedelta:
-    """PT1H2M3S."""
+    """Return the seconds of a duration such as PT1H2M3S."""
     hours, rest = iso.removeprefix("PT").split("H")
     minutes, rest = rest.split("M")
     return timedelta(hours=int(hours), minutes=int(minutes), seconds=int(rest.removesuffix("S")))
@@ -148,7 +148,7 @@ def test_ms_project_has_the_right_durations(site_folder: Path) -> None:
 
 
 def python_with_mpxj() -> str | None:
-    """A Python that has MPXJ: this one, or that of ``make check-log``."""
+    """Return a Python that has MPXJ: this one, or that of ``make check-log``."""
     for python in (sys.executable, str(SAMPLES.parent / ".venv-viewers" / "bin" / "python")):
         found = Path(python).exists() and subprocess.run(
             [python, "-c", "import jpype, mpxj; jpype.getDefaultJVMPath()"], check=False, capture_output=True

@@ -10,7 +10,7 @@ SAMPLES = Path(__file__).parents[3] / "sample_models"
 
 @pytest.fixture
 def sites(tmp_path: Path) -> Path:
-    """A folder with the paper's site, an obstruction beside its column, and one on its target."""
+    """Return a folder with the paper's site, an obstruction next to its column, and one on its target."""
     for name in ("paper.ifc", "paper.site.toml", "yard.glb", "yard.site.toml"):
         shutil.copy(SAMPLES / name, tmp_path)
     box = '{"version": 1, "obstructions": [{"id": "box", "box": {"min": [%s], "max": [%s]}}]}'
@@ -20,5 +20,5 @@ def sites(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs inside this process, one after the other: starting another takes seconds."""
+    """Carry out runs inside this process, one after the other, because starting a process takes seconds."""
     monkeypatch.setattr("bimvox_pipeline.fleet.schedule.carry_out_apart", lambda work, run, folder: work(run, folder))

@@ -1,4 +1,4 @@
-"""The same runs on every backend: the same results to the byte, and a worker that dies takes down nothing else."""
+"""The same runs on every backend give the same bytes, and a worker that dies affects nothing else."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SUPPORT = Path(__file__).parents[2] / "support"
 
 @pytest.fixture(params=BACKENDS)
 def backend(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """A backend that is installed, on a cluster of its own; workers find this repository and the tests' support."""
+    """Yield an installed backend on its own cluster; its workers can import this repository and tests/support."""
     pytest.importorskip(NEEDS[request.param], reason=f"the extra bimvox[{request.param}] is not installed")
     paths = [str(SUPPORT), str(SUPPORT.parents[1]), os.environ.get("PYTHONPATH", "")]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, paths)))
@@ -109,9 +109,9 @@ LOGS: list[list[bytes]] = []
 
 
 def test_runs_that_train_share_what_the_first_of_them_learned(sites: Path, backend: str):
-    """And learn the same whatever carries them out: one thread a worker, one seed, the same bytes."""
+    """Runs learn the same on every backend: one thread per worker and one seed give the same bytes."""
     LOGS.append(trained(sites, backend, 2))
-    assert LOGS[-1] == LOGS[0]  # of the backend that was tested first
+    assert LOGS[-1] == LOGS[0]  # made by the backend that was tested first
 
 
 def test_what_cannot_be_opened_is_said(monkeypatch: pytest.MonkeyPatch):

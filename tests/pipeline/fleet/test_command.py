@@ -1,4 +1,4 @@
-"""A fleet goes on where it was, keeps its folder to itself, and says what became of each run."""
+"""A fleet resumes, locks its folder, and reports the outcome of each run."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_what_is_there_is_kept_until_something_changes(sites: Path):
     again = planned(sites, paper, beside, gone)
     assert [run["kept"] for run in again["runs"]] == [True, True, False]
     assert (out / "summary.csv").read_bytes() == table
-    # A changed input, a damaged log, a damaged record: that run is planned again, to the same bytes where it can be.
+    # If an input, a log or a record changes or is damaged, that run is planned again, to the same bytes if possible.
     (sites / "beside.json").write_text((sites / "beside.json").read_text().replace("0.9", "0.8"))
     (out / "paper.mcap").write_bytes(log[:-1])
     third = planned(sites, paper, beside)
@@ -94,7 +94,7 @@ def test_several_sites_are_planned_in_one_command(sites: Path, capsys: pytest.Ca
     assert document["verified"] is True
     assert command(arguments) == 0
     assert "2 of them kept" in capsys.readouterr().out
-    # Each log is the one that `bimvox plan` writes of the site alone.
+    # Each log is the one that `bimvox plan` writes for that site.
     assert command(["plan", names[1], "--policy", "none", "-o", str(sites / "alone.mcap"), "-q"]) == 0
     assert (sites / "alone.mcap").read_bytes() == (sites / "both" / "yard.mcap").read_bytes()
 
@@ -128,7 +128,7 @@ def test_a_sweep_that_was_stopped_goes_on(
         while not record.exists() and time.monotonic() < until:
             time.sleep(0.1)
         if number is signal.SIGINT:
-            os.killpg(stopped.pid, number)  # as a terminal does: to the command and its workers
+            os.killpg(stopped.pid, number)  # like a terminal: to the command and its workers
         else:
             stopped.kill()
         assert stopped.wait(30) == (130 if number is signal.SIGINT else -number)

@@ -1,4 +1,4 @@
-"""What a sweep file asks for."""
+"""The runs that a sweep file requests."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_a_cross_product_and_a_list(tmp_path: Path):
         *("b-seed0", "b-seed1", "b-truck-seed0", "b-truck-seed1"),
         "c-seed7",
     ]
-    # The first of those that share a policy leads: the others find it in the store.
+    # The first run of those that share a policy goes first; the others find the policy in the store.
     assert [run.leads for run in runs_of(found)] == [True, True, False, False, True, True, False, False, True]
 
 

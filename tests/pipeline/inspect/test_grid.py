@@ -1,4 +1,4 @@
-"""The table of parts agrees with the cells of the grid, and one part is told in full."""
+"""The table of parts agrees with the cells of the grid, and one part is described in full."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ def test_a_georeferenced_file_is_told_in_its_own_coordinates() -> None:
     low, _ = np.array(document["bounds_m"])
     assert (low > [1e5, 4e5, -1]).all()
     site_to_ifc, ifc_to_map = np.array(document["site_to_ifc"]), np.array(document["ifc_to_map"])
-    # The building stands at the site's z = 0, near the site's origin.
+    # The building is on z = 0 of the site, near its origin.
     foot = np.linalg.inv(site_to_ifc) @ [*low, 1.0]
     assert np.abs(foot[:3]).max() < 10.0
     assert ifc_to_map @ [0.0, 0.0, 0.0, 1.0] == pytest.approx([0.0, 0.0, document["georeference"]["height_m"], 1.0])

@@ -79,7 +79,7 @@ def test_every_test_of_every_curve_is_in_the_table(experiment):
 
 def test_running_again_does_only_what_is_missing(experiment, monkeypatch):
     folder, results, _ = experiment
-    monkeypatch.setattr(scheduler, "ProcessPoolExecutor", None)  # nothing is left to do
+    monkeypatch.setattr(scheduler, "ProcessPoolExecutor", None)  # nothing left to do
     progress = SilentProgress()
     assert run_experiment(folder, settings=SETTINGS, progress=progress) == results
     gone = next(job for job in jobs_of(SETTINGS) if job.part == "baseline")
@@ -121,7 +121,7 @@ def test_mean_curves_carry_the_last_rate_of_runs_that_stopped():
 
 
 def test_ctrl_c_ends_the_processes_and_keeps_what_was_finished(tmp_path):
-    """The run is interrupted after its first job; its processes are gone, the finished result is there."""
+    """A run interrupted after its first job leaves no processes, and keeps the finished result."""
     jobs = jobs_of(SETTINGS)
 
     def interrupt(job):

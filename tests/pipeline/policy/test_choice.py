@@ -1,4 +1,4 @@
-"""Which policy a plan uses: the shipped one, a stored one, the nearest one, one retrained on a change."""
+"""Which policy a plan uses: the shipped one, a stored one, the nearest one, or one retrained on a change."""
 
 import json
 import subprocess
@@ -37,7 +37,7 @@ print(document["policy"]["steps"], document["policy"]["from"], by_policy)
 
 @pytest.fixture
 def site(site_folder: Path) -> Path:
-    """The frame's site file, content with what the shipped policy reaches there."""
+    """Return the frame's site file, which requires only the success that the shipped policy reaches there."""
     file = site_folder / "frame.site.toml"
     text = file.read_text()
     assert "\nrequired_success = 1 " in text
@@ -46,14 +46,14 @@ def site(site_folder: Path) -> Path:
 
 
 def stored(network: QNetwork, site: Path | None = None, *, key: str = "other") -> str:
-    """Store a network as if trained, for a site where one is given."""
+    """Store a network as if it were trained, for a site if one is given."""
     outline = outline_of(load_site(site, SilentProgress()).site) if site is not None else None
     policy = TrainedPolicy(network, (), 0, 0.5, 1.5, 10, DqnConfig(hidden=network.layer_sizes[1:-1]), seed=0)
     return policies.save(policy, key, site=outline)
 
 
 def knows_nothing() -> QNetwork:
-    """Always west, if it can: the loop guard makes of it what it makes."""
+    """Return a network that always prefers west; the loop guard does the rest."""
     weights = (np.zeros((INPUT_SIZE, 8), np.float32), np.zeros((8, ACTION_COUNT), np.float32))
     return QNetwork(weights, (np.zeros(8, np.float32), np.arange(ACTION_COUNT, 0, -1).astype(np.float32)))
 
@@ -75,7 +75,7 @@ def test_a_plan_takes_the_shipped_policy_without_training_and_without_torch(site
 def test_the_nearest_policy_is_taken_where_it_is_asked_for(site, own_store):
     with pytest.raises(PolicyError, match="no policy of any site"):
         made(site, policy="nearest")
-    stored(load_generalist())  # of no site: never the nearest
+    stored(load_generalist())  # without a site, so it is never the nearest
     near = stored(load_generalist(), site, key="a little different")
     progress = SilentProgress()
     assert made(site, policy="nearest", progress=progress)["policy"]["id"] == near
@@ -99,19 +99,19 @@ def test_a_policy_that_sees_something_else_is_refused_by_name_and_replaced_unask
 
 
 class TrainedError(Exception):
-    """A training would have begun."""
+    """A training was about to begin."""
 
 
 @pytest.mark.parametrize(
     ("steps", "budget", "rate", "asked", "serves"),
     [
-        (4_000, 4_000, 0.5, 4_000, True),  # it used its budget up
-        (8_000, 8_000, 0.5, 4_000, False),  # half of it would have ended elsewhere
-        (2_000, 8_000, 1.0, 4_000, False),  # so it would where it was good enough: the learning rate falls otherwise
+        (4_000, 4_000, 0.5, 4_000, True),  # it used up its budget
+        (8_000, 8_000, 0.5, 4_000, False),  # with half of the budget, the result would differ
+        (2_000, 8_000, 1.0, 4_000, False),  # also if it stopped early, because the learning rate falls differently
         (2_000, 8_000, 1.0, 8_000, True),
         (0, 8_000, 1.0, 4_000, True),  # good enough untrained
         (0, 0, 0.5, 4_000, False),
-        (4_000, None, 1.0, 4_000, False),  # ended by the clock, resumed, or trained on other lessons
+        (4_000, None, 1.0, 4_000, False),  # limited by time, resumed, or trained on other lessons
     ],
 )
 def test_a_stored_policy_serves_only_where_training_would_give_it(
@@ -142,7 +142,7 @@ def test_lifts_that_the_policy_fails_are_retrained_on(site, own_store, monkeypat
     assert "retrained" not in without
 
     def trained(problems, config, *, seed, steps, start, **rest) -> TrainedPolicy:
-        """Replaces the training itself, which tests/policy checks."""
+        """Replaces the training itself, which is tested in tests/policy."""
         assert (steps, start.parent) == (4_000, weak)
         np.testing.assert_array_equal(start.network.biases[-1], knows_nothing().biases[-1])
         assert len(problems) >= len(failed)
@@ -163,7 +163,7 @@ def test_lifts_that_the_policy_fails_are_retrained_on(site, own_store, monkeypat
 
 
 def test_nothing_is_retrained_where_the_policy_finds_every_lift(site, own_store, monkeypatch):
-    monkeypatch.setattr("bimvox.library.plan.retrained", None)  # calling it would fail
+    monkeypatch.setattr("bimvox.library.plan.retrained", None)  # calling it fails
     document = made(site, retrain=4_000)
     if any(lift["method"] == "search" for lift in document["lifts"]):
         pytest.fail("the shipped policy should find all lifts of the frame")

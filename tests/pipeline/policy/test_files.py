@@ -1,4 +1,4 @@
-"""Policies as files: ours, ONNX, stable-baselines3."""
+"""Policies as files: bimvox's own, ONNX, stable-baselines3."""
 
 from __future__ import annotations
 

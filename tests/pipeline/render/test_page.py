@@ -68,7 +68,7 @@ def test_revisions_that_a_watch_left_are_in_the_page(tmp_path):
     assert [revision["log"] for revision in revisions] == ["boxes.r0000.mcap", "boxes.r0001.mcap", "boxes.mcap"]
     assert revisions[1]["changes"]["infeasible"] == [2]
     assert revisions[2]["changes"]["replanned"] == [2]
-    # A revision's own file shows what led to it.
+    # The file of a revision shows what caused it.
     assert [r["number"] for r in page(tmp_path / "boxes.r0001.mcap").document["revisions"]] == [0, 1]
 
 

@@ -30,7 +30,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two boxes as OBJ."""
+    """Return two boxes as OBJ."""
     path = tmp_path_factory.mktemp("model") / "boxes.obj"
     lines, first = [], 1
     for name, low, high in (("low", (0, 0, 0), (4, 2, 1)), ("high", (1, 0, 1), (3, 2, 3))):

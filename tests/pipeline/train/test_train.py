@@ -1,4 +1,4 @@
-"""Training a site's policy by the pipeline, and going on where a killed one was."""
+"""Training a site's policy by the pipeline, and resuming a killed training."""
 
 import csv
 import os
@@ -75,4 +75,4 @@ def test_a_killed_training_goes_on_where_it_was(site_folder, own_store):
     document = train(site, start_from="none", steps=steps, seed=5, seconds=0.0, progress=progress)
     assert any(note.startswith("resumed an interrupted training after") for note in progress.notes)
     assert document["curve"][0][0] <= kept < document["steps"]
-    assert list(unfinished.iterdir()) == []  # it has ended
+    assert list(unfinished.iterdir()) == []  # the training has ended

@@ -1,4 +1,4 @@
-"""What a watch writes and takes up again: segments, the whole log, disks without room, files of every kind."""
+"""What a watch writes and resumes from: segments, the whole log, full disks, files of every kind."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ EMPTY = {"version": 1, "unit": "m", "obstructions": []}
 
 @pytest.fixture(scope="module")
 def parts(planned) -> tuple[Any, Any, Any]:
-    """The sample frame's site, what was prepared for it, and its policy."""
+    """Return the sample frame's site, its preparation and its policy."""
     quiet = SilentProgress()
     loaded = load_site(planned[0] / "frame.site.toml", quiet)
     preparation = prepared(loaded.site, quiet)
@@ -60,7 +60,7 @@ def watcher_in(folder: Path, parts: tuple[Any, Any, Any]) -> Watcher:
 
 
 def box_on(watcher: Watcher, number: int, name: str = "box") -> dict[str, Any]:
-    """An obstruction of less than a cell in the middle of a lift's path."""
+    """Return an obstruction smaller than a cell in the middle of a lift's path."""
     assert watcher.current is not None
     plan = watcher.current.plan
     path = plan.lifts[number].path_vox
@@ -158,7 +158,7 @@ def test_the_page_of_a_watched_plan_has_every_revision_whole(watcher):
         render(log, out, proven=True, progress=SilentProgress())
         return Opened(out.read_bytes()).document["revisions"]
 
-    # The whole log is behind: the page is ahead of it.
+    # The page is newer than the whole log.
     ahead = revisions(watcher._plan.target)
     assert [r["number"] for r in ahead] == [0, 1, 2]
     watcher.close()
@@ -171,13 +171,13 @@ def test_the_page_of_a_watched_plan_has_every_revision_whole(watcher):
     for revision in found:
         for lift in revision["lifts"]:
             assert (lift["motion"] is not None) == (lift["status"] == "planned")
-    # A segment's own page and report are those of the whole plan that it made.
+    # Page and report of a segment are those of the whole plan after it.
     segment = segment_file(watcher._plan.target, 1)
     assert [r["carried"] for r in revisions(segment)] == [count] * 2
     record = report(segment, segment.with_suffix(".html"), pictures=0, progress=SilentProgress())["record"]
     assert len(record["lifts"]) == count
     assert record["proof"]["verified"]
-    # What rests on a damaged segment is left out.
+    # Later segments that depend on a damaged one are left out.
     segment.write_bytes(segment.read_bytes()[:500])
     assert [r["number"] for r in revisions(watcher._plan.target)] == [0, 2]
 
@@ -199,7 +199,7 @@ def test_without_the_whole_log_or_with_a_damaged_segment_what_is_sound_is_taken_
 
 
 def test_segments_of_an_earlier_plan_are_not_taken_for_those_of_a_new_one(watcher, parts):
-    """``bimvox plan`` wrote another plan over the log: what the segments say is not proven of that one."""
+    """``bimvox plan`` replaced the log with another plan: the segments are not proven for that plan."""
     taken_up(watcher)
     put(watcher, box_on(watcher, 5))
     change(watcher)
@@ -231,7 +231,7 @@ def test_segments_of_an_earlier_plan_are_not_taken_for_those_of_a_new_one(watche
 
 
 def test_a_file_that_is_gone_when_the_watch_begins_takes_no_obstruction_away(watcher, parts):
-    """As when it goes while the watch is there: editors delete and write anew, networks fail."""
+    """The same as if the file is removed during the watch: editors delete and recreate files, networks fail."""
     taken_up(watcher)
     put(watcher, box_on(watcher, 5))
     change(watcher)
@@ -263,7 +263,7 @@ def test_a_disk_without_room_loses_nothing(watcher, monkeypatch):
     assert document["event"] == "failed"
     assert "no space" in document["message"]
     assert watcher.current is before
-    assert change(watcher) == []  # the same again is not told again
+    assert change(watcher) == []  # an unchanged problem is not reported again
     monkeypatch.setattr(bimvox_pipeline.watch.revise, "write_atomically", write)
     until = time.monotonic() + 60.0
     while not watcher.wants_another_look() and time.monotonic() < until:
@@ -351,9 +351,9 @@ def test_what_is_there_and_cannot_be_read_is_not_said_to_be_gone(watcher, parts)
 
 
 def test_an_obstruction_beside_the_site_is_taken_and_said(watcher):
-    """Most likely its author meant other units, or another origin."""
+    """The author most likely used other units or another origin."""
     taken_up(watcher)
-    watcher.progress = SilentProgress()  # as when it watches
+    watcher.progress = SilentProgress()  # the same as while watching
     far = {"id": "far", "box": {"min": [500.0, 500.0, 0.0], "max": [502.0, 502.0, 2.0]}}
     for entry in (far, box_on(watcher, 5)):
         put(watcher, far, entry) if entry is not far else put(watcher, far)
@@ -382,7 +382,7 @@ def test_files_that_are_referred_to_for_the_first_time_are_no_change_of_their_ow
 
 
 def test_segments_lie_beside_a_log_that_is_a_link_and_are_found_again(watcher, parts):
-    """The whole log goes where the link leads; the segments are beside the name that was given."""
+    """The whole log is written to the target of the link, the segments next to the given name."""
     target = watcher._plan.target
     elsewhere = target.parent / "elsewhere"
     elsewhere.mkdir()
@@ -425,7 +425,7 @@ def test_a_mesh_and_a_scan_that_come_later_are_taken(watcher):
 
 
 def cell_box(watcher: Watcher, cell: Any, name: str, size_vox: float = 1.0) -> dict[str, Any]:
-    """An obstruction that fills a cell, or some."""
+    """Return an obstruction that fills one or more cells."""
     assert watcher.current is not None
     frame = watcher.current.plan.site.frame
     low = frame.corner_of(cell) + 0.01
@@ -434,7 +434,7 @@ def cell_box(watcher: Watcher, cell: Any, name: str, size_vox: float = 1.0) -> d
 
 
 def own_cell(plan: Any, component: Any) -> Any:
-    """A cell of a part at its place that no other part shares."""
+    """Return a cell of a part at its place that no other part shares."""
     others = {
         tuple(cell)
         for other in plan.site.components
@@ -615,7 +615,7 @@ def wait_for_training(watcher: Watcher, limit_s: float = 120.0) -> None:
 
 
 def fails(transits: Any) -> list[None]:
-    """A policy that finds nothing."""
+    """Return a policy that finds no path."""
     return [None for _ in transits]
 
 
@@ -720,13 +720,13 @@ def test_a_huge_file_has_a_state_of_its_own(tmp_path, monkeypatch):
 
 
 class Read:
-    """How much was read."""
+    """The number of bytes read."""
 
     bytes = 0
 
 
 def count_reads(monkeypatch: pytest.MonkeyPatch) -> Read:
-    """Count what is read of any file; a test that reads a terabyte would not end, so it fails instead."""
+    """Count the bytes read from any file; a test that would read a terabyte fails instead of running on."""
     read, of_path = Read(), Path.open
 
     def opened(path: Path, *args: Any, **more: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Live logs; what viewers of a live server see."""
+"""Live logs, and what viewers of a live server see."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_a_server_that_others_can_reach_says_so_and_takes_ones_own_token(monkeyp
 
 
 def driven(target: Path, time_ns: int | None) -> SilentProgress:
-    """A run of a watch that drives until a time; where None, it is killed before anything is written."""
+    """Run a watch that carries out the plan until a time; with None, it is killed before it writes anything."""
     quiet = SilentProgress()
     log = DrivenLog(target, quiet, 1, "plan")
     if time_ns is not None:
@@ -99,7 +99,7 @@ def test_a_disk_without_room_removes_no_live_log(tmp_path, monkeypatch):
 
 
 def test_after_a_disk_was_full_a_live_log_goes_on_with_the_next_change(tmp_path, monkeypatch):
-    """Else the clock would go back to the last revision when the watch begins again."""
+    """Otherwise the clock would go back to the last revision when the watch restarts."""
     target = tmp_path / "frame.mcap"
     log = DrivenLog(target, SilentProgress(), 1, "plan")
     log.send(topics.LOG, 5, Log(message="before").SerializeToString())
@@ -143,7 +143,7 @@ def test_a_viewer_gets_what_stands_and_what_moves(planned):
             subscriptions = [{"id": n, "channelId": channel} for n, channel in numbers.items()]
             viewer.send(json.dumps({"op": "subscribe", "subscriptions": subscriptions}))
             got: set[str] = set()
-            while not set(names) <= got:  # where nothing moves, the crane is shown as it stands
+            while not set(names) <= got:  # while nothing moves, the crane is shown where it is
                 said = viewer.recv(timeout=20)
                 if isinstance(said, bytes) and said[0] == 1:
                     got.add(names[int.from_bytes(said[1:5], "little")])
@@ -152,7 +152,7 @@ def test_a_viewer_gets_what_stands_and_what_moves(planned):
 
 
 def test_each_cranes_topics_reach_a_viewer():
-    """A log of one crane knows no topics of a second one; the server has as many as the site has cranes."""
+    """A log of one crane has no topics of a second crane; the server has the topics of all cranes of the site."""
     from two_cranes import two_crane_plan
 
     from bimvox.log.plan_log import PlanLog

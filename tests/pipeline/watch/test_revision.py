@@ -1,4 +1,4 @@
-"""Revising a plan step by step: the whole proof accepts the result, and the same lifts are possible as from scratch."""
+"""Revising a plan step by step: the whole proof accepts it, and the same lifts are feasible as when planning anew."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, Ob
 
 @pytest.fixture(scope="module")
 def frame(planned) -> tuple[Any, Any]:
-    """The plan of the sample frame, and what was prepared for its site."""
+    """Return the plan of the sample frame and the preparation of its site."""
     log = read_log(planned[0] / "frame.mcap")
     return log, prepared(log.plan.site, SilentProgress())
 
 
 def random_set(rng: np.random.Generator, current: CurrentPlan) -> ObstructionSet:
-    """Some boxes: on paths, on starts and targets, anywhere, now and then a wall or everything."""
+    """Return some boxes: on paths, on starts and targets, anywhere, sometimes a wall or the whole site."""
     site = current.plan.site
     size_m = site.frame.voxel_size_m
     found = []
@@ -58,7 +58,7 @@ def random_set(rng: np.random.Generator, current: CurrentPlan) -> ObstructionSet
 
 
 def without_clock(motion: Any) -> tuple[Any, ...]:
-    """A motion apart from when it starts and from whole turns."""
+    """Return a motion without its start time and without whole turns."""
     parts = motion.trajectories
     turns = 2.0 * np.pi * np.round(parts[0].slew_rad[0] / (2.0 * np.pi))
     return tuple(
@@ -206,7 +206,7 @@ def test_a_plan_taken_up_halfway_is_finished(frame):
     cut = [lift for lift in half.plan.lifts if lift.order not in orders]
     assert orders
     assert len(cut) + len(orders) == len(half.plan.lifts)
-    # As it is read back from disk: pending lifts have neither path nor motion.
+    # As read from disk: pending lifts have neither path nor motion.
     record = segment_of(PlanLog(half.plan, revision=1), half.motions, parts[0].made, orders, {})
     again = newest(log, [record])
     taken_up = current_plan_of(again.plan, again.motions)
@@ -272,7 +272,7 @@ def test_a_version_is_not_taken_where_something_else_is_in_its_way(frame):
 
 @pytest.fixture(scope="module")
 def in_the_way(frame) -> Any:
-    """The frame's site with a box on the middle of every path."""
+    """Return the frame's site with a box in the middle of every path."""
     log, _ = frame
     boxes = [
         Obstruction(f"box {n}", Box(tuple(low), tuple(low + 0.4)))

@@ -1,4 +1,4 @@
-"""A watch that carries its plan out, by a clock that the test turns."""
+"""A watch that carries out its plan, by a clock that the test sets."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def parts(planned) -> tuple[Any, Any, Any]:
 
 
 class Hand:
-    """A wall clock that is turned by hand."""
+    """A wall clock that is set by hand."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
@@ -50,7 +50,7 @@ class Hand:
 
 
 class Simulated:
-    """A watcher of an empty file that carries the plan on disk out, ten times as fast as the wall's clock."""
+    """Return a watcher of an empty file that carries out the plan on disk, ten times as fast as the wall clock."""
 
     def __init__(self, folder: Path, parts: tuple[Any, Any, Any]) -> None:
         self.parts, self.target = parts, folder / "frame.mcap"
@@ -77,7 +77,7 @@ class Simulated:
         return list(self.watcher.change(replace(state_of(self.file), seen_s=self.hand.now_s)))
 
     def box_ahead(self, order: int, share: float) -> dict[str, Any]:
-        """A box where the load of a lift comes later, below the hook."""
+        """Return a box below the hook that the load of a lift reaches later."""
         current = self.watcher.current
         assert current is not None
         loaded = current.motions[order].loaded
@@ -226,7 +226,7 @@ def test_behind_a_pending_lift_no_time_is_known(simulated):
 
 
 def test_a_run_that_was_killed_at_once_takes_nothing_from_the_clock(simulated, site_folder, parts):
-    """Its live log is there, and holds nothing: the one before it says how far the plan was carried out."""
+    """Its live log exists but is empty: the previous one says how far the plan was carried out."""
     target = site_folder / "frame.mcap"
     simulated.watcher.show_to(())
     simulated.at(300 * 10**9)

@@ -1,4 +1,4 @@
-"""A change while the plan is carried out: what is done stays, the load in the air is stopped and goes on from there."""
+"""A change while the plan is carried out: what is done is kept, the load in the air stops and continues from there."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ def frame(planned) -> tuple[Any, Any]:
 
 
 def redirected(part):
-    """The lift under way that was stopped and has a way on; None if there is none."""
+    """Return the lift under way that was stopped and has a path to continue on; None if there is none."""
     return next((one for one in part.stops if isinstance(one, Redirected)), None)
 
 
 def loaded_at(current: CurrentPlan, order: int, time_ns: int) -> np.ndarray:
-    """The continuous reference cell of the load of a lift at a time."""
+    """Return the continuous reference cell of a lift's load at a time."""
     motion, site = current.motions[order], current.plan.site
     load = load_frame(site.cranes[0], site.frame, site.components[motion.component].hook_offset_vox)
     times, axes = motion.samples()
@@ -60,7 +60,7 @@ def loaded_at(current: CurrentPlan, order: int, time_ns: int) -> np.ndarray:
 
 
 def carrying(current: CurrentPlan, order: int, share: float) -> int:
-    """A time while the load of a lift is carried."""
+    """Return a time at which the load of a lift is carried."""
     motion = current.motions[order]
     first, last = (motion.start_ns + int(motion.loaded.time_ns[n]) for n in (0, -1))
     return int(first + share * (last - first))
@@ -86,7 +86,7 @@ def last_of(parts: Any) -> tuple[RevisionPart, CurrentPlan]:
 
 
 def met_at(frame: Any, order: int, share: float, later: float) -> tuple[CurrentPlan, int, Any]:
-    """A plan, a time in it, and its site with a box where the load of a lift comes later."""
+    """Return a plan, a time in it, and its site with a box that the load of a lift reaches later."""
     log, _ = frame
     current = current_plan_of(log.plan, log.motions)
     now_ns = carrying(current, order, share)
@@ -112,7 +112,7 @@ def test_a_load_in_the_air_is_stopped_and_goes_on_from_where_it_is(frame, order,
     assert after.motions[order + 1].start_ns == now.end_ns
     assert np.array_equal(after.plan.lifts[order].left[0].path_vox, current.plan.lifts[order].path_vox)
     whole_proof(after)
-    # Against the new obstructions alone what was done need not hold; over time, and from the log alone, it does.
+    # What was done need not be free of the new obstructions, but it is proven over time, and from the log alone.
     log = frame[0]
     stream = io.BytesIO()
     write_log(stream, type(log)(plan=after.plan, motions=after.chain, attachments=log.attachments))
@@ -251,7 +251,7 @@ def test_random_changes_while_it_is_carried_out(frame, seed):
 
 
 def only_swung_into(current: CurrentPlan, order: int, now_ns: int) -> list[tuple[int, ...]]:
-    """Cells that the load of a lift only comes into as far out as it swings when it is stopped at a time."""
+    """Return cells that the load of a lift reaches only by swinging when it is stopped at a time."""
     motion, site = current.motions[order], current.plan.site
     component, size_m = site.components[motion.component], site.frame.voxel_size_m
     rigged = rigged_crane(site, site.cranes[0], component)
@@ -286,7 +286,7 @@ def test_a_stop_counts_how_far_its_load_swings(frame):
     assert (held.how, held.is_safe) == (SWUNG, False)
     assert held.stop.swing_m > 0.1
     assert "as far out as it swings" in held.infeasible.reason
-    # The proof sees it too, by its own integration of the written samples.
+    # The proof finds it too, by its own integration of the written samples.
     hold_ns = held.stop.end_ns - held.motion.start_ns + 10**10
     rest = replace(held.stop.trajectory, time_ns=np.array([0, 10**9], np.int64), **still(held.stop.pose))
     way = spliced(held.motion.loaded, held.stop, rest, held.stop.start_ns - held.motion.start_ns, hold_ns)
@@ -294,7 +294,7 @@ def test_a_stop_counts_how_far_its_load_swings(frame):
     component = site.components[held.motion.component]
     places = swung_placements(site, site.cranes[0], stopped, way, component, 0)
     assert any((component.shape.cells + place == cell).all(axis=1).any() for place in places)
-    # Where swing is not looked at, the load hangs clear of the box.
+    # If swing is ignored, the load is clear of the box.
     off = replace(current.plan.site, rules=replace(current.plan.site.rules, swing=SwingRule.OFF))
     calm = current_plan_of(replace(current.plan, site=off), current.chain)
     _, after = last_of(revise(calm, RevisionRequest(with_box(off, np.array(cell)), preparation, now_ns=now_ns)))
@@ -326,7 +326,7 @@ def test_a_box_where_the_empty_hook_is_leaves_what_is_done_and_says_why_nothing_
     assert "meets box" in reason
     free = with_obstructions(site, EMPTY, rasterise)
     _, again = last_of(revise(stuck, RevisionRequest(free, frame[1], now_ns=now_ns + 60 * NS_PER_S)))
-    if phase is PhaseName.APPROACH:  # it was moving when it was met: that cannot be proven any more
+    if phase is PhaseName.APPROACH:  # it was moving when it met the obstruction, which cannot be proven
         assert again.held is not None
         return
     assert all(lift.status is Status.PLANNED for lift in again.plan.lifts)

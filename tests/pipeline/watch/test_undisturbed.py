@@ -1,4 +1,4 @@
-"""Ctrl-C at every instruction: no lock stays held that the end of a watch waits for."""
+"""Ctrl-C at any instruction leaves no lock held that the end of a watch waits for."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ class Interruption:
 
 @pytest.fixture(autouse=True)
 def _ctrl_c_raises():
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background is deaf to it
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job ignores it
     yield
     signal.signal(signal.SIGINT, before)
 
 
 def interrupted_at(at, act):
-    """Return how many instructions an act has, interrupted at one of them."""
+    """Return the number of instructions of an act that is interrupted at one of them."""
     trace, usual = Interruption(at), sys.gettrace()
     try:
         sys.settrace(trace)

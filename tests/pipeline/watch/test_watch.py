@@ -39,7 +39,7 @@ def once(folder: Path, file: Path) -> list[dict]:
 
 
 def box_on_path(folder: Path, number: int) -> tuple:
-    """A box of one cell in the middle of a lift's path."""
+    """Return a box of one cell in the middle of a lift's path."""
     plan = read_log(folder / "frame.mcap").plan
     lift = plan.lifts[number]
     low = plan.site.frame.corner_of(lift.path_vox[len(lift.path_vox) // 2]) + 0.1

@@ -11,7 +11,7 @@ unit = st.floats(-1.0, 1.0)
 
 
 def solid(triangles):
-    """The convex hull of the triangles, which for these tests is the solid itself."""
+    """Return the convex hull of the triangles, which in these tests is the solid itself."""
     return manifold3d.Manifold.hull_points(np.unique(triangles.reshape(-1, 3), axis=0).astype(np.float32))
 
 
@@ -47,7 +47,7 @@ def test_a_move_is_blocked_where_the_solids_overlap(size_a, angles_a, size_b, an
         shift[axis] = direction * (k + 0.5) * step
         volumes.append((one.translate(tuple(shift)) ^ other).volume())
     overlapping = np.array(volumes) > 1e-5
-    # every overlap lies between a first and a last contact
+    # every overlap is between a first and a last contact
     marked = np.flatnonzero(blocked)
     for k in np.flatnonzero(overlapping):
         assert len(marked)

@@ -83,7 +83,7 @@ def test_a_wish_against_support_is_an_error_that_names_both_reasons():
 
 
 def test_a_wish_against_a_straight_descent_is_kept_where_a_way_in_from_the_side_is_free():
-    """A post under a cantilevered slab that rests elsewhere: wished after the slab, it comes in from the side."""
+    """A post under a cantilevered slab with other supports, requested after the slab: it is inserted from the side."""
     parts = [
         ("wall", (1.0, 1.0, 0.0), (1.5, 3.0, 2.0)),
         ("slab", (1.0, 1.0, 2.0), (3.0, 3.0, 2.2)),
@@ -97,7 +97,7 @@ def test_a_wish_against_a_straight_descent_is_kept_where_a_way_in_from_the_side_
 
 
 def test_a_wish_that_no_way_in_allows_is_an_error():
-    """The same box, walled in: once the slab is there, it has no way."""
+    """The same box between walls: after the slab is set, it has no path."""
     walls = [
         ("west", (0.5, 0.5, 0.0), (1.0, 3.5, 2.0)),
         ("east", (3.0, 0.5, 0.0), (3.5, 3.5, 2.0)),
@@ -163,7 +163,7 @@ def test_structure_below_counts_as_support():
 
 
 def test_parts_that_rest_on_each_other_do_not_wait_for_each_other():
-    """Two parts with a hook each, the one's over the other's and the other way round."""
+    """Two parts with hooks, each hook above the other part's hook."""
     site = box_site([("a", (1, 1, 0), (2, 2, 1)), ("b", (4, 1, 0), (5, 2, 1))])
     assert _one_way([(1,), (0,)]) == ((), ())
     assert _one_way([(1,), (2,), (1, 3), ()]) == ((1,), (), (3,), ())
@@ -171,7 +171,7 @@ def test_parts_that_rest_on_each_other_do_not_wait_for_each_other():
 
 
 def test_what_would_block_the_rope_comes_later():
-    """A cap over the middle of a ring does not touch the ring's way down, but its rope's."""
+    """A cap above the middle of a ring is clear of the ring's way down, but not of its rope."""
     ring = ("frame", (1.0, 1.0, 0.0), (3.0, 3.0, 0.5))
     site = box_site([ring, ("cap", (1.8, 1.8, 3.0), (2.6, 2.6, 3.2))], crane=test_crane(base=(8.0, 8.0, 0.0)))
     assert order_of(site)[0].descent[0] == (1,)

@@ -43,7 +43,7 @@ def memory(rng):
 
 
 class Torch:
-    """The same by torch's own means."""
+    """Return the same result by torch."""
 
     def __init__(self, network, rate, discount, double_q, longest):
         self.streams = [self._module(stream) for stream in (network.actions, network.state) if stream is not None]
