@@ -1,4 +1,4 @@
-"""The proof's own braking: within the limits, at rest at the end, and as far as the braking that plans stops."""
+"""The proof's own braking: within the limits, at rest at the end, as far as the planner's braking."""
 
 import numpy as np
 import pytest

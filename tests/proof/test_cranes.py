@@ -1,4 +1,4 @@
-"""Two cranes: bounds for the times and points for the proof agree, and motions that were spoiled are found."""
+"""Two cranes: the schedule's bounds and the proof's points agree, and faulty motions are found."""
 
 import dataclasses
 
@@ -174,7 +174,7 @@ def test_the_bounds_of_a_span_hold_every_stop_in_it():
 
 
 def test_of_an_extract_only_known_times_are_looked_at():
-    """Between two lifts that are not those of an unbroken row nothing is known of the crane."""
+    """Between two lifts that do not follow each other directly, the position of the crane is unknown."""
     plan, motions = two_crane_plan()
     few = [motion for motion in motions if motion.order in (1, 3, 6)]
     check = Check("cranes")
@@ -214,7 +214,7 @@ def pose(slew, radius, height, load_m=0.5, drop_m=2.0):
 
 
 def test_a_luffing_jib_is_measured_where_it_is():
-    """The hook of the other crane may be beside the low part of the jib, above it, and not near its tip."""
+    """The hook of the other crane may be next to the low part of the jib and above it, but not near its tip."""
     luffing = default_luffing_crane("luffing-40")
     high = dataclasses.replace(default_crane("hammerhead-65"), base_m=(60.0, 0.0, 0.0), jib_height_m=120.0)
     shapes = _shape(luffing), _shape(high)
@@ -227,7 +227,7 @@ def test_a_luffing_jib_is_measured_where_it_is():
 
 
 def test_a_luffing_crane_beside_a_hammerhead():
-    """Its jib ends over its hook: raised it is clear of what it meets when it is flat."""
+    """The jib ends above its hook: if raised, it is clear of what it meets if lowered."""
     luffing = default_luffing_crane("luffing-40")
     hammerhead = dataclasses.replace(
         default_crane("hammerhead-45"), base_m=(60.0, 0.0, 0.0), jib_height_m=50.0, jib_length_m=45.0

@@ -1,4 +1,4 @@
-"""The prover of motions against good ones, and against motions that were spoiled on purpose."""
+"""The proof of motions on good motions, and on motions with deliberate faults."""
 
 import dataclasses
 
@@ -43,7 +43,7 @@ def failed(plan, motions, **more):
 
 
 def spoiled(motions, order, part, **changes):
-    """The motions with arrays of one trajectory of one lift changed."""
+    """Return the motions with changed arrays in one trajectory of one lift."""
     result = []
     for motion in motions:
         if motion.order == order:
@@ -67,13 +67,13 @@ def order_of(plan, name):
 
 
 def middle_of_traverse(motion):
-    """Index of a sample of the loaded motion in the middle of its way across."""
+    """Return the index of a sample of the loaded motion in the middle of its traverse."""
     phase = next(phase for phase in motion.phases if phase.name is PhaseName.TRAVERSE)
     return int(np.searchsorted(motion.loaded.time_ns, (phase.start_ns + phase.end_ns) // 2 - motion.start_ns))
 
 
 def load_m(plan, motion, sample):
-    """Lowest corner of the load's reference cell at a sample, and the highest corner of its box, metres."""
+    """Return the lowest corner of the load's reference cell at a sample, and the highest corner of its box, metres."""
     site = plan.site
     component, loaded = site.components[motion.component], motion.loaded
     hook_m = hook_of(site.cranes[0], loaded.slew_rad[sample], loaded.radius_m[sample], loaded.height_m[sample])
@@ -158,7 +158,7 @@ def test_a_slower_crane_than_the_motion_was_made_for_is_caught(good, axis, limit
 def test_a_load_carried_too_low_clips_the_wall(good):
     plan, motions = good
     loaded = motions[0].loaded
-    # As if the wall were not there: no higher than half a metre above where it starts.
+    # As if the wall were not there: at most half a metre above its start.
     lower = np.minimum(loaded.height_m, loaded.height_m[0] + 0.5)
     result = verify_motions(plan, spoiled(motions, 0, "loaded", height_m=lower))
     check = next(check for check in result.checks if check.name == "motion_cells")
@@ -188,7 +188,7 @@ def test_something_over_the_load_meets_the_rope(good):
 
 
 def swept_cells(plan, motion, grow_m):
-    """(X, Y, Z) bool cells that the load's box meets at the samples of its motion, grown on all sides."""
+    """Return the (X, Y, Z) bool cells that the load's box, grown on all sides, meets at the samples of its motion."""
     swept = np.zeros(plan.site.shape, bool)
     for sample in range(len(motion.loaded.time_ns)):
         low, high = load_m(plan, motion, sample)
@@ -343,7 +343,7 @@ def test_an_extract_is_proven_for_what_it_carries(good):
     context = [dataclasses.replace(lift, path_vox=None) for lift in plan.lifts if lift.order not in carried]
     some = [motion for motion in motions if motion.order in carried]
     assert failed(extract, some, context=context) == set()
-    # What the lifts that are left out have put in place is there all the same: the last part's motion may not meet it.
+    # Parts set by the omitted lifts are in place: the motion of the last part may not meet them.
     height_m = some[1].loaded.height_m.copy()
     height_m[len(height_m) // 4 :] = some[1].loaded.height_m[-1]
     broken = verify_motions(extract, spoiled(some, 3, "loaded", height_m=height_m), context)
@@ -351,7 +351,7 @@ def test_an_extract_is_proven_for_what_it_carries(good):
 
 
 def test_on_the_last_moves_the_triangles_decide():
-    """Parts that meet within the tolerance, in shared cells, are fine; sunk in deeper than that they are not."""
+    """Parts in shared cells may overlap within the tolerance, but no deeper."""
     parts = [
         ("beam", (1.0, 1.4, 2.9), (5.0, 1.6, 3.3)),
         ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.905)),
@@ -385,7 +385,7 @@ def test_a_site_without_a_crane_has_no_motions(good):
 
 
 def columns_under(plan, trajectory):
-    """(X, Y) bool columns of the grid that the hook is over at the samples."""
+    """Return the (X, Y) bool columns of the grid that the hook is above at the samples."""
     hook_m = hook_of(plan.site.cranes[0], trajectory.slew_rad, trajectory.radius_m, trajectory.height_m)
     columns = np.zeros(plan.site.shape[:2], bool)
     columns[tuple(plan.site.frame.cell_of(hook_m)[:, :2].T)] = True

@@ -1,4 +1,4 @@
-"""Overlap measured on the proof's own: boxes against interval arithmetic, and thin, hollow, turned and open parts."""
+"""The proof's measure of overlap: boxes against interval arithmetic; thin, hollow, turned and open parts."""
 
 import numpy as np
 import pytest
@@ -27,13 +27,13 @@ def turned(mesh, rad):
 
 
 def pair(one, other):
-    """The thicker one of two meshes first, as solids."""
+    """Return two meshes as solids, the thicker one first."""
     solids = [solid_of(mesh, TOLERANCE_M) for mesh in (one, other)]
     return sorted(solids, key=lambda solid: -solid.thickness_m)
 
 
 def deep(one, other):
-    """Whether two meshes overlap deeper than they may."""
+    """Return whether two meshes overlap deeper than allowed."""
     return bool(np.isfinite(overlaps_m(*pair(one, other), np.zeros((1, 3)))).all())
 
 
@@ -62,7 +62,7 @@ places = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 @settings(max_examples=300, deadline=None)
 @given(sizes, sizes, places)
 def test_boxes_overlap_as_intervals_do(size, other_size, place):
-    """A point of one box is deeper than the tolerance in the other: three intervals that meet after shrinking."""
+    """Return whether one box is deeper than the tolerance in another: three intervals that overlap after shrinking."""
     low, high = np.array(place), np.array(place) + other_size
     one, other = box_mesh((0.0, 0.0, 0.0), size), box_mesh(low, high)
     thick, thin = pair(one, other)
@@ -85,7 +85,7 @@ def test_nothing_passes_through_a_thin_part(thickness_m):
     for other in (
         box_mesh((0.4, 0.4, -0.5), (0.6, 0.6, 0.5)),  # a post through it
         box_mesh((0.5, -0.5, -0.5), (0.5 + thickness_m, 1.5, 0.5)),  # a sheet across it
-        box_mesh((0.5, 0.0, 0.0), (1.5, 1.0, thickness_m)),  # the same sheet, half way on
+        box_mesh((0.5, 0.0, 0.0), (1.5, 1.0, thickness_m)),  # the same sheet, half way across
         box_mesh((-1.0, -1.0, -1.0), (2.0, 2.0, 2.0)),  # a block around it
     ):
         assert deep(sheet, other)
@@ -135,7 +135,7 @@ def test_skins_follow_the_thickness_under_each_triangle():
 
 
 def test_positions_searched_together_are_as_each_alone():
-    """On random ways past, into and through parts with skins of several depths."""
+    """Checked on random paths past, into and through parts, with skins of several depths."""
     rng = np.random.default_rng(7)
     profile = joined(
         box_mesh((0, -0.1, 0), (2, 0.1, 0.01)),

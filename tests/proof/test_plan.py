@@ -1,4 +1,4 @@
-"""The verifier against the planner, and against plans that were spoiled on purpose."""
+"""The verifier on plans of the planner, and on plans with deliberate faults."""
 
 import dataclasses
 
@@ -155,7 +155,7 @@ def test_an_extract_is_proven_with_the_lifts_that_it_leaves_out_as_context(plan)
 
 
 def test_parts_pushed_into_each_other_are_caught_by_their_triangles():
-    """The cells are the same in either case; only the true surfaces tell 80 mm from a joint of 20 mm."""
+    """The cells are the same in both cases; only the true surfaces distinguish 80 mm from a joint of 20 mm."""
     parts = [
         ("beam", (1.0, 1.4, 2.9), (5.0, 1.6, 3.3)),
         ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.88)),
@@ -179,7 +179,7 @@ def test_a_surface_outside_its_cells_is_caught(plan):
 
 
 def test_a_clash_that_is_none_is_caught():
-    """A pair may not be excused by listing it as a modelled clash unless it is drawn so."""
+    """Listing a pair as a modelled clash excuses it only if the model has that clash."""
     site = box_site([("a", (1.0, 1.0, 0.0), (2.1, 2.0, 1.0)), ("b", (2.095, 1.0, 0.0), (3.0, 2.0, 1.0))])
     plan = plan_lifts(site, prepare(site))
     assert verify_plan(plan).verified
@@ -196,7 +196,7 @@ def test_parts_drawn_into_each_other_are_proven_as_deep_as_drawn():
 
 
 def test_a_part_that_holds_on_to_nothing_yet_is_caught():
-    """A panel beside a column, set before it: nothing carries it, so only its hold tells."""
+    """A panel next to a column, set before it: nothing carries it, so only what holds it matters."""
     site = box_site([("panel", (2.0, 1.0, 1.0), (2.2, 3.0, 2.0)), ("column", (1.0, 1.0, 0.0), (2.0, 2.0, 3.0))])
     plan = plan_lifts(site, prepare(site))
     assert verify_plan(plan).verified

@@ -25,7 +25,7 @@ def test_a_way_holds_every_sample_and_points_on_the_chords_an_eighth_of_a_cell_a
     assert np.array_equal(way.axes[at], axes)
     assert np.array_equal(way.sample[at], np.arange(60))
     hook_m = hook_of(CRANE, *way.axes.T)
-    # The chord is straight in the axes; the hook goes a little further where the jib turns.
+    # The chord is straight in the axes; the hook travels slightly further where the jib slews.
     assert np.linalg.norm(np.diff(hook_m, axis=0), axis=1).max() <= 0.125 * FRAME.voxel_size_m * 1.01
     for n in range(59):
         between = way.axes[way.sample == n]

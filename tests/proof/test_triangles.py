@@ -21,7 +21,7 @@ def plan():
 
 
 def ways(rng):
-    """Ways to its place and across it, in every direction."""
+    """Paths to its place and across it, in every direction."""
     for _ in range(40):
         from_m, to_m = rng.normal(0.0, 0.6, 3) * rng.integers(0, 2, 3), rng.normal(0.0, 0.2, 3) * rng.integers(0, 2, 3)
         yield np.array([from_m, to_m, (0.0, 0.0, 0.0)])
@@ -44,7 +44,7 @@ def test_boxes_that_are_apart_say_what_the_collision_library_would(plan, monkeyp
 
 
 def test_a_part_may_be_on_the_far_side_of_what_it_is_drawn_into(plan):
-    """Its way out of the clash would take it into the other there; it is not where the way out is looked at."""
+    """Its way out of one clash would lead into the other, which the check of the way out does not test there."""
     check = Check("triangles")
     beyond = np.array([[3.0, 0.0, 0.0], [2.03, 0.0, 0.0]])
     TriangleCheck(plan).check_way(check, plan.site.components[0], beyond, 2)

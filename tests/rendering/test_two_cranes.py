@@ -40,7 +40,7 @@ def revision(log):
 
 
 def painted(scene, rgb):
-    """How many cells have a colour."""
+    """Return the number of cells of a colour."""
     number = [n for n, own in enumerate(scene.palette.tolist()) if tuple(own) == tuple(rgb)]
     return int(np.isin(scene.solids, number).sum())
 
@@ -84,7 +84,7 @@ def test_each_crane_is_where_its_own_motion_puts_it(log):
 
 
 def test_a_picture_of_one_lift_shows_what_the_other_crane_has_done(log):
-    """Lift 5 begins to be carried after all lifts before it have ended; lift 6 has not begun."""
+    """The load of lift 5 is carried after all earlier lifts have ended; lift 6 has not begun."""
     scene = scene_of_plan(log.plan.site, log.plan.lifts, log.motions, Instant(5, 0.5))
     components = log.plan.site.components
     cells = {lift.order: len(components[lift.component].shape.cells) for lift in log.plan.lifts}
@@ -94,7 +94,7 @@ def test_a_picture_of_one_lift_shows_what_the_other_crane_has_done(log):
 
 
 def test_overlapping_lifts_show_both_loads(log):
-    """The motions of one crane are moved so that both carry at once (never mind that they would meet)."""
+    """The motions of one crane are shifted so that both carry at once, although they would collide."""
     one, other = (next(m for m in log.motions if m.order == order) for order in (0, 1))
     carried_ns = other.start_ns + int(other.loaded.time_ns[0]) - one.start_ns - int(one.loaded.time_ns[0])
     moved = [

@@ -1,4 +1,4 @@
-"""A plan of two cranes while it is carried out: what is done or not met stays, all cranes stop when one has to."""
+"""A plan of two cranes while it is carried out: what is done or unaffected is kept; if one crane stops, all stop."""
 
 from __future__ import annotations
 
@@ -55,13 +55,13 @@ def whole_proof(current: CurrentPlan) -> None:
 
 
 def carried_at(motion: LiftMotion, share: float) -> int:
-    """A time while the load of a lift is carried."""
+    """Return a time at which the load of a lift is carried."""
     first, last = (motion.start_ns + int(motion.loaded.time_ns[n]) for n in (0, -1))
     return int(first + share * (last - first))
 
 
 def load_cell(current: CurrentPlan, order: int, time_ns: int) -> np.ndarray:
-    """The reference cell of the load of a lift at a time."""
+    """Return the reference cell of a lift's load at a time."""
     motion = current.motions[order]
     site = current.plan.site
     component = site.components[motion.component]
@@ -77,12 +77,12 @@ def with_box(site: Any, cell: Any, size_vox: float = 1.0, name: str = "box") -> 
 
 
 def far_off(site: Any) -> Any:
-    """A box in a corner of the site where nobody goes."""
+    """Return a box in a corner of the site that no motion passes."""
     return with_box(site, (1, 38, 1))
 
 
 def both_at_work(current: CurrentPlan, *, in_the_air: bool = False) -> tuple[int, int, int]:
-    """Two lifts of two cranes that are hooked on at the same time, and a time at which the first one is carried."""
+    """Return two lifts of two cranes that are hooked on at the same time, and a time at which the first is carried."""
     for motion in current.chain:
         for other in current.chain:
             if other.crane == motion.crane or other.order < motion.order:
@@ -124,7 +124,7 @@ def test_lifts_under_way_that_are_not_met_go_on_and_the_rest_is_timed_around_the
     assert all(motion.hooked_ns >= now_ns + 30 * S for motion in again)
     assert last in (*part.replanned, *part.retimed)
     whole_proof(now)
-    # Hooks that had begun their way to a next part are where they were until then.
+    # Hooks that had started towards their next part are where they were at that time.
     for motion in current.chain:
         if motion.start_ns < now_ns <= motion.hooked_ns:
             times, axes = motion.samples()
@@ -175,7 +175,7 @@ def test_a_load_without_a_way_holds_all_cranes_until_there_is_one():
     assert held.plan.site.components[current.motions[first].component].id in held.plan.lifts[second].reason
     assert held.pending == {lift.order for lift in current.plan.lifts if lift.order > second}
     assert set(held.motions) == {order for order in current.motions if order < first}
-    # Another change that does not help changes nothing about that.
+    # Another change that does not help changes nothing.
     still = revised(held, with_box(site, target, 2.5, "pallet"), now_ns + 60 * S).current
     assert still.held is not None
     later_ns = now_ns + 600 * S
@@ -194,7 +194,7 @@ def test_a_part_that_is_not_carried_yet_takes_a_longer_way_and_both_ways_are_pro
     current, _ = planned()
     motion = current.motions[6]
     now_ns = motion.hooked_ns + 5 * S
-    site = current.plan.site  # a wall across its way, which the crane can lift it over
+    site = current.plan.site  # a wall across its path, over which the crane can lift it
     low, high = site.frame.corner_of(np.array([0, 9, 1])) + 0.01, site.frame.corner_of(np.array([40, 10, 12])) - 0.01
     wall = ObstructionSet.of([Obstruction("wall", Box(tuple(low), tuple(high)))])
     part = revised(current, with_obstructions(site, wall, rasterise), now_ns)
@@ -233,7 +233,7 @@ def test_a_hook_that_something_appears_at_is_held_for_good_and_so_is_all():
 
 
 def on_the_way(current: CurrentPlan) -> tuple[LiftMotion, int]:
-    """A lift whose empty hook is on its way to the part, no load of its crane in the air, and a time in it."""
+    """Return a lift whose empty hook moves to its part, with no load of its crane in the air, and a time in that move."""
     for motion in current.chain:
         for start_ns, end_ns, _ in motion.ways_ns(PhaseName.APPROACH):
             if end_ns - start_ns > 20 * S:
@@ -255,7 +255,7 @@ def test_an_empty_hook_that_is_met_stops_and_goes_round():
     names = [phase.name for phase in now.motions[motion.order].phases]
     assert names[:3] == [PhaseName.APPROACH, PhaseName.STOP, PhaseName.APPROACH]
     whole_proof(now)
-    # The proof sees the way on which it brakes: a box there was not there.
+    # The proof checks the path on which it brakes: no box was there before.
     stopped = now.motions[motion.order]
     times, axes = stopped.samples()
     rests_ns = stopped.stops_ns[0][0] + 3 * S
@@ -333,7 +333,7 @@ def test_a_spoiled_hold_is_found():
     site = with_box(current.plan.site, load_cell(current, first, carried_at(current.motions[first], 0.55)))
     now = revised(current, site, now_ns).current
     assert now.held is None
-    # The load goes on through where it was going before, not along its new way.
+    # The load continues along its previous path, not along its new one.
     spoiled = {**now.motions, first: current.motions[first]}
     proof = verify_motions_over_time(now.plan, tuple(spoiled[order] for order in sorted(spoiled)))
     assert not proof.verified

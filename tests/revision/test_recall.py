@@ -47,7 +47,7 @@ def order_of(name: str) -> int:
 
 
 def recalled(name: str, now: set[str], then: set[str]) -> bool:
-    """Whether the path of a part is recalled if other parts are in place than when it was proven."""
+    """Return whether the path of a part is recalled if other parts are in place than when it was proven."""
     current, preparation = planned()
     site, lift = current.plan.site, current.plan.lifts[order_of(name)]
     version = Version(lift, path_footprint(site, lift), None, None, _bits(then), None, obstructed_cells(site))

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 STEP_M = 0.01
-# No face of a sample lies on a sampling point: they lie on a grid of 5 mm.
+# No face of a sample is on a sampling point, because faces are on a grid of 5 mm.
 SHIFT_M = 0.00337
 
 
 @dataclass
 class Lift:
-    """What is lifted in one piece: a product, or an assembly with its parts."""
+    """What is lifted as one: a product, or an assembly with its parts."""
 
     name: str
     ifc_class: str
@@ -48,7 +48,7 @@ class Lift:
 
     @cached_property
     def heights(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-        """Plan cell of the low corner, and the lowest and the highest surface over each plan cell (infinite: none)."""
+        """Return the plan cell of the low corner, and the lowest and highest surface above each plan cell (infinite: none)."""
         low, high = np.floor((self.bounds_m[:, :2] - SHIFT_M) / STEP_M).astype(np.int64)
         high += 2
         bottom = np.full(high - low, np.inf)
@@ -75,7 +75,7 @@ class Lift:
 
 
 def _shapes_of(path: Path) -> dict[str, Lift]:
-    """Every product with a body, by GlobalId, in metres and world coordinates; openings left out."""
+    """Return every product with a body, by GlobalId, in metres and world coordinates, without openings."""
     file = ifcopenshell.open(path)
     settings = ifcopenshell.geom.settings()
     settings.set("use-world-coords", True)
@@ -91,7 +91,7 @@ def _shapes_of(path: Path) -> dict[str, Lift]:
 
 
 def _lifts_of(path: Path) -> list[Lift]:
-    """The same with the parts of each assembly made one."""
+    """Return the same with the parts of each assembly joined."""
     file = ifcopenshell.open(path)
     singles: list[Lift] = []
     wholes: dict[str, list[Lift]] = {}

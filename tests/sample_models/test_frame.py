@@ -1,4 +1,4 @@
-"""One frame, three files: the same parts with the same geometry, whatever the unit, the schema and the origin."""
+"""One frame in three files: the same parts with the same geometry in different units, schemas and origins."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_georeferenced_frame_lies_far_from_its_origin(samples: Path) -> None:
     assert placement == RD_NEW_ORIGIN_M
     (conversion,) = file.by_type("IfcMapConversion")
     assert conversion.TargetCRS.Name == "EPSG:28992"
-    # The coordinates are the map's already: a conversion by the same amount again would put it in the sea.
+    # These are map coordinates already: applying the conversion again would put the frame in the sea.
     assert (conversion.Eastings, conversion.Northings) == (0.0, 0.0)
 
 

@@ -28,7 +28,7 @@ def test_site_file_is_the_papers_world(samples: Path, shapes_of: Callable[[Path]
     (column,) = config.component
     assert column.global_id in shapes_of(config.model.path)
     assert column.pose == "lying_x"
-    # It lies in the yard: all of its cells are outside the construction area, inside the site.
+    # It is in the yard: all of its cells are outside the construction area and inside the site.
     assert column.start is not None
     x, y = column.start[:2]
     assert x >= 0

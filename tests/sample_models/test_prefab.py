@@ -1,4 +1,4 @@
-"""The building is real enough to plan: nothing drawn into anything else, everything supported, and erectable."""
+"""The building can be planned: no part is drawn into another, every part is supported, and it can be erected."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def neighbours(lifts: list[Any], reach_m: float) -> list[tuple[Any, Any]]:
 
 
 def common_heights(a: Any, b: Any) -> tuple[NDArray[np.int64], tuple[NDArray[np.float64], ...]]:
-    """Plan cell of the common low corner; bottom and top of a, bottom and top of b over the common plan cells."""
+    """Return the plan cell of the common low corner, and bottom and top of a and of b above the common plan cells."""
     (low_a, bottom_a, top_a), (low_b, bottom_b, top_b) = a.heights, b.heights
     low = np.maximum(low_a, low_b)
     high = np.minimum(low_a + bottom_a.shape, low_b + bottom_b.shape)
@@ -56,7 +56,7 @@ def common_heights(a: Any, b: Any) -> tuple[NDArray[np.int64], tuple[NDArray[np.
 
 
 def bearing(upper: Any, lower: Any) -> NDArray[np.float64]:
-    """(N, 2) plan points, metres, at which ``upper`` bears on ``lower``."""
+    """Return (N, 2) plan points, metres, at which ``upper`` bears on ``lower``."""
     low, (bottom, _, _, top) = common_heights(upper, lower)
     with np.errstate(invalid="ignore"):
         gap = bottom - top

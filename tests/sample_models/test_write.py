@@ -1,4 +1,4 @@
-"""What is committed is what the code writes, and what the README says of it is true."""
+"""The committed files are those that the code writes, and the README describes them correctly."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_committed_files_are_what_the_code_writes(samples: Path, tmp_path: Path)
 
 
 def test_another_process_writes_the_same_bytes_where_it_is_told(samples: Path, tmp_path: Path) -> None:
-    # Another hash seed and another moment: nothing of either may show.
+    # Another hash seed and another time must not change the files.
     command = [sys.executable, "-m", "sample_models.write", "--out", str(tmp_path)]
     done = subprocess.run(command, cwd=samples.parent, capture_output=True, text=True, check=True)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {name: FILES[name]() for name in FILES}

@@ -1,4 +1,4 @@
-"""The mesh site: both files hold the same named, closed bodies, each in its format's own convention."""
+"""The mesh site: both files contain the same named, closed bodies, each in the convention of its format."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAMES = [*(f"container-{i}" for i in range(1, 7)), "excavator", "ground"]
 
 
 def bodies_of(path: Path) -> dict[str, Any]:
-    """Body name to mesh, z up, metres."""
+    """Return the mesh of each body by name, z up, metres."""
     scene = trimesh.load_scene(path)
     if path.suffix == ".stl":
         return dict(scene.geometry)

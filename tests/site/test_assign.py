@@ -21,7 +21,7 @@ PLAIN = '[model]\npath = "m.ifc"\n'
 
 
 def row(count: int, **more):
-    """Parts in a row along x, 3 m apart from x = 4 on."""
+    """Return a site with parts in a row along x, 3 m apart, from x = 4 on."""
     places = [(4.0 + 3.0 * n, 4.0) for n in range(count)]
     return [
         box_component(FRAME, n, f"part {n}", (x, y, 0.0), (x + 1.0, y + 1.0, 1.0), **more)
@@ -46,7 +46,7 @@ def test_each_crane_has_the_parts_on_its_side_and_half_of_them():
 
 
 def test_the_split_is_shifted_to_even_out_the_work():
-    numbers = crane_numbers(row(16))  # all within 50 m: the nearer crane alone would get nearly all
+    numbers = crane_numbers(row(16))  # all within 50 m: by distance alone, the nearer crane would get nearly all
     assert numbers == sorted(numbers)
     assert abs(numbers.count(0) - numbers.count(1)) <= 6
     assert numbers.count(1) > 0

@@ -1,4 +1,4 @@
-"""What several cranes on one site may not be."""
+"""Positions and sizes that several cranes on one site may not have."""
 
 import dataclasses
 

@@ -21,7 +21,8 @@ def test_without_anchors_the_point_is_above_the_centre_of_mass():
 def test_the_hook_is_as_high_as_the_angle_between_the_legs_asks():
     anchored = replace(BEAM, lifting_points_m=((1.0, 0.2, 0.6), (7.0, 0.2, 0.6)))
     lifting = lifting_of(anchored, (4.0, 0.2), 0.75, 2.5, pi / 3, 0.25)
-    # 3 m out, 30 degrees to the vertical: 5.196 m above the anchors, 2.546 m more than 0.75 + 2.5: 11 cells.
+    # 3 m out, 30 degrees to the vertical: 5.196 m above the anchors, 2.546 m more than
+    # 0.75 + 2.5, rounded up to 11 cells.
     assert lifting.source == "anchors"
     assert lifting.sling_rise_vox == int(np.ceil((0.6 + 3.0 * sqrt(3.0) - 3.25) / 0.25))
     assert lifting_of(anchored, (4.0, 0.2), 0.75, 6.0, pi / 3, 0.25).sling_rise_vox == 0

@@ -16,7 +16,7 @@ def box(low, high) -> TriangleMesh:
 
 
 def test_a_wall_shows_its_face_and_a_slab_its_edge():
-    # Every 5 degrees: the diagonal of a box of 6 x 0.2 x 3 shows hardly more than its face.
+    # Every 5 degrees: the outline of a box of 6 x 0.2 x 3 is at most slightly larger than its face.
     assert sail_area_m2(box((0, 0, 0), (6, 0.2, 3))) == pytest.approx(6.0 * 3.0, rel=0.01)
     slab = sail_area_m2(box((0, 0, 0), (6, 2, 0.2)))
     assert 0.2 * 6.0 < slab <= 0.2 * np.hypot(6, 2) + 1e-9

@@ -43,7 +43,7 @@ def test_a_lying_shape_is_the_same_shape_turned_with_its_foot_at_the_low_end(som
     assert len(turned.cells) == len(shape.cells)
     assert turned.size_vox[axis] == shape.size_vox[2]
     assert turned.size_vox[2] == shape.size_vox[axis]
-    # A layer at height z as built in lies z cells from the low end: the foot is at the lowest index.
+    # A layer at height z in the building is z cells from the low end: the foot is at the lowest index.
     for z in range(shape.size_vox[2]):
         assert (shape.cells[:, 2] == z).sum() == (turned.cells[:, axis] == z).sum()
 

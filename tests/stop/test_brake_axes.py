@@ -1,4 +1,4 @@
-"""Emergency stops from any state: within the limits, to rest, and resumed."""
+"""Emergency stops from any state: they keep the limits, end at rest, and can be resumed."""
 
 import dataclasses
 from math import degrees, pi
@@ -62,7 +62,7 @@ def test_slewing_at_full_rate_needs_the_degrees_and_seconds_that_its_own_figures
     wanted_s = SLEWING.rate / SLEWING.acceleration + SLEWING.acceleration / SLEWING.jerk
     assert braking.duration_s == pytest.approx(wanted_s) == pytest.approx(17.0)
     assert degrees(braking.end) == pytest.approx(40.8)
-    # Without the second in which the deceleration is built up: 38 degrees and 16 s.
+    # Without the second in which the deceleration builds up: 38 degrees and 16 s.
     sudden = brake(0.0, 0.8 * 2 * pi / 60, 0.0, AxisLimits(1.0, SLEWING.acceleration, 1e6))
     assert (degrees(sudden.end), sudden.duration_s) == (
         pytest.approx(38.4, abs=0.01),

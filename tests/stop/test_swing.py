@@ -34,7 +34,7 @@ def trajectory(time_s, radius_m):
 
 
 def running(rate_m_s: float, for_s: float):
-    """A trolley that speeds up within one whole period, which leaves no swing, and runs on."""
+    """Return a trolley move that accelerates within one whole period, which leaves no swing, and continues."""
     time_s = np.arange(0.0, PERIOD_S + for_s, 0.05)
     speeding = np.minimum(time_s, PERIOD_S)
     radius = 8.0 + rate_m_s * (speeding**2 / (2.0 * PERIOD_S) + time_s - speeding)
@@ -50,7 +50,7 @@ def running(rate_m_s: float, for_s: float):
 
 @pytest.mark.parametrize("rate_m_s", [0.3, 0.6, 0.9])
 def test_the_swing_that_a_stop_leaves_agrees_with_theory(rate_m_s):
-    """The spectrum of the deceleration at the pendulum's own frequency: a box of v / a seconds under one of a / j."""
+    """Return the swing by theory: the spectrum of a deceleration of v / a seconds, built up in a / j seconds."""
     motion, part, stop = running(rate_m_s, 4.0)
     found = swing_through(motion, part, stop, HANGING)
     pulse = 2.0 * pi / PERIOD_S
@@ -64,7 +64,7 @@ def test_the_swing_that_a_stop_leaves_agrees_with_theory(rate_m_s):
     assert found.swing.amplitude_m[after] == pytest.approx(left_m, rel=0.03, abs=0.004)
     assert np.hypot(*found.swing.offset_m[after].T).max() == pytest.approx(left_m, rel=0.03, abs=0.004)
     assert found.peak_m >= left_m * 0.97
-    # Seen again by the proof's own integrator, from the written samples.
+    # The same by the proof's own integrator, from the written samples.
     driven = part.time_ns < stop.start_ns
     whole_ns = np.concatenate(
         [part.time_ns[driven], stop.trajectory.time_ns + stop.start_ns, [stop.end_ns + 20 * 10**9]]
@@ -82,7 +82,7 @@ def test_the_swing_that_a_stop_leaves_agrees_with_theory(rate_m_s):
 
 
 def test_a_load_that_swings_before_a_stop_continues_to_swing():
-    """Not only braking counts: a stop in the middle of a shaped move meets a load that is swinging."""
+    """Not only braking counts: in the middle of a shaped move, the load is swinging already."""
     motion, part, _ = running(0.6, 4.0)
     at = int(np.searchsorted(part.time_ns, int(0.5 * PERIOD_S * 1e9)))
     rate = 0.6 * 0.5

@@ -1,6 +1,6 @@
-"""Pictures against stored ones, within a tolerance: fonts and rounding differ a little between machines.
+"""Pictures against stored ones, within a tolerance, because fonts and rounding differ slightly between machines.
 
-``BIMVOX_GOLDEN=write pytest tests/rendering/test_golden.py`` writes them anew; look at them before committing.
+``BIMVOX_GOLDEN=write pytest tests/rendering/test_golden.py`` writes them again; look at them before you commit.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from bimvox.rendering.scene.site import scene_of_site, view_of_site
 
 GOLDEN = Path(__file__).parent / "golden"
 MEAN_DIFFERENCE = 0.7
-"""Of 255. A part that is moved by a few cells makes more than 1."""
+"""Mean difference of a channel, of 255; moving a part by a few cells gives more than 1."""
 
 
 def site() -> Scene:
@@ -50,7 +50,7 @@ def under_way_with_crane() -> Scene:
 
 
 def tipped_up() -> Scene:
-    """From an animation: a column that hangs askew while it is tipped up."""
+    """From an animation: a column that hangs at an angle while it is tipped up."""
     log = tiny_log(crane=True)
     film = Film(log.plan.site, log.all_lifts, log.motions, tracks_of(log))
     track = film.tracks[0]

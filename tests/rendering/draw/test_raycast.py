@@ -32,10 +32,10 @@ def test_a_single_cell_is_where_the_projection_says(cell, azimuth, elevation):
     camera = camera_on(solids.shape, view=view)
     buffers = look(solids, camera, view)
     x, y, depth = camera.project(FRAME.centre_of(np.array(cell)))
-    # The pixel in which the middle of the cell lies sees the cell, and its depth is at most half a diagonal nearer.
+    # The pixel at the middle of the cell shows the cell, and its depth is at most half a diagonal nearer.
     assert buffers.solid[int(y), int(x)] == 7
     assert 0.0 < depth - buffers.depth_m[int(y), int(x)] <= 0.5 * np.sqrt(3) / 2 + 0.02
-    # And no pixel outside the projected corners does.
+    # No pixel outside the projected corners shows it.
     corners = FRAME.corner_of(np.array(cell) + np.array([(a, b, c) for a in (0, 1) for b in (0, 1) for c in (0, 1)]))
     seen = camera.project(corners)
     rows, columns = np.nonzero(buffers.solid)
@@ -53,7 +53,7 @@ def test_the_first_hit_is_the_nearest_filled_cell_on_the_ray(seed):
     origin, aim = rng.uniform(-12, 18, 3), rng.uniform(0, 5, 3)
     direction = aim - origin
     i, j, k, axis, along = first_hit(solids, tops(solids), *origin, *direction)
-    # Independent: intersect the ray with the box of every filled cell.
+    # Independent reference: intersect the ray with the box of every filled cell.
     best = np.inf
     for cell in np.argwhere(solids):
         a, b = (cell - origin) / direction, (cell + 1 - origin) / direction
@@ -76,7 +76,7 @@ def test_level_ground_in_the_open_has_its_very_colour_and_shadow_is_darker():
     without, with_tower = look(open_ground, camera, view), look(solids, camera, view)
     x, y, _ = camera.project(FRAME.corner_of(np.array([20, 20, 1])))
     assert without.light[int(y), int(x)] == pytest.approx(1.0, abs=0.02)
-    # The shadow lies on the side away from the sun.
+    # The shadow is on the side away from the sun.
     sun = light_for(view).directions(1)[0]
     shadow = np.array([20, 20, 1]) - 6.0 * sun / sun[2] * [1, 1, 0]
     x, y, _ = camera.project(FRAME.corner_of(shadow))

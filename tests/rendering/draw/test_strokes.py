@@ -12,7 +12,7 @@ OPTIONS = PictureOptions(size_px=(200, 160), view=View(-90.0, 20.0), annotated=F
 
 
 def scene_with(strokes: Strokes | None, *, wall: bool) -> Scene:
-    """A floor, a wall across its middle, and a line along x, seen from -y."""
+    """Return the view from -y of a floor, a wall across its middle, and a line along x."""
     solids = np.zeros((20, 20, 10), np.uint16)
     solids[:, :, 0] = 1
     if wall:

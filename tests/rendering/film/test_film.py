@@ -28,7 +28,7 @@ def tiny_film(*, crane: bool = True) -> Film:
 
 
 def colours_of(film: Film, time_ns: int) -> dict[tuple[int, ...], int]:
-    """How many cells have which colour."""
+    """Return the number of cells of each colour."""
     scene = film.scene(time_ns)
     numbers, counts = np.unique(scene.solids[scene.solids > 0], return_counts=True)
     found: dict[tuple[int, ...], int] = {}
@@ -145,12 +145,12 @@ def test_an_animation_has_its_frames_and_its_size_and_equal_bytes(file_format: s
         frames.append(np.asarray(image.convert("RGB")).astype(int))
         assert image.info["duration"] == (100 if n < 8 else 1600)
     assert np.abs(frames[0] - frames[-1]).mean() > 0.5
-    # The background is flat: one colour in every frame.
+    # The background has one colour in every frame.
     assert len({tuple(frame[2, -3]) for frame in frames}) == 1
 
 
 def test_a_gif_shows_what_the_frames_are():
-    """Pixels that are left clear because nothing changed must add up to the true frame."""
+    """Pixels that are left transparent because they did not change must add up to the true frame."""
     film = tiny_film()
     times = frame_times_ns(film.tracks, list(film.motions.values()), 6)
     gif, webp = (Image.open(io.BytesIO(written(film, times, SMALL, kind))) for kind in ("gif", "webp"))

@@ -19,11 +19,11 @@ ARGUMENTS = (
     "--disable-component-update",
     "--disable-sync",
 )
-"""Software rendering, and no connection of the browser's own."""
+"""Options for software rendering, and for no network connections of the browser itself."""
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave browser tests out unless a marker expression asks for them: not every machine has a browser."""
+    """Skip browser tests unless a marker expression selects them: not every machine has a browser."""
     if config.option.markexpr:
         return
     left_out = [item for item in items if item.get_closest_marker("browser")]
@@ -34,7 +34,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
-    """Chromium, from ``BIMVOX_BROWSER`` or the path."""
+    """Return Chromium, from ``BIMVOX_BROWSER`` or the search path."""
     found = os.environ.get("BIMVOX_BROWSER") or shutil.which("chromium") or shutil.which("google-chrome")
     if found is None:
         pytest.fail("no browser is here: install chromium, or set BIMVOX_BROWSER to one")

@@ -1,4 +1,4 @@
-"""The page in a real browser: it draws, plays, is searched and clicked, and its numbers are those of the log."""
+"""The page in a real browser: drawing, playing, searching and clicking work, and its numbers are those of the log."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ TO_PIXELS = """(at) => {
 
 
 class Seen:
-    """A page that is open, and what it did."""
+    """An open page, and what it did."""
 
     def __init__(self, page: Any) -> None:
         self.page = page
@@ -67,18 +67,18 @@ class Seen:
         self.drawn()
 
     def drawn(self) -> None:
-        """Wait until what the page knows now has been drawn: it draws in the next frame, not at once."""
+        """Wait until the page has drawn its current state: it draws in the next frame, not at once."""
         self.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
     def wait(self, condition: str) -> None:
-        """Wait for a JavaScript condition; asked from here, since the page allows no evaluation within it."""
+        """Wait for a JavaScript condition, evaluated from here, because the page forbids evaluation."""
         deadline = time.monotonic() + WAIT_MS / 1000
         while not self.page.evaluate(f"() => Boolean({condition})"):
             assert time.monotonic() < deadline, f"never: {condition}"
             self.page.wait_for_timeout(30)
 
     def picture(self) -> np.ndarray:
-        """The view, as pixels, once it has been drawn."""
+        """Return the view as pixels, after it was drawn."""
         self.drawn()
         data = self.page.locator("#canvas").screenshot()
         return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(int)
@@ -158,7 +158,7 @@ def test_sliding_shows_that_time_and_playing_goes_on(seen):
     assert seen.text("#live") == "Lift 3 of 3: Beam"
     before = seen.picture()
     blue = (before[..., 2] > 120) & (before[..., 0] < 60)
-    assert blue.sum() > 100  # the load and its way
+    assert blue.sum() > 100  # the load and its path
     seen.page.select_option("#speed", "20")
     seen.page.click("#play")
     seen.wait(f"Number(document.getElementById('time').value) > {track.lifted_ns / 1e9 + 8}")
@@ -197,7 +197,7 @@ def test_a_click_on_a_part_in_the_view_chooses_it(seen):
         low, high = component.mesh.bounds_m
         middle = (low + high) / 2
         eye = np.array(seen.page.evaluate("() => window.page.camera.eye"))
-        # The side nearest to the eye: the middle of the face that it sees best.
+        # The side nearest to the camera: the middle of the face that it sees best.
         axis = int(np.argmax(np.abs((eye - middle) / (high - low))[:2]))
         at = middle.copy()
         at[axis] = high[axis] if eye[axis] > middle[axis] else low[axis]
@@ -343,7 +343,7 @@ def test_revisions_are_switched_and_say_what_changed(browser, tmp_path):
     picture = seen.picture()
     seen.page.click("#revision-earlier")
     assert seen.text("#proof") == "✓ proven"
-    assert np.abs(seen.picture() - picture).max() > 50  # the truck is there
+    assert np.abs(seen.picture() - picture).max() > 50  # the truck is present
     seen.page.keyboard.press("]")
     assert seen.page.input_value("#revision") == "1"
     assert seen.complaints == []
@@ -372,7 +372,7 @@ def test_hostile_names_are_only_text(browser, tmp_path):
     seen.page.click("#plan-button")
     assert EVIL in seen.text("#panel-plan")
     assert seen.page.evaluate("() => window.hacked") is None
-    assert seen.page.locator("img").count() == 1  # the page's own, for printing
+    assert seen.page.locator("img").count() == 1  # the page's own code, for printing
     assert seen.complaints == []
     seen.page.context.close()
 

@@ -12,7 +12,7 @@ from bimvox.rendering.scene.crane_parts import crane_parts
 
 
 def posed(crane, points, joints, pose) -> np.ndarray:
-    """What the page does: turn by the slew, move to the joint's place."""
+    """Return what the page computes: rotate by the slew angle, move to the position of the joint."""
     cos, sin = np.cos(pose.slew_rad), np.sin(pose.slew_rad)
     turned = points @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
     turned[joints == FIXED] = points[joints == FIXED]

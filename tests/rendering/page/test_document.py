@@ -129,7 +129,7 @@ def test_a_revision_says_what_it_changed():
     first, second = document["revisions"]
     assert first["changes"] is None
     assert second["changes"] == {"since": 3, "kept": [0], "replanned": [2], "infeasible": [1], "changed_cells": 1}
-    # What a replan keeps is stored once.
+    # What a revision keeps is stored once.
     assert len(document["motions"]) == 2
 
 

@@ -1,4 +1,4 @@
-"""A page that goes with a log: what is written when, and in a real browser that an open page follows."""
+"""A page that follows a log: what is written when, and in a real browser how an open page follows."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ VERSION = "document.querySelector('meta[name=bimvox-live]').dataset.version"
 
 
 def write_revision(file: Path, number: int, **changed: Any) -> None:
-    """Replace a log whole, as a watch does."""
+    """Replace a whole log, as a watch does."""
     log = tiny_log(crane=True)
     if changed:
         lifts = tuple(dataclasses.replace(lift, **changed) if lift.order == 2 else lift for lift in log.plan.lifts)
@@ -144,7 +144,7 @@ def test_an_open_page_follows_and_goes_on_where_it_was(browser: Any, tmp_path: P
         return f"{VERSION} === '{news['sha256']}' && window.page?.live"
 
     def holds(condition: str) -> bool:
-        """The page loads itself again while it is asked: then it does not hold yet."""
+        """Return False while the page reloads itself."""
         from playwright.sync_api import Error
 
         try:
@@ -172,7 +172,7 @@ def test_an_open_page_follows_and_goes_on_where_it_was(browser: Any, tmp_path: P
         42, 20, 2, True, 123,
     ]  # fmt: skip
     assert "Revision 1 loaded" in page.inner_text("#live")
-    # Paused, it stays with what it shows, until it is let go on.
+    # While paused, it keeps what it shows until it is resumed.
     page.click("#follow")
     write_revision(log, 2)
     third = next(pages)

@@ -8,7 +8,7 @@ from bimvox.rendering.page.geometry import geometry_of, shapes_of
 
 
 def soup(mesh: TriangleMesh) -> TriangleMesh:
-    """The same triangles, no two sharing a vertex."""
+    """Return the same triangles, no two of which share a vertex."""
     corners = mesh.triangles_m.reshape(-1, 3)
     return TriangleMesh(corners, np.arange(len(corners), dtype=np.int32).reshape(-1, 3))
 

@@ -47,7 +47,7 @@ def test_names_cannot_leave_the_data(page):
     text = hostile.decode()
     assert EVIL not in text
     assert 'onerror="' not in text
-    # Outside of data and title the page is the same, whatever the names.
+    # Except for data and title, the page is the same, whatever the names.
     tags = [re.findall(r"<[a-z/!][^>]*>", source.decode()) for source in (page, hostile)]
     assert len(tags[0]) == len(tags[1])
     assert Opened(hostile).document["parts"][0]["name"] == EVIL

@@ -1,4 +1,4 @@
-"""The page's own reckoning, run by Node: it unpacks, interpolates and tells states as the log does."""
+"""The page's own program, run by Node: it unpacks, interpolates and determines states as the log does."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_states_are_those_of_the_log(tmp_path, crane):
             (track.assembled_ns, ConstructionState.ASSEMBLED),
         ):
             if time_ns == track.end_ns and track.lift.order == 0:
-                continue  # the next lift begins at that moment
+                continue  # the next lift starts at that moment
             asked.append(time_ns / 1e9 + 1e-6)
             now = {**before, track.lift.component: state}
             wanted.append([numbers[now.get(n)] for n in range(3)])

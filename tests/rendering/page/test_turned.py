@@ -1,4 +1,4 @@
-"""A part that was stored turned, as the page's own reckoning has it (run by Node)."""
+"""A part that was stored turned, as the page's own program computes it (run by Node)."""
 
 from __future__ import annotations
 

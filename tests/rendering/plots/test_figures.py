@@ -22,7 +22,7 @@ LIFTS = [lift(0.2), lift(0.4, "search", 100), lift(0.41), lift(0.9, "retrained",
 
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """The figures as matplotlib has them, so that bars are counted and not pixels."""
+    """Collect the matplotlib figures, so that tests count bars instead of pixels."""
     figures: list[Figure] = []
 
     def kept(figure: Figure, file_format: str) -> bytes:
@@ -82,6 +82,6 @@ def test_nothing_to_count_is_an_empty_plot(draw):
 
 
 def test_lines_stay_apart_in_gray():
-    """Every two of the first four differ in lightness or in dash and marker."""
+    """Any two of the first four differ in lightness, or in dash and marker."""
     looks = {(str(line.dash), line.marker) for line in LINES}
     assert len(looks) == len(LINES)

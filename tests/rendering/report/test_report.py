@@ -53,7 +53,7 @@ def test_every_number_of_a_lift_is_that_of_the_log():
         at_ns = round(row["governing_time_s"] * 1e9) - motion.start_ns
         times = np.concatenate([motion.raising.time_ns, motion.loaded.time_ns])
         assert radius_m[int(np.flatnonzero(times == at_ns)[0])] == row["radius_m"]
-        # And what people read is the same, rounded.
+        # People read the same value, rounded.
         assert f"{100 * row['utilisation']:.1f}" in row["words"]
         assert f"{row['radius_m']:.2f}" in row["words"]
 
@@ -134,7 +134,7 @@ def test_nothing_comes_from_elsewhere_and_names_are_only_text():
     record = record_of(revision_of(log))
     page = report_page(record, log.plan.site.cranes)
     text = page.decode()
-    # Every number but sizes of the drawing itself is text; nothing is fetched and nothing runs.
+    # Every number except sizes of the drawing is text; nothing is fetched and no script runs.
     assert re.findall(r'(?:src|href)="(?!data:)', text) == []
     assert "default-src 'none'" in text
     assert "script-src" not in text

@@ -13,7 +13,7 @@ from bimvox.rendering.scene.grid import scene_of_grid
 
 
 def grid_of_boxes(boxes, *, ground: bool = False) -> VoxelGrid:
-    """boxes: (class, label, low, high) in cells."""
+    """Return a grid of boxes: (class, label, low, high) in cells."""
     shares = np.zeros((len(boxes) + ground, 14, 12, 8))
     for share, (_, _, low, high) in zip(shares, boxes, strict=False):
         share[tuple(slice(a, b) for a, b in zip(low, high, strict=True))] = 1.0
@@ -37,7 +37,7 @@ def test_every_colour_of_the_legend_is_in_the_picture():
     picture = picture_of(scene, PictureOptions(size_px=(480, 320), annotated=False)).reshape(-1, 3).astype(int)
     assert [entry.label for entry in scene.legend] == ["IfcColumn (2)", "IfcBeam (1)", "not lifted (1)"]
     for entry in scene.legend:
-        # Level faces in the sun have the very colour; rounding and the sky's share may take a little.
+        # Level faces in the sun have the exact colour, up to rounding and the share of the sky.
         assert (np.abs(picture - entry.rgb).max(axis=1) <= 6).any(), entry.label
 
 

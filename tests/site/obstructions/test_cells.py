@@ -66,7 +66,7 @@ def test_a_cylinder_takes_every_cell_that_holds_a_point_of_it(base, radius, heig
     hit = np.floor(where[well_inside]).astype(int)
     hit = hit[((hit >= 0) & (hit < SHAPE)).all(axis=1)]
     assert as_set(hit) <= cells
-    for cell in cells:  # and none that it does not touch
+    for cell in cells:  # no cell that it does not touch
         low = FRAME.corner_of(cell)
         nearest = np.clip(base[:2], low[:2], low[:2] + FRAME.voxel_size_m)
         assert np.hypot(*(nearest - base[:2])) < radius + 1e-9
