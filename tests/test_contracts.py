@@ -1,4 +1,4 @@
-"""The import contracts of pyproject.toml, as a test: a planted upward import fails the suite."""
+"""The import contracts of pyproject.toml: a planted upward import fails the suite."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Machine code is found again only where everything that it was compiled from is the same."""
+"""Machine code is reused only if everything that it was compiled from is the same."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     ]
     assert [one.split() for one in said] == [["0", "1"], ["1", "0"]]
     for file in (tmp_path / "kernels").rglob("*.nbc"):
-        file.write_bytes(file.read_bytes()[:100])  # what cannot be read is compiled again
+        file.write_bytes(file.read_bytes()[:100])  # code that cannot be read is compiled again
     again = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, check=True).stdout
     assert again.split() == ["0", "1"]
 

@@ -51,7 +51,7 @@ def test_a_worker_ends_with_its_parent_whatever_ends_it():
         assert parent.stdout is not None
         child = int(parent.stdout.readline())
         time.sleep(3.0)
-        os.kill(child, 0)  # it is there
+        os.kill(child, 0)  # the process exists
         parent.kill()
     for _ in range(100):
         if not _runs(child):

@@ -48,7 +48,7 @@ for name, module in sys.modules.items():
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Built from a copy of what belongs to the project, so that nothing is left in the checkout."""
+    """Build the wheel from a copy of the project's files, so that nothing is left in the checkout."""
     source, out = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("wheel")
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
@@ -61,13 +61,13 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def clean(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A virtual environment with the wheel and the packages that it needs, without the checkout; its Python."""
+    """Return the Python of a virtual environment with the wheel and the packages it needs, without the checkout."""
     folder = tmp_path_factory.mktemp("clean")
     venv.create(folder, with_pip=False)
     packages = Path(sysconfig.get_path("purelib", vars={"base": str(folder), "platbase": str(folder)}))
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(packages)
-    # Files with the ending .pth in that folder are not run, so an editable installation of the checkout is not found.
+    # .pth files in that folder are not run, so an editable installation of the checkout is not found.
     (packages / "needed.pth").write_text(sysconfig.get_path("purelib") + "\n")
     return folder / "bin" / "python"
 

@@ -1,4 +1,4 @@
-"""The proof sees errors of the planner: each test plants one, and a check of the proof names it.
+"""The proof finds errors of the planner: each test plants one, and a check of the proof names it.
 
 The error stays planted while the proof runs, so a proof that shared the function would share the error as well.
 """
@@ -42,7 +42,7 @@ from bimvox.stop.resume import resume, resume_cells
 
 Made = tuple[LiftPlan, tuple[LiftMotion, ...]]
 Wrong = Callable[[Any], Any]
-"""From what the planner has to what it has with the error."""
+"""Returns the faulty version of a function or value of the planner."""
 
 
 class Mutant(NamedTuple):
@@ -51,7 +51,7 @@ class Mutant(NamedTuple):
     Attributes:
         site: A site on which it matters.
         check: The check of the proof that must fail.
-        errors: Names of what is replaced, as the planner finds them, and the replacement.
+        errors: What is replaced, by its names in the planner, and the replacement.
     """
 
     site: Callable[[], Site]
@@ -77,12 +77,12 @@ def crane(**more: Any) -> Any:
 
 @cache
 def portal(**rules: Any) -> Site:
-    """A portal of two columns, beam and slab, behind a wall."""
+    """Return a portal of two columns, beam and slab, behind a wall."""
     return box_site(PORTAL, structure=[WALL], crane=crane(), rules=Rules(**rules), **ALONG)
 
 
 def under_a_lip(depth_m: float) -> Callable[[], Site]:
-    """A block whose place is partly under a ledge that it touches: it goes in from the side."""
+    """Return a block whose place is partly under a ledge that it touches: it is inserted from the side."""
     block, ledge = ("block", (1.0, 4.0, 0.0), (2.0, 5.0, 1.1)), ("ledge", (2.0 - depth_m, 4.0, 1.1), (3.0, 5.0, 1.5))
     return cache(lambda: box_site([block], structure=[ledge], rules=Rules(rope=False), **ALONG))
 
@@ -95,7 +95,7 @@ def drawn_into_each_other() -> Site:
 
 @cache
 def behind_a_screen() -> Site:
-    """A screen from one boundary to the other; without a crane, only its cells are in the way."""
+    """Return a screen from boundary to boundary; without a crane, only its cells are in the way."""
     return box_site(
         [BLOCK], obstructions=[("screen", (8.0, 0.0, 0.0), (8.5, 15.0, 6.0))], rules=Rules(rope=False), **ALONG
     )
@@ -103,14 +103,14 @@ def behind_a_screen() -> Site:
 
 @cache
 def under_a_bridge() -> Site:
-    """A bridge that a load could pass under, if its rope could pass through."""
+    """Return a bridge under which a load could pass, if its rope could pass through the bridge."""
     bridge = ("bridge", (8.0, 0.0, 5.5), (8.5, 15.0, 6.0))
     return box_site([BLOCK], obstructions=[bridge], crane=crane(), **ALONG)
 
 
 @cache
 def past_a_mast() -> Site:
-    """Two high screens, and a gap between them whose edge is in line with start and place."""
+    """Return two high screens and a gap between them, its edge in line with start and place."""
     screens = [("south", (8.0, 0.0, 0.0), (8.5, 3.5, 10.0)), ("north", (8.0, 7.5, 0.0), (8.5, 15.0, 10.0))]
     block = ("block", (1.0, 3.5, 0.0), (2.0, 4.5, 1.0), {"start_vox": (24, 7, 1)})
     return box_site([block], obstructions=screens, crane=crane(), rules=Rules(rope_clearance_m=1.0), **ALONG)
@@ -118,7 +118,7 @@ def past_a_mast() -> Site:
 
 @cache
 def one_too_heavy() -> Site:
-    """Two blocks, one of 108 % of what the crane carries there."""
+    """Return two blocks, one with 108 % of the capacity at its place."""
     heavy, light = (*BLOCK, {}), NEXT
     site = box_site([heavy, light], crane=crane(), **ALONG)
     first = replace(site.components[0], mass_kg=20_500.0)
@@ -132,7 +132,7 @@ def one_out_of_reach() -> Site:
 
 @cache
 def one_in_too_much_wind() -> Site:
-    """Two blocks, one with so large a sail that only 15 m/s are permitted, in a wind of 16 m/s."""
+    """Return two blocks in a wind of 16 m/s, one with a sail area that permits only 15 m/s."""
     site = box_site([BLOCK, NEXT], crane=crane(), rules=Rules(wind_speed_m_s=16.0), **ALONG)
     one, other = (replace(part, sail_area_m2=sail_area_m2(part.mesh)) for part in site.components)
     return replace(site, components=(replace(one, mass_kg=800.0), other))
@@ -152,7 +152,7 @@ def closed_to_loads() -> Site:
 
 @cache
 def limited_in_height() -> Site:
-    """The hook must be above 9 m where it crosses."""
+    """Return a site whose hook must be above 9 m where it crosses."""
     site = portal()
     low_m = np.where(rectangle(site, 6.0, 0.0, 7.0, 15.0), 9.0, -np.inf)
     return replace(site, hook_heights=HookHeights(low_m, np.full(low_m.shape, np.inf)))
@@ -166,7 +166,7 @@ def in_a_wanted_order() -> Site:
 
 @cache
 def raised_beneath_something() -> Site:
-    """Two columns lying in the yard, one of them beneath a cable on its way up."""
+    """Return two columns that lie in the yard, one of them under a cable on its way up."""
     column = {"ifc_class": "IfcColumn", "erected": True}
     parts = [
         ("first", (1.0, 1.0, 0.0), (1.5, 1.5, 3.0), column | {"start_vox": (24, 8, 1)}),
@@ -179,7 +179,7 @@ def raised_beneath_something() -> Site:
 
 @cache
 def quick_to_start() -> Site:
-    """The portal under a crane that sets its loads swinging."""
+    """Return the portal under a crane whose loads swing."""
     site = portal()
     own = site.cranes[0]
     slewing, trolley = AxisLimits(0.16, 0.02, 0.02), AxisLimits(2.0, 0.5, 1.0)
@@ -188,7 +188,7 @@ def quick_to_start() -> Site:
 
 @cache
 def close_to_a_wall() -> Site:
-    """Two blocks with a high wall between them and the yard, and little room on both sides of it."""
+    """Return two blocks behind a high wall, with little room on both sides of it."""
     blocks = [
         ("block", (6.0, 4.0, 0.0), (7.0, 5.0, 1.0), {"start_vox": (18, 8, 1)}),
         ("next", (6.0, 6.0, 0.0), (7.0, 7.0, 1.0), {"start_vox": (18, 12, 1)}),
@@ -198,7 +198,7 @@ def close_to_a_wall() -> Site:
 
 
 def two_cranes(west: tuple, east: tuple, back: tuple) -> Site:
-    """Two cranes 20 m apart whose jibs cross between them, and three parts: the second one is the eastern crane's."""
+    """Return two cranes 20 m apart whose jibs cross, and three parts; the eastern crane lifts the second one."""
     first = replace(test_crane(base=(10.0, -3.0, 0.0), height=14.0), name="west", jib_length_m=14.5)
     second = replace(first, name="east", base_m=(30.0, -3.0, 0.0))
     site = box_site([west, east, back], shape=(80, 40, 40), yard=((0.0, 8.0), (80.0, 22.0)), crane=first)
@@ -208,7 +208,7 @@ def two_cranes(west: tuple, east: tuple, back: tuple) -> Site:
 
 @cache
 def crossing_cranes() -> Site:
-    """The eastern crane follows the western one to where they meet, and is slow to brake."""
+    """Return the same with an eastern crane that follows the western one to where they meet, and brakes slowly."""
     site = two_cranes(
         ("west", (18.0, 2.0, 0.0), (19.0, 3.0, 1.0), {"start_vox": (8, 14, 1)}),
         ("east", (21.0, 2.0, 0.0), (22.0, 3.0, 1.0), {"start_vox": (66, 14, 1), "after": ("west",)}),
@@ -220,7 +220,7 @@ def crossing_cranes() -> Site:
 
 @cache
 def taking_turns() -> Site:
-    """The first part goes far, the second one is soon there."""
+    """Return the same with a long lift for the first part and a short one for the second."""
     return two_cranes(
         ("west", (16.0, 1.0, 0.0), (17.0, 2.0, 1.0), {"start_vox": (4, 14, 1)}),
         ("east", (36.0, 2.0, 0.0), (37.0, 3.0, 1.0), {"start_vox": (72, 10, 1), "after": ("west",)}),
@@ -235,7 +235,7 @@ def one_behind_a_wall() -> Site:
 
 
 def given(**wrong: Wrong) -> Wrong:
-    """The function with other values of some of its parameters, which must be given by position or name."""
+    """Return the function with other values of some parameters, which must be given by position or name."""
 
     def planted(true: Callable[..., Any]) -> Callable[..., Any]:
         signature = inspect.signature(true)
@@ -252,12 +252,12 @@ def given(**wrong: Wrong) -> Wrong:
 
 
 def returning(change: Wrong) -> Wrong:
-    """The function with something done to what it returns."""
+    """Return the function with a change of what it returns."""
     return lambda true: lambda *args, **kwargs: change(true(*args, **kwargs))
 
 
 def always(value: Any) -> Wrong:
-    """A function that returns one value."""
+    """Return a function that always returns one value."""
     return lambda true: lambda *args, **kwargs: value
 
 
@@ -266,7 +266,7 @@ def times(factor: float) -> Wrong:
 
 
 def by(rate: float = 1.0, acceleration: float = 1.0, jerk: float = 1.0) -> Wrong:
-    """Limits of an axis, multiplied."""
+    """Return the limits of an axis, multiplied."""
     return lambda own: AxisLimits(own.rate * rate, own.acceleration * acceleration, own.jerk * jerk)
 
 
@@ -279,7 +279,7 @@ def without_obstructions(site: Site) -> Site:
 
 
 def upside_down(relations: Any) -> Any:
-    """Each relation the other way round."""
+    """Return the relations, each reversed."""
 
     def turned(edges: Any) -> Any:
         return tuple(tuple(i for i in range(len(edges)) if j in edges[i]) for j in range(len(edges)))
@@ -288,7 +288,7 @@ def upside_down(relations: Any) -> Any:
 
 
 def shortened(name: PhaseName) -> Wrong:
-    """Phases of this name take a second."""
+    """Return motions in which phases of this name take one second."""
     return lambda spans: [(one, 10**9 if one is name else length_ns) for one, length_ns in spans]
 
 
@@ -475,18 +475,18 @@ STOPPED: dict[str, tuple[Mutant, float]] = {
         0.5,
     ),
 }
-"""Errors in emergency stops, each with the share of the carrying at which the stop is ordered."""
+"""Errors in emergency stops, each with the share of the loaded motion at which the stop is ordered."""
 
 
 def made(site: Site) -> Made:
-    """The site's plan and motions, as the planner makes them."""
+    """Return the plan and motions of a site as the planner makes them."""
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
     return plan, time_lifts(plan, replay(site, preparation, plan)) if site.cranes else ()
 
 
 def digest(plan: LiftPlan, motions: tuple[LiftMotion, ...]) -> str:
-    """A digest of everything that the planner decides."""
+    """Return a digest of everything that the planner decides."""
     found = hashlib.sha256()
     for lift in plan.lifts:
         path = () if lift.path_vox is None else lift.path_vox.tolist()
@@ -507,7 +507,7 @@ def failed(plan: LiftPlan, motions: tuple[LiftMotion, ...]) -> dict[str, tuple[s
 
 @cache
 def good(site: Callable[[], Site]) -> str:
-    """The digest of the plan without an error, which is proven."""
+    """Return the digest of the plan without an error, which is proven."""
     plan, motions = made(site())
     assert not failed(plan, motions)
     return digest(plan, motions)
@@ -536,7 +536,7 @@ def test_an_error_in_the_planner_is_seen(name: str, monkeypatch: pytest.MonkeyPa
 
 
 def independent_of() -> tuple[str, ...]:
-    """The modules that the proof may not import, by the contracts of the house."""
+    """Return the modules that the proof may not import, by the import contracts."""
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
     contracts = {contract["id"]: contract for contract in project["tool"]["importlinter"]["contracts"]}
     return (*contracts["proof"]["forbidden_modules"], *contracts["proof-rules"]["forbidden_modules"])
@@ -551,7 +551,7 @@ def test_errors_are_planted_only_where_the_proof_may_not_look() -> None:
 
 
 def stopped(site: Site, share: float) -> Made:
-    """The lift of a site's only part, stopped after a share of its carrying, and resumed twenty seconds later."""
+    """Return the lift of a site's only part, stopped after a share of its loaded motion and resumed 20 s later."""
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
     (motion,) = time_lifts(plan, replay(site, preparation, plan))

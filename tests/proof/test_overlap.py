@@ -62,7 +62,7 @@ places = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 @settings(max_examples=300, deadline=None)
 @given(sizes, sizes, places)
 def test_boxes_overlap_as_intervals_do(size, other_size, place):
-    """Return whether one box is deeper than the tolerance in another: three intervals that overlap after shrinking."""
+    """One box is deeper than the tolerance in another if three intervals overlap after shrinking."""
     low, high = np.array(place), np.array(place) + other_size
     one, other = box_mesh((0.0, 0.0, 0.0), size), box_mesh(low, high)
     thick, thin = pair(one, other)

@@ -1,4 +1,4 @@
-"""How high loads are carried over what is in place, and how much of the capacity they use."""
+"""Remarks on how high loads are carried above what is in place, and on how much of the capacity they use."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bimvox.records.remark import Severity
 
 
 def carried_at(height_vox: int) -> LiftPlan:
-    """The plan drawn by hand, every load carried across at a height in cells of 0.5 m."""
+    """Return the hand-made plan with every load carried at a height in cells of 0.5 m."""
     plan = plan_by_hand(crane=True)
     lifts = []
     for lift in plan.lifts:
@@ -28,7 +28,7 @@ def carried_at(height_vox: int) -> LiftPlan:
 
 
 def while_carried(plan: LiftPlan, height_vox: int):
-    """Motions whose phase of travel is only the part at that height."""
+    """Return motions whose traverse phase is only the part at that height."""
     found = []
     for motion, lift in zip(motions_by_hand(plan), plan.lifts, strict=True):
         assert lift.path_vox is not None

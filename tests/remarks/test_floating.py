@@ -1,4 +1,4 @@
-"""Parts that float, alone or together, are named; parts that anything carries or holds are not."""
+"""Parts that float, alone or together, are named; parts that something carries or holds are not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A crane that stands in what is built, or in its outline."""
+"""Remarks on a crane that stands inside the building or its outline."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A crane is that of the catalogue, or the remark says what differs and by how much."""
+"""Remarks on a crane that differs from the catalogue say what differs and by how much."""
 
 from __future__ import annotations
 

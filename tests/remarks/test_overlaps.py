@@ -1,4 +1,4 @@
-"""Both parts of a pair that is drawn deeper than 50 mm into each other are named; shallow pairs are counted."""
+"""Pairs that the model overlaps by more than 50 mm are named with both parts; shallow pairs are counted."""
 
 from __future__ import annotations
 

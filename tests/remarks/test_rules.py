@@ -1,4 +1,4 @@
-"""Rules that are looser than usual, proofs that are switched off, and what is assumed."""
+"""Remarks on rules that are less strict than usual, on proofs that are switched off, and on assumptions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a lorry, a special transport, a person or a bundle carries."""
+"""Remarks on parts by transport: a lorry, a special transport, a person or a bundle."""
 
 from __future__ import annotations
 

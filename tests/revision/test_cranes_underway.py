@@ -233,7 +233,7 @@ def test_a_hook_that_something_appears_at_is_held_for_good_and_so_is_all():
 
 
 def on_the_way(current: CurrentPlan) -> tuple[LiftMotion, int]:
-    """Return a lift whose empty hook moves to its part, with no load of its crane in the air, and a time in that move."""
+    """Return a lift whose empty hook moves to its part while its crane has no load, and a time in that move."""
     for motion in current.chain:
         for start_ns, end_ns, _ in motion.ways_ns(PhaseName.APPROACH):
             if end_ns - start_ns > 20 * S:

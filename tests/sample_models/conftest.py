@@ -48,7 +48,7 @@ class Lift:
 
     @cached_property
     def heights(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-        """Return the plan cell of the low corner, and the lowest and highest surface above each plan cell (infinite: none)."""
+        """Return the plan cell of the low corner, and the lowest and highest surface per plan cell (infinite: none)."""
         low, high = np.floor((self.bounds_m[:, :2] - SHIFT_M) / STEP_M).astype(np.int64)
         high += 2
         bottom = np.full(high - low, np.inf)

@@ -21,7 +21,7 @@ PLAIN = '[model]\npath = "m.ifc"\n'
 
 
 def row(count: int, **more):
-    """Return a site with parts in a row along x, 3 m apart, from x = 4 on."""
+    """Return parts in a row along x, 3 m apart, from x = 4 on."""
     places = [(4.0 + 3.0 * n, 4.0) for n in range(count)]
     return [
         box_component(FRAME, n, f"part {n}", (x, y, 0.0), (x + 1.0, y + 1.0, 1.0), **more)

@@ -50,7 +50,7 @@ def running(rate_m_s: float, for_s: float):
 
 @pytest.mark.parametrize("rate_m_s", [0.3, 0.6, 0.9])
 def test_the_swing_that_a_stop_leaves_agrees_with_theory(rate_m_s):
-    """Return the swing by theory: the spectrum of a deceleration of v / a seconds, built up in a / j seconds."""
+    """By theory, the swing is the spectrum of a deceleration of v / a seconds that builds up in a / j seconds."""
     motion, part, stop = running(rate_m_s, 4.0)
     found = swing_through(motion, part, stop, HANGING)
     pulse = 2.0 * pi / PERIOD_S

@@ -1,4 +1,4 @@
-"""The audit of installed packages finds what does not come from the lock file."""
+"""The audit of installed packages finds packages that are not those of the lock file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PINS = {"thing": (Pin("thing", "1.0", ("sha256:aa",)), Pin("thing", "2.0", ("sha
 
 @pytest.fixture
 def installed(tmp_path: Path) -> Path:
-    """A folder in which package ``thing`` is installed."""
+    """Return a folder in which the package ``thing`` is installed."""
     info = tmp_path / "thing-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: Thing\nVersion: 1.0\n")

@@ -1,4 +1,4 @@
-"""Small buildings made of boxes, for tests that start before the voxels."""
+"""Small buildings made of boxes, for tests of voxelization and earlier stages."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def building_of(*elements: Element, origin_m=(0.0, 0.0, 0.0)) -> Building:
 
 
 def frame_house() -> Building:
-    """Four columns, two beams and a slab on them, on a footing; 8 x 5 m on plan."""
+    """Return four columns on a footing, with two beams and a slab on them; 8 x 5 m on plan."""
     columns = [
         box_element(f"column-{n}", (x, y, 0.5), (x + 0.3, y + 0.3, 3.5), ifc_class="IfcColumn")
         for n, (x, y) in enumerate([(0.0, 0.0), (7.7, 0.0), (0.0, 4.7), (7.7, 4.7)])
@@ -46,7 +46,7 @@ def frame_house() -> Building:
 
 
 def rasterise_boxes(mesh: TriangleMesh, frame: GridFrame, shape) -> np.ndarray:
-    """Cells of a box mesh, cut to the grid."""
+    """Return the cells of a box mesh, cut to the grid."""
     low, high = mesh.bounds_m
     low, high = np.maximum(low, frame.corner_of((0, 0, 0))), np.minimum(high, frame.corner_of(shape))
     if (high <= low).any():

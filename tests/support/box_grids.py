@@ -1,4 +1,4 @@
-"""Grids whose tables agree with their cells, for tests that need no model."""
+"""Grids whose tables agree with their cells, for tests without a model."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def grid_of(
     shape: tuple[int, int, int] | None = None,
     **more: Any,
 ) -> VoxelGrid:
-    """A grid of parts that fill these shares of its cells, (X, Y, Z) each, above 0 where a part meets the cell."""
+    """Return a grid of parts, given the shares of its cells that they fill: (X, Y, Z) each, above 0 in met cells."""
     shape = shape or shares[0].shape
     stack = np.array(shares, np.float32).reshape(-1, *shape)
     met = stack > 0
@@ -55,7 +55,7 @@ def grid_of(
 
 
 def random_shares(seed: int, shape: tuple[int, int, int], parts: int) -> list[NDArray[np.float32]]:
-    """Parts that fill random boxes, which run into each other, by random shares."""
+    """Return parts that fill random, overlapping boxes by random shares."""
     rng = np.random.default_rng(seed)
     shares = np.zeros((parts, *shape), np.float32)
     for share in shares:

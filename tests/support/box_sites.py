@@ -1,4 +1,4 @@
-"""Small sites made of boxes, for tests that need a whole site without a file."""
+"""Small sites made of boxes, for tests that need a whole site but no file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _FACES = np.array(
 
 def box_mesh(low, high) -> TriangleMesh:
     corners = np.array(list(itertools.product(*zip(low, high, strict=True))), float)[:, ::1]
-    # product runs x slowest: reorder to x fastest, as the faces expect
+    # product varies x slowest; the faces expect x fastest
     corners = corners[[0, 4, 2, 6, 1, 5, 3, 7]]
     mesh = TriangleMesh(corners, _FACES)
     assert mesh.signed_volume_m3 > 0
@@ -99,7 +99,7 @@ def box_site(
     crane=None,
     rules=None,
 ) -> Site:
-    """parts, structure, obstructions: (name, low, high[, options]) in metres; yard: cell box low, high."""
+    """Return a site of (name, low, high[, options]) parts, structure, obstructions, metres; yard: a box of cells."""
     frame = GridFrame((0.0, 0.0, -voxel_size_m), voxel_size_m)
     components = tuple(
         box_component(frame, n, part[0], part[1], part[2], **(part[3] if len(part) > 3 else {}))

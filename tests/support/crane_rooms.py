@@ -46,7 +46,7 @@ class Room:
 
 
 def crane_room(seed: int, blocks: int = 6, *, rope: bool = True) -> Room:
-    """A room with ``blocks`` random blocks, and two placements with a path between them."""
+    """Return a room with ``blocks`` random blocks, and two placements with a path between them."""
     rng = np.random.default_rng(seed)
     crane = default_crane("hammerhead-30", (0.0, 0.0, 0.0), 16.0)
     while True:
@@ -72,7 +72,7 @@ def crane_room(seed: int, blocks: int = 6, *, rope: bool = True) -> Room:
 
 
 def load_is_clear(room: Room, cells: np.ndarray, slack_vox: float = 0.0) -> bool:
-    """Whether the load at one continuous reference cell meets nothing: looked up in the raw cells, not in the table.
+    """Return whether the load at a continuous reference cell meets nothing, by the raw cells instead of the table.
 
     ``slack_vox`` grows (or, negative, shrinks) the load on all sides.
     """

@@ -1,4 +1,4 @@
-"""The documents' code blocks, and a reader who runs them one after the other."""
+"""The code blocks of the documents, and a way to run them one after the other as a reader does."""
 
 from __future__ import annotations
 

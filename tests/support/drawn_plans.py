@@ -1,4 +1,4 @@
-"""Plans made by hand, for pictures: no planner runs."""
+"""Plans made by hand, for pictures, without the planner."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PARTS = [
 
 
 def plan_by_hand(*, crane: bool = False, infeasible: tuple[str, ...] = ()) -> LiftPlan:
-    """Three parts, carried up, over and down again."""
+    """Return a plan of three parts, carried up, across and down."""
     site = box_site(
         PARTS,
         shape=(24, 12, 10),
@@ -42,7 +42,7 @@ def plan_by_hand(*, crane: bool = False, infeasible: tuple[str, ...] = ()) -> Li
 
 
 def motions_by_hand(plan: LiftPlan) -> tuple[LiftMotion, ...]:
-    """Each planned lift driven along its cells, ten minutes a lift."""
+    """Return the motion of each planned lift along its cells, ten minutes per lift."""
     site = plan.site
     assert site.cranes
     motions = []

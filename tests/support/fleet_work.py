@@ -1,4 +1,4 @@
-"""What workers do in the fleet's tests: they are other processes, so it stands in a module of its own."""
+"""The work of the workers in tests of fleets, in its own module because they are other processes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def kills_itself_where_asked(run: Run, folder: Path) -> None:
 
 
 def plans_with_a_policy_from_scratch(run: Run, folder: Path) -> None:
-    """Plan a run whose policy is trained, not the one that ships: in a store beside the fleet's folder."""
+    """Plan a run with a trained policy, not the shipped one, from a store next to the fleet's folder."""
     from bimvox.policy import choice as policy_choice
     from bimvox.policy import site_lessons
 

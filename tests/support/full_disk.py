@@ -1,4 +1,4 @@
-"""A disk without room, as far as this process can tell."""
+"""A full disk, as this process sees it."""
 
 import resource
 from collections.abc import Iterator

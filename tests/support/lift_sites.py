@@ -1,4 +1,4 @@
-"""Sites as bare occupancy, for tests of the environment, the policy and its roll-outs."""
+"""Sites as occupancy only, for tests of the environment, the policy and its roll-outs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Cell = tuple[int, int, int]
 
 
 def clearance_of(occupied: np.ndarray, size: Cell = (1, 1, 1), *, rope: bool = False) -> CollisionSpace:
-    """One box of ``size`` among the occupied cells, hung by its middle; with or without a hoist rope."""
+    """Return the rule for a box of ``size`` hung by its middle among occupied cells, with or without a rope."""
     floor = top_of_columns(occupied) if rope else np.zeros(occupied.shape[:2], np.int32)
     return CollisionSpace(
         summed_area_table(occupied),
@@ -36,9 +36,10 @@ def building_problems(
     starts: int = 8,
     shape: Cell = (180, 80, 64),
 ) -> list[LiftProblem]:
-    """Lifts at stages of assembly of a frame that grows in the middle of the site: columns, beams on them, slabs.
+    """Return lifts at stages of a frame that grows in the middle of the site: columns, beams on them, slabs.
 
-    Column 2 x 2 x 12, beam 24 x 1 x 2, slab strip 24 x 5 x 1 cells, a storey every 15; the yard beside it is littered.
+    Column 2 x 2 x 12, beam 24 x 1 x 2, slab strip 24 x 5 x 1 cells, a storey of
+    15 cells; the yard next to it has stored parts.
     """
     random = np.random.default_rng(seed)
     parts: list[tuple[Cell, Cell]] = []

@@ -1,4 +1,4 @@
-"""A tiny hand-made site and plan: two columns and a beam on them, one obstruction, with or without a crane."""
+"""A tiny hand-made site and plan: two columns with a beam, one obstruction, with or without a crane."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ CRANE = TowerCrane(
 
 
 def box_mesh(low: Any, high: Any) -> TriangleMesh:
-    """The twelve triangles of a box."""
+    """Return the twelve triangles of a box."""
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float64)
     faces = "013 032 465 576 041 145 237 276 024 264 153 357".replace(" ", "")
     return TriangleMesh(
@@ -53,12 +53,12 @@ def box_mesh(low: Any, high: Any) -> TriangleMesh:
 
 
 def box_cells(low: IntVec, high: IntVec) -> np.ndarray[Any, Any]:
-    """The cells of a half-open box."""
+    """Return the cells of a half-open box."""
     return np.stack(np.meshgrid(*map(np.arange, low, high), indexing="ij"), axis=-1).reshape(-1, 3).astype(np.int32)
 
 
 def component(index: int, name: str, low: IntVec, high: IntVec, **more: Any) -> Component:
-    """A box-shaped component at its place."""
+    """Return a box-shaped component at its place."""
     shape, target = shape_of(box_cells(low, high))
     mesh = box_mesh(FRAME.corner_of(low) + 0.1 / 3.0, FRAME.corner_of(high) - 0.1)
     size = shape.size_vox
@@ -78,7 +78,7 @@ def component(index: int, name: str, low: IntVec, high: IntVec, **more: Any) -> 
 
 
 def tiny_site(*, crane: bool = True) -> Site:
-    """12 x 10 x 9 cells of 1 m; ground slab, an obstruction, two columns and the beam that lies on them."""
+    """Return a site of 12 x 10 x 9 cells of 1 m: ground slab, an obstruction, two columns and a beam on them."""
     shape = (12, 10, 9)
     labels = np.zeros(shape, np.uint8)
     labels[:, :, 0] = Label.GROUND
@@ -118,7 +118,7 @@ def tiny_site(*, crane: bool = True) -> Site:
 
 
 def walk(start: IntVec, target: IntVec, up: int) -> np.ndarray[Any, Any]:
-    """Up, along x, along y, down to the target."""
+    """Return a path up, along x, along y, and down to the target."""
     cells = [start]
     for axis, goal in ((2, up), (0, target[0]), (1, target[1]), (2, target[2])):
         while cells[-1][axis] != goal:
@@ -129,7 +129,7 @@ def walk(start: IntVec, target: IntVec, up: int) -> np.ndarray[Any, Any]:
 
 
 def tiny_plan(*, crane: bool = True) -> LiftPlan:
-    """Column A and the beam planned, column B infeasible in between; the beam comes with the second delivery."""
+    """Return a plan: column A and the beam planned, column B infeasible in between, the beam in the second delivery."""
     site = tiny_site(crane=crane)
     lying = StoredPose.LYING_X
 
@@ -162,7 +162,7 @@ def tiny_plan(*, crane: bool = True) -> LiftPlan:
 
 
 def same(first: Any, second: Any, where: str = "", *, tolerance: float = 0.0) -> None:
-    """Assert that two values are equal, deep, exactly (floats within ``tolerance``)."""
+    """Assert that two values are equal at every level, exactly (floats within ``tolerance``)."""
     assert type(first) is type(second), where
     if dataclasses.is_dataclass(first):
         for field in dataclasses.fields(first):
@@ -185,7 +185,7 @@ def same(first: Any, second: Any, where: str = "", *, tolerance: float = 0.0) ->
 
 
 def tiny_motions(plan: LiftPlan) -> tuple[LiftMotion, ...]:
-    """A motion a planned lift, made by hand: hook on, raise, up, over, down, set, release; 0.5 s a sample."""
+    """Return hand-made motions of the planned lifts: hook on, raise, up, across, down, set, release; 0.5 s a sample."""
     crane, frame = plan.site.cranes[0], plan.site.frame
     assert crane is not None
     motions: list[LiftMotion] = []
@@ -235,7 +235,7 @@ NS = 1_000_000_000
 
 
 def _trajectory(points: np.ndarray[Any, Any], start_ns: int, bound_s: float) -> Trajectory:
-    """One second from point to point, two samples each."""
+    """Return a trajectory with one second from point to point, two samples each."""
     steps = np.linspace(0, len(points) - 1, 2 * len(points) - 1)
     axes = np.stack([np.interp(steps, np.arange(len(points)), column) for column in points.T], axis=1)
     slew, radius, height = (np.ascontiguousarray(column) for column in axes.T)
@@ -248,7 +248,7 @@ def _length(trajectory: Trajectory) -> int:
 
 
 def tiny_log(*, crane: bool = True) -> PlanLog:
-    """The whole of it, with what a plan is made from."""
+    """Return the whole log, with the inputs of the plan."""
     plan = tiny_plan(crane=crane)
     return PlanLog(
         plan=plan,
@@ -261,7 +261,7 @@ def tiny_log(*, crane: bool = True) -> PlanLog:
 
 
 def log_bytes(record: PlanLog) -> bytes:
-    """A log as it would be in a file."""
+    """Return a log as the bytes of a file."""
     stream = io.BytesIO()
     write_log(stream, record)
     return stream.getvalue()

@@ -23,7 +23,7 @@ def two_boxes() -> trimesh.Trimesh:
 
 
 def scene() -> trimesh.Scene:
-    """A column twice, and a beam."""
+    """Return a column twice, and a beam."""
     made = trimesh.Scene()
     made.add_geometry(box(), geom_name="column", node_name="c1")
     moved = trimesh.transformations.translation_matrix((5, 0, 0))
@@ -37,7 +37,7 @@ def gltf_files() -> dict[str, bytes]:
 
 
 def with_inline_buffers(files: dict[str, bytes]) -> dict[str, Any]:
-    """The JSON of a glTF with its buffers in it."""
+    """Return the JSON of a glTF that contains its buffers."""
     import base64
 
     tree: dict[str, Any] = json.loads(files["model.gltf"])
@@ -47,7 +47,7 @@ def with_inline_buffers(files: dict[str, bytes]) -> dict[str, Any]:
 
 
 def samples() -> dict[str, bytes]:
-    """Bytes by file name."""
+    """Return the bytes of each sample by file name."""
     lump = two_boxes()
     return {
         "binary.stl": stl.export_stl(lump),

@@ -51,7 +51,7 @@ def tiny_source(*, crane: bool = True, proof: Verification | None = None) -> Pag
 
 
 def evil_log(*, crane: bool = True) -> PlanLog:
-    """The tiny log with hostile text wherever a file may hold text."""
+    """Return the tiny log with hostile text wherever a file may contain text."""
     log = tiny_log(crane=crane)
     site = log.plan.site
     components = tuple(
@@ -70,7 +70,7 @@ def evil_log(*, crane: bool = True) -> PlanLog:
 
 
 class Opened:
-    """A page's data as its program sees it."""
+    """Return the data of a page as its program sees them."""
 
     def __init__(self, page: bytes) -> None:
         self.text = page.decode()
@@ -87,6 +87,6 @@ class Opened:
         return np.frombuffer(self._numbers, TYPES[code], count, offset)
 
     def columns(self, reference: list[Any], scales: list[float]) -> np.ndarray:
-        """Columns of steps as (N, C) values."""
+        """Return columns of steps as (N, C) values."""
         steps = self.numbers(reference).reshape(len(scales), -1).astype(np.int64)
         return np.cumsum(steps, axis=1).T / np.array(scales)

@@ -14,17 +14,17 @@ from bimvox.policy.learner.network import ValueNetwork
 from bimvox.policy.perceptron import Perceptron
 
 TINY = PaperSpec((5, 5, 5), (2, 2, 3, 3), (column(2, (2, 2, 1)),), step_limit=8, max_steps=14)
-"""One column of two cells to the middle of 5 x 5 x 5."""
+"""One column of two cells that goes to the middle of 5 x 5 x 5."""
 
 QUICK = replace(OUR_MODE, hidden=(32, 32), batch_size=32, sites=8, gradient_steps=8, learning_starts=64, test_every=100)
-"""Our mode, small."""
+"""A small configuration of our mode."""
 
 SLOW = replace(PAPER_MODE, hidden=(16, 16), learning_starts=100, test_every=200, budget=2_000, test_episodes=20)
-"""The paper's mode, small."""
+"""A small configuration of the paper's mode."""
 
 
 def network_that_always(action: int, inputs: int, hidden: tuple[int, ...] = ()) -> ValueNetwork:
-    """Return a network that wants the same action whatever it sees."""
+    """Return a network that prefers the same action for every observation."""
     sizes = (inputs, *hidden, 6)
     biases = tuple(np.zeros(size, np.float32) for size in sizes[1:])
     biases[-1][action] = 1.0

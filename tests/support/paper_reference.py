@@ -1,4 +1,4 @@
-"""The construction site once more, slowly and by other means: sets of cells, no kernel, no table."""
+"""A slow, independent implementation of the construction site: sets of cells, without kernels or tables."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def cells_of(box):
 
 
 class ReferenceSite:
-    """Plays one episode of a layout by the paper's rules and equation (1)."""
+    """One episode of a layout by the paper's rules and equation (1)."""
 
     def __init__(self, spec: PaperSpec, layout: PaperLayout) -> None:
         self.spec, self.layout = spec, layout
@@ -44,13 +44,13 @@ class ReferenceSite:
         return cells_of(self.spec.components[i].box_at(cell))
 
     def others(self):
-        """Every object but the one in transit, as a list of sets of cells."""
+        """Return all objects except the one in transit as sets of cells."""
         built = [self.placed(i, self.layout.targets[i]) for i in range(self.current)]
         waiting = [self.stored(i) for i in range(self.current + 1, self.spec.count)]
         return [self.slab, *self.obstructions, *built, *waiting]
 
     def step(self, action):
-        """Returns reward, bumped, terminated, truncated."""
+        """Take an action; return reward, bumped, terminated, truncated."""
         n, serial = self.spec.count, self.current + 1
         reward = (-2.0 if self.steps >= self.spec.steps_before_late else -1.0) / serial
         there = tuple(a + d for a, d in zip(self.at, STEP[int(action)], strict=True))
@@ -95,7 +95,7 @@ class ReferenceSite:
 
 @st.composite
 def specs(draw):
-    """Small sites with up to four components, obstructions, drawn targets."""
+    """Draw small sites with up to four components, obstructions and drawn targets."""
     nx, ny, nz = draw(st.integers(6, 9)), draw(st.integers(6, 9)), draw(st.integers(5, 7))
     x0, y0 = draw(st.integers(0, 3)), draw(st.integers(0, 3))
     area = (x0, y0, x0 + draw(st.integers(2, 3)), y0 + draw(st.integers(2, 3)))

@@ -1,4 +1,4 @@
-"""Results of an experiment as they might be, for tests of what is made of them."""
+"""Plausible results of an experiment, for tests of its reports."""
 
 from __future__ import annotations
 

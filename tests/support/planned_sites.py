@@ -1,4 +1,4 @@
-"""Planned and timed lifts of a small portal under a crane, for tests of rules that a whole plan has to hold."""
+"""Planned and timed lifts of a small portal under a crane, for tests of rules for whole plans."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def portal_crane(**more: Any) -> TowerCrane:
 
 
 def portal_site(crane: TowerCrane, *, parts: dict[str, dict[str, Any]] | None = None, **more: Any) -> Site:
-    """``parts``: fields of components by name; ``more``: fields of the site."""
+    """Return the site; ``parts``: fields of components by name; ``more``: fields of the site."""
     site = box_site(PORTAL, crane=crane)
     components = tuple(dataclasses.replace(c, **(parts or {}).get(c.id, {})) for c in site.components)
     return dataclasses.replace(site, components=components, **more)
@@ -44,7 +44,7 @@ def planned(site: Site) -> tuple[LiftPlan, tuple[LiftMotion, ...]]:
 
 
 def failures(plan: LiftPlan, motions: tuple[LiftMotion, ...], **site: Any) -> set[str]:
-    """Names of the checks that fail, with fields of the site replaced after planning."""
+    """Return the names of the checks that fail after fields of the site are replaced."""
     other = dataclasses.replace(plan, site=dataclasses.replace(plan.site, **site))
     checks = (*verify_plan(other).checks, *verify_motions(other, motions).checks)
     return {check.name for check in checks if not check.passed}
@@ -55,7 +55,7 @@ def all_planned(plan: LiftPlan) -> bool:
 
 
 def rectangle(site: Site, x0: float, y0: float, x1: float, y1: float) -> np.ndarray:
-    """Columns of a rectangle in metres."""
+    """Return the columns of a rectangle in metres."""
     mask = np.zeros(site.shape[:2], np.bool_)
     h = site.frame.voxel_size_m
     mask[int(x0 / h) : int(x1 / h), int(y0 / h) : int(y1 / h)] = True

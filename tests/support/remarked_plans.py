@@ -1,4 +1,4 @@
-"""Plans of boxes without paths, for rules about what is drawn, and their remarks by kind."""
+"""Plans of boxes without paths, for rules about the model, and their remarks by kind."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bimvox.remarks.remarks import remarks_of
 
 
 def plan_of(parts: Sequence[tuple], *, refused: Collection[str] = (), **more: Any) -> LiftPlan:
-    """Every part planned, in the order given; ``more``: options of ``box_site``, and ``clashes``, ``unheld``."""
+    """Return a plan of all parts in the given order; ``more``: options of ``box_site``, and ``clashes``, ``unheld``."""
     own = {key: more.pop(key) for key in ("clashes", "unheld", "notes") if key in more}
     site = box_site(parts, **more)
     status = [Status.INFEASIBLE if part.id in refused else Status.PLANNED for part in site.components]
@@ -25,10 +25,10 @@ def plan_of(parts: Sequence[tuple], *, refused: Collection[str] = (), **more: An
 def of_kind(
     plan: LiftPlan, kind: str, motions: Sequence[LiftMotion] = (), context: Sequence[Lift] = ()
 ) -> list[Remark]:
-    """The remarks of a kind."""
+    """Return the remarks of a kind."""
     return [remark for remark in remarks_of(plan, motions, context) if remark.kind == kind]
 
 
 def named(plan: LiftPlan, kind: str, motions: Sequence[LiftMotion] = ()) -> dict[str | None, str]:
-    """The texts of a kind by the name of the part."""
+    """Return the texts of the remarks of a kind by the name of the part."""
     return {remark.name: remark.text for remark in of_kind(plan, kind, motions)}

@@ -1,4 +1,4 @@
-"""A reader of reports for tests: what a program finds on the page."""
+"""A reader of reports for tests: what a program finds in the document."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 class ReadReport(HTMLParser):
-    """Rows of every table by its id, numbers by their key, and the record that the page carries."""
+    """The rows of every table by its id, numbers by their key, and the record that the report carries."""
 
     def __init__(self, page: bytes) -> None:
         super().__init__()
@@ -60,5 +60,5 @@ class ReadReport(HTMLParser):
 
     @property
     def text(self) -> str:
-        """Everything that a reader sees."""
+        """Return all text that a reader sees."""
         return " ".join(self.words)

@@ -1,6 +1,6 @@
-"""A small building's log, and faults written into it by a forger who computes every digest again.
+"""The log of a small building, and faults written into it by a forger who recomputes all digests.
 
-Each fault is a function from the good log to a spoiled one. ``ALONE`` are faults that one check alone can see.
+Each fault is a function from the good log to a faulty one. ``ALONE`` are faults that only one check can find.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ WALL = ("wall", (8.0, 0.0, 0.0), (8.5, 15.0, 3.0))
 
 
 def good_log(swing: SwingRule = SwingRule.SHAPED) -> PlanLog:
-    """A portal of two columns, beam and slab, planned over a wall and timed."""
+    """Return the log of a portal of two columns, beam and slab, planned over a wall and timed."""
     crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
     rules = Rules(swing=swing)
     site = with_digests(box_site(PARTS, structure=[WALL], crane=crane, shape=(40, 30, 24), rules=rules))
@@ -63,7 +63,7 @@ def good_log(swing: SwingRule = SwingRule.SHAPED) -> PlanLog:
 
 
 def site_file_of(site: Site) -> bytes:
-    """The site file that gives these rules, cranes and zones."""
+    """Return the site file that gives these rules, cranes and zones."""
     rules = dataclasses.asdict(site.rules) | {"swing": site.rules.swing.value}
     zones = [] if site.prohibited is None else np.argwhere(site.prohibited)
     low = np.array([site.frame.corner_of((*cell, 0))[:2] for cell in zones]).reshape(-1, 2)
@@ -86,12 +86,12 @@ def lift_of(log: PlanLog, name: str):
 
 
 def with_site(log: PlanLog, **changes) -> PlanLog:
-    """The log of a changed site; the forger also writes the attached site file anew."""
+    """Return the log of a changed site; the forger also rewrites the attached site file."""
     site = with_digests(dataclasses.replace(log.plan.site, **changes))
     forged = without_a_new_file(log, site)
     try:
         return dataclasses.replace(forged, attachments={**log.attachments, "site.toml": site_file_of(site)})
-    except ValueError:  # no site file has such values
+    except ValueError:  # no site file can have such values
         return forged
 
 
@@ -127,7 +127,7 @@ def with_loaded(log: PlanLog, order: int, **changes) -> PlanLog:
 
 
 def detour(log: PlanLog, name: str, at: int, *moves: tuple[int, int, int]) -> tuple[PlanLog, np.ndarray]:
-    """A path that goes aside by unit moves at a placement, and back the same way; and where it gets to."""
+    """Return a path that leaves a placement by unit moves and returns the same way, and where it leads."""
     path = lift_of(log, name).path_vox
     aside = path[at] + np.cumsum(np.array(moves, np.int32), axis=0)
     longer = np.concatenate([path[: at + 1], aside, aside[-2::-1], path[at:]]).astype(np.int32)
@@ -135,7 +135,7 @@ def detour(log: PlanLog, name: str, at: int, *moves: tuple[int, int, int]) -> tu
 
 
 def hook_columns(log: PlanLog) -> tuple[set, set, set]:
-    """Columns of cells under the hook: on the planned paths, in the loaded motions, in the approaches."""
+    """Return the columns under the hook: on the planned paths, in the loaded motions, in the approaches."""
     site, planned, loaded, empty = log.plan.site, set(), set(), set()
     for lift in log.plan.lifts:
         offset = site.components[lift.component].hook_offset_vox
@@ -149,7 +149,7 @@ def hook_columns(log: PlanLog) -> tuple[set, set, set]:
 
 
 def only_in(first: set, *others: set) -> tuple[int, int]:
-    """The middle one of the columns that are in the first set, and not within a cell of any other's."""
+    """Return the middle one of the columns in the first set that are not within a cell of another set."""
     near = {(x + i, y + j) for other in others for x, y in other for i in (-1, 0, 1) for j in (-1, 0, 1)}
     left = sorted(first - near) or sorted(first - set().union(*others))
     return left[len(left) // 2]
@@ -168,7 +168,7 @@ def an_end_off_by_a_cell(log: PlanLog) -> PlanLog:
 
 
 def a_path_through_a_wall(log: PlanLog) -> PlanLog:
-    # Aside and down where nothing else goes, into a kerb that is lower than the hook.
+    # Aside and down where nothing else passes, into a kerb that is lower than the hook.
     spoiled, end = detour(log, "left", 1, *[(0, 1, 0)] * 6)
     own = log.plan.site.components[index_of(log, "left")].shape.cells
     return with_blocker(spoiled, "kerb", (own + end)[own[:, 2].argmin()])
@@ -194,7 +194,7 @@ def a_surface_beside_its_cells(log: PlanLog) -> PlanLog:
 
 
 def a_building_in_the_air(log: PlanLog) -> PlanLog:
-    # No ground, and something that the slab alone leans on.
+    # No ground, and something that supports only the slab.
     site = log.plan.site
     slab = site.components[index_of(log, "slab")]
     beside = slab.shape.cells + np.array(slab.target_vox)
@@ -278,7 +278,7 @@ def a_motion_over_a_zone(log: PlanLog) -> PlanLog:
 
 
 def something_where_only_the_motion_goes(log: PlanLog) -> PlanLog:
-    """The first cell that a load's corner passes through, and that no planned placement or rope touches."""
+    """Return the first cell that a load's corner passes through and no planned placement or rope touches."""
     site = log.plan.site
     planned = np.zeros(site.shape, bool)
     for lift in log.plan.lifts:
@@ -327,7 +327,7 @@ def a_box_on_the_path(log: PlanLog) -> PlanLog:
 
 
 def aside_of_motions(log: PlanLog) -> tuple[PlanLog, tuple[int, int]]:
-    """A path of ``left`` that goes aside to where no motion brings the hook, and the column under its hook there."""
+    """Return a path of ``left`` with a detour to where no motion takes the hook, and the column under its hook there."""
     _, loaded, empty = hook_columns(log)
     near = {(x + i, y + j) for x, y in loaded | empty for i in (-1, 0, 1) for j in (-1, 0, 1)}
     offset = np.array(log.plan.site.components[index_of(log, "left")].hook_offset_vox)
@@ -353,7 +353,7 @@ def a_path_over_a_zone(log: PlanLog) -> PlanLog:
 
 
 def outside_the_boundary(log: PlanLog) -> PlanLog:
-    # Its reference cell stays inside, its other cells do not.
+    # Its reference cell stays inside the site, its other cells do not.
     last = log.plan.site.shape[1] - 1 - int(lift_of(log, "slab").path_vox[1][1])
     return detour(log, "slab", 1, *[(0, 1, 0)] * last)[0]
 
@@ -398,7 +398,7 @@ def moves_that_are_not_shaped(log: PlanLog) -> PlanLog:
     return with_site(dataclasses.replace(loose, motions=tuple(motions)), rules=log.plan.site.rules)
 
 
-# Values that make no sense, by what the refusal must say.
+# Invalid values, by what the refusal must say.
 
 
 def with_rules(log: PlanLog, **changes) -> PlanLog:
@@ -446,19 +446,19 @@ NONSENSE: dict[str, tuple[Forge, str]] = {
     "vertex": (a_vertex_that_is_nan, "(beam): mesh.vertices_m"),
     "twins": (two_parts_of_one_id, "the id occurs twice"),
 }
-"""Logs that must be refused for a value, each with what the refusal says; before anything is proven from it."""
+"""Logs that must be refused for a value before anything is proven, each with what the refusal says."""
 
 
-# Sites that are not those of the files that the log carries; the digests are made anew, the files stay.
+# Sites that differ from the files that the log carries: the digests are recomputed, the files are kept.
 
 
 def keeping_its_files(forge: Forge) -> Forge:
-    """The same fault by a forger who leaves the attached files as they are."""
+    """Return the same fault by a forger who leaves the attached files unchanged."""
     return lambda log: dataclasses.replace(forge(log), attachments=log.attachments)
 
 
 def with_obstructions_file(log: PlanLog) -> PlanLog:
-    """A good log with a truck and a crate beside the building, and the file that says so."""
+    """Return a good log with a truck and a crate next to the building, and the obstruction file."""
     boxes = {"truck": ((16.0, 12.0, 0.0), (18.0, 14.0, 1.5)), "crate": ((14.0, 13.0, 0.0), (14.5, 13.5, 0.5))}
     listed = [{"id": name, "box": {"min": low, "max": high}} for name, (low, high) in boxes.items()]
     document = json.dumps({"version": 1, "unit": "m", "obstructions": listed}).encode()
@@ -505,11 +505,11 @@ NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
     ),
     "truck shrunk": (lambda log: a_smaller_truck(with_obstructions_file(log)), "fixed object 'truck' has other cells"),
 }
-"""Forgeries that the attached files give away, each with what the refusal says."""
+"""Forgeries that the attached files reveal, each with what the refusal says."""
 
 
 def with_phase_of(log: PlanLog, name: PhaseName, length_ns: int) -> PlanLog:
-    """Every lift, with the named phase of another length, and everything after it moved along on the clock."""
+    """Return the lifts with another length of the named phase, and everything after it shifted in time."""
     motions: list[LiftMotion] = []
     clock_ns = 0
     for motion in log.motions:
@@ -566,7 +566,7 @@ def nothing_planned(log: PlanLog) -> PlanLog:
 
 
 def a_path_left_by_a_stop_that_never_was(log: PlanLog) -> PlanLog:
-    """The path is one cell, the target; a stop that no motion shows waives its start."""
+    """The path is one cell, the target; a stop that no motion contains excuses its start."""
     lift = lift_of(log, "beam")
     left = LeftPath(lift.path_vox, lift.contact_moves, log.motions[lift.order].start_ns + 1)
     return with_lift(log, "beam", path_vox=lift.path_vox[-1:], shortest_moves=0, contact_moves=0, left=(left,))
@@ -592,20 +592,20 @@ def one_cell_without_a_crane(log: PlanLog) -> PlanLog:
 
 
 def an_epoch_that_never_ends(log: PlanLog) -> PlanLog:
-    """The obstruction stands in the path; the plan claims that it came after everything was set."""
+    """The obstruction is in the path; the plan claims that it came after everything was set."""
     until_ns = log.motions[-1].end_ns + 1
     return with_plan(a_box_on_the_path(log), history=(Epoch(until_ns, ()),))
 
 
 def an_epoch_before_the_last_lift(log: PlanLog) -> PlanLog:
-    """True as far as the log tells: only the last lift came after the obstruction, which it does not meet."""
+    """True as far as the log shows: only the last lift came after the obstruction, and is clear of it."""
     path = lift_of(log, "left").path_vox
     middle = log.plan.site.frame.corner_of(path[2])
     crated = with_blocker(log, "crate", box_cells(log.plan.site.frame, middle, middle + 0.5))
     return with_plan(crated, history=(Epoch(log.motions[-1].start_ns, ()),))
 
 
-# What a viewer shows, changed after the plan was written: by topic, a function from a message's bytes to other bytes.
+# What a viewer shows, changed after the plan was written: by topic, a function from bytes of a message to others.
 
 
 def changed(kind: Any, change: Callable[[Any], None]) -> Callable[[bytes], bytes]:
@@ -643,7 +643,7 @@ MESSAGES: dict[str, tuple[str, Callable[[bytes], bytes]]] = {
     "tilt": (topics.LOAD, changed(PoseInFrame, lambda m: setattr(m, "frame_id", "elsewhere"))),
     "event": (topics.EVENTS, changed(Event, lambda m: m.metadata.add(key="name", value="other"))),
 }
-"""Messages that show something else than what is proven; no other check looks at them."""
+"""Messages that show something other than what is proven; no other check examines them."""
 ATTACHED: dict[str, Callable[[bytes], bytes]] = {
     topics.URDF_FILE: lambda data: data.replace(b"jib", b"jab"),
     topics.CHART_FILE: lambda data: data.replace(b"20000.0", b"99000.0"),
@@ -665,7 +665,7 @@ def a_clash_called_deeper(log: PlanLog) -> PlanLog:
 
 
 def beams_on_a_column_that_is_never_set(log: PlanLog) -> PlanLog:
-    """The column is infeasible; an invented clash of column and beam excuses that the beam is set."""
+    """The column is infeasible; an invented clash of column and beam excuses setting the beam."""
     spoiled = with_lift(
         log, "left", status=Status.INFEASIBLE, method=None, path_vox=None, shortest_moves=None, reason="so"
     )

@@ -1,4 +1,4 @@
-"""What processes that share a policy store do at the same time."""
+"""The work of processes that use one policy store at the same time."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def small_policy(seed: int) -> TrainedPolicy:
 
 
 def use_store(folder: Path, times: int) -> list[str]:
-    """Save, look for and load the same few policies again and again; return what was loaded that was not saved."""
+    """Save, find and load the same few policies repeatedly; return what was loaded but not saved."""
     wrong = []
     for n in range(times):
         saved = small_policy(n % 5)

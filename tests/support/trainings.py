@@ -1,4 +1,4 @@
-"""What a training in another process may come to; the process finds these functions by name."""
+"""Outcomes of a training in another process, which finds these functions by name."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from bimvox.policy.choice import PolicyInUse
 
 
 def better(_site: Any, _preparation: Any, policy: PolicyInUse, **_: Any) -> PolicyInUse:
-    """A policy with another id."""
+    """Return a policy with another id."""
     return replace(policy, id="better")
 
 
 def unchanged(_site: Any, _preparation: Any, policy: PolicyInUse, **_: Any) -> PolicyInUse:
-    """The policy before."""
+    """Return the previous policy."""
     return policy
 
 
 def broken(*_: Any, **__: Any) -> PolicyInUse:
-    """A training that fails."""
+    """Fail."""
     raise ValueError("no lessons")
 
 
 def endless(*_: Any, **__: Any) -> PolicyInUse:
-    """A training that takes longer than any test."""
+    """Take longer than any test."""
     time.sleep(600.0)
     raise AssertionError

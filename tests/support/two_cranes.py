@@ -1,4 +1,4 @@
-"""A site with two cranes of the same height that share the yard between them, its lifts driven one after the other."""
+"""A site with two cranes of equal height that share the yard between them, its lifts one after the other."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PIERS = [("left pier", (18.0, 2.0, 0.0), (18.5, 2.5, 3.0)), ("right pier", (21.5
 
 
 def two_crane_site(**rules: float) -> Site:
-    """Two hammerheads 20 m apart with jibs of 14.5 m: neither reaches the other's mast, both reach the bridge."""
+    """Return two hammerheads 20 m apart, jibs of 14.5 m: neither reaches the other's mast, both reach the bridge."""
     west = dataclasses.replace(test_crane(base=(10.0, -3.0, 0.0), height=14.0), name="west", jib_length_m=14.5)
     east = dataclasses.replace(west, name="east", base_m=(30.0, -3.0, 0.0))
     site = box_site(PARTS, shape=(80, 40, 40), yard=((24.0, 8.0), (60.0, 22.0)), structure=PIERS, crane=west)
@@ -42,9 +42,9 @@ def two_crane_site(**rules: float) -> Site:
 
 @cache
 def two_crane_plan() -> tuple[LiftPlan, tuple[LiftMotion, ...]]:
-    """Its lifts, each begun when the one before it in the order has ended, whichever crane drives it."""
+    """Return its lifts, each begun when the one before it in the sequence has ended, whichever crane lifts it."""
     site = two_crane_site()
-    # One crane that reaches everything: whose part it is matters to the motions only.
+    # One crane that reaches everything: the assignment matters only to the motions.
     components = tuple(dataclasses.replace(component, crane=0) for component in site.components)
     reaching = test_crane(base=(20.0, -20.0, 0.0), height=14.0)
     view = dataclasses.replace(site, cranes=(reaching,), components=components)
@@ -60,7 +60,7 @@ def two_crane_plan() -> tuple[LiftPlan, tuple[LiftMotion, ...]]:
 
 
 def one_after_the_other(motions: list[LiftMotion]) -> tuple[LiftMotion, ...]:
-    """Each crane goes to its next part at once, and waits there until the lift before has ended."""
+    """Return motions in which each crane goes to its next part at once and waits until the lift before has ended."""
     free_ns: dict[int, int] = {}
     done: list[LiftMotion] = []
     for motion in motions:
@@ -73,7 +73,7 @@ def one_after_the_other(motions: list[LiftMotion]) -> tuple[LiftMotion, ...]:
 
 
 def waiting(motion: LiftMotion, start_ns: int, wait_ns: int) -> LiftMotion:
-    """The motion from another moment on, its crane standing over the part for a while before it hooks on."""
+    """Return the motion with another start; its crane waits above the part before it hooks on."""
     phases, at_ns = [], start_ns
     for phase in motion.phases:
         if phase.name is PhaseName.HOOK_ON and wait_ns > 0:
@@ -91,7 +91,7 @@ def waiting(motion: LiftMotion, start_ns: int, wait_ns: int) -> LiftMotion:
 
 
 def shifted(motions: tuple[LiftMotion, ...], crane: int, by_ns: int) -> tuple[LiftMotion, ...]:
-    """All motions of one crane, earlier or later."""
+    """Return the motions, those of one crane shifted in time."""
     return tuple(
         dataclasses.replace(
             motion,

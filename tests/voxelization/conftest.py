@@ -3,5 +3,5 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-# `reference.py` lies beside the tests; they are imported by file, so its folder is not on the path by itself.
+# `reference.py` is next to the tests, which are imported by file, so its folder must be added to the path.
 sys.path.insert(0, str(Path(__file__).parent))

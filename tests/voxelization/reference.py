@@ -1,4 +1,4 @@
-"""A brute-force voxelizer in float64 metres, written apart from the library, and shapes to try it on."""
+"""An independent brute-force voxelizer in float64 metres, and shapes for tests."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BOX_FACES = np.array(
 
 
 def box_mesh(low, high) -> TriangleMesh:
-    """An axis-aligned box, faces outward."""
+    """Return an axis-aligned box, faces outward."""
     (a, b, c), (d, e, f) = low, high
     corners = [(a, b, c), (d, b, c), (d, e, c), (a, e, c), (a, b, f), (d, b, f), (d, e, f), (a, e, f)]
     return TriangleMesh(np.array(corners, np.float64), BOX_FACES)
@@ -51,7 +51,7 @@ def rotation(rng: np.random.Generator) -> NDArray[np.float64]:
 
 
 def sphere_mesh(radius: float, rings: int = 24) -> TriangleMesh:
-    """A closed sphere of latitude rings."""
+    """Return a closed sphere of latitude rings."""
     around = 2 * rings
     polar = np.linspace(0.0, np.pi, rings + 1)[1:-1]
     angle = np.arange(around) * 2.0 * np.pi / around
@@ -76,7 +76,7 @@ def sphere_mesh(radius: float, rings: int = 24) -> TriangleMesh:
 
 
 def surface_cells(mesh: TriangleMesh, h: float, tolerance_m: float) -> set[tuple[int, int, int]]:
-    """Every cell whose box, shrunk by the tolerance, is not separated from a triangle by one of 13 axes."""
+    """Return the cells whose box, shrunk by the tolerance, is not separated from a triangle by one of 13 axes."""
     cells: set[tuple[int, int, int]] = set()
     for triangle in mesh.vertices_m[mesh.faces]:
         low = np.floor(triangle.min(axis=0) / h).astype(int) - 1
@@ -100,14 +100,14 @@ def surface_cells(mesh: TriangleMesh, h: float, tolerance_m: float) -> set[tuple
 
 
 def cell_set(voxels) -> set[tuple[int, int, int]]:
-    """The lattice cells of a PartVoxels."""
+    """Return the lattice cells of a PartVoxels."""
     return set(map(tuple, (np.argwhere(voxels.cells) + voxels.low).tolist()))
 
 
 def winding_numbers(mesh: TriangleMesh, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How often the surface goes round each point: the sum of its triangles' solid angles, over 4 pi.
+    """Return how often the surface winds around each point: the sum of its triangles' solid angles over 4 pi.
 
-    Van Oosterom and Strackee 1983. No rays, no parity, no ties.
+    After Van Oosterom and Strackee 1983: without rays, parity or ties.
     """
     total = np.zeros(len(points))
     for triangle in mesh.vertices_m[mesh.faces]:
@@ -120,7 +120,7 @@ def winding_numbers(mesh: TriangleMesh, points: NDArray[np.float64]) -> NDArray[
 
 
 def solid_cells(mesh: TriangleMesh, h: float, tolerance_m: float) -> set[tuple[int, int, int]]:
-    """Every cell that the surface meets, or whose middle the surface goes round: of a closed mesh."""
+    """Return the cells of a closed mesh: those that the surface meets, or around whose middle it winds."""
     cells = surface_cells(mesh, h, tolerance_m)
     corners = mesh.vertices_m[mesh.faces].reshape(-1, 3)
     low = np.floor(corners.min(axis=0) / h).astype(int) - 1
@@ -132,9 +132,9 @@ def solid_cells(mesh: TriangleMesh, h: float, tolerance_m: float) -> set[tuple[i
 
 
 def border_cells(mesh: TriangleMesh, h: float, tolerance_m: float) -> set[tuple[int, int, int]]:
-    """The cells above the borders that whole triangles lie in.
+    """Return the cells above borders that contain whole triangles.
 
-    The rule as it is written down: unless a cell on either side is in the part anyway, or there is none above.
+    The rule as documented: except where a cell on either side is in the part anyway, or where none is above.
     """
     part = solid_cells(mesh, h, tolerance_m)
     corners = mesh.vertices_m[mesh.faces].reshape(-1, 3)
@@ -160,7 +160,7 @@ def border_cells(mesh: TriangleMesh, h: float, tolerance_m: float) -> set[tuple[
 
 
 def tetrahedra(corners: NDArray[np.float64]) -> TriangleMesh:
-    """One closed mesh of the tetrahedra with these (N, 4, 3) corners, all facing outward; they may run into another."""
+    """Return a closed mesh of tetrahedra with these (N, 4, 3) corners, facing outward; they may overlap."""
     faces = []
     for n, (a, b, c, d) in enumerate(corners):
         outward = np.dot(np.cross(b - a, c - a), d - a) < 0.0
@@ -170,7 +170,7 @@ def tetrahedra(corners: NDArray[np.float64]) -> TriangleMesh:
 
 
 def split(mesh: TriangleMesh, rng: np.random.Generator) -> TriangleMesh:
-    """Every triangle cut in two at the middle of a side taken at random; corners must be even to stay exact."""
+    """Return every triangle split at the middle of a random side; corners must be even to stay exact."""
     triangles = []
     for triangle in mesh.vertices_m[mesh.faces]:
         a, b, c = np.roll(triangle, rng.integers(3), axis=0)
@@ -180,12 +180,12 @@ def split(mesh: TriangleMesh, rng: np.random.Generator) -> TriangleMesh:
 
 
 def soup_of(triangles: NDArray[np.float64]) -> TriangleMesh:
-    """Triangles as a mesh that shares no vertices: (F, 3, 3)."""
+    """Return (F, 3, 3) triangles as a mesh without shared vertices."""
     return TriangleMesh(triangles.reshape(-1, 3).copy(), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3))
 
 
 def shuffled(mesh: TriangleMesh, rng: np.random.Generator) -> TriangleMesh:
-    """The same triangles in another order, each starting at another corner."""
+    """Return the same triangles in another order, each starting at another corner."""
     triangles = mesh.vertices_m[mesh.faces]
     turned = [np.roll(triangle, rng.integers(3), axis=0) for triangle in triangles]
     return soup_of(np.array(turned)[rng.permutation(len(triangles))])

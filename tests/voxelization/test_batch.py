@@ -21,7 +21,7 @@ EVERYWHERE = (np.full(3, -1000), np.full(3, 1000))
 
 
 def random_mesh(rng: np.random.Generator) -> TriangleMesh:
-    """A box on the lattice or not, one that runs through another, a sheet, or nothing."""
+    """Return a box on the lattice or off it, one that passes through another, a sheet, or nothing."""
     half = rng.uniform(0.004, 0.8, size=3)
     mesh = box_mesh(-half, half)
     kind = rng.integers(6)
@@ -83,7 +83,7 @@ def test_what_winding_does_not_fill_is_left() -> None:
 def test_columns_that_are_alike_share_their_runs() -> None:
     batch = batch_of([box_mesh((0, 0, 0), (6, 4, 0.3))])
     assert len(batch.columns) == 60 * 40
-    # Corners, sides and the middle: all are full here, but at most each of the nine kinds is kept once a row.
+    # Corners, sides and the middle are all full here, but each of the nine kinds is stored at most once per row.
     assert len(batch.runs) < 60 * 3
 
 
@@ -94,7 +94,7 @@ def test_a_beam_is_the_same_however_its_triangles_follow_each_other(order: str) 
     whole = voxelize_mesh(beam, H)
     other = voxelize_mesh(TriangleMesh(beam.vertices_m, faces), H)
     np.testing.assert_array_equal(other.fractions, whole.fractions)
-    # Along the beam all columns but the ends are alike.
+    # Along the beam, all columns except the ends are equal.
     assert len(whole.runs) <= 3 * whole.shape[1]
 
 

@@ -1,4 +1,4 @@
-"""Cell for cell against references written apart: separating axes and solid angles, and a boolean kernel's volumes."""
+"""Cell by cell against independent references: separating axes, solid angles, and volumes of a boolean kernel."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SAMPLES = Path(__file__).parents[2] / "sample_models"
 
 
 def exact(mesh: TriangleMesh) -> TriangleMesh:
-    """On even steps of a lattice that both 0.25 m cells and float64 metres hold exactly."""
+    """Coordinates on even steps of a lattice that are exact in 0.25 m cells and in float64 metres."""
     return TriangleMesh(np.rint(mesh.vertices_m * 2**20) / 2**20, mesh.faces)
 
 
@@ -44,7 +44,7 @@ def random_tetrahedra(seed: int) -> TriangleMesh:
 
 
 def random_boxes(seed: int) -> TriangleMesh:
-    """A few turned boxes in one mesh, running into each other."""
+    """Return a few rotated, overlapping boxes in one mesh."""
     rng = np.random.default_rng(seed)
     boxes = []
     for _ in range(rng.integers(1, 4)):
@@ -54,7 +54,7 @@ def random_boxes(seed: int) -> TriangleMesh:
 
 
 def boolean_body(seed: int) -> TriangleMesh:
-    """A hull with another cut out of it, or joined to it: cavities, notches, through holes, several bodies."""
+    """Return a hull with another one cut out or joined: cavities, notches, through holes, several bodies."""
     manifold3d = pytest.importorskip("manifold3d")
     rng = np.random.default_rng(seed)
     first, second = (
@@ -70,7 +70,7 @@ solids = st.one_of(st.builds(random_tetrahedra, seeds), st.builds(random_boxes, 
 
 
 def same(a: PartVoxels, b: PartVoxels) -> bool:
-    """All that a part is, bit for bit, but for its volume."""
+    """Return everything about a part, bit for bit, except its volume."""
     arrays = [(getattr(a, name), getattr(b, name)) for name in ("low", "columns", "runs", "shares")]
     return all(np.array_equal(x, y) for x, y in arrays) and a.fill == b.fill and a.shape == b.shape
 
@@ -83,7 +83,7 @@ def test_closed_meshes_equal_the_reference(mesh: TriangleMesh, inside_out: bool)
     assert voxels.fill == "winding"
 
 
-# Corners on cell borders, on quarters of them, and a hair off: sheets, plates and blocks whose faces lie on borders.
+# Corners on cell borders, on quarters of cells, and slightly off: sheets, plates and blocks with faces on borders.
 places = st.one_of(
     st.integers(0, 4).map(lambda n: n * H),
     st.integers(0, 16).map(lambda n: n * H / 4),
@@ -137,11 +137,11 @@ def test_a_quarter_turn_permutes_the_cells(mesh: TriangleMesh, axes: tuple[int, 
     start, end = voxelize_mesh(mesh, 0.1), voxelize_mesh(moved(mesh, turn=turn), 0.1)
     np.testing.assert_array_equal(end.cells, np.rot90(start.cells, 1, axes=axes))
     if axes == (0, 1):
-        # The 16 lines run along z: about z the shares are turned bit for bit.
+        # The 16 lines are along z: a turn about z turns the shares bit for bit.
         np.testing.assert_array_equal(end.fractions, np.rot90(start.fractions, 1, axes=axes))
         assert end.solid_volume_m3 == pytest.approx(start.solid_volume_m3, rel=1e-9)
     else:
-        # About x and y they are measured anew, and so are volumes that follow from them.
+        # After a turn about x or y, shares are measured again, and so are the volumes derived from them.
         assert end.fractions.sum() == pytest.approx(start.fractions.sum(), rel=0.1, abs=1.0)
         assert end.solid_volume_m3 == pytest.approx(start.solid_volume_m3, rel=0.1, abs=1e-3)
 
@@ -175,7 +175,7 @@ def test_thin_plates_leave_cells_all_over(size, thickness, place, slope_x, slope
     mesh = TriangleMesh(vertices, plate.faces)
     cells = np.array(sorted(cell_set(voxelize_mesh(mesh, h))))
     assert len(cells) > 0
-    # No point of the plate is further than half a cell from a cell of its own.
+    # No point of the plate is further than half a cell from one of its cells.
     rng = np.random.default_rng(0)
     points = (rng.uniform(-1, 1, size=(100, 3)) * half) @ shear.T + place
     points = points[:, list(order)]
@@ -192,7 +192,7 @@ def test_a_needle_leaves_cells_all_along() -> None:
 
 
 def parts_of(name: str, count: int) -> list[TriangleMesh]:
-    """Parts spread over a sample model, small enough for the brute force."""
+    """Return parts spread over a sample model, small enough for the brute-force reference."""
     elements = read_building(SAMPLES / name).elements
     small = [e.mesh for e in elements if len(e.mesh.faces) <= 130 and np.prod(np.ptp(e.mesh.bounds_m, axis=0)) < 1.5]
     return small[:: max(1, len(small) // count)][:count]

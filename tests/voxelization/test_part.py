@@ -249,7 +249,7 @@ def test_clipping_away_everything_leaves_no_cells() -> None:
 def test_a_part_swept_in_several_slabs_is_the_same_part(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = without_faces(tilted_box(11), 3)
     whole = voxelize_mesh(mesh, 0.1)
-    # The kernel's own Python code, with a slab so small that every row of columns is swept by itself.
+    # The kernel's Python code, with a slab so small that every row of columns is swept separately.
     code = columns.fill_columns.py_func
     names = code.__globals__ | {"_SLAB": 1}
     monkeypatch.setattr(solid, "fill_columns", types.FunctionType(code.__code__, names))

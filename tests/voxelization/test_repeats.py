@@ -25,7 +25,7 @@ def keys_of(*meshes: TriangleMesh) -> np.ndarray:
 
 
 def repeating_building(seed: int) -> Building:
-    """A few shapes, closed, open and run through each other, each at several places; some of them by whole cells."""
+    """Return closed, open and intersecting shapes, each at several places, some moved by whole cells."""
     rng = np.random.default_rng(seed)
     shapes = []
     for n in range(4):

@@ -15,7 +15,7 @@ AIR, SURFACE, INSIDE, BORDER = range(4)
 
 
 def random_kinds(seed: int, height: int) -> np.ndarray:
-    """Columns in stretches of one kind, so that runs are long and cross words."""
+    """Return columns in stretches of one kind, so that runs are long and cross word borders."""
     rng = np.random.default_rng(seed)
     kinds = rng.choice(4, size=(3, 4, height), p=[0.3, 0.3, 0.3, 0.1])
     hold = rng.random(kinds.shape) < rng.choice([0.0, 0.7, 0.97])

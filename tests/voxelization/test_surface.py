@@ -23,7 +23,7 @@ def met_cells(mesh: TriangleMesh, h: float) -> set[tuple[int, int, int]]:
     return set(map(tuple, (np.argwhere(unpack(cells.met, cells.height)) + low).tolist()))
 
 
-# Coordinates on cell borders, on millimetres, and anywhere: ties, degenerate triangles and plain ones.
+# Coordinates on cell borders, on millimetres, and anywhere: ties, degenerate and ordinary triangles.
 coordinates = st.one_of(
     st.integers(-5, 5).map(lambda n: n * H),
     st.integers(-1200, 1200).map(lambda n: n / 1000),
