@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -50,3 +50,12 @@ class Remark:
 def are_clean(remarks: Iterable[Remark]) -> bool:
     """Return whether there are only notes: nothing that a person must decide about."""
     return all(remark.severity is Severity.NOTE for remark in remarks)
+
+
+def in_words(remarks: Collection[Remark]) -> str:
+    """Return the number of remarks as it is shown next to the verdict: ``7 remarks, 2 serious``; ``3 notes``."""
+    if not remarks:
+        return "no remarks"
+    noun = "note" if are_clean(remarks) else "remark"
+    serious = sum(remark.severity is Severity.SERIOUS for remark in remarks)
+    return f"{len(remarks):,} {noun}{'' if len(remarks) == 1 else 's'}" + (f", {serious:,} serious" if serious else "")

@@ -23,7 +23,7 @@ import typer
 
 from bimvox.errors import BimvoxError, PlanningError
 from bimvox.files import reason_of
-from bimvox_cli.plain import plain
+from bimvox.rendering.plain import plain
 
 DONE = 0
 NO_PLAN = 1

@@ -9,7 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TaskID, 
 from rich.progress import Progress as Bars
 
 from bimvox.progress import SilentProgress
-from bimvox_cli.plain import plain
+from bimvox.rendering.plain import plain
 
 _PLAIN_LINE_EVERY_S = 10.0
 

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from bimvox.rendering.plain import plain
 from bimvox_cli.failure import exit_code_of
-from bimvox_cli.plain import plain
 
 if TYPE_CHECKING:
     from rich.console import Console

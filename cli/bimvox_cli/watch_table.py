@@ -10,7 +10,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from bimvox_cli.plain import plain
+from bimvox.rendering.plain import plain
 
 _STATES = {
     "infeasible": ("infeasible", "red"),

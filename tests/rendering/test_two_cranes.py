@@ -36,7 +36,7 @@ def film(log):
 
 @pytest.fixture(scope="module")
 def revision(log):
-    return Revision(0, "two.mcap", "0" * 64, log.plan, (), log.motions, tracks_of(log), None)
+    return Revision(0, "two.mcap", "0" * 64, log.plan, (), log.motions, tracks_of(log), None, ())
 
 
 def painted(scene, rgb):

@@ -16,6 +16,7 @@ from log_building import tiny_log
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
 from bimvox.records.proof import Check, Verification
+from bimvox.records.remark import Remark, Severity
 from bimvox.rendering.page.source import PageSource, Revision
 
 TYPES = {"u8": "u1", "u16": "<u2", "u32": "<u4", "i32": "<i4", "f32": "<f4"}
@@ -32,7 +33,17 @@ def failed_proof(about: str) -> Verification:
     return Verification((check,))
 
 
-def revision_of(log: PlanLog, proof: Verification | None = None) -> Revision:
+def some_remarks(name: str = "Beam", text: str = "nothing carries it", floating: int = 1) -> tuple[Remark, ...]:
+    """Remarks of every severity: about the beam, the infeasible column, and the whole plan."""
+    return (
+        *(Remark("floating", Severity.SERIOUS, f"{text} ({n})", "0GlobalIdBeam", name) for n in range(floating)),
+        Remark("hand_load", Severity.MINOR, "a hand carries it", "0GlobalIdColumnB", "ColumnB"),
+        Remark("wind", Severity.MINOR, "no wind is considered"),
+        Remark("assumed", Severity.NOTE, "the density of concrete", "0GlobalIdColumnA", "ColumnA"),
+    )
+
+
+def revision_of(log: PlanLog, proof: Verification | None = None, remarks: tuple[Remark, ...] | None = ()) -> Revision:
     return Revision(
         number=log.revision,
         log="tiny.mcap",
@@ -42,12 +53,15 @@ def revision_of(log: PlanLog, proof: Verification | None = None) -> Revision:
         motions=log.motions,
         tracks=tracks_of(log),
         proof=proof,
+        remarks=remarks,
         metadata={**log.metadata, "sha256 site.toml": "ef" * 32},
     )
 
 
-def tiny_source(*, crane: bool = True, proof: Verification | None = None) -> PageSource:
-    return PageSource((revision_of(tiny_log(crane=crane), proof),))
+def tiny_source(
+    *, crane: bool = True, proof: Verification | None = None, remarks: tuple[Remark, ...] | None = ()
+) -> PageSource:
+    return PageSource((revision_of(tiny_log(crane=crane), proof, remarks),))
 
 
 def evil_log(*, crane: bool = True) -> PlanLog:

@@ -24,6 +24,7 @@ MODULES = (
     "scene",
     "dom",
     "list",
+    "remarks",
     "details",
     "timeline",
     "layers",

@@ -14,7 +14,7 @@ from bimvox.rendering.page.changes import changes
 from bimvox.rendering.page.crane import crane_record
 from bimvox.rendering.page.fixed import boxes_record, obstructions, slab_map, standing
 from bimvox.rendering.page.geometry import Shapes, shapes_of
-from bimvox.rendering.page.lifts import lift_record, proof_record
+from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
 from bimvox.rendering.page.motions import (
     ANGLE_STEPS_PER_RAD,
     LENGTH_STEPS_PER_M,
@@ -181,7 +181,9 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
             {"first": c.first, "second": c.second, "depth_m": round(c.depth_m, 4), "at_least": c.at_least}
             for c in revision.plan.clashes
         ],
-        "proof": proof_record(revision.proof),
+        "proof": proof_record(revision),
+        "verdict": revision.verdict.to_dict(),
+        "remarks": remark_records(revision),
         "changes": changes(before, revision) if before else None,
         "metadata": dict(sorted(revision.metadata.items())),
     }

@@ -11,7 +11,6 @@ from bimvox.crane.load_chart import capacity_kg, utilisation
 from bimvox.crane.wind import permitted_wind_m_s
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
-from bimvox.records.proof import Verification
 from bimvox.rendering.page.blob import rounded
 from bimvox.rendering.page.source import Revision
 from bimvox.site.component import Component
@@ -45,6 +44,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "start_size_m": [round(n * site.frame.voxel_size_m, 6) for n in place.shape.size_vox] if place else None,
         "lifting": _lifting(site, component),
         "proven": None if revision.proof is None or lift.path_vox is None else component.id not in culprits,
+        "current": revision.proof is None or component.id not in revision.proof.not_current,
         "duration_s": motion.loaded.duration_s if motion else None,
         "bound_s": motion.loaded.bound_s if motion else None,
         "samples": sum(len(part.time_ns) for part in motion.trajectories) if motion else None,
@@ -54,8 +54,12 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
     }
 
 
-def proof_record(proof: Verification | None) -> dict[str, Any] | None:
-    """Return the result of a proof with all its checks; None if none was made."""
+def proof_record(revision: Revision) -> dict[str, Any] | None:
+    """Return the result of a proof with all its checks, and the lifts that it proves against earlier obstructions only.
+
+    None if no proof was made.
+    """
+    proof = revision.proof
     if proof is None:
         return None
     checks = [
@@ -70,7 +74,23 @@ def proof_record(proof: Verification | None) -> dict[str, Any] | None:
         }
         for check in proof.checks
     ]
-    return {"verified": proof.verified, "checks": checks}
+    components = revision.plan.site.components
+    earlier = [lift for lift in revision.lifts if components[lift.component].id in proof.not_current]
+    not_current = [
+        {
+            "order": lift.order,
+            "number": lift.number,
+            "component": components[lift.component].id,
+            "name": components[lift.component].label,
+        }
+        for lift in earlier
+    ]
+    return {"verified": proof.verified, "checks": checks, "not_current": not_current}
+
+
+def remark_records(revision: Revision) -> list[dict[str, Any]] | None:
+    """Return the remarks as ``bimvox verify --json`` gives them; None if the values of the plan make no sense."""
+    return None if revision.remarks is None else [remark.to_dict() for remark in revision.remarks]
 
 
 def _lifting(site: Site, component: Component) -> dict[str, Any]:

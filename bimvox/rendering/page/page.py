@@ -6,11 +6,11 @@ import base64
 import gzip
 import json
 import struct
-from html import escape
 
 from bimvox.rendering.page.assets import script, source_hash, text_of
 from bimvox.rendering.page.document import document_of
 from bimvox.rendering.page.source import PageSource
+from bimvox.rendering.plain import escape
 from bimvox.rendering.words import counted, hours
 
 _LEVEL = 9
@@ -81,6 +81,4 @@ def _summary(source: PageSource) -> str:
     words = f"{counted(planned, 'lift')} planned, {len(shown.lifts) - planned} infeasible"
     if shown.motions:
         words += f", {hours(max(motion.end_ns for motion in shown.motions))} of crane time"
-    proof = shown.proof
-    state = "proven" if proof and proof.verified else "NOT PROVEN"
-    return f"{words}; {state}. Log {shown.log}, SHA-256 {shown.sha256}."
+    return f"{words}; {shown.verdict.line}. Log {shown.log}, SHA-256 {shown.sha256}."

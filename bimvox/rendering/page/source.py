@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
+from bimvox.records.remark import Remark
 from bimvox.records.track import LoadTrack
+from bimvox.rendering.verdict import Verdict, verdict_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,6 +26,7 @@ class Revision:
         motions: Motions of the planned lifts, in order; none without a crane.
         tracks: Tracks of their loads, in order.
         proof: The verdict of a proof made now from the log; None if none was made.
+        remarks: What a person should look at; None if the values of the plan make no sense.
         metadata: Plain values about the plan (seed, policy, hashes ...).
     """
 
@@ -35,12 +38,18 @@ class Revision:
     motions: tuple[LiftMotion, ...]
     tracks: tuple[LoadTrack, ...]
     proof: Verification | None
+    remarks: tuple[Remark, ...] | None
     metadata: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def lifts(self) -> tuple[Lift, ...]:
         """All lifts, carried or not, in ascending order."""
         return tuple(sorted((*self.plan.lifts, *self.context), key=lambda lift: lift.order))
+
+    @property
+    def verdict(self) -> Verdict:
+        """What is proven, and the remarks next to it, in words."""
+        return verdict_of(self.proof, self.remarks, carried=len(self.plan.lifts), lifts=len(self.lifts))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

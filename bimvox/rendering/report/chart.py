@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from typing import Any
 
 import numpy as np
 
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.rendering.plain import escape
 from bimvox.rendering.report.svg import element, picture, text, ticks
 from bimvox.rendering.report.words import fixed, named, percent
 

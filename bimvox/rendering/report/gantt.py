@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from bimvox.rendering.plain import escape
 from bimvox.rendering.report.record import CARRYING
 from bimvox.rendering.report.svg import element, picture, text, ticks
 from bimvox.rendering.report.words import named
@@ -67,7 +68,7 @@ def _bar(lift: dict[str, Any], low: float, scale: float, y: float) -> str:
     parts = [text(label, _LEFT - 8.0, y + 9.5, text_anchor="end", class_="label critical" if mark else "label")]
     parts += _rectangles(spans, low, scale, y)
     words = f"Lift {lift['number']}, {named(lift)}: {clock(lift['begins_s'])} to {clock(lift['ends_s'])}"
-    title = element("title", words.replace("&", "&amp;").replace("<", "&lt;"))
+    title = element("title", escape(words))
     return element("g", title, *parts, data_order=lift["order"])
 
 

@@ -7,7 +7,8 @@ numbers of the log, not rounded ones.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from html import escape
+
+from bimvox.rendering.plain import escape
 
 
 def number(value: float | int | None, words: str, key: str = "") -> str:

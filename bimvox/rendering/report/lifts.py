@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from html import escape
 from typing import Any
 
+from bimvox.rendering.plain import escape
 from bimvox.rendering.report.html import number, row, table, tag
 from bimvox.rendering.report.words import METHODS, fixed, named, span, tonnes
 from bimvox.rendering.words import PHASES, clock
@@ -121,5 +121,6 @@ def _status(lift: dict[str, Any], proof_made: bool) -> str:
     if lift["proven"] is None:
         words = "not in this log" if proof_made else "NOT PROVEN"
     else:
-        words = "✓ proven" if lift["proven"] else "✕ PROOF FAILED"
+        proven = "✓ proven" if lift["current"] else "proven against<br>earlier obstructions"
+        words = proven if lift["proven"] else "✕ PROOF FAILED"
     return f"{escape(lift['status'])}<br>{words}"

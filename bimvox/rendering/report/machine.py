@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from html import escape
 from typing import Any
 
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.rendering.plain import escape
 from bimvox.rendering.report.chart import load_chart
 from bimvox.rendering.report.html import number, paragraph, section, tag, terms
 from bimvox.rendering.report.words import SWING, fixed, percent, tonnes

@@ -6,15 +6,16 @@ import base64
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
 from importlib.resources import files
 from typing import Any
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.rendering.page.assets import source_hash
+from bimvox.rendering.plain import escape
 from bimvox.rendering.report import sections
 from bimvox.rendering.report.html import section, tag
 from bimvox.rendering.report.machine import machine
+from bimvox.rendering.report.remarks import remarks
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +72,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
         [
             sections.heading(record),
             figures.overview.html() if figures.overview else "",
+            remarks(record),
             sections.infeasible(record, [(figure.orders, figure.html()) for figure in figures.blocked]),
             sections.critical(record),
             sections.lifts(record),
@@ -80,7 +82,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             sections.deliveries(record),
             sections.proof(record),
             sections.inputs(record),
-            sections.remarks(record),
+            sections.notes(record),
         ]
     )
     # The data must not contain "<", because "</script" would end them.

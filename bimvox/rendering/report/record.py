@@ -12,7 +12,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.figures import hook_travel_m
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.rendering.page.lifts import lift_record, proof_record
+from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
 from bimvox.rendering.page.source import Revision
 from bimvox.site.site import Site
 
@@ -32,9 +32,9 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         critical_share: Share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
 
     Returns:
-        ``log, site, crane, totals, methods, lifts, critical, infeasible, deliveries, proof, inputs, clashes, notes``;
-        ``critical`` are orders of lifts, the highest utilisation first; ``infeasible`` orders of lifts, causes first:
-        those blocked only by other infeasible ones come last.
+        ``log, site, crane, totals, methods, lifts, critical, infeasible, deliveries, verdict, proof, remarks, inputs,
+        clashes, notes``; ``critical`` are orders of lifts, the highest utilisation first; ``infeasible`` orders of
+        lifts, causes first: those blocked only by other infeasible ones come last.
     """
     site = revision.plan.site
     if critical_share is None:
@@ -61,7 +61,9 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "critical": [lift["order"] for lift in critical],
         "infeasible": _causes_first(lifts),
         "deliveries": _deliveries(lifts),
-        "proof": proof_record(revision.proof),
+        "verdict": revision.verdict.to_dict(),
+        "proof": proof_record(revision),
+        "remarks": remark_records(revision),
         "inputs": inputs_of(revision),
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": c.depth_m, "at_least": c.at_least}

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from typing import Any
 
+from bimvox.rendering.plain import escape
 from bimvox.rendering.report.gantt import crane_chart, gantt_charts
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
 from bimvox.rendering.report.lifts import critical_first, lift_table
@@ -18,15 +18,15 @@ _LISTED = 12
 
 def heading(record: dict[str, Any]) -> str:
     """Return title, verdict and totals."""
-    site, log, proof = record["site"], record["log"], record["proof"]
-    good = bool(proof and proof["verified"])
-    verdict = "✓ proven" if good else "✕ NOT PROVEN"
-    chip = tag("p", verdict, "chip good" if good else "chip bad")
+    site, log, verdict = record["site"], record["log"], record["verdict"]
+    chips = "".join(
+        tag("p", escape(verdict[what]), f"chip {verdict[f'{what}_light']}") for what in ("proof", "remarks")
+    )
     state = " Recovered from a damaged log: some lifts may be missing." if log["recovered"] else ""
     state += " An extract: the other lifts of the plan are listed without their paths." if log["extract"] else ""
     names = f"Model {site['model'] or 'not named'} · log {log['name']} · revision {log['revision']}.{state}"
     title = tag("div", f"<h1>{escape(site['name'])}: lift plan record</h1>{paragraph(names, 'faint')}")
-    return tag("header", title + chip) + tag("section", terms(_total_terms(record)), "totals")
+    return tag("header", title + tag("div", chips, "verdict")) + tag("section", terms(_total_terms(record)), "totals")
 
 
 def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
@@ -221,13 +221,23 @@ def proof(record: dict[str, Any]) -> str:
         )
         for check in made["checks"]
     ]
+    earlier = made["not_current"]
     found = "".join(tag("li", f"<b>{escape(c['name'])}</b>: {escape(text)}") for c in failed for text in c["failures"])
     return section(
         "Proof: what was proven, and how",
         paragraph(words, "" if made["verified"] else "warn"),
         tag("ul", found) if found else "",
+        paragraph(_earlier(earlier), "reserved") if earlier else "",
         table(("Check", "Result", "Samples", "Worst", "What it checks"), rows, class_="words", id_="checks"),
         id="proof",
+    )
+
+
+def _earlier(lifts: Sequence[dict[str, Any]]) -> str:
+    words = ", ".join(f"{lift['number']} {lift['name']}" for lift in lifts)
+    return (
+        f"Proven against earlier obstructions only, not against the current ones: {counted(len(lifts), 'lift')} that "
+        f"ended before the last change: {words}."
     )
 
 
@@ -245,12 +255,12 @@ def inputs(record: dict[str, Any]) -> str:
     )
 
 
-def remarks(record: dict[str, Any]) -> str:
+def notes(record: dict[str, Any]) -> str:
     """Return notes, and pairs of parts that overlap in the model."""
     html, names = "", names_of(record)
     if record["notes"]:
-        notes = "".join(tag("li", escape(with_names(note, names))) for note in record["notes"])
-        html += section("Notes", tag("ul", notes))
+        items = "".join(tag("li", escape(with_names(note, names))) for note in record["notes"])
+        html += section("Notes", tag("ul", items))
     if record["clashes"]:
         rows = [
             row(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from html import escape
+
+from bimvox.rendering.plain import escape
 
 
 def element(name: str, *children: str, **attributes: object) -> str:

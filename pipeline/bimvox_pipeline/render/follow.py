@@ -14,8 +14,7 @@ from bimvox.progress import Progress
 from bimvox_pipeline.watch.file_watch import FileState, changes, state_of
 
 if TYPE_CHECKING:
-    from bimvox.records.proof import Verification
-    from bimvox.rendering.page.source import PageSource
+    from bimvox.rendering.page.source import PageSource, Revision
 
 
 def follow(
@@ -29,7 +28,7 @@ def follow(
     Args:
         log: The log; it need not exist yet.
         out: The page.
-        proven: Whether every revision is proven; proofs are kept for the next page.
+        proven: Whether every revision is proven; they are kept for the next page.
         progress: Receives the stages.
         stop: Ends it, as Ctrl-C does.
 
@@ -45,7 +44,7 @@ def follow(
     script = out.with_suffix(".live.js")
     for file in (out, script):
         check_output(file, inputs=[log])
-    known: dict[str, Verification] = {}
+    known: dict[str, Revision] = {}
     shown: PageSource | None = None
     stop = stop or threading.Event()
     try:
@@ -74,7 +73,7 @@ def _states(log: Path, first: FileState, stop: threading.Event) -> Iterator[File
         yield from changes(log, lambda: (), stop, first)
 
 
-def _source(log: Path, proven: bool, progress: Progress, known: dict[str, Verification]) -> PageSource:
+def _source(log: Path, proven: bool, progress: Progress, known: dict[str, Revision]) -> PageSource:
     from bimvox_pipeline.render.page import source_of_log
 
     source = source_of_log(log, proven=proven, progress=progress, known=known)

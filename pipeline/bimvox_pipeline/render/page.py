@@ -10,8 +10,7 @@ from bimvox.progress import Progress
 from bimvox_pipeline.render.revisions import read_revisions, revisions_of
 
 if TYPE_CHECKING:
-    from bimvox.records.proof import Verification
-    from bimvox.rendering.page.source import PageSource
+    from bimvox.rendering.page.source import PageSource, Revision
 
 REVISIONS = 10
 """Maximum number of revisions in a page: the newest ones."""
@@ -27,7 +26,7 @@ def page_of_log(log: Path, *, proven: bool, progress: Progress) -> bytes:
 
 
 def source_of_log(
-    log: Path, *, proven: bool, progress: Progress, known: dict[str, Verification] | None = None
+    log: Path, *, proven: bool, progress: Progress, known: dict[str, Revision] | None = None
 ) -> PageSource:
     """Return the content of a log's page.
 
@@ -35,7 +34,7 @@ def source_of_log(
         log: A log. Revisions of ``bimvox watch`` next to it are in the page as well.
         proven: Whether every revision is proven again now; otherwise the page says that it is not proven.
         progress: Receives the stages.
-        known: Earlier proofs, by the SHA-256 of their log; new ones are added.
+        known: Earlier revisions, by the SHA-256 of their log; new ones are added.
 
     Raises:
         LogFileError: If it is damaged or not a bimvox log.

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from bimvox.log.mcap.reader import Contents
     from bimvox.log.plan_log import PlanLog
-    from bimvox.records.proof import Verification
     from bimvox.rendering.page.source import Revision
 
 _NUMBER = re.compile(r"\.r(\d{4,})$")
@@ -143,7 +142,7 @@ def _without_pending(record: PlanLog) -> PlanLog:
 
 
 def revisions_of(
-    found: list[Read], proven: bool, progress: Progress, known: dict[str, Verification] | None = None
+    found: list[Read], proven: bool, progress: Progress, known: dict[str, Revision] | None = None
 ) -> Iterator[Revision]:
     """Yield the read logs as revisions of a plan.
 
@@ -151,20 +150,21 @@ def revisions_of(
         found: The read logs.
         proven: Whether they are proven again now.
         progress: Receives the stages.
-        known: Earlier proofs, by the SHA-256 of their log; new ones are added.
+        known: Earlier revisions, by the SHA-256 of their log; new ones are added.
     """
     from bimvox.log.recorder import tracks_of
     from bimvox.log.schema import METADATA
+    from bimvox.remarks.sensible import remarks_if_sensible
     from bimvox.rendering.page.source import Revision
 
     for read in found:
-        record = read.record
-        proof = (known or {}).get(read.sha256) if proven else None
-        if proven and proof is None:
+        if known is not None and read.sha256 in known:
+            yield known[read.sha256]
+            continue
+        record, proof = read.record, None
+        if proven:
             proof = prove_plan(record, progress) if read.contents is None else prove(read.contents, record, progress)
-            if known is not None:
-                known[read.sha256] = proof
-        yield Revision(
+        revision = Revision(
             number=record.revision,
             log=read.file.name,
             sha256=read.sha256,
@@ -173,5 +173,9 @@ def revisions_of(
             motions=record.motions,
             tracks=tracks_of(record),
             proof=proof,
+            remarks=remarks_if_sensible(record.plan, record.motions, record.context),
             metadata=record.metadata if read.contents is None else read.contents.metadata.get(METADATA, {}),
         )
+        if known is not None:
+            known[read.sha256] = revision
+        yield revision

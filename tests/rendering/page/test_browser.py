@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import io
 import itertools
+import re
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from log_building import tiny_log
-from opened_pages import EVIL, evil_log, failed_proof, passed_proof, revision_of, tiny_source
+from opened_pages import EVIL, evil_log, failed_proof, passed_proof, revision_of, some_remarks, tiny_source
 from PIL import Image
 from two_cranes import two_crane_plan
 
@@ -21,6 +22,7 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
 from bimvox.records.lift import Method
+from bimvox.records.remark import Remark, Severity
 from bimvox.rendering.page.page import page_of
 from bimvox.rendering.page.source import PageSource, Revision
 from bimvox.rendering.scene.cranes import poses_at
@@ -315,9 +317,9 @@ def test_the_plan_says_how_it_was_proven_and_from_what(seen):
 
 
 def test_a_plan_that_is_not_proven_says_so(browser, tmp_path):
-    for proof in (None, failed_proof("0GlobalIdBeam")):
+    for proof, why in ((None, "no proof was made"), (failed_proof("0GlobalIdBeam"), "cells")):
         seen = show(browser, tmp_path, tiny_source(proof=proof))
-        assert seen.text("#proof") == "✕ NOT PROVEN"
+        assert seen.text("#proof") == f"✕ NOT PROVEN: {why}"
         seen.page.click('#list tr[data-part="2"] button')
         assert "NOT PROVEN" in seen.text("#panel-part")
         seen.page.click("#plan-button")
@@ -325,6 +327,132 @@ def test_a_plan_that_is_not_proven_says_so(browser, tmp_path):
         if proof:
             assert "is in cells of truck-7" in seen.text("#panel-plan")
         seen.page.context.close()
+
+
+def test_the_remarks_are_listed_and_lead_to_their_lifts(browser, tmp_path):
+    log = tiny_log()
+    source = tiny_source(proof=passed_proof(), remarks=some_remarks(floating=8))
+    seen = show(browser, tmp_path, source, reduced_motion="reduce")
+    assert (seen.text("#proof"), seen.text("#remarks-button")) == ("proven", "⚠\ufe0e 11 remarks, 8 serious")
+    for chip in ("#proof", "#remarks-button"):
+        assert "serious" in seen.page.get_attribute(chip, "class")
+        paint = seen.page.evaluate("(at) => getComputedStyle(document.querySelector(at)).backgroundColor", chip)
+        assert paint == "rgb(255, 181, 46)"
+    seen.page.focus("#remarks-button")
+    seen.page.keyboard.press("Enter")
+    assert seen.page.evaluate("() => document.activeElement.id") == "panel-remarks"
+    assert seen.page.locator("#panel-remarks h3").all_inner_texts() == [
+        "⚠\ufe0e SERIOUS (8)",
+        "! MINOR (2)",
+        "NOTES (1)",
+    ]
+    # A long group is closed; its summary opens it, by the keyboard too.
+    beam = "#panel-remarks .kind.serious"
+    assert not seen.page.is_visible(f"{beam} li")
+    seen.page.focus(f"{beam} summary")
+    seen.page.keyboard.press("Enter")
+    assert seen.page.locator(f"{beam} li").count() == 8
+    seen.page.keyboard.press("Tab")
+    seen.page.keyboard.press("Enter")
+    motion = log.motions[1]
+    assert seen.page.evaluate("() => window.page.chosen") == 2
+    assert seen.text("#clock") == clock(motion.start_ns / 1e9)
+    assert seen.page.get_attribute("#list tr.chosen", "data-part") == "2"
+    assert seen.page.is_visible("#panel-remarks")  # the list stays
+    assert seen.page.locator("#panel-remarks [aria-current]").count() == 8
+    seen.wait("document.getElementById('live').textContent === 'Lift 3: Beam, 8 remarks'")
+    # An infeasible part has no lift to go to; what is about the whole plan is only text.
+    seen.page.click("#panel-remarks >> text=a hand carries it")
+    assert seen.page.evaluate("() => window.page.chosen") == 1
+    assert seen.text("#clock") == clock(motion.start_ns / 1e9)
+    assert seen.page.locator("#panel-remarks .kind.minor button").count() == 1
+    assert "no wind is considered" in seen.text("#panel-remarks")
+    seen.page.click("#tab-part")
+    assert "Remark, minor: a hand carries it" in seen.text("#panel-part")
+    seen.page.keyboard.press("r")
+    assert seen.page.is_visible("#panel-remarks")
+    assert seen.complaints == []
+    seen.page.context.close()
+
+
+def test_the_tabs_are_walked_by_arrow_keys(seen):
+    seen.page.focus("#tab-part")
+    for name, way in (("plan", "Right"), ("remarks", "Right"), ("part", "Right"), ("remarks", "Left")):
+        seen.page.keyboard.press(f"Arrow{way}")
+        assert seen.page.is_visible(f"#panel-{name}")
+        assert seen.page.evaluate("() => document.activeElement.id") == f"tab-{name}"
+
+
+def test_a_clean_plan_is_green_and_says_that_nothing_was_found(seen):
+    assert (seen.text("#proof"), seen.text("#remarks-button")) == ("✓ proven", "no remarks")
+    assert "clean" in seen.page.get_attribute("#proof", "class")
+    seen.page.click("#remarks-button")
+    assert "No rule of plausibility found anything" in seen.text("#panel-remarks")
+
+
+def test_lifts_proven_against_earlier_obstructions_only_are_named(browser, tmp_path):
+    proof = dataclasses.replace(passed_proof(), not_current=("0GlobalIdColumnA",))
+    seen = show(browser, tmp_path, tiny_source(proof=proof), reduced_motion="reduce")
+    assert seen.text("#proof") == "proven, 1 lift against earlier obstructions only"
+    assert "remarked" in seen.page.get_attribute("#proof", "class")
+    seen.page.click("#plan-button")
+    seen.page.click("#panel-plan .aside button")
+    assert seen.text("#panel-part h2") == "ColumnA"
+    assert "not against the current ones" in seen.text("#panel-part")
+    assert "✓ Proven" not in seen.text("#panel-part")
+    seen.page.context.close()
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_long_and_hostile_remarks_stay_in_the_window_and_can_be_read(browser, tmp_path, width, height, scheme):
+    words = f"{EVIL}\x1b[31m\u202e" + "x" * 3000
+    remarks = tuple(
+        Remark(words, severity, words, component, words)
+        for severity in Severity
+        for component in ("0GlobalIdBeam", "no such part", None)
+    )
+    proof = dataclasses.replace(passed_proof(), not_current=("0GlobalIdColumnA",))
+    source = PageSource((revision_of(evil_log(), proof, remarks),))
+    seen = show(browser, tmp_path, source, reduced_motion="reduce", color_scheme=scheme)
+    seen.page.set_viewport_size({"width": width, "height": height})
+    seen.page.click("#remarks-button")
+    for selector in ("body", "#panel-remarks"):
+        assert seen.page.locator(selector).evaluate("(element) => element.scrollWidth <= element.clientWidth")
+    for selector in ("#proof", "#remarks-button", "#plan-button", "#help-button", "#panel-remarks"):
+        box = seen.page.locator(selector).bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= width
+    assert f"{EVIL}\\x1b[31m\\u202e" in seen.text("#panel-remarks")
+    assert seen.page.evaluate("() => window.hacked") is None
+    assert seen.page.locator("img").count() == 1
+    for chip in ("#proof", "#remarks-button", "#panel-remarks h3.serious", "#panel-remarks h3.minor"):
+        assert contrast(seen, chip) >= 4.5
+    assert seen.complaints == []
+    seen.page.context.close()
+
+
+def contrast(seen: Seen, selector: str) -> float:
+    """The contrast of text to its own background, as WCAG 2 has it."""
+    style = "(at) => { const s = getComputedStyle(document.querySelector(at)); return [s.color, s.backgroundColor]; }"
+    light = []
+    for colour in seen.page.evaluate(style, selector):
+        rgb = np.array([int(value) for value in re.findall(r"\d+", colour)[:3]]) / 255
+        linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+        light.append(float(linear @ [0.2126, 0.7152, 0.0722]))
+    return (max(light) + 0.05) / (min(light) + 0.05)
+
+
+def test_remarks_are_printed_even_of_closed_groups(browser, tmp_path):
+    seen = show(browser, tmp_path, tiny_source(proof=passed_proof(), remarks=some_remarks(floating=9)))
+    seen.page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
+    seen.page.emulate_media(media="print")
+    assert seen.page.locator("#panel-remarks li:visible").count() == 12
+    seen.page.emulate_media(media="screen")
+    seen.page.evaluate("() => window.dispatchEvent(new Event('afterprint'))")
+    seen.page.click("#remarks-button")
+    assert not seen.page.is_visible("#panel-remarks .kind.serious li")
+    seen.page.context.close()
 
 
 def test_revisions_are_switched_and_say_what_changed(browser, tmp_path):
@@ -336,7 +464,7 @@ def test_revisions_are_switched_and_say_what_changed(browser, tmp_path):
     after = dataclasses.replace(before, plan=plan, revision=4)
     revisions = (revision_of(before, passed_proof()), revision_of(after))
     seen = show(browser, tmp_path, PageSource(revisions), reduced_motion="reduce")
-    assert seen.text("#proof") == "✕ NOT PROVEN"
+    assert seen.text("#proof") == "✕ NOT PROVEN: no proof was made"
     seen.page.click("#plan-button")
     terms = seen.terms("#panel-plan")
     assert (terms["Kept"], terms["Replanned"], terms["Infeasible"]) == ("1", "1", "1")
@@ -436,7 +564,7 @@ def test_without_webgl_the_lists_work(browser, tmp_path):
 def test_a_page_of_two_cranes_moves_both(browser, tmp_path):
     plan, motions = two_crane_plan()
     log = PlanLog(plan=plan, motions=motions, attachments={}, metadata={})
-    revision = Revision(0, "two.mcap", "0" * 64, plan, (), motions, tracks_of(log), passed_proof())
+    revision = Revision(0, "two.mcap", "0" * 64, plan, (), motions, tracks_of(log), passed_proof(), ())
     seen = show(browser, tmp_path, PageSource((revision,)), reduced_motion="reduce")
     places = []
     for seconds in (0.0, 95.0, 330.0, 700.0):

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from log_building import tiny_log
-from opened_pages import Opened, failed_proof, passed_proof, revision_of, tiny_source
+from opened_pages import Opened, failed_proof, passed_proof, revision_of, some_remarks, tiny_source
 
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.records.lift import Status
@@ -150,3 +150,26 @@ def test_a_site_without_a_crane_has_nominal_times():
     assert [document["motions"][lift["motion"]]["arrived_s"] for lift in planned] == [
         float(lift["moves"]) for lift in planned
     ]
+
+
+def test_a_revision_has_its_verdict_and_its_remarks():
+    remarks = some_remarks()
+    document = Opened(page_of(tiny_source(proof=passed_proof(), remarks=remarks))).document
+    (revision,) = document["revisions"]
+    assert revision["remarks"] == [remark.to_dict() for remark in remarks]
+    assert revision["verdict"] == {
+        "proof": "proven",
+        "proof_light": "serious",
+        "remarks": "⚠\ufe0e 4 remarks, 1 serious",
+        "remarks_light": "serious",
+    }
+    senseless = Opened(page_of(tiny_source(remarks=None))).document["revisions"][0]
+    assert senseless["remarks"] is None
+    assert senseless["verdict"]["remarks"] == "remarks not looked for"
+
+
+def test_lifts_proven_against_earlier_obstructions_only_are_marked():
+    proof = dataclasses.replace(passed_proof(), not_current=("0GlobalIdBeam",))
+    (revision,) = Opened(page_of(tiny_source(proof=proof))).document["revisions"]
+    assert [lift["current"] for lift in revision["lifts"]] == [True, True, False]
+    assert [lift["number"] for lift in revision["proof"]["not_current"]] == [3]

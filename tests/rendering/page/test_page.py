@@ -8,7 +8,7 @@ import subprocess
 from collections import Counter
 
 import pytest
-from opened_pages import EVIL, Opened, evil_log, passed_proof, revision_of, tiny_source
+from opened_pages import EVIL, Opened, evil_log, passed_proof, revision_of, some_remarks, tiny_source
 
 from bimvox.rendering.page.assets import MODULES, script, text_of
 from bimvox.rendering.page.page import page_of
@@ -65,6 +65,9 @@ def test_the_summary_for_readers_without_scripts_says_not_proven():
     assert "proven" in proven
     assert "NOT PROVEN" not in proven
     assert "2 lifts planned, 1 infeasible" in proven
+    assert "no remarks" in proven
+    remarked = page_of(tiny_source(proof=passed_proof(), remarks=some_remarks())).decode()
+    assert "4 remarks, 1 serious" in remarked.split("<noscript>")[1].split("</noscript>")[0]
 
 
 def test_modules_come_after_what_they_import_and_share_no_name():

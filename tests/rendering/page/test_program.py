@@ -17,6 +17,7 @@ from bimvox.log.recorder import tracks_of
 from bimvox.log.scene import states_before
 from bimvox.rendering.page import assets
 from bimvox.rendering.page.page import page_of
+from bimvox.rendering.plain import plain
 from bimvox.site.construction import ConstructionState
 
 NODE = shutil.which("node")
@@ -27,7 +28,7 @@ import { opened, unpack } from "%(web)s/container.mjs";
 import { gunzip } from "%(web)s/inflate.mjs";
 import { axesAt, hookOf, loadAt, motionOf, storedAt, wayOf } from "%(web)s/motion.mjs";
 import { Plan, sorted } from "%(web)s/plan.mjs";
-import { clock, shortClock, span } from "%(web)s/words.mjs";
+import { clock, nameOf, plain, shortClock, span } from "%(web)s/words.mjs";
 const packed = readFileSync(process.argv[2], "utf8");
 const asked = JSON.parse(readFileSync(process.argv[3], "utf8"));
 const { document: page, numbers } = await unpack(packed);
@@ -138,6 +139,12 @@ def test_search_and_sorting(tmp_path):
 def test_times_in_words(tmp_path):
     body = "[clock(0), clock(3723.4), shortClock(288), shortClock(3723), span(30.25), span(252), span(41207)]"
     assert run(tmp_path, body) == ["0:00:00", "1:02:03", "4:48", "1:02:03", "30.3 s", "4 min 12 s", "11 h 27 min"]
+
+
+def test_control_characters_of_names_are_written_out(tmp_path):
+    name = 'Stütze\x1b[31m\u202e\x9b "<b>'
+    found = run(tmp_path, "[plain(asked), nameOf({ name: asked })]", name)
+    assert found == [plain(name)] * 2
 
 
 def test_a_way_ends_at_the_target(tmp_path, crane):

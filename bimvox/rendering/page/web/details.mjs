@@ -3,18 +3,19 @@ import { byId, el, fill, terms } from "./dom.mjs";
 import { cranesOf } from "./cranes.mjs";
 import { HOT } from "./plan.mjs";
 import { extent } from "./overlays.mjs";
-import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, fixed, metres, nameOf, percent, point, span, tonnes, whole } from "./words.mjs";
+import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, fixed, metres, nameOf, percent, plain, point, span, tonnes, whole } from "./words.mjs";
 
 export class Details {
   constructor(app) {
     this.app = app;
-    this.tabs = ["part", "plan"].map((name) => ({ name, tab: byId(`tab-${name}`), panel: byId(`panel-${name}`) }));
+    this.tabs = ["part", "plan", "remarks"].map((name) => ({ name, tab: byId(`tab-${name}`), panel: byId(`panel-${name}`) }));
     for (const { name, tab } of this.tabs) {
       tab.addEventListener("click", () => this.open(name));
       tab.addEventListener("keydown", (event) => {
         if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
         event.stopPropagation();
-        const other = this.tabs.find((entry) => entry.name !== name);
+        const step = event.key === "ArrowLeft" ? this.tabs.length - 1 : 1;
+        const other = this.tabs[(this.tabs.findIndex((entry) => entry.name === name) + step) % this.tabs.length];
         this.open(other.name);
         other.tab.focus();
       });
@@ -26,6 +27,7 @@ export class Details {
   }
 
   open(name) {
+    this.opened = name;
     for (const entry of this.tabs) {
       const own = entry.name === name;
       entry.tab.setAttribute("aria-selected", String(own));
@@ -55,6 +57,7 @@ export class Details {
       el("h2", {}, nameOf(part)),
       el("p", {}, `${classWords(part.ifc_class)}${lift ? `, lift ${lift.number} of ${app.plan.lifts.length}` : ""}`),
       lift ? (bad ? this._infeasible(lift) : this._proof(lift)) : null,
+      ...app.remarks.about(index).map((remark) => el("p", { class: `aside ${remark.severity}` }, el("strong", {}, `${remark.severity === "note" ? "Note" : `Remark, ${remark.severity}`}: `), plain(remark.text))),
       motion ? el("p", { class: "links" }, el("button", { type: "button", onclick: () => app.seek(lift.begins_s) }, `Go to this lift, ${clock(lift.begins_s)}`)) : null,
       el("h3", {}, "Part"),
       terms([
@@ -96,6 +99,7 @@ export class Details {
     if (lift.proven === null) return el("p", { class: "warn" }, proof ? "NOT PROVEN here: this log is an extract and does not carry the path of this lift." : "NOT PROVEN: no proof was made for this page.");
     const checks = proof.checks.filter((check) => check.samples > 0);
     if (!lift.proven) return el("p", { class: "warn" }, "NOT PROVEN: a check of this lift failed; see Plan.");
+    if (!lift.current) return el("p", { class: "aside minor" }, "Proven against the obstructions before the last change only, not against the current ones: the lift ended before it.");
     return el("p", { class: "fine" }, `✓ Proven: ${checks.length} checks of the log passed for this lift${lift.samples ? `, ${counted(lift.samples, "sample")} of its motion` : ""}.`);
   }
 
@@ -266,9 +270,16 @@ export class Details {
     const head = el("thead", {}, el("tr", {}, ...["Check", "Result", "Samples", "Worst"].map((name) => el("th", { scope: "col" }, name))));
     return [
       proof.verified ? el("p", { class: "fine" }, `✓ Proven again from the log alone when this page was made: ${proof.checks.length} checks, ${whole(samples)} samples.`) : el("p", { class: "warn" }, `NOT PROVEN: ${counted(failed.length, "check")} failed.`),
+      ...this._earlier(proof.not_current),
       ...failed.flatMap((check) => [el("h3", {}, check.name.replaceAll("_", " ")), el("ul", {}, ...check.failures.map((text) => el("li", {}, text)))]),
       el("table", {}, head, el("tbody", {}, ...rows)),
     ];
+  }
+
+  /** The lifts that ended before the obstructions became the current ones. */
+  _earlier(lifts) {
+    if (!lifts.length) return [];
+    return [el("div", { class: "aside minor" }, el("p", {}, `Proven against earlier obstructions only, not against the current ones: ${counted(lifts.length, "lift")} that ended before the last change.`), el("div", { class: "links" }, ...lifts.map((lift) => this._link(lift.component))))];
   }
 
   _sentences(title, sentences) {

@@ -30,11 +30,13 @@ export class Header {
     ];
     byId("facts").textContent = facts.join(" · ");
     const chip = byId("proof");
-    const good = revision.proof?.verified;
-    chip.className = `chip ${good ? "good" : "bad"}`;
-    const part = revision.carried < app.plan.lifts.length ? ` (${revision.carried} of ${counted(app.plan.lifts.length, "lift")})` : "";
-    chip.textContent = good ? `✓ proven${part}` : "✕ NOT PROVEN";
-    chip.title = good ? "Every check of the log passed when this page was made" : revision.proof ? "A check of the log failed: see Plan" : "No proof was made for this page: run bimvox verify";
+    const { proof, verdict } = revision;
+    chip.className = `chip ${verdict.proof_light}`;
+    chip.textContent = verdict.proof;
+    chip.title = proof?.verified ? "Every check of the log passed when this page was made" : proof ? "A check of the log failed: see Plan" : "No proof was made for this page: run bimvox verify";
+    const remarks = byId("remarks-button");
+    remarks.className = `chip ${verdict.remarks_light}`;
+    remarks.textContent = verdict.remarks;
     byId("revision").value = String(app.number);
     byId("revision-earlier").disabled = app.number === 0;
     byId("revision-later").disabled = app.number === app.document.revisions.length - 1;

@@ -72,6 +72,7 @@ export class Live {
       playing: app.playing,
       speed: app.speed,
       layers: app.layers,
+      tab: app.details.opened,
       chosen: app.chosen === null ? null : app.parts[app.chosen].id,
       camera: Object.fromEntries(CAMERA.map((name) => [name, app.camera[name]])),
       version: this.version,
@@ -104,7 +105,7 @@ export class Live {
     Object.assign(app.camera, kept.camera, { glide: null });
     app.layerList.update();
     app.show();
-    if (app.chosen !== null) app.details.open("part");
+    if (kept.tab) app.details.open(kept.tab);
     const { revision } = app.plans[app.plans.length - 1];
     const { changes } = revision;
     app.say(changes ? `Revision ${revision.number} loaded: ${changes.replanned.length} replanned, ${revision.infeasible} infeasible` : `Revision ${revision.number} loaded`);

@@ -12,6 +12,7 @@ import { clamp } from "./maths.mjs";
 import { motionOf } from "./motion.mjs";
 import { Plan } from "./plan.mjs";
 import { watchPointers } from "./pointer.mjs";
+import { Remarks } from "./remarks.mjs";
 import { Scene } from "./scene.mjs";
 import { Timeline, nowWords } from "./timeline.mjs";
 import { PHASES, clock, metres } from "./words.mjs";
@@ -39,6 +40,7 @@ class App {
     this.scene = this._scene(numbers);
     this.header = new Header(this);
     this.list = new LiftList(this);
+    this.remarks = new Remarks(this);
     this.details = new Details(this);
     this.timeline = new Timeline(this);
     this.layerList = new Layers(this);
@@ -105,6 +107,7 @@ class App {
     this.layerList.renderLegend();
     this.details.renderPart();
     this.details.renderPlan();
+    this.remarks.render();
     this._refresh();
   }
 
@@ -217,7 +220,8 @@ class App {
     this.chosen = part;
     this.obstruction = null;
     this.details.renderPart();
-    if (part !== null) this.details.open("part");
+    if (part !== null && from !== "remarks") this.details.open("part");
+    this.remarks.update();
     this.list.update();
     if (part !== null && from !== "list") this.list.reveal(part);
     this.timeline.update();
@@ -229,6 +233,7 @@ class App {
     this.obstruction = record;
     this.details.renderPart();
     this.details.open("part");
+    this.remarks.update();
     this.list.update();
     this.timeline.update();
     this.changed();

@@ -35,8 +35,14 @@ export function classWords(ifcClass) {
   return words ? words[0].toUpperCase() + words.slice(1) : "";
 }
 
+/** A text from a file with control characters written out, not obeyed; line ends stay. */
+export const plain = (text) => text.replace(/[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]/g, (found) => {
+  const code = found.charCodeAt(0).toString(16);
+  return code.length > 2 ? `\\u${code.padStart(4, "0")}` : `\\x${code.padStart(2, "0")}`;
+}); // prettier-ignore
+
 /** A part's name in lists, or its GlobalId if it has none. */
-export const nameOf = (part) => part.name || part.global_id || part.id;
+export const nameOf = (part) => plain(part.name || part.global_id || part.id);
 
 export const METHODS = { policy: "policy", retrained: "policy, retrained", search: "search (A*)" };
 export const MASS_SOURCES = { quantity: "from the model's quantities", density: "volume × density of its material", default: "volume × 2,400 kg/m³ (default density)" };

@@ -1,0 +1,100 @@
+"""The verdict as page and report show it: what is proven, and the remarks next to it.
+
+Proven and plausible are two things. Green needs both; nothing is said by a colour alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+
+from bimvox.records.proof import Verification
+from bimvox.records.remark import Remark, Severity, are_clean, in_words
+from bimvox.rendering.words import counted
+
+
+class Light(StrEnum):
+    """The colour of a verdict; also the name of its style."""
+
+    CLEAN = "clean"
+    """Green: proven without reservation, and no remark but notes."""
+    REMARKED = "remarked"
+    """Amber: proven, with minor remarks or with a reservation."""
+    SERIOUS = "serious"
+    """Strong amber: proven, but a person must decide about a remark first."""
+    REFUSED = "refused"
+    """Red: not proven."""
+    PLAIN = "plain"
+    """No colour: no remark, next to a plan that is not proven."""
+
+
+_SIGNS = {Light.CLEAN: "✓ ", Light.REMARKED: "! ", Light.SERIOUS: "⚠\ufe0e ", Light.REFUSED: "✕ ", Light.PLAIN: ""}
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The verdict in words.
+
+    Attributes:
+        proof: Whether it is proven, or which check failed.
+        proof_light: The colour of ``proof``.
+        remarks: How many remarks there are, and how many of them are serious.
+        remarks_light: The colour of ``remarks``.
+    """
+
+    proof: str
+    proof_light: Light
+    remarks: str
+    remarks_light: Light
+
+    @property
+    def line(self) -> str:
+        """Both as one line of text."""
+        return f"{self.proof}; {self.remarks}"
+
+    def to_dict(self) -> dict[str, str]:
+        """Return the verdict as plain values."""
+        return {key: str(value) for key, value in asdict(self).items()}
+
+
+def verdict_of(proof: Verification | None, remarks: Collection[Remark] | None, *, carried: int, lifts: int) -> Verdict:
+    """Return the verdict about a plan.
+
+    Args:
+        proof: The proof; None if none was made.
+        remarks: The remarks; None if nothing can be said, because the values of the plan make no sense.
+        carried: Number of lifts that the log carries.
+        lifts: Number of lifts of the whole plan.
+    """
+    verified = proof is not None and proof.verified
+    found = _light_of(remarks)
+    remarks_light = found if found in (Light.REMARKED, Light.SERIOUS) or verified else Light.PLAIN
+    said = "remarks not looked for" if remarks is None else in_words(remarks)
+    sign = "" if found is Light.CLEAN else _SIGNS[remarks_light]
+    if proof is None or not verified:
+        return Verdict(f"{_SIGNS[Light.REFUSED]}{_refusal(proof)}", Light.REFUSED, sign + said, remarks_light)
+    light = Light.REMARKED if found is Light.CLEAN and proof.not_current else found
+    words = "proven"
+    if carried < lifts:
+        words += f" ({carried:,} of {counted(lifts, 'lift')})"
+    if proof.not_current:
+        words += f", {counted(len(proof.not_current), 'lift')} against earlier obstructions only"
+    tick = _SIGNS[light] if light is Light.CLEAN else ""
+    return Verdict(tick + words, light, sign + said, remarks_light)
+
+
+def _light_of(remarks: Collection[Remark] | None) -> Light:
+    if remarks is None:
+        return Light.PLAIN
+    if any(remark.severity is Severity.SERIOUS for remark in remarks):
+        return Light.SERIOUS
+    return Light.CLEAN if are_clean(remarks) else Light.REMARKED
+
+
+def _refusal(proof: Verification | None) -> str:
+    if proof is None:
+        return "NOT PROVEN: no proof was made"
+    first, *others = (check.name.replace("_", " ") for check in proof.checks if not check.passed)
+    more = f" and {counted(len(others), 'more check')}" if others else ""
+    return f"NOT PROVEN: {first}{more}"

@@ -1,0 +1,23 @@
+from __future__ import annotations
+
+import dataclasses
+import math
+
+from log_building import tiny_log
+
+from bimvox.remarks.remarks import remarks_of
+from bimvox.remarks.sensible import remarks_if_sensible
+
+
+def test_a_plan_whose_values_make_sense_has_its_remarks():
+    log = tiny_log()
+    found = remarks_if_sensible(log.plan, log.motions, log.context)
+    assert found == remarks_of(log.plan, log.motions, log.context)
+    assert found
+
+
+def test_nothing_is_said_about_values_that_make_no_sense():
+    log = tiny_log()
+    first, *others = log.plan.site.components
+    site = dataclasses.replace(log.plan.site, components=(dataclasses.replace(first, mass_kg=math.nan), *others))
+    assert remarks_if_sensible(dataclasses.replace(log.plan, site=site), log.motions) is None
