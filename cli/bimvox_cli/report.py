@@ -90,14 +90,14 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
         title=f"critical lifts: {len(record['critical']):,}",
         limit=_MOST_CRITICAL,
     )
-    proof = record["proof"]
     fields(
         console,
         [
             ("report", f"{document['out']} ({document['bytes'] / 1e6:.2f} MB)"),
             ("lifts", f"{totals['planned']:,} of {totals['lifts']:,} planned, {totals['infeasible']:,} infeasible"),
             ("total", f"{totals['total_s'] / 3600:.2f} h"),
-            ("proof", "NOT PROVEN" if not proof or not proof["verified"] else "every check passed"),
+            ("proof", record["verdict"]["proof"]),
+            ("remarks", record["verdict"]["remarks"]),
             ("figures", ", ".join(document["figures"])),
             ("took", spent(document["seconds"])),
         ],

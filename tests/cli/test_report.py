@@ -13,6 +13,8 @@ from report_reading import ReadReport
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
+from bimvox.records.remark import in_words
+from bimvox.remarks.remarks import remarks_of
 
 
 @pytest.fixture(scope="module")
@@ -146,3 +148,16 @@ def test_a_browser_that_fails_leaves_nothing_behind(log, tmp_path, monkeypatch, 
     assert run(["report", str(log), "-o", str(tmp_path / "x.pdf"), "--no-proof", "--pictures", "0"]) != 0
     assert "cannot open display" in capsys.readouterr().err
     assert not (tmp_path / "x.pdf").exists()
+
+
+def test_the_record_and_the_console_have_the_remarks_next_to_the_proof(log, tmp_path, capsys):
+    stored = read_log(log)
+    found = remarks_of(stored.plan, stored.motions, stored.context)
+    run(["report", str(log), "-o", str(tmp_path / "x.html"), "--pictures", "0", "--json"])
+    record = json.loads(capsys.readouterr().out)["record"]
+    assert record["remarks"] == [remark.to_dict() for remark in found]
+    assert in_words(found) in record["verdict"]["remarks"]
+    run(["report", str(log), "-o", str(tmp_path / "x.html"), "--pictures", "0"])
+    said = capsys.readouterr().out
+    assert "NOT PROVEN: " in said
+    assert in_words(found) in said
