@@ -38,8 +38,8 @@ def building_problems(
 ) -> list[LiftProblem]:
     """Return lifts at stages of a frame that grows in the middle of the site: columns, beams on them, slabs.
 
-    Column 2 x 2 x 12, beam 24 x 1 x 2, slab strip 24 x 5 x 1 cells, a storey of
-    15 cells; the yard next to it has stored parts.
+    Column 2 x 2 x 12, beam 24 x 1 x 2, slab strip 24 x 5 x 1 cells, a storey of 15 cells;
+    the yard next to it has stored parts.
     """
     random = np.random.default_rng(seed)
     parts: list[tuple[Cell, Cell]] = []

@@ -327,7 +327,7 @@ def a_box_on_the_path(log: PlanLog) -> PlanLog:
 
 
 def aside_of_motions(log: PlanLog) -> tuple[PlanLog, tuple[int, int]]:
-    """Return a path of ``left`` with a detour to where no motion takes the hook, and the column under its hook there."""
+    """Return a path of ``left`` with a detour where no motion takes the hook, and the column under its hook there."""
     _, loaded, empty = hook_columns(log)
     near = {(x + i, y + j) for x, y in loaded | empty for i in (-1, 0, 1) for j in (-1, 0, 1)}
     offset = np.array(log.plan.site.components[index_of(log, "left")].hook_offset_vox)
