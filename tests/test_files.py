@@ -46,7 +46,7 @@ def test_an_interruption_leaves_the_old_file_and_nothing_else(
     assert names(tmp_path) == ["log"]
 
 
-def test_a_full_disk_is_told_and_cleaned_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_is_reported_and_cleaned_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     class FullDisk(io.FileIO):
         def write(self, _data: object) -> int:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -59,7 +59,7 @@ def test_a_full_disk_is_told_and_cleaned_up(tmp_path: Path, monkeypatch: pytest.
     assert names(tmp_path) == []
 
 
-def test_a_failing_sync_is_told_and_cleaned_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failing_sync_is_reported_and_cleaned_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(_descriptor: int) -> None:
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
@@ -88,7 +88,7 @@ def test_a_link_is_followed(tmp_path: Path) -> None:
     assert (tmp_path / "real").read_bytes() == b"new"
 
 
-def test_outputs_that_cannot_be(tmp_path: Path) -> None:
+def test_impossible_outputs(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="does not exist"):
         check_output(tmp_path / "no" / "such" / "grid")
     with pytest.raises(FileError, match="this is a folder"):
@@ -100,13 +100,13 @@ def test_outputs_that_cannot_be(tmp_path: Path) -> None:
         check_output(tmp_path / "file" / "grid")
 
 
-def test_an_unwritable_folder_is_told_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unwritable_folder_is_reported_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "access", lambda _path, _mode: False)
     with pytest.raises(FileError, match="cannot be written to"):
         check_output(tmp_path / "grid")
 
 
-def test_inputs_that_cannot_be(tmp_path: Path) -> None:
+def test_impossible_inputs(tmp_path: Path) -> None:
     (tmp_path / "house.ifc").write_bytes(b"x")
     (tmp_path / "empty.ifc").write_bytes(b"")
     assert require_input(tmp_path / "house.ifc") == tmp_path / "house.ifc"

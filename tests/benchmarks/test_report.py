@@ -51,7 +51,7 @@ def test_a_row_holds_the_median_the_ratio_and_what_is_wrong():
     assert "| Open3D surface 9 | surface | 1.9 s | 9.5 | 3 MB | 50 (25 %) | 3 (1.5 %) | none |" in table
 
 
-def test_a_peer_that_fails_stands_in_the_table_and_in_the_figures():
+def test_a_peer_that_fails_is_in_the_table_and_in_the_figures():
     failed = Row(TOOLS["open3d"], "", "open3d is not installed")
     cases = [case("office, 0.1 m", ours(0.2), failed)]
     assert "| Open3D surface | surface | open3d is not installed |" in as_markdown(cases, check(cases))

@@ -49,7 +49,7 @@ def test_quarter_turns_are_exact(quarters: int) -> None:
     assert turn @ [1, 0, 0] == pytest.approx([math.cos(quarters * math.pi / 2), math.sin(quarters * math.pi / 2), 0])
 
 
-def test_a_building_drawn_askew_ends_up_square() -> None:
+def test_a_building_drawn_at_an_angle_becomes_square() -> None:
     yaw = 0.3
     askew = BUILDING.elements[0]
     turned = TriangleMesh(askew.mesh.vertices_m @ turn_about_z(yaw).T, askew.mesh.faces)

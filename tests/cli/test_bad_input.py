@@ -169,6 +169,6 @@ def test_a_missing_log(command: str, tmp_path: Path, capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.parametrize("arguments", [["show", "abc"], ["remove", "abc"], ["show", ""], ["shw"]])
-def test_a_policy_that_is_not_there(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_missing_policy_is_bad_input(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["policy", *arguments]) == 2
     assert capsys.readouterr().err.startswith("error: ")

@@ -63,7 +63,7 @@ def test_each_kind_of_error_has_its_code(
     assert evidence.items() <= document.items()
 
 
-def test_a_rejected_event_is_bad_input_whatever_the_plan_that_stands():
+def test_a_rejected_event_is_bad_input_whatever_the_current_plan():
     assert exit_code_of({"event": "rejected", "infeasible": ["a"]}) == 2
     assert exit_code_of({"event": "unchanged", "infeasible": ["a"]}) == 1
 

@@ -105,7 +105,7 @@ def test_what_is_not_a_regular_file_is_not_opened(command, make, refused) -> Non
 
 @pytest.mark.parametrize("key", ["mesh", "points"])
 @pytest.mark.parametrize("make", [pipe, device])
-def test_what_an_obstruction_file_names_is_looked_at_too(key, make, refused) -> None:
+def test_files_named_in_an_obstruction_file_are_checked_too(key, make, refused) -> None:
     make("a.ply")
     Path("o.json").write_text(json.dumps({"version": 1, "obstructions": [{"id": "a", key: "a.ply"}]}))
     said = refused("inspect", "o.json")
@@ -114,14 +114,14 @@ def test_what_an_obstruction_file_names_is_looked_at_too(key, make, refused) -> 
 
 
 @pytest.mark.parametrize("make", [pipe, device])
-def test_the_model_of_a_site_is_looked_at_too(make, refused) -> None:
+def test_the_model_of_a_site_is_checked_too(make, refused) -> None:
     make("a.ifc")
     Path("site.toml").write_text('[model]\npath = "a.ifc"\n')
     said = refused("plan", "site.toml")
     assert "not a regular file" in said
 
 
-def test_the_buffer_of_a_gltf_is_looked_at_too(refused) -> None:
+def test_the_buffer_of_a_gltf_is_checked_too(refused) -> None:
     pipe("a.bin")
     document = {
         "asset": {"version": "2.0"},
@@ -147,7 +147,7 @@ def test_a_huge_file_is_measured_before_it_is_read(name, arguments, refused) -> 
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_path_that_cannot_be(command, refused) -> None:
+def test_an_impossible_path(command, refused) -> None:
     name, arguments = COMMANDS[command]
     Path("site.toml").write_text(SITE)
     Path(name).symlink_to(name)
@@ -157,7 +157,7 @@ def test_a_path_that_cannot_be(command, refused) -> None:
 
 
 @pytest.mark.parametrize("out", ["a" * 300, "loop"])
-def test_an_output_that_cannot_be(out, refused) -> None:
+def test_an_impossible_output(out, refused) -> None:
     Path("loop").symlink_to("loop")
     refused("voxelize", "house.ifc", "-o", out)
 

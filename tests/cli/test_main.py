@@ -91,7 +91,7 @@ def test_bad_usage_with_json_is_a_document(capsys: pytest.CaptureFixture[str]) -
     assert err.startswith("error: ")
 
 
-def test_json_can_be_asked_for_by_environment(
+def test_json_can_be_requested_by_environment(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("BIMVOX_JSON", "1")
@@ -118,7 +118,7 @@ def test_interrupting_says_so(capsys: pytest.CaptureFixture[str], monkeypatch: p
     assert err.startswith("error: interrupted")
 
 
-def test_a_fault_of_ours_is_one_line_unless_debugging(
+def test_an_internal_error_is_one_line_unless_debugging(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_args: object, **_options: object) -> None:

@@ -32,7 +32,7 @@ def test_json_is_all_there_is_on_stdout(capsys: pytest.CaptureFixture[str]) -> N
     assert err == "note: a note\n"
 
 
-def test_quiet_prints_only_what_was_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+def test_quiet_prints_only_the_result(capsys: pytest.CaptureFixture[str]) -> None:
     with open_output(as_json=False, quiet=True) as output:
         output.progress.note("a note")
     output.result({"out": "x.mcap"}, facts)
@@ -63,13 +63,13 @@ def test_json_on_an_ascii_terminal_is_still_json(monkeypatch: pytest.MonkeyPatch
     assert json.loads(raw.getvalue().decode("ascii")) == {"name": "Stütze"}
 
 
-def test_names_with_brackets_are_no_markup() -> None:
+def test_names_with_brackets_are_not_markup() -> None:
     stream = io.StringIO()
     facts(console_on(stream), {"name": "[bold]beam[/]"})
     assert "[bold]beam[/]" in stream.getvalue()
 
 
-def test_no_colour_off_a_terminal_nor_where_it_is_not_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_colour_without_a_terminal_or_against_the_users_wish(monkeypatch: pytest.MonkeyPatch) -> None:
     document = {"site": "a.toml", "parts": [{"id": "b", "cells": 1234}]}
     monkeypatch.delenv("FORCE_COLOR", raising=False)
     plain = io.StringIO()
@@ -116,7 +116,7 @@ def test_stage_times() -> None:
     assert spent({"read": 1.25, "write": 0.5}) == "1.8 s (read 1.2, write 0.5)"
 
 
-def test_a_bar_on_a_terminal_is_gone_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bar_on_a_terminal_is_removed_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "xterm")
     stream = Terminal()
     progress = LiveProgress(console_on(stream))
@@ -127,7 +127,7 @@ def test_a_bar_on_a_terminal_is_gone_at_the_end(monkeypatch: pytest.MonkeyPatch)
     assert shown.rstrip().endswith("\x1b[2K")
 
 
-def test_nothing_moves_off_a_terminal() -> None:
+def test_no_progress_bar_without_a_terminal() -> None:
     stream = io.StringIO()
     progress = LiveProgress(console_on(stream))
     with progress.stage("plan", total=3):
@@ -135,7 +135,7 @@ def test_nothing_moves_off_a_terminal() -> None:
     assert stream.getvalue() == ""
 
 
-def test_a_long_stage_off_a_terminal_prints_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_long_stage_without_a_terminal_prints_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [0.0]
     monkeypatch.setattr("bimvox_cli.live.time.monotonic", lambda: now[0])
     stream = io.StringIO()

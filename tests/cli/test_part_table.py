@@ -46,7 +46,7 @@ def test_a_narrow_terminal_gets_the_columns_that_matter() -> None:
     assert " ".join(head) == "class name id role kg mass from cells m3 % full"
 
 
-def test_bodies_of_a_mesh_have_no_ids_beside_their_names() -> None:
+def test_bodies_of_a_mesh_have_no_ids_next_to_their_names() -> None:
     head, *_ = shown([part("b1", id="b1", material=None)])
     assert "id" not in head
     assert "material" not in head

@@ -67,7 +67,7 @@ def test_an_interrupted_animation_leaves_the_old_file(log, tmp_path, monkeypatch
     assert [file.name for file in tmp_path.iterdir()] == ["boxes.gif"]
 
 
-def test_a_picture_at_a_time_and_of_less_layers(log, tmp_path, capsys):
+def test_a_picture_at_a_time_with_fewer_layers(log, tmp_path, capsys):
     for name, options in {
         "start": ["--time", "0"],
         "half": ["--time", "50%"],
@@ -101,7 +101,7 @@ def test_a_picture_at_a_time_and_of_less_layers(log, tmp_path, capsys):
         (["-o", "x.bmp"], "PNG"),
     ],
 )
-def test_what_cannot_be_drawn_is_said_and_nothing_is_written(log, tmp_path, monkeypatch, capsys, arguments, words):
+def test_what_cannot_be_drawn_is_reported_and_nothing_is_written(log, tmp_path, monkeypatch, capsys, arguments, words):
     monkeypatch.chdir(tmp_path)
     assert run(["render", str(log), *arguments]) == 2
     assert words in capsys.readouterr().err
@@ -153,7 +153,7 @@ def test_an_experiment_is_drawn_as_its_curves(tmp_path, monkeypatch, capsys):
     assert "PNG or SVG" in capsys.readouterr().err
 
 
-def test_an_experiment_of_another_version_is_said(tmp_path, monkeypatch, capsys):
+def test_an_experiment_of_another_version_is_reported(tmp_path, monkeypatch, capsys):
     def lacking(_folder: Path) -> None:
         raise KeyError("fresh_layouts")
 
@@ -163,6 +163,6 @@ def test_an_experiment_of_another_version_is_said(tmp_path, monkeypatch, capsys)
     assert "another version" in capsys.readouterr().err
 
 
-def test_a_folder_that_is_no_experiment_is_not_drawn(tmp_path, capsys):
+def test_a_folder_that_is_not_an_experiment_is_not_drawn(tmp_path, capsys):
     assert run(["render", str(tmp_path), "-o", str(tmp_path / "x.png")]) == 2
     assert "folder" in capsys.readouterr().err

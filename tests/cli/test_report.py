@@ -45,7 +45,7 @@ def test_a_report_is_written_with_pictures_and_the_numbers_of_the_log(log, tmp_p
     assert "silo" in read.text
 
 
-def test_a_proof_that_fails_is_said_and_is_exit_code_1(log, tmp_path, capsys):
+def test_a_failed_proof_is_reported_with_exit_code_1(log, tmp_path, capsys):
     # Motions made by hand jump from cell to cell, which no crane can do.
     code = run(["report", str(log), "-o", str(tmp_path / "x.html"), "--pictures", "0", "--json"])
     document = json.loads(capsys.readouterr().out)
@@ -56,14 +56,14 @@ def test_a_proof_that_fails_is_said_and_is_exit_code_1(log, tmp_path, capsys):
     assert "img" not in read.tags
 
 
-def test_it_goes_by_the_name_of_its_log(log, tmp_path, monkeypatch, capsys):
+def test_it_is_named_after_its_log(log, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert run(["report", str(log), "--no-proof", "--pictures", "0"]) == 0
     assert (tmp_path / "boxes.report.html").is_file()
     assert "2 of 3 planned" in capsys.readouterr().out
 
 
-def test_figures_and_their_numbers_are_files_of_their_own(log, tmp_path, capsys):
+def test_figures_and_their_numbers_are_separate_files(log, tmp_path, capsys):
     folder = tmp_path / "figures"
     code = run(["report", str(log), "-o", str(tmp_path / "x.html"), "--no-proof", "--figures", str(folder), "--json"])
     document = json.loads(capsys.readouterr().out)
@@ -97,7 +97,7 @@ def test_figures_and_their_numbers_are_files_of_their_own(log, tmp_path, capsys)
         (["--critical", "75"], "critical"),
     ],
 )
-def test_what_cannot_be_written_is_said(log, tmp_path, monkeypatch, capsys, arguments, words):
+def test_what_cannot_be_written_is_reported(log, tmp_path, monkeypatch, capsys, arguments, words):
     monkeypatch.chdir(tmp_path)
     assert run(["report", str(log), *arguments]) == 2
     assert words in capsys.readouterr().err
@@ -111,7 +111,7 @@ def test_only_a_log_has_a_report(tmp_path, capsys):
     assert "only a log has a report" in capsys.readouterr().err
 
 
-def test_without_a_browser_there_is_no_pdf_and_that_is_said_first(log, tmp_path, monkeypatch, capsys):
+def test_without_a_browser_there_is_no_pdf_which_is_reported_first(log, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("BIMVOX_BROWSER", raising=False)
     monkeypatch.setattr("sys.platform", "linux")

@@ -18,7 +18,7 @@ CHANGE = {
 }
 
 
-def test_a_line_names_what_cannot_be_lifted_and_because_of_what():
+def test_a_line_names_what_cannot_be_lifted_and_why():
     said = "revision 3: replanned, 1,234 cells changed, 2 kept, 1 replanned, 2 infeasible (e by truck; f), 41 ms"
     assert _line(CHANGE) == said
 

@@ -25,7 +25,7 @@ def test_the_closed_form_is_ruckigs_time(way, rate, acceleration, jerk, backward
     assert rest_to_rest_s(signed, AxisLimits(rate, acceleration, jerk)) == pytest.approx(found.duration, rel=1e-6)
 
 
-def test_no_way_takes_no_time():
+def test_no_distance_takes_no_time():
     assert rest_to_rest_s(0.0, CRANE.hoist) == 0.0
 
 
@@ -40,7 +40,7 @@ def test_the_bound_is_the_slowest_axis():
 
 
 @given(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(3.0, 45.0), st.floats(3.0, 45.0), st.floats(0.0, 30.0))
-def test_it_goes_the_short_way_round_and_is_the_same_back(a, b, near, far, height):
+def test_it_takes_the_short_direction_and_is_the_same_back(a, b, near, far, height):
     one, other = CranePose(a, near, height), CranePose(b, far, 7.0)
     there, back = point_to_point_s(CRANE, one, other, 12.0), point_to_point_s(CRANE, other, one, 12.0)
     assert there == pytest.approx(back)

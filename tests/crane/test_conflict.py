@@ -75,7 +75,7 @@ def jibs_apart(a, b, slew_a, slew_b):
     return float(np.linalg.norm(points[0][:, None] - points[1][None], axis=2).min())
 
 
-def test_two_jibs_that_face_each_other_meet_and_two_that_look_away_do_not():
+def test_two_jibs_that_face_each_other_meet_and_two_that_face_away_do_not():
     a, b = hammerhead(), hammerhead(60.0)
     met = conflict((a, b), track(row((0.0, 0.0))), track(row((np.pi, np.pi))))
     assert met is not None

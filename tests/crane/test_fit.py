@@ -35,7 +35,7 @@ def test_heavier_parts_need_a_larger_crane_and_the_same_input_gives_the_same_one
     assert fit_crane(points, masses, BUILDING, 18.0, keep_clear_m=[YARD]) == crane
 
 
-def test_what_no_crane_can_carry_is_said_with_the_point_and_the_mass():
+def test_what_no_crane_can_carry_is_reported_with_point_and_mass():
     with pytest.raises(InputError, match=r"60000 kg are needed at \(20\.0, 12\.0\)") as caught:
         fit_crane(BUILDING, [1000.0, 1000.0, 60_000.0, 1000.0], BUILDING, 10.0)
     assert "hammerhead-75" in str(caught.value)

@@ -73,6 +73,6 @@ def test_default_charts_are_charts_and_reach_the_end_of_the_jib(crane):
         ((-1.0, 2.0), (5.0, 4.0), "-1"),
     ],
 )
-def test_what_is_no_chart_is_refused(radii, capacities, says):
+def test_invalid_charts_are_refused(radii, capacities, says):
     with pytest.raises(InputError, match=says):
         LoadChart(radii, capacities)

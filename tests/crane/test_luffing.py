@@ -83,7 +83,7 @@ def test_a_steep_jib_moves_the_radius_faster_than_a_flat_one():
     )
 
 
-def test_jibs_that_cannot_be_are_refused():
+def test_impossible_jibs_are_refused():
     any_limits = AxisLimits(1.0, 1.0, 1.0)
     good = LuffingJib(0.0, 3.0, 20.0, (radians(20), radians(80)), any_limits, any_limits, 3.0, 1.0, 2.0, 1.0)
     for bad in ({"luff_rad": (1.0, 0.5)}, {"luff_rad": (0.5, 1.6)}, {"pivot_offset_m": -6.0}):

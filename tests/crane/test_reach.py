@@ -48,7 +48,7 @@ def test_without_a_crane_nothing_is_forbidden():
     assert hook_allowed(None, GridFrame((0.0, 0.0, 0.0), 1.0), (4, 5), 1e9).all()
 
 
-def test_what_is_too_heavy_may_be_nowhere():
+def test_a_load_too_heavy_may_be_nowhere():
     crane = dataclasses.replace(default_crane("hammerhead-45"), min_radius_m=0.0)
     low_m, high_m = allowed_radii_m(crane, 8000.0)  # at most 8 t, which includes the slings
     assert high_m < low_m

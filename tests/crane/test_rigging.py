@@ -52,7 +52,7 @@ def test_two_falls_carry_half_as_much_twice_as_fast(name):
     assert (gain >= 0.0).all() and (gain <= four.hook_block_kg).all()
 
 
-def test_gears_that_make_no_sense_are_refused():
+def test_invalid_gears_are_refused():
     chart = LoadChart((10.0,), (1000.0,))
     with pytest.raises(InputError, match="reeving of 2 falls"):
         Reeving(2, chart, gears=((500.0, 0.5), (1000.0, 0.6)))

@@ -18,7 +18,7 @@ def test_the_formula_of_the_manuals():
 
 
 @given(MASS, AREA, st.floats(0.5, 2.5), st.floats(1.0, 30.0))
-def test_at_the_permitted_speed_the_force_is_what_the_crane_supposes(mass, area, drag, limit):
+def test_at_the_permitted_speed_the_force_is_what_the_crane_assumes(mass, area, drag, limit):
     speed = permitted_wind_m_s(limit, mass, area, drag)
     assert 0.0 < speed <= limit
     if speed < limit:

@@ -100,7 +100,7 @@ def test_a_larger_separation_costs_time_and_is_kept():
     assert max(motion.end_ns for motion in motions) >= max(motion.end_ns for motion in two()[1])
 
 
-def test_a_crane_without_parts_is_no_obstacle():
+def test_a_crane_without_parts_is_not_an_obstacle():
     site = two_crane_site()
     # With a longer jib, west reaches everything, and east has no lifts.
     west = dataclasses.replace(site.cranes[0], jib_length_m=14.0)
@@ -118,7 +118,7 @@ def test_a_crane_without_parts_is_no_obstacle():
     assert max(motion.end_ns for motion in motions) <= max(motion.end_ns for motion in serial) + len(serial)
 
 
-def test_cranes_that_are_always_in_each_others_way_are_told_of():
+def test_cranes_that_always_obstruct_each_other_are_reported():
     with pytest.raises(MotionError) as caught:
         planned(two_crane_site(crane_separation_m=15.0))
     assert "no free time slot for it alongside the other cranes" in str(caught.value)

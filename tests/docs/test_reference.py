@@ -13,11 +13,11 @@ from docs.reference.__main__ import pages, stale, write
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_pages_are_those_that_follow_from_the_code():
+def test_the_generated_pages_are_up_to_date():
     assert stale() == [], "run `make docs`"
 
 
-def test_a_changed_a_lost_and_a_left_over_page_are_stale(tmp_path: Path):
+def test_changed_missing_and_left_over_pages_are_stale(tmp_path: Path):
     assert write(tmp_path) == sorted(pages())
     assert stale(tmp_path) == []
     plan, site = tmp_path / "commands" / "plan.md", tmp_path / "formats" / "site.md"
@@ -55,7 +55,7 @@ def test_the_keys_of_a_part_have_their_meaning():
         assert value.get("description"), key
 
 
-def test_every_link_between_the_docs_leads_somewhere():
+def test_every_link_between_the_docs_has_a_target():
     files = [ROOT / "README.md", ROOT / "ARCHITECTURE.md", *(ROOT / "docs").rglob("*.md")]
     for file in files:
         for target in re.findall(r"\]\((?!https?:)([^)#]+)(?:#[^)]*)?\)", file.read_text("utf-8")):

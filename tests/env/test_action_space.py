@@ -52,7 +52,7 @@ def test_batches_and_their_adapters(actions):
         env.step(np.array([0, 5]))
 
 
-def test_what_is_an_action_is_returned_as_an_integer():
+def test_an_action_is_returned_as_an_integer():
     for action in (3, np.int64(3), np.uint8(3), np.array(3)):
         assert checked_action(action) == 3
     assert checked_actions([0, 5], 2).dtype == np.int64

@@ -69,7 +69,7 @@ def test_arrival_ends_an_episode_with_its_last_observation():
     assert batch.state.steps[0] == 0  # a new episode has begun
 
 
-def test_same_seed_same_life():
+def test_equal_seeds_give_equal_batches():
     def life(seed: int) -> np.ndarray:
         batch = BatchedLiftEnv(solvable(), 32, seed=seed, mix=StartMix(0.3, 0.3, 4), limit=StepLimit(1.0, 2))
         batch.reset()

@@ -27,7 +27,7 @@ def test_every_column_lies_wholly_in_the_yard():
     assert (2, 6) not in starts or (2, 6 + 3) in {(x, y) for x in range(5) for y in range(15)}
 
 
-def test_an_obstruction_takes_room_and_lengthens_ways():
+def test_an_obstruction_takes_room_and_lengthens_paths():
     free, obstructed = default_problem(), default_problem(obstructions=(((3, 6, 1), (4, 9, 3)),))
     assert len(obstructed.starts_vox) < len(free.starts_vox)
     assert obstructed.distance_from((2, 7, 2)) > free.distance_from((2, 7, 2))

@@ -68,7 +68,7 @@ def test_the_calm_guard_calls_a_lift_lost_later_than_the_leaning_ones():
         assert not is_lost(guard, 10 + 20, 10)
 
 
-def test_a_leaning_guard_takes_its_side_where_the_policy_sees_little_between_two():
+def test_a_leaning_guard_takes_its_side_if_the_policy_rates_both_alike():
     free = clearance_of(np.zeros((5, 5, 5), np.bool_))
     here = cells((2, 2, 2))
     equal = np.array([0.5, 0.4, 0.0, 0.0, 0.4, 0.45], np.float32)
@@ -79,7 +79,7 @@ def test_a_leaning_guard_takes_its_side_where_the_policy_sees_little_between_two
     assert chosen(free, here, 0, VALUES, guard=RIGHT) == 3  # no effect if the values differ clearly
 
 
-def test_left_is_left_of_the_way_wherever_it_leads():
+def test_left_is_left_of_the_direction_to_the_target():
     free = clearance_of(np.zeros((5, 5, 5), np.bool_))
     same = np.zeros(6, np.float32)
     for target, left, right in (((4, 2, 2), 0, 1), ((0, 2, 2), 1, 0), ((2, 4, 2), 2, 3), ((2, 0, 2), 3, 2)):

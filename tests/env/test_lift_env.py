@@ -43,7 +43,7 @@ def test_registering_twice_is_harmless():
     assert gym.LIFT_ENV_ID in gymnasium.registry
 
 
-def test_seed_twins_live_the_same_life():
+def test_equal_seeds_give_equal_episodes():
     first, second = lift_env.LiftEnv(), lift_env.LiftEnv()
     actions = np.random.default_rng(1).integers(6, size=200)
     for twin_seed in (0, 1):
@@ -79,7 +79,7 @@ def test_an_episode_without_arrival_is_truncated_at_its_limit():
         assert truncated == (step == info["distance"] + 3)
 
 
-def test_problem_and_start_can_be_chosen_but_not_a_hopeless_one():
+def test_problem_and_start_can_be_chosen_but_not_an_unsolvable_one():
     occupied = np.zeros((8, 4, 3), np.bool_)
     occupied[5] = True
     other = training_problem(clearance_of(occupied), (0, 0, 0), (4, 3, 2))
@@ -102,7 +102,7 @@ def test_drawn_as_text():
     assert lift_env.LiftEnv().render() is None
 
 
-def test_what_cannot_work_is_refused():
+def test_impossible_arguments_are_refused():
     with pytest.raises(ValueError, match="render_mode"):
         lift_env.LiftEnv(render_mode="human")
     with pytest.raises(ValueError, match="no distance field"):

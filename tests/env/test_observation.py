@@ -120,7 +120,7 @@ def test_goal_and_last_action():
     np.testing.assert_array_equal(last, [0, 0, 0, 1, 0, 0])
 
 
-def test_what_is_seen_does_not_depend_on_where_on_the_site():
+def test_the_observation_does_not_depend_on_the_place_on_the_site():
     """The observation is egocentric: equal surroundings far from any border give equal observations."""
     near, far = np.zeros((300, 300, 24), np.bool_), np.zeros((300, 300, 24), np.bool_)
     near[148:151, 147:150, 14] = True

@@ -13,7 +13,7 @@ def walled() -> np.ndarray:
     return occupied
 
 
-def test_starts_without_a_way_or_outside_are_left_out():
+def test_starts_without_a_path_or_outside_are_left_out():
     problem = training_problem(
         clearance_of(walled()), (0, 0, 0), (4, 3, 2), [(1, 1, 1), (7, 0, 0), (5, 0, 0), (9, 9, 9), (4, 3, 2), (1, 1, 1)]
     )

@@ -20,7 +20,7 @@ def test_shaped_reward_pays_progress(distances, bumped, arrived, expected):
     assert reward(SHAPED, *distances, bumped, arrived, False) == pytest.approx(expected)
 
 
-def test_no_cycle_pays():
+def test_no_cycle_earns_reward():
     there_and_back = reward(SHAPED, 5, 4, False, False, False) + reward(SHAPED, 4, 5, False, False, False)
     assert there_and_back < 0
 

@@ -20,7 +20,7 @@ from bimvox.export.formats import FORMATS, Source, format_for, formats_in_words,
         (Source.GRID, None, Path("x.csv"), "vti"),
     ],
 )
-def test_the_format_is_the_one_asked_for_else_that_of_the_name(
+def test_the_format_is_the_requested_one_otherwise_that_of_the_name(
     source: Source, name: str | None, out: Path | None, wanted: str
 ) -> None:
     found = format_for(source, name, out)
@@ -28,7 +28,7 @@ def test_the_format_is_the_one_asked_for_else_that_of_the_name(
     assert (found.source, found.name) == (source, wanted)
 
 
-def test_a_format_of_another_source_is_none() -> None:
+def test_a_format_of_another_source_is_not_offered() -> None:
     assert format_for(Source.LOG, "vti", None) is None
     assert format_for(Source.GRID, "msproject", None) is None
 

@@ -50,7 +50,7 @@ def test_no_cell_of_a_table_is_a_formula(name: str) -> None:
 
 
 @pytest.mark.parametrize("to", ["mcap", "csv", "json", "glb", "ros2", "layout", "msproject"])
-def test_a_full_disk_is_told_and_leaves_nothing(
+def test_a_full_disk_is_reported_and_leaves_nothing(
     to: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     if to == "ros2":

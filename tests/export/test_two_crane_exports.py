@@ -75,7 +75,7 @@ def test_a_ros2_bag_moves_both_cranes_in_the_order_of_time(log, tmp_path):
         assert position == pytest.approx([axes[0, 0], axes[0, 1], crane.jib_height_m - axes[0, 2]])
 
 
-def test_a_glb_holds_both_cranes_where_they_stand(log):
+def test_a_glb_has_both_cranes_at_their_places(log):
     scene = trimesh.load(io.BytesIO(to_animated_glb(log)), file_type="glb")
     site = log.plan.site
     nodes = set(scene.graph.nodes)

@@ -42,7 +42,7 @@ def test_the_top_is_one_above_the_highest_occupied_cell(occupied: np.ndarray) ->
 
 @settings(max_examples=60, deadline=None)
 @given(hnp.arrays(np.uint16, st.tuples(*[st.integers(1, 7)] * 3), elements=st.integers(0, 2)), st.data())
-def test_a_table_brought_up_to_date_is_the_one_made_anew(counts: np.ndarray, data: st.DataObject) -> None:
+def test_an_updated_table_equals_a_new_one(counts: np.ndarray, data: st.DataObject) -> None:
     table = summed_area_table(counts > 0)
     for _ in range(3):
         low = [data.draw(st.integers(0, size - 1)) for size in counts.shape]

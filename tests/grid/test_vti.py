@@ -69,7 +69,7 @@ def test_the_cell_arrays_are_those_of_the_grid(seed: int, shape: tuple[int, int,
     assert (fill[count == 0] == 0).all()
 
 
-def test_frame_and_tables_are_told() -> None:
+def test_frame_and_tables_are_written() -> None:
     grid = grid_of(
         [np.ones((3, 4, 5))],
         [part('a<&"ä', "IfcBeam")],

@@ -24,13 +24,13 @@ from bimvox.motion.commands import PHASES, Commands
 from bimvox.records.motion import PhaseName
 
 
-def test_every_phase_has_a_number_of_its_own() -> None:
+def test_every_phase_has_its_own_number() -> None:
     assert set(PHASE_NUMBERS) == set(PhaseName)
     assert len(set(PHASE_NUMBERS.values())) == len(PHASE_NUMBERS)
     assert 0 not in PHASE_NUMBERS.values()
 
 
-def test_numbers_that_were_given_out_stay() -> None:
+def test_published_numbers_do_not_change() -> None:
     """Old logs and third-party readers depend on these fields: add to this list, never change it."""
     assert {field.name: field.number for field in FIELDS} == {
         "time": 1,

@@ -68,7 +68,7 @@ def test_the_same_plan_gives_the_same_bytes(record, data):
     assert again.getvalue() == data
 
 
-def test_every_crane_has_topics_of_its_own(record, contents):
+def test_every_crane_has_its_own_topics(record, contents):
     counts = Counter(message.topic for message in contents.messages)
     for number in (0, 1):
         own = [motion for motion in record.motions if motion.crane == number]
@@ -216,7 +216,7 @@ def failed_of_the_log(record, tmp_path):
     return {check.name for check in verify_motions(log.plan, log.motions).checks if not check.passed}
 
 
-def test_a_written_log_in_which_one_crane_comes_later_fails_its_proof(record, tmp_path):
+def test_a_written_log_with_one_crane_late_fails_its_proof(record, tmp_path):
     """The clock has no gap, and every phase follows the one before: only the other crane is in the way."""
     late = next(motion for motion in record.motions if motion.order == 4)
     waits = waiting(late, late.start_ns, 140 * 10**9)
@@ -224,7 +224,7 @@ def test_a_written_log_in_which_one_crane_comes_later_fails_its_proof(record, tm
     assert failed_of_the_log(dataclasses.replace(record, motions=spoiled), tmp_path) == {"cranes", "turns"}
 
 
-def test_a_written_log_of_a_site_that_asks_for_more_distance_fails_for_the_cranes_alone(record, tmp_path):
+def test_a_written_log_of_a_site_with_a_larger_separation_fails_only_for_the_cranes(record, tmp_path):
     site = record.plan.site
     rules = dataclasses.replace(site.rules, crane_separation_m=8.0)
     plan = dataclasses.replace(record.plan, site=with_digests(dataclasses.replace(site, rules=rules)))

@@ -24,7 +24,7 @@ def settings_of(calms):
 
 
 @given(st.integers(0, 10_000))
-def test_a_swing_that_follows_from_the_shaping_is_taken_away(seed):
+def test_a_swing_that_shaping_causes_is_cancelled(seed):
     rng = np.random.default_rng(seed)
     wanted = np.array([0.5, 1.0]) + rng.uniform(-0.1, 0.1, (2, 2))
     effect_m = np.linalg.qr(rng.normal(size=(4, 4)))[0]
@@ -42,7 +42,7 @@ def test_a_swing_that_follows_from_the_shaping_is_taken_away(seed):
     assert settings_of(found)[1].tolist() == [0.5, 1.0]
 
 
-def test_what_no_shaping_takes_away_is_left_to_slower_ways():
+def test_what_no_shaping_cancels_is_left_to_slower_motions():
     asked = []
 
     def residual_m(calms):
@@ -54,7 +54,7 @@ def test_what_no_shaping_takes_away_is_left_to_slower_ways():
     assert cancelled((False,), residual_m) is None
 
 
-def test_slewing_while_the_trolley_runs_out_ends_at_rest_at_full_pace():
+def test_slewing_while_the_trolley_moves_out_ends_at_rest_at_full_speed():
     crane = default_crane("hammerhead-75", jib_height_m=60.0)
     a, b, c = CranePose(0.0, 21.0, 7.0), CranePose(-2.13, 21.0, 7.0), CranePose(-2.13, 39.6, 7.0)
     moves = [Move(a, b), Move(b, c)]

@@ -81,7 +81,7 @@ def test_a_part_comes_down_on_its_place_straight_from_above():
         assert timeline.moves[-1].is_vertical
 
 
-def test_a_path_whose_last_way_is_in_the_column_of_its_place_ends_there():
+def test_a_path_that_ends_in_the_column_of_its_place_ends_at_the_place():
     """The path up above the place and down again used to be cut where it starts to rise, not at the place."""
     tried = 0
     for seed in (64, 65, 66, 67):
@@ -100,7 +100,7 @@ def test_a_path_whose_last_way_is_in_the_column_of_its_place_ends_there():
     assert tried
 
 
-def test_it_is_quicker_than_driving_the_stairs():
+def test_it_is_faster_than_following_every_cell():
     room = crane_room(3)
     timeline, _ = driven(room)
     stairs = in_sequence(room.crane, follow(room.load, room.path, 0.0))
@@ -138,7 +138,7 @@ def test_moves_in_contact_are_driven_exactly():
 
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 300))
-def test_both_ways_of_shortcutting_are_free_and_join_up(seed):
+def test_both_kinds_of_short_cuts_are_free_and_continuous(seed):
     room = crane_room(seed)
     routes = [along_the_path(room.rigged, room.space, room.path, 0.0)]
     over = over_the_top(room.rigged, room.space, room.start, room.goal, 0.0)
@@ -187,7 +187,7 @@ def test_a_path_that_is_not_free_or_jumps_is_refused():
         drive_path(room.rigged, room.space, down.astype(np.int32), 0, 0.0)
 
 
-def test_no_way_for_the_empty_hook_is_said():
+def test_a_missing_path_of_the_empty_hook_is_reported():
     room = crane_room(2, blocks=0, rope=False)
     occupied = room.occupied.copy()
     occupied[:, 25, :] = True

@@ -44,7 +44,7 @@ def test_the_hook_travels_no_less_than_from_end_to_end():
     assert plan_figures(plan, motions, critical_share=min(used)).critical == len(motions)
 
 
-def test_without_a_crane_there_is_nothing_of_a_crane():
+def test_without_a_crane_there_are_no_figures_of_a_crane():
     figures = plan_figures(plan_by_hand(crane=False), ())
     assert (figures.crane_s, figures.hook_travel_m, figures.critical) == (None, None, None)
     assert figures.moves > 0

@@ -115,7 +115,7 @@ def test_a_stop_brakes_within_the_joints_where_the_jib_is(kind, share, request):
 
 
 @pytest.mark.parametrize("kind", ["luffing", "mobile"])
-def test_a_wall_in_the_way_of_the_jib_is_gone_round_or_refused(kind, request):
+def test_a_wall_in_the_way_of_the_jib_is_avoided_or_refused(kind, request):
     plan, motions = request.getfixturevalue(kind)
     site = plan.site
     hook = motions[-1].loaded
@@ -143,7 +143,7 @@ def test_the_counterweight_keeps_clear_of_what_stands_behind():
     assert "jib" in failures(free, motions, blockers=blocked.blockers)
 
 
-def test_a_jib_far_up_brakes_harder_than_one_far_down():
+def test_a_steep_jib_brakes_harder_than_a_flat_one():
     crane = default_luffing_crane("luffing-55")
     near_m, far_m = crane.luffing.radii_m
     rate = 0.9 * crane.trolley.rate

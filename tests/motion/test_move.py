@@ -82,7 +82,7 @@ def test_an_arc_keeps_its_distance_from_the_foot():
     assert (np.diff(points[:, 2]) > 0.0).all()
 
 
-def test_a_site_line_across_minus_x_does_not_turn_round():
+def test_a_site_line_across_minus_x_does_not_make_a_whole_turn():
     move = Move(CranePose(pi - 0.1, 20.0, 9.0), CranePose(pi + 0.1, 20.0, 9.0), Line.SITE)
     slew = axes_along(CRANE, move, np.linspace(0.0, 1.0, 50))[:, 0]
     assert (np.diff(slew) > 0.0).all()

@@ -35,7 +35,7 @@ def test_a_profile_whose_pieces_vanish_is_found_too():
             assert profile_of(limits).duration_s == pytest.approx(rest_to_rest_s(1.0, limits), rel=1e-4)
 
 
-def test_limits_that_are_none_are_refused():
+def test_invalid_limits_are_refused():
     with pytest.raises(PlanningError, match="must all be positive"):
         profile_of(AxisLimits(1.0, -1.0, 1.0))
 
@@ -52,7 +52,7 @@ def test_waypoints_are_never_given_to_ruckig(monkeypatch):
     assert profile_of(AxisLimits(1.0, 1.0, 1.0)).duration_s > 0.0
 
 
-def test_why_the_limits_are_brought_onto_the_line_first():
+def test_the_limits_are_projected_onto_the_line_first():
     # Ruckig's phase synchronisation falls back silently: this motion of three axes is not straight.
     state, found = InputParameter(3), RuckigTrajectory(3)
     state.current_position, state.target_position = [0.0] * 3, [1.0, 20.0, 1.0]

@@ -27,7 +27,7 @@ def test_the_plain_portal_is_planned_and_proven(free):
     assert not failures(*free)
 
 
-def test_the_hoist_goes_in_the_gear_of_what_hangs_on_it(free):
+def test_the_hoist_uses_the_gear_of_its_load(free):
     # Columns weigh 1,800 kg, the slab 9,600 kg; rigging 500 kg.
     crane = portal_crane(gears=((1000.0, 2.0), (3000.0, 1.0)))
     plan, motions = planned(portal_site(crane))

@@ -99,7 +99,7 @@ def test_loads_hang_at_rest_at_the_end_by_both_pendulums(seed):
     assert way.bound_s <= way.duration_s + 1e-6
 
 
-def test_the_bound_knows_what_shaping_costs():
+def test_the_bound_includes_the_cost_of_shaping():
     crane = default_crane("hammerhead-30")
     start, end = CranePose(0.0, 10.0, 5.0), CranePose(1.5, 20.0, 5.0)
     plain = point_to_point_s(crane, start, end, 6.0)
@@ -139,7 +139,7 @@ def shaped():
     return made(SwingRule.SHAPED)
 
 
-def test_motions_made_without_shaping_fail_the_check_of_swing_alone_where_the_site_wants_it(shaped):
+def test_motions_without_shaping_fail_only_the_swing_check_if_the_site_requires_shaping(shaped):
     plan, motions = made(SwingRule.OFF)
     assert pendulum_of(plan.site, plan.site.cranes[0], None) is None
     assert failed(plan, motions) == set()
@@ -148,7 +148,7 @@ def test_motions_made_without_shaping_fail_the_check_of_swing_alone_where_the_si
     assert sum(m.loaded.duration_s for m in motions) < sum(m.loaded.duration_s for m in shaped[1])
 
 
-def test_something_where_only_the_swing_goes_is_seen_by_its_check_alone_and_is_in_the_footprint(shaped):
+def test_an_object_that_only_the_swing_meets_is_found_by_its_check_alone_and_is_in_the_footprint(shaped):
     plan, motions = shaped
     site = plan.site
     off = dataclasses.replace(site, rules=Rules(swing=SwingRule.OFF))

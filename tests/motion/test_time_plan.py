@@ -191,7 +191,7 @@ def test_last_moves_from_the_side_are_driven_as_planned():
     assert verify_motions(plan, motions).verified
 
 
-def test_the_way_to_the_last_moves_does_not_cut_through_them():
+def test_the_path_to_the_last_moves_does_not_cut_through_them():
     """A part on a pedestal next to a wall that shares its cells, reached from below on the other side."""
     pedestal, wall = ("pedestal", (4.0, 4.0, 0.0), (6.0, 6.0, 2.98)), ("wall", (3.0, 4.0, 0.0), (4.08, 6.0, 4.2))
     site = box_site(

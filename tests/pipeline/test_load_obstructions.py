@@ -20,7 +20,7 @@ def site():
 
 
 @pytest.mark.parametrize(("name", "text"), [("scan.ply", PLY + "1 2 3\n4 5 6\n"), ("scan.xyz", "1 2 3\n4 5 6\n")])
-def test_a_scan_is_in_the_way_as_it_is(tmp_path: Path, name: str, text: str):
+def test_a_scan_is_an_obstruction(tmp_path: Path, name: str, text: str):
     (tmp_path / name).write_text(text)
     (obstruction,) = load_obstructions(tmp_path / name, site()).obstructions
     assert obstruction.id == "scan"
@@ -28,7 +28,7 @@ def test_a_scan_is_in_the_way_as_it_is(tmp_path: Path, name: str, text: str):
     np.testing.assert_array_equal(obstruction.form.points_m, [[1, 2, 3], [4, 5, 6]])
 
 
-def test_a_scan_that_is_cut_off_says_so(tmp_path: Path):
+def test_a_truncated_scan_says_so(tmp_path: Path):
     (tmp_path / "scan.ply").write_text(PLY + "1 2 3\n")
     with pytest.raises(BimvoxError, match=r"scan\.ply.*truncated: 1 of 2"):
         load_obstructions(tmp_path / "scan.ply", site())

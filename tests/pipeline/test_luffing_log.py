@@ -57,7 +57,7 @@ def test_the_motions_read_back_the_same(written: tuple[Path, PlanLog]) -> None:
         assert np.array_equal(after.loaded.time_ns, before.loaded.time_ns)
 
 
-def test_the_exports_know_the_joints(written: tuple[Path, PlanLog], tmp_path: Path) -> None:
+def test_the_exports_contain_the_joints(written: tuple[Path, PlanLog], tmp_path: Path) -> None:
     record = written[1]
     glb = to_animated_glb(record)
     length = struct.unpack_from("<I", glb, 12)[0]
@@ -66,7 +66,7 @@ def test_the_exports_know_the_joints(written: tuple[Path, PlanLog], tmp_path: Pa
     assert write_ros2_bag(record, tmp_path / "bag") > 0
 
 
-def test_the_drawing_holds_the_hook_at_the_tip(written: tuple[Path, PlanLog]) -> None:
+def test_the_drawing_hangs_the_hook_from_the_tip(written: tuple[Path, PlanLog]) -> None:
     site = written[1].plan.site
     crane = site.cranes[0]
     assert crane is not None and crane.luffing is not None

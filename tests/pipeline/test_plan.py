@@ -69,7 +69,7 @@ def test_the_figures_are_those_of_the_lifts(planned):
     assert 0 <= figures["critical_lifts"] <= len(lifts)
 
 
-def test_lifts_asked_for_one_by_one_give_the_same_log_to_the_byte(planned, tmp_path, monkeypatch):
+def test_lifts_proposed_one_by_one_give_the_same_log_to_the_byte(planned, tmp_path, monkeypatch):
     folder, document = planned
     assert {lift["method"] for lift in document["lifts"]} == {"policy"}
     monkeypatch.setattr("bimvox.planning.planner.lifts_at_once", lambda shape: 1)
@@ -231,7 +231,7 @@ def test_a_proof_that_fails_about_the_whole_plan_writes_nothing(site_folder, mon
     assert not (site_folder / "again.mcap").exists()
 
 
-def test_a_crane_too_weak_for_everything_is_said_before_training(site_folder):
+def test_a_crane_too_weak_for_everything_is_reported_before_training(site_folder):
     text = (site_folder / "frame.site.toml").read_text()
     start, end = text.index("chart = ["), text.index("]\n", text.index("chart = [") + 20)
     end = text.index("\n]", start) + 2

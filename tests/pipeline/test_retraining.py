@@ -52,7 +52,7 @@ def by_method(plan: LiftPlan, method: Method) -> tuple[int, ...]:
     return tuple(lift.component for lift in plan.lifts if lift.method is method)
 
 
-def test_what_the_shipped_policy_fails_is_found_after_retraining_the_same_each_time(serpentine, own_store, monkeypatch):
+def test_failed_lifts_are_solved_after_retraining_deterministically(serpentine, own_store, monkeypatch):
     monkeypatch.setattr("bimvox.policy.choice.RETRAINING_STARTS", 8)
     site, preparation = serpentine
     shipped = PolicyInUse(str(generalist_record()["id"]), True, 0, 1.0, (), load_generalist())

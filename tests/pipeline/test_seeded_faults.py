@@ -300,9 +300,7 @@ def assert_each_alone_catches(folder: Path, checks: set[str], patch: pytest.Monk
         assert verify(folder / "log.mcap", progress=SilentProgress())["verified"] is True
 
 
-def test_the_crane_s_capacity_is_proven_of_the_motion_too(
-    good: PlanLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_the_capacity_is_proven_for_the_motion_too(good: PlanLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     assert failed(proven(faults.a_weaker_crane(good), tmp_path)) == {"reach", "capacity"}
     assert_each_alone_catches(tmp_path, {"reach", "capacity"}, monkeypatch)
 
@@ -326,7 +324,7 @@ def test_the_true_triangles_decide_on_the_motions_last_moves(tmp_path: Path, mon
     assert_each_alone_catches(tmp_path, {"triangles", "motion_triangles"}, monkeypatch)
 
 
-def test_a_tower_in_the_jibs_way_is_seen_by_its_check_alone(
+def test_a_tower_in_the_way_of_the_jib_is_found_by_its_check_alone(
     quiet: PlanLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     good = quiet
@@ -356,7 +354,7 @@ def test_the_command_names_the_check_and_ends_with_one(
     assert "left" in document["checks"]["unit_moves"]["failures"][0]
 
 
-def test_a_surface_that_is_gone_does_not_pass_for_free(good: PlanLog, tmp_path: Path):
+def test_a_missing_surface_does_not_count_as_free(good: PlanLog, tmp_path: Path):
     sheet = TriangleMesh(np.array([[1.0, 1.4, 0.0], [1.2, 1.4, 0.0], [1.0, 1.4, 9.0]]), np.array([[0, 1, 2]], np.int32))
     assert "shapes" in failed(proven(faults.with_component(good, "left", mesh=sheet), tmp_path))
 
@@ -369,7 +367,7 @@ def test_nothing_is_proven_from_values_that_make_no_sense(good: PlanLog, tmp_pat
     assert says in document["checks"]["values"]["failures"][0]
 
 
-def test_a_building_in_the_air_is_seen_by_its_hold_and_by_its_missing_ground(
+def test_a_building_in_the_air_is_found_by_its_hold_and_its_missing_ground(
     good: PlanLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     assert failed(proven(faults.a_building_in_the_air(good), tmp_path)) == {"stands", "own_files"}
@@ -390,7 +388,7 @@ def test_a_log_of_its_own_obstruction_file_is_verified(good: PlanLog, tmp_path: 
 
 
 @pytest.mark.parametrize("repeated", ["attachment", "metadata"])
-def test_what_a_log_has_once_may_not_be_in_it_twice(good: PlanLog, tmp_path: Path, repeated: str):
+def test_what_a_log_has_once_may_not_occur_twice(good: PlanLog, tmp_path: Path, repeated: str):
     proven(good, tmp_path)
     contents = read_contents(read_file(tmp_path / "log.mcap"), "log")
     with (tmp_path / "twice.mcap").open("wb") as stream, LogWriter(stream) as writer:

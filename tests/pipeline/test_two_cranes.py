@@ -75,7 +75,7 @@ def test_every_lift_is_planned_and_each_crane_has_its_share(two: tuple[Path, dic
     assert document["figures"]["crane_hours"] < sum(crane["busy_hours"] for crane in cranes)
 
 
-def test_the_log_proves_itself_and_is_the_same_again(two: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
+def test_the_log_is_proven_from_itself_and_deterministic(two: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
     folder, _ = two
     assert verify(folder / "frame.mcap", progress=SilentProgress())["verified"]
     plan(folder / "frame.site.toml", tmp_path / "again.mcap", policy="none", progress=SilentProgress())
@@ -188,7 +188,7 @@ def test_every_part_goes_through_its_states_in_order_of_time(carried: CarriedOut
     assert of_second <= {message.topic for message in salvage_contents(live.read_bytes(), live).messages}
 
 
-def test_a_load_that_is_met_stops_the_cranes_and_the_whole_log_proves_itself(carried: CarriedOut):
+def test_an_affected_load_stops_the_cranes_and_the_whole_log_is_proven(carried: CarriedOut):
     current = carried.watcher.current
     motion = current.motions[3]
     carried.look(at_share(motion, 0.2))
@@ -210,7 +210,7 @@ def test_a_load_that_is_met_stops_the_cranes_and_the_whole_log_proves_itself(car
     assert len(read_log(carried.log).plan.history) == 1
 
 
-def test_held_cranes_are_known_after_a_kill_and_go_on_when_they_can(carried: CarriedOut):
+def test_held_cranes_are_known_after_a_kill_and_continue_when_they_can(carried: CarriedOut):
     current = carried.watcher.current
     motion = current.motions[3]
     now_ns = at_share(motion, 0.3)

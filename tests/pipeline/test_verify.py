@@ -118,7 +118,7 @@ def test_content_that_does_not_fit_its_digests_is_caught(site_folder):
     assert any("geometry" in failure for failure in document["checks"]["digests"]["failures"])
 
 
-def test_an_attached_file_that_was_exchanged_is_caught(site_folder):
+def test_a_replaced_attached_file_is_caught(site_folder):
     record = read_log(site_folder / "frame.mcap")
     assert "sha256 site.toml" in record.metadata
     other = dataclasses.replace(record, attachments={**record.attachments, "site.toml": b"[model]\n"})
@@ -182,7 +182,7 @@ def test_the_command_says_what_failed_by_its_exit_code(site_folder, capsys):
     assert "it carries no site.toml" in " ".join(capsys.readouterr().out.split())
 
 
-def test_a_log_is_bound_to_the_files_that_one_holds(site_folder):
+def test_a_log_is_compared_with_given_files(site_folder):
     log, site = site_folder / "frame.mcap", site_folder / "frame.site.toml"
     document = verify(log, site=site, progress=SilentProgress())
     assert document["verified"], document["checks"]["bound"]["failures"]
@@ -202,7 +202,7 @@ def test_a_log_is_bound_to_the_files_that_one_holds(site_folder):
     assert f"{light.label}: mass_kg is 1.0 in the log" in document["checks"]["bound"]["failures"][0]
 
 
-def test_a_log_is_bound_to_a_model_elsewhere_and_to_its_obstructions(site_folder):
+def test_a_log_is_compared_with_a_model_elsewhere_and_its_obstructions(site_folder):
     record = read_log(site_folder / "frame.mcap")
     far = {"id": "skip", "box": {"min": [-1.0, -1.0, 0.0], "max": [0.0, 0.0, 0.4]}}
     file = site_folder / "skip.json"

@@ -45,7 +45,7 @@ def joined(frame, name, *boxes):
     return Blocker(name, "structure", cells, TriangleMesh(vertices, faces))
 
 
-def test_a_pocket_that_cells_close_is_left_along_true_surfaces():
+def test_a_pocket_closed_by_cells_is_left_along_true_surfaces():
     """A pit, wide above the part, whose rim leaves 25 mm: blocked by cells, free by triangles."""
     site = box_site([("insert", (4.25, 4.25, 0.0), (5.75, 5.75, 0.9))])
     sides = {
@@ -88,7 +88,7 @@ def slab_with_an_opening(east=OPENING):
     ]
 
 
-def test_a_part_goes_through_an_opening_that_cells_close():
+def test_a_part_passes_through_an_opening_that_cells_close():
     crane = test_crane(base=(13.0, 13.0, 0.0))
     site = box_site([PART], structure=slab_with_an_opening(), crane=crane)
     preparation = prepare(site)
@@ -122,7 +122,7 @@ def test_an_opening_that_is_too_narrow_is_named_at_cells_and_by_shape():
         assert "east" in lift.blocked_by
 
 
-def test_what_has_no_triangles_stays_cells():
+def test_parts_without_triangles_are_checked_by_cells():
     site = box_site([PART], structure=slab_with_an_opening())
     plan = plan_lifts(site, prepare(site))
     assert plan.lifts[0].status is Status.PLANNED

@@ -25,7 +25,7 @@ def planned(margin_m, **more):
     return site, preparation, plan_lifts(site, preparation)
 
 
-def test_a_part_in_transit_keeps_its_distance_and_the_verifier_sees_it():
+def test_a_part_in_transit_keeps_its_distance_and_the_verifier_checks_it():
     for margin_m in (0.0, 0.5, 1.0):
         site, _, plan = planned(margin_m)
         assert [lift.status for lift in plan.lifts] == [Status.PLANNED] * 3
@@ -35,7 +35,7 @@ def test_a_part_in_transit_keeps_its_distance_and_the_verifier_sees_it():
         assert {check.name for check in proof.checks if not check.passed} == {"margin"}
 
 
-def test_the_way_is_longer_with_a_margin():
+def test_the_path_is_longer_with_a_margin():
     moves = [sum(lift.moves for lift in planned(margin_m)[2].lifts) for margin_m in (0.0, 1.0)]
     assert moves[0] < moves[1]
 

@@ -71,7 +71,7 @@ def test_a_policys_path_is_taken_when_it_holds_and_dropped_when_not():
     assert {lift.method for lift in again.lifts} == {Method.RETRAINED}
 
 
-def test_lifts_are_asked_for_together_and_are_as_one_by_one(monkeypatch):
+def test_lifts_proposed_together_equal_lifts_proposed_one_by_one(monkeypatch):
     """What is in place before a lift does not depend on the paths of earlier lifts."""
     site = with_obstructions(box_site(PORTAL), WALL)
     asked = []
@@ -92,7 +92,7 @@ def test_lifts_are_asked_for_together_and_are_as_one_by_one(monkeypatch):
         np.testing.assert_array_equal(lift.path_vox, alone.path_vox)
 
 
-def test_a_way_known_to_be_shortest_is_not_looked_for_from_the_other_end():
+def test_a_path_known_to_be_shortest_is_not_searched_from_the_other_end():
     """The proposals are the same with and without that knowledge."""
     site = with_obstructions(box_site(PORTAL), WALL)
     known, unknown = [], []

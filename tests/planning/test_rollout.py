@@ -83,7 +83,7 @@ def test_the_guard_leads_a_stubborn_policy_along_a_wall():
 
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 10_000), values=st.sampled_from([beeline, whimsical]))
-def test_whatever_the_policy_the_path_is_a_way_as_far_as_it_goes(seed, values):
+def test_any_policy_gives_a_valid_path_as_far_as_it_goes(seed, values):
     occupied = random_occupancy(seed, (8, 8, 5), 0.3)
     problem = lift_problem(clearance_of(occupied), (0, 0, 0), (7, 7, 4))
     rollout = roll_out(values, problem, limit=StepLimit(2.0, 10))
@@ -96,7 +96,7 @@ def test_whatever_the_policy_the_path_is_a_way_as_far_as_it_goes(seed, values):
     assert rollout.arrived == (tuple(rollout.path_vox[-1]) == problem.target_vox)
 
 
-def test_outcomes_that_are_no_arrival():
+def test_outcomes_other_than_arrival():
     boxed = empty()
     boxed[:3, :3, :3] = True
     boxed[1, 1, 1] = False
@@ -107,7 +107,7 @@ def test_outcomes_that_are_no_arrival():
     assert 4 * (20 + 5) <= hopeless.steps <= 8 * (20 + 5)
 
 
-def test_enough_arrivals_are_the_last_try_and_the_shortest_way_is_taken():
+def test_after_enough_arrivals_the_shortest_path_is_taken():
     problem = wall_with_a_gap()
     alone = [roll_out_starts(beeline, [problem], ZERO, START, guard=guard)[0] for guard in GUARDS]
     enough = [rollout for rollout in alone if rollout.arrived][:ARRIVALS]
@@ -119,7 +119,7 @@ def test_enough_arrivals_are_the_last_try_and_the_shortest_way_is_taken():
     assert_is_a_way(problem, found.path_vox)
 
 
-def test_a_way_as_short_as_any_is_the_last_try():
+def test_no_further_try_after_a_shortest_path():
     problem = wall_with_a_gap()
     found = roll_out_all(beeline, [problem])[0]
     moves = len(found.path_vox) - 1
@@ -128,7 +128,7 @@ def test_a_way_as_short_as_any_is_the_last_try():
     np.testing.assert_array_equal(known.path_vox, found.path_vox)
 
 
-def test_where_none_arrives_the_lift_is_tried_from_its_target():
+def test_if_none_arrives_the_lift_is_tried_from_its_target():
     def eastward(observations: np.ndarray) -> np.ndarray:
         return np.tile(np.array([0, 0, 0, 1, 0, 0], np.float32), (len(observations), 1))
 

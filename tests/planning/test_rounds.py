@@ -32,7 +32,7 @@ def test_a_lift_that_is_made_though_it_is_refused_ends_the_rounds_and_is_named()
     assert caught.value.failures == ("hanging: it meets box 29",)
 
 
-def test_lifts_that_fail_one_after_the_other_without_end_are_given_up():
+def test_lifts_that_fail_one_after_the_other_end_the_rounds():
     with pytest.raises(
         VerificationError, match="lifts still fail their proof, so nothing was written; the last one is part 11"
     ):

@@ -112,14 +112,14 @@ def large_site(walls):
     return occupied
 
 
-def test_a_goal_that_is_closed_in_is_known_before_the_whole_site_is_looked_at():
+def test_an_enclosed_goal_is_found_before_the_whole_site_is_searched():
     whole = len(reachable(clearance_of(large_site(True)), (0, 0, 0), 200_000))
     closed = shortest_path(clearance_of(large_site(True)), (0, 0, 0), GOAL)
     assert closed.path_vox is None
     assert closed.expanded < whole / 2
 
 
-def test_a_start_in_the_same_room_or_a_hole_in_the_wall_leave_a_way():
+def test_a_start_in_the_same_room_or_a_hole_in_the_wall_leaves_a_path():
     occupied = large_site(True)
     inside = shortest_path(clearance_of(occupied), (50, 50, 6), GOAL)
     assert len(inside.path_vox) == 3
@@ -131,7 +131,7 @@ def test_a_start_in_the_same_room_or_a_hole_in_the_wall_leave_a_way():
     assert len(found.path_vox) - 1 == distance[0, 0, 20]
 
 
-def test_a_large_room_around_the_goal_is_no_way_either():
+def test_a_large_room_around_the_goal_is_not_a_path_either():
     occupied = np.zeros(LARGE, bool)
     occupied[10] = True
     result = shortest_path(clearance_of(occupied), (0, 0, 0), GOAL)

@@ -9,7 +9,7 @@ from bimvox.planning.shorten_path import shortest_of_visited
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.integers(0, 5), min_size=0, max_size=60))
-def test_the_way_over_visited_cells_is_as_short_as_can_be(actions):
+def test_the_path_over_visited_cells_is_the_shortest(actions):
     import networkx
 
     from bimvox.env.actions import MOVES

@@ -97,7 +97,7 @@ def test_a_turn_that_the_site_file_gives_is_kept_and_written(turn):
     assert place.transit_start_vox == tuple(lift.path_vox[0])
 
 
-def test_a_turn_that_the_log_does_not_time_is_found():
+def test_a_turn_without_time_in_the_log_is_found():
     site = site_of()
     preparation, plan = planned(site)
     (motion,) = time_plan(plan, replay(site, preparation, plan))
@@ -138,7 +138,7 @@ def test_a_part_is_erected_and_turned_in_one_lift():
     assert again.lifts[0].place.transit_start_vox == lift.place.transit_start_vox
 
 
-def test_its_box_is_seen_to_lie_to_stand_up_and_to_turn():
+def test_its_box_is_shown_lying_being_upended_and_turning():
     """The frame of the track puts the panel's corners in its yard cells, then upright, then as in the building."""
     site = panel_site()
     preparation, plan = planned(site)

@@ -109,12 +109,12 @@ def test_network_and_memory_lie_where_they_were_put(device):
 
 
 @pytest.mark.parametrize("name", ["cuda:99", "auto", "meta", "a fast one"])
-def test_a_device_that_is_not_there_is_refused_and_not_replaced(name):
+def test_a_missing_device_is_refused_and_not_replaced(name):
     with pytest.raises(PolicyError, match=name) as caught:
         LiftDqn(LiftVecEnv(BatchedLiftEnv([default_problem()], 8)), TINY, seed=0, device=name)
     assert caught.value.differs == {"device": name}
     assert "cpu" in caught.value.hint
 
 
-def test_the_processor_is_always_there():
+def test_the_processor_is_always_available():
     assert device_named("cpu") == torch.device("cpu")

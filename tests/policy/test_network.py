@@ -90,7 +90,7 @@ def test_arrays_make_the_same_network():
         ),
     ],
 )
-def test_what_is_no_network_is_refused(change, message):
+def test_arrays_that_are_not_a_network_are_refused(change, message):
     arrays = random_network().arrays()
     change(arrays)
     with pytest.raises(PolicyError, match=message):

@@ -85,7 +85,7 @@ def test_the_variable_names_the_store(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("wanted", ["", "no-such", "../../etc"])
-def test_what_is_not_there_is_said_so(tmp_path, wanted):
+def test_a_missing_policy_is_reported(tmp_path, wanted):
     policy_id = store.save(policy(), "site-a", folder=tmp_path)
     for act in (store.load, store.remove):
         with pytest.raises(PolicyError, match="there is no policy") as caught:
@@ -241,7 +241,7 @@ def test_older_versions_are_read_without_what_came_later(tmp_path, version, with
     assert store.load(manifest.id, folder=tmp_path).manifest == manifest
 
 
-def test_processes_that_share_a_store_do_not_hurt_each_other(tmp_path):
+def test_processes_that_share_a_store_do_not_interfere(tmp_path):
     with ProcessPoolExecutor(3, mp_context=get_context("spawn")) as processes:
         wrong = list(processes.map(use_store, [tmp_path] * 3, [40] * 3))
     assert wrong == [[], [], []]

@@ -56,7 +56,7 @@ def test_the_papers_site_is_learned_from_every_yard_start(paper_policy):
     assert paper_policy.curve[-1].steps == paper_policy.steps
 
 
-def test_obstructions_it_never_saw(paper_policy):
+def test_unseen_obstructions(paper_policy):
     problem = default_problem(obstructions=(((3, 6, 1), (4, 9, 3)), ((10, 11, 1), (13, 12, 3))))
     assert evaluate(paper_policy.network, [problem], starts=1_000).success_rate >= 0.9
 
@@ -104,7 +104,7 @@ def dqn(**choices) -> LiftDqn:
     return LiftDqn(LiftVecEnv(BatchedLiftEnv([default_problem()], 8)), replace(TINY, **choices), seed=0)
 
 
-def test_weights_come_out_and_go_in_as_they_are():
+def test_weights_are_returned_and_loaded_unchanged():
     first, second = dqn(), dqn(learning_rate=0.1)
     with torch.no_grad():
         for parameter in first.q_net.parameters():
@@ -145,7 +145,7 @@ def test_each_lift_explores_on_its_own():
     assert 0.3 < (actions != greedy).mean() < 0.5  # half explore; some of their actions are greedy by chance
 
 
-def test_lifts_explore_unlike_each_other_where_wanted():
+def test_lifts_explore_differently_if_wanted():
     batch = BatchedLiftEnv([default_problem()], 400)
     learner = LiftDqn(LiftVecEnv(batch), replace(TINY, lifts=400, buffer_size=400, exploration_spread=20.0), seed=0)
     learner._last_obs = learner.env.reset()
@@ -158,7 +158,7 @@ def test_lifts_explore_unlike_each_other_where_wanted():
     assert differs[-50:].mean() < 0.1
 
 
-def test_blocked_actions_are_no_choice():
+def test_blocked_actions_are_never_chosen():
     learner = dqn()
     batch = learner.env.batch
     learner.env.reset()
@@ -187,7 +187,7 @@ def test_a_mirrored_site_is_the_same_to_the_network():
     np.testing.assert_allclose(values[1], values[0][[0, 1, 3, 2, 4, 5]], atol=1e-6)
 
 
-def test_a_training_that_was_cut_off_goes_on(tmp_path):
+def test_an_interrupted_training_resumes(tmp_path):
     checkpoints = []
     whole = train([default_problem()], TINY, seed=0, steps=200, checkpoint=checkpoints.append)
     resumed = train([default_problem()], TINY, seed=0, steps=200, start=TrainingStart(resumed=checkpoints[1]))

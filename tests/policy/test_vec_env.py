@@ -38,7 +38,7 @@ def test_what_is_returned_is_the_learners_to_keep():
     np.testing.assert_array_equal(kept, copy)
 
 
-def test_seed_twins():
+def test_equal_seeds_give_equal_results():
     lives = []
     for _ in range(2):
         env = LiftVecEnv(BatchedLiftEnv([default_problem()], 4, seed=9))

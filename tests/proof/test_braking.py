@@ -15,7 +15,7 @@ rates = st.floats(-1.0, 1.0)
 accelerations = st.floats(-0.3, 0.3)
 
 
-def test_from_full_rate_the_way_is_that_of_the_trapezium():
+def test_from_full_rate_the_distance_is_that_of_the_trapezium():
     """Mean rate v / 2 over v / a + a / j seconds: the deceleration rises and fades symmetrically."""
     time_s = 1.0 / 0.3 + 0.3 / 0.5
     assert braking_time_s(1.0, 0.0, LIMITS) == pytest.approx(time_s)

@@ -173,7 +173,7 @@ def test_the_bounds_of_a_span_hold_every_stop_in_it():
                 assert span[low] - slack <= stop.end <= span[high] + slack
 
 
-def test_of_an_extract_only_known_times_are_looked_at():
+def test_in_an_extract_only_known_times_are_checked():
     """Between two lifts that do not follow each other directly, the position of the crane is unknown."""
     plan, motions = two_crane_plan()
     few = [motion for motion in motions if motion.order in (1, 3, 6)]
@@ -185,7 +185,7 @@ def test_of_an_extract_only_known_times_are_looked_at():
     assert 0 < check.samples < whole.samples
 
 
-def test_ways_of_braking_agree_with_braking():
+def test_braking_distances_agree_with_braking():
     limits = default_crane("hammerhead-65").slewing
     rng = np.random.default_rng(1)
     rate = rng.uniform(-limits.rate, limits.rate, 200)
@@ -226,7 +226,7 @@ def test_a_luffing_jib_is_measured_where_it_is():
     assert least_distances(shapes[0], steep, shapes[1], at_tip, 2.0)[0] < 2.0
 
 
-def test_a_luffing_crane_beside_a_hammerhead():
+def test_a_luffing_crane_next_to_a_hammerhead():
     """The jib ends above its hook: if raised, it is clear of what it meets if lowered."""
     luffing = default_luffing_crane("luffing-40")
     hammerhead = dataclasses.replace(

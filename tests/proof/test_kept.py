@@ -10,7 +10,7 @@ class Owner:
     name: str
 
 
-def test_it_is_worked_out_once_for_each_object_and_its_other_arguments():
+def test_it_is_computed_once_per_object_and_other_arguments():
     calls = []
 
     @kept
@@ -25,7 +25,7 @@ def test_it_is_worked_out_once_for_each_object_and_its_other_arguments():
     assert calls == [("one", 1), ("one", 2), ("one", 1)]
 
 
-def test_it_goes_with_its_object():
+def test_it_is_released_with_its_object():
     class Result:
         pass
 

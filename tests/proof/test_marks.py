@@ -21,7 +21,7 @@ def counted(things):
     return counts
 
 
-def test_they_are_what_is_there_whatever_was_there_before():
+def test_they_are_the_current_objects_whatever_was_there_before():
     rng = np.random.default_rng(0)
     things, marks = random_things(rng, 12), Marks(SHAPE)
     for _ in range(30):
@@ -34,7 +34,7 @@ def test_they_are_what_is_there_whatever_was_there_before():
         assert np.array_equal(marks.counts, counted(present))
 
 
-def test_what_is_taken_away_twice_is_taken_away_once():
+def test_what_is_removed_twice_is_removed_once():
     one, other = thing("one", (1, 1, 1)), thing("other", (1, 1, 1), (2, 2, 2))
     marks = Marks(SHAPE, (one, other))
     with marks.without([one, one]):
@@ -44,7 +44,7 @@ def test_what_is_taken_away_twice_is_taken_away_once():
     assert np.array_equal(marks.counts, counted([one, other]))
 
 
-def test_what_is_outside_the_grid_is_in_nobodys_way():
+def test_what_is_outside_the_grid_obstructs_nothing():
     marks = Marks(SHAPE, (thing("out", (-1, 0, 0), (0, 5, 0), (5, 4, 7), (0, 0, 8)),))
     assert marks.counts.sum() == marks.counts[5, 4, 7] == 1
 

@@ -197,7 +197,7 @@ def swept_cells(plan, motion, grow_m):
     return swept
 
 
-def test_the_load_may_pass_beside_but_not_through(good):
+def test_the_load_may_pass_next_to_something_but_not_through(good):
     """The check follows the true position: it says yes with every cell filled that the load, grown by 6 % of a cell,
 
     does not meet, and no with any one cell filled that it does.
@@ -274,7 +274,7 @@ def test_gaps_on_the_clock_are_caught(good):
 
 
 @pytest.mark.parametrize("spoil", ["nan", "backwards", "lengths", "nothing"])
-def test_a_trajectory_that_is_none_is_caught(good, spoil):
+def test_an_invalid_trajectory_is_caught(good, spoil):
     plan, motions = good
     loaded = motions[1].loaded
     changes = {
@@ -392,7 +392,7 @@ def columns_under(plan, trajectory):
     return columns
 
 
-def test_the_empty_hook_is_led_round_a_zone(good):
+def test_the_empty_hook_goes_around_a_zone(good):
     plan, motions = good
     approach = motions[1].approach
     at = len(approach.time_ns) // 2

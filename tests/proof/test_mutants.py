@@ -525,7 +525,7 @@ def plant(monkeypatch: pytest.MonkeyPatch, errors: dict[str, Wrong]) -> None:
 
 
 @pytest.mark.parametrize("name", MUTANTS)
-def test_an_error_in_the_planner_is_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_in_the_planner_is_found(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     mutant = MUTANTS[name]
     without = good(mutant.site)
     plant(monkeypatch, mutant.errors)
@@ -542,7 +542,7 @@ def independent_of() -> tuple[str, ...]:
     return (*contracts["proof"]["forbidden_modules"], *contracts["proof-rules"]["forbidden_modules"])
 
 
-def test_errors_are_planted_only_where_the_proof_may_not_look() -> None:
+def test_errors_are_planted_only_in_modules_that_the_proof_may_not_import() -> None:
     forbidden = independent_of()
     planted = {where for mutant in MUTANTS.values() for where in mutant.errors} | {
         where for mutant, _ in STOPPED.values() for where in mutant.errors
@@ -566,7 +566,7 @@ def stopped(site: Site, share: float) -> Made:
 
 
 @pytest.mark.parametrize("name", STOPPED)
-def test_an_error_in_an_emergency_stop_is_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_in_an_emergency_stop_is_found(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     mutant, share = STOPPED[name]
     plan, motions = stopped(mutant.site(), share)
     assert not failed(plan, motions)

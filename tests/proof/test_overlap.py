@@ -93,7 +93,7 @@ def test_nothing_passes_through_a_thin_part(thickness_m):
     assert not deep(sheet, box_mesh((1.0, 0.0, 0.0), (2.0, 1.0, thickness_m)))
 
 
-def test_the_web_of_a_profile_is_no_gap_under_its_thicker_flanges():
+def test_the_web_of_a_profile_is_not_a_gap_under_its_thicker_flanges():
     web = box_mesh((0.0, -0.003, 0.02), (4.0, 0.003, 0.28))
     profile = joined(box_mesh((0, -0.1, 0), (4, 0.1, 0.02)), web, box_mesh((0, -0.1, 0.28), (4, 0.1, 0.3)))
     assert deep(profile, box_mesh((1.0, -0.02, 0.1), (1.2, 0.02, 0.2)))

@@ -178,7 +178,7 @@ def test_a_surface_outside_its_cells_is_caught(plan):
     assert "shapes" in failed(dataclasses.replace(plan, site=dataclasses.replace(site, components=components)))
 
 
-def test_a_clash_that_is_none_is_caught():
+def test_a_false_clash_is_caught():
     """Listing a pair as a modelled clash excuses it only if the model has that clash."""
     site = box_site([("a", (1.0, 1.0, 0.0), (2.1, 2.0, 1.0)), ("b", (2.095, 1.0, 0.0), (3.0, 2.0, 1.0))])
     plan = plan_lifts(site, prepare(site))
@@ -207,7 +207,7 @@ def test_a_part_that_holds_on_to_nothing_yet_is_caught():
     assert "panel" in proof.culprits
 
 
-def test_what_floats_in_the_finished_building_is_as_drawn():
+def test_what_floats_in_the_finished_building_is_accepted():
     site = box_site([("cloud", (2.0, 1.0, 4.0), (3.0, 3.0, 5.0)), ("beside", (3.0, 1.0, 4.0), (4.0, 3.0, 5.0))])
     assert verify_plan(plan_lifts(site, prepare(site))).verified
 

@@ -36,7 +36,7 @@ def found(plan, moving, other):
 
 
 @pytest.mark.parametrize(("moving", "other"), [(0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1)])
-def test_boxes_that_are_apart_say_what_the_collision_library_would(plan, monkeypatch, moving, other):
+def test_boxes_that_are_apart_agree_with_the_collision_library(plan, monkeypatch, moving, other):
     quick = found(plan, moving, other)
     assert 0 < quick.failed < quick.samples
     monkeypatch.setattr(triangle_check, "_ROUNDING_M", 1e9)

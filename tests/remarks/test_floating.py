@@ -25,12 +25,12 @@ def test_parts_that_hold_only_each_other_float_all_of_them() -> None:
     assert "it touches only another part that floats" in found["next"]
 
 
-def test_a_part_on_structure_or_beside_a_held_part_does_not_float() -> None:
+def test_a_part_on_structure_or_next_to_a_held_part_does_not_float() -> None:
     wall = [("wall", (8.0, 8.0, 0.0), (9.0, 9.0, 5.9))]
     assert not named(plan_of([COLUMN, BEAM, CLOUD, NEXT], structure=wall), "floats")
 
 
-def test_a_joint_is_no_gap_but_a_decimetre_is() -> None:
+def test_a_joint_is_not_a_gap_but_a_decimetre_is() -> None:
     above = {gap: ("beam", (2.0, 2.0, 3.0 + gap), (6.0, 2.5, 3.5 + gap)) for gap in (0.04, 0.1)}
     assert not named(plan_of([COLUMN, above[0.04]]), "floats")
     assert set(named(plan_of([COLUMN, above[0.1]]), "floats")) == {"beam"}

@@ -36,7 +36,7 @@ def test_machines_of_the_catalogue_are_a_note(crane: TowerCrane) -> None:
     assert said_of(elsewhere).severity is Severity.NOTE
 
 
-def test_site_matters_are_no_alteration() -> None:
+def test_site_settings_are_not_an_alteration() -> None:
     assert said_of(changed(SMALL, jib_height_m=42.0)).kind == "crane_generic"
     assert said_of(changed(SMALL, name="north")).kind == "crane_generic"
     luffing = next(crane for crane in BUILT_IN if crane.kind == "luffing")
@@ -47,7 +47,7 @@ def test_site_matters_are_no_alteration() -> None:
         assert said_of(with_reeving(LARGE, reeving)).kind == "crane_generic"
 
 
-def test_a_small_name_beside_a_big_chart_is_serious_and_says_what_differs() -> None:
+def test_a_small_machines_name_with_a_large_chart_is_serious_and_says_what_differs() -> None:
     remark = said_of(changed(LARGE, name=SMALL.name))
     assert (remark.kind, remark.severity) == ("crane_altered", Severity.SERIOUS)
     assert "jib 65 m instead of 30 (+117 %)" in remark.text

@@ -38,7 +38,7 @@ def test_a_loose_rule_is_named(rules: dict[str, Any], kind: str, severity: Sever
     assert remark.component is None
 
 
-def test_wind_that_is_considered_is_no_remark_and_neither_is_a_site_without_a_crane() -> None:
+def test_no_remark_if_wind_is_considered_or_the_site_has_no_crane() -> None:
     assert not of_kind(with_rules(wind_speed_m_s=9.0), "wind")
     assert not of_kind(with_rules(crane=False), "wind")
     assert are_clean(remarks_of(with_rules(crane=False), ()))

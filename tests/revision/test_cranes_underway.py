@@ -95,7 +95,7 @@ def both_at_work(current: CurrentPlan, *, in_the_air: bool = False) -> tuple[int
     raise AssertionError("the cranes never carry at the same time")
 
 
-def test_a_change_that_meets_nothing_leaves_everything_as_it_is():
+def test_a_change_that_affects_nothing_changes_nothing():
     current, _ = planned()
     now_ns = carried_at(current.motions[3], 0.4)
     part = revised(current, far_off(current.plan.site), now_ns)
@@ -105,7 +105,7 @@ def test_a_change_that_meets_nothing_leaves_everything_as_it_is():
     whole_proof(part.current)
 
 
-def test_lifts_under_way_that_are_not_met_go_on_and_the_rest_is_timed_around_them():
+def test_unaffected_lifts_under_way_continue_and_the_rest_is_scheduled_around_them():
     current, _ = planned()
     first, second, now_ns = both_at_work(current)
     last = max(current.motions)
@@ -136,7 +136,7 @@ def test_lifts_under_way_that_are_not_met_go_on_and_the_rest_is_timed_around_the
 
 
 @pytest.mark.parametrize("later", [0.5, 0.6])
-def test_when_a_load_is_met_all_cranes_stop_and_go_on(later):
+def test_if_a_load_is_affected_all_cranes_stop_and_continue(later):
     current, _ = planned()
     first, second, now_ns = both_at_work(current)
     ahead = load_cell(current, first, carried_at(current.motions[first], later))
@@ -161,7 +161,7 @@ def test_when_a_load_is_met_all_cranes_stop_and_go_on(later):
     whole_proof(now)
 
 
-def test_a_load_without_a_way_holds_all_cranes_until_there_is_one():
+def test_a_load_without_a_path_holds_all_cranes_until_there_is_one():
     current, _ = planned()
     first, second, now_ns = both_at_work(current)
     target = np.array(current.plan.site.components[current.motions[first].component].target_vox)
@@ -190,7 +190,7 @@ def test_a_load_without_a_way_holds_all_cranes_until_there_is_one():
     whole_proof(now)
 
 
-def test_a_part_that_is_not_carried_yet_takes_a_longer_way_and_both_ways_are_proven():
+def test_a_part_not_carried_yet_takes_a_longer_path_and_both_paths_are_proven():
     current, _ = planned()
     motion = current.motions[6]
     now_ns = motion.hooked_ns + 5 * S
@@ -205,7 +205,7 @@ def test_a_part_that_is_not_carried_yet_takes_a_longer_way_and_both_ways_are_pro
     whole_proof(now)
 
 
-def test_what_is_about_to_begin_is_kept_where_the_change_is_for_later():
+def test_what_is_about_to_begin_is_kept_if_the_change_affects_later_lifts():
     current, _ = planned()
     last = max(current.motions)
     now_ns = current.motions[3].hooked_ns - 5 * S
@@ -216,7 +216,7 @@ def test_what_is_about_to_begin_is_kept_where_the_change_is_for_later():
     whole_proof(now)
 
 
-def test_a_hook_that_something_appears_at_is_held_for_good_and_so_is_all():
+def test_an_obstruction_at_a_hook_holds_that_hook_and_everything():
     current, _ = planned()
     motion, now_ns = on_the_way(current)
     site = current.plan.site
@@ -241,7 +241,7 @@ def on_the_way(current: CurrentPlan) -> tuple[LiftMotion, int]:
     raise AssertionError("no empty hook goes far")
 
 
-def test_an_empty_hook_that_is_met_stops_and_goes_round():
+def test_an_affected_empty_hook_stops_and_goes_around():
     current, _ = planned()
     motion, now_ns = on_the_way(current)
     site = current.plan.site
@@ -265,7 +265,7 @@ def test_an_empty_hook_that_is_met_stops_and_goes_round():
     assert any("empty hook" in failure and "late" in failure for failure in proof.failures), proof.failures
 
 
-def test_two_loads_in_the_air_are_both_stopped_and_both_go_on():
+def test_two_loads_in_the_air_both_stop_and_continue():
     current, preparation = planned(slow=True)
     first, second, now_ns = both_at_work(current, in_the_air=True)
     site = with_box(current.plan.site, load_cell(current, first, carried_at(current.motions[first], 0.9)))
@@ -327,7 +327,7 @@ def test_the_same_change_gives_the_same_plan():
         assert all(np.array_equal(x, y) for x, y in zip(a.samples(), b.samples(), strict=True))
 
 
-def test_a_spoiled_hold_is_found():
+def test_a_faulty_hold_is_found():
     current, _ = planned()
     first, _, now_ns = both_at_work(current)
     site = with_box(current.plan.site, load_cell(current, first, carried_at(current.motions[first], 0.55)))

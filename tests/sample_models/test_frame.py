@@ -72,7 +72,7 @@ def test_beams_bear_on_the_column_heads_and_not_on_each_other(
             assert gap > 0.0099
 
 
-def test_only_the_long_beams_say_their_weight(samples: Path) -> None:
+def test_only_the_long_beams_state_their_weight(samples: Path) -> None:
     file = ifcopenshell.open(samples / "frame.ifc")
     said = {
         beam.Name: ifcopenshell.util.element.get_psets(beam, qtos_only=True).get("Qto_BeamBaseQuantities", {})

@@ -118,7 +118,7 @@ def test_it_is_a_building_of_more_than_a_hundred_lifts(prefab_lifts: list[Any]) 
     assert len({lift.name for lift in prefab_lifts}) == len(prefab_lifts)
 
 
-def test_said_quantities_are_those_of_the_geometry(samples: Path, prefab_parts: dict[str, Any]) -> None:
+def test_stated_quantities_are_those_of_the_geometry(samples: Path, prefab_parts: dict[str, Any]) -> None:
     file = ifcopenshell.open(samples / "prefab.ifc")
     volumes, weights = 0, 0
     for global_id, part in prefab_parts.items():
@@ -133,7 +133,7 @@ def test_said_quantities_are_those_of_the_geometry(samples: Path, prefab_parts: 
     assert weights == 18 + 56
 
 
-def test_materials_come_from_the_type_or_the_part_or_are_not_said(samples: Path) -> None:
+def test_materials_come_from_the_type_or_the_part_or_are_not_stated(samples: Path) -> None:
     file = ifcopenshell.open(samples / "prefab.ifc")
     unknown = set()
     for product in file.by_type("IfcElement"):

@@ -79,7 +79,7 @@ def test_files_are_valid_against_their_schema(samples: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", IFC_FILES)
-def test_headers_name_no_tool_and_no_moment(samples: Path, name: str) -> None:
+def test_headers_name_neither_tool_nor_time(samples: Path, name: str) -> None:
     header = (samples / name).read_text("ascii").split("ENDSEC;")[0]
     assert "IfcOpenShell" not in header
     assert f"FILE_NAME('{name}','2024-01-01T00:00:00'" in header

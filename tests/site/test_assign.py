@@ -72,7 +72,7 @@ def test_the_site_file_goes_before_everything():
     assert crane_numbers(row(12), text)[0] == 1
 
 
-def test_a_crane_that_is_not_there_is_named():
+def test_a_missing_crane_is_named():
     with pytest.raises(ConfigError) as caught:
         crane_numbers(row(3), PLAIN + '[[component]]\nglobal_id = "part 0"\ncrane = "north"\n')
     assert caught.value.key == "component[0].crane"

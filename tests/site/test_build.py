@@ -245,7 +245,7 @@ def test_a_mast_in_the_way_of_a_part_is_refused():
     assert caught.value.key == "crane.base_m"
 
 
-def test_terrain_is_left_out_with_a_note_and_something_must_be_lifted():
+def test_terrain_is_left_out_with_a_note_and_at_least_one_part_is_lifted():
     hill = box_element("hill", (-5, -5, -2), (15, 15, 1), role=Role.GROUND)
     site = build(building=building_of(*frame_house().elements, hill))
     assert any("terrain" in note for note in site.notes)

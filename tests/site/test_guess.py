@@ -147,7 +147,7 @@ def test_the_finest_cell_size_that_plans_quickly(floors):
         assert cells(VOXEL_SIZES_M[VOXEL_SIZES_M.index(size_m) - 1]) > PLANNING_CELLS * 0.98
 
 
-def test_what_was_said_is_kept():
+def test_given_values_are_kept():
     said = SiteConfig(
         name="mine",
         model=ModelConfig(path="a.ifc", voxel_size_m=0.5, ground_m=-1.0, yaw_rad=0.25),
@@ -201,7 +201,7 @@ def test_parts_too_heavy_for_the_built_in_machines_get_a_larger_one_that_is_name
 
 
 @pytest.mark.parametrize("kind", ["luffing", "mobile"])
-def test_a_crane_of_another_kind_is_proposed_when_asked_for(kind):
+def test_a_crane_of_another_kind_is_proposed_on_request(kind):
     config = guess_site(frame_house(), ModelConfig(path="a.ifc"), machines=machines_called(kind))
     crane = crane_of(config)
     assert (config.crane.kind, crane.kind, crane.luffing is not None) == (kind, kind, True)
@@ -215,7 +215,7 @@ def test_a_crane_of_another_kind_is_proposed_when_asked_for(kind):
         assert low <= float(np.hypot(*(hook - base))) <= high
 
 
-def test_the_other_machines_that_would_do_are_named():
+def test_the_other_suitable_machines_are_named():
     names = cranes_that_fit(HOUSE, frame_house())
     assert HOUSE.crane.name in names
     assert {"luffing-40", "mobile-60t"} <= set(names)
@@ -223,7 +223,7 @@ def test_the_other_machines_that_would_do_are_named():
     assert "mobile-60t" not in cranes_that_fit(guess_site(heavy, ModelConfig(path="a.ifc")), heavy)
 
 
-def test_a_machine_that_cannot_carry_everything_is_proposed_all_the_same_when_asked_for():
+def test_a_machine_that_cannot_carry_everything_is_still_proposed_on_request():
     heavy = tower(2, 60_000.0)
     assert (
         guess_site(heavy, ModelConfig(path="a.ifc"), machines=machines_called("mobile-60t")).crane.name == "mobile-60t"

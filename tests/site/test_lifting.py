@@ -18,7 +18,7 @@ def test_without_anchors_the_point_is_above_the_centre_of_mass():
     assert (lifting.source, lifting.sling_rise_vox) == ("centre_of_mass", 0)
 
 
-def test_the_hook_is_as_high_as_the_angle_between_the_legs_asks():
+def test_the_hook_is_as_high_as_the_angle_between_the_legs_requires():
     anchored = replace(BEAM, lifting_points_m=((1.0, 0.2, 0.6), (7.0, 0.2, 0.6)))
     lifting = lifting_of(anchored, (4.0, 0.2), 0.75, 2.5, pi / 3, 0.25)
     # 3 m out, 30 degrees to the vertical: 5.196 m above the anchors, 2.546 m more than
@@ -33,7 +33,7 @@ def test_the_hook_is_as_high_as_the_angle_between_the_legs_asks():
     st.lists(st.tuples(st.floats(-5, 5), st.floats(-5, 5), st.floats(-1, 0)), min_size=1, max_size=4),
     st.floats(0.3, 2.0),
 )
-def test_no_leg_leans_more_than_half_the_angle(points, angle):
+def test_no_leg_leans_by_more_than_half_the_angle(points, angle):
     anchored = replace(BEAM, lifting_points_m=tuple(points))
     lifting = lifting_of(anchored, (0.0, 0.0), 0.0, 2.0, angle, 0.5)
     hook_m = 2.0 + 0.5 * lifting.sling_rise_vox

@@ -60,7 +60,7 @@ def test_the_nearest_built_in_machine_is_named():
         ({"name": "hammerhead-30", "base_m": (0.0, 0.0, 30.0)}, "crane.jib_height_m"),
     ],
 )
-def test_a_machine_that_makes_no_sense_is_refused(values, key):
+def test_an_invalid_machine_is_refused(values, key):
     with pytest.raises(ConfigError) as caught:
         crane_of(site(**values))
     assert caught.value.key == key
@@ -72,7 +72,7 @@ REEVINGS = (
 )
 
 
-def test_the_reeving_asked_for_is_used_else_the_one_that_carries_most():
+def test_the_requested_reeving_is_used_otherwise_the_one_that_carries_most():
     two = crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), reeving=REEVINGS, falls=2))
     assert (two.falls, two.hook_block_kg, two.gears, two.trolley.rate) == (2, 90.0, (), 1.2)
     four = crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), reeving=REEVINGS))
@@ -81,12 +81,12 @@ def test_the_reeving_asked_for_is_used_else_the_one_that_carries_most():
     assert (built_in.falls, built_in.chart.capacity_kg[0]) == (2, 5000.0)
 
 
-def test_a_chart_of_ones_own_brings_no_gears_and_hook_block_of_the_built_in_machine():
+def test_a_given_chart_brings_no_gears_or_hook_block_of_the_built_in_machine():
     own = crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), chart=((10.0, 3000.0),)))
     assert (own.gears, own.hook_block_kg, own.tackle_kg) == ((), 0.0, own.rigging_mass_kg)
 
 
-def test_a_reeving_that_a_built_in_machine_has_not_is_refused():
+def test_a_reeving_that_a_built_in_machine_lacks_is_refused():
     with pytest.raises(ConfigError, match="no reeving of 4 falls") as caught:
         crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), falls=4))
     assert caught.value.key == "crane.falls"
@@ -135,7 +135,7 @@ def test_a_luffing_machine_that_is_not_known_needs_every_key():
 
 
 @pytest.mark.parametrize(("name", "key"), [("west", "machine"), ("hammerhed-30", "name")])
-def test_a_crane_with_a_name_of_its_own_is_told_to_name_its_machine_beside_it(name, key):
+def test_a_crane_with_its_own_name_must_name_its_machine_too(name, key):
     config = SiteConfig(model=ModelConfig(path="a.ifc"), crane=CraneConfig(name=name, base_m=(0.0, 0.0)))
     with pytest.raises(ConfigError, match="is missing") as caught:
         crane_of(config)

@@ -127,7 +127,7 @@ def test_entries_are_found_by_id_or_global_id():
         ),
     ],
 )
-def test_entries_that_make_no_sense_are_refused(entries, key, said):
+def test_invalid_entries_are_refused(entries, key, said):
     with pytest.raises(ConfigError, match=said) as caught:
         entries_by_id(site(*entries), frame_house().elements)
     assert caught.value.key == key

@@ -78,7 +78,7 @@ def test_a_written_file_loads(tmp_path):
     assert loaded.crane == config.crane
 
 
-def test_the_examples_work_once_their_marks_are_taken_off():
+def test_the_examples_work_without_their_comment_marks():
     config = guess_site(frame_house(), ModelConfig(path="house.ifc"))
     text = site_toml(config, example_ids=["slab", "beam-0"])
     lines = text.splitlines()

@@ -56,7 +56,7 @@ def test_an_axis_brakes_as_ruckig_does_and_never_exceeds_its_limits(rate, accele
     assert braking.at(np.array([braking.duration_s + 1.0]))[0] == braking.end
 
 
-def test_slewing_at_full_rate_needs_the_degrees_and_seconds_that_its_own_figures_say():
+def test_slewing_at_full_rate_stops_in_the_documented_degrees_and_seconds():
     braking = brake(0.0, SLEWING.rate, 0.0, SLEWING)
     # v / a + a / j, and half of it at full rate.
     wanted_s = SLEWING.rate / SLEWING.acceleration + SLEWING.acceleration / SLEWING.jerk
@@ -122,7 +122,7 @@ def test_a_lift_stopped_anywhere_keeps_the_limits_holds_and_resumes_as_one_prove
 
 
 @pytest.mark.parametrize("which", [0, 1])
-def test_a_stop_told_soon_after_the_load_has_begun_to_move_keeps_the_limits(lifts, which):
+def test_a_stop_ordered_soon_after_the_load_starts_to_move_keeps_the_limits(lifts, which):
     plan, _, motions = lifts
     site, motion = plan.site, motions[which]
     rigged = rigged_crane(site, site.cranes[0], site.components[motion.component])

@@ -35,7 +35,7 @@ def test_any_missing_or_turned_face_is_noticed() -> None:
         assert not closed(TriangleMesh(box.vertices_m, faces))
 
 
-def test_openness_tells_sheets_from_shells() -> None:
+def test_openness_distinguishes_sheets_from_shells() -> None:
     box = box_mesh((0, 0, 0), (1, 1, 1))
     assert openness(box.triangles_m) == pytest.approx(0.0, abs=1e-12)
     assert openness(without_faces(box, 2, 3).triangles_m) == pytest.approx(1 / 5)

@@ -9,7 +9,7 @@ from bimvox.errors import InputError
 from bimvox.voxelization.lattice import TOLERANCE_M, cell_range, lattice_triangles, rounded, tolerance_vox
 
 
-def test_the_tolerance_is_a_tenth_of_a_millimetre_but_small_beside_a_cell() -> None:
+def test_the_tolerance_is_a_tenth_of_a_millimetre_but_small_relative_to_a_cell() -> None:
     assert tolerance_vox(0.25) == pytest.approx(TOLERANCE_M / 0.25)
     assert tolerance_vox(0.001) == 0.01
 
@@ -38,6 +38,6 @@ def test_ranges_do_not_spill_and_are_never_empty(low: float, high: float, expect
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 1e12])
-def test_coordinates_that_cannot_be_counted_are_refused(value: float) -> None:
+def test_coordinates_out_of_range_are_refused(value: float) -> None:
     with pytest.raises(InputError, match="vertex"):
         lattice_triangles(np.array([[value, 0.0, 0.0]]), np.zeros((1, 3), np.int32), 0.1, (0.0, 0.0, 0.0))

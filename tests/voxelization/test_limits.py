@@ -8,7 +8,7 @@ from bimvox.errors import GridTooLargeError
 from bimvox.voxelization.limits import cell_count, default_voxel_size_m, require_fit, round_voxel_sizes_m
 
 
-def test_the_offered_sizes_go_on_beyond_half_a_metre() -> None:
+def test_the_offered_sizes_continue_beyond_half_a_metre() -> None:
     assert list(itertools.islice(round_voxel_sizes_m(), 8)) == [0.05, 0.1, 0.2, 0.25, 0.5, 1.0, 2.0, 4.0]
 
 

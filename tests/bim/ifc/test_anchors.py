@@ -43,7 +43,7 @@ def test_a_drawn_anchor_is_held_at_its_top_and_the_beam_itself_is_none(model):
     assert points == ((5.0, 0.2, 0.7), (1.0, 0.2, 0.6))
 
 
-def test_a_lift_of_nothing_but_anchors_has_none(model):
+def test_a_lift_of_anchors_only_has_no_anchors(model):
     file, _, drawn = model
     meshes = {drawn.id(): box_element("a", (0, 0, 0), (1, 1, 1)).mesh}
     assert points_of_group(file, meshes, [drawn.id()], meshes, {}) == ()

@@ -118,7 +118,7 @@ with GeometryPool(Path("a.ifc"), timeout_s=60.0, command=[sys.executable, "-c", 
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_when_the_caller_dies_a_hung_worker_goes_too(number: signal.Signals) -> None:
+def test_if_the_caller_dies_a_hung_worker_ends_too(number: signal.Signals) -> None:
     caller = subprocess.Popen(
         [sys.executable, "-c", _CALLER, _SERVER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )

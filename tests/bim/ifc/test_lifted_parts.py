@@ -65,7 +65,7 @@ def test_light_parts_are_fittings() -> None:
         ("Insitute wall", False),
     ],
 )
-def test_what_is_cast_in_place_is_said(text: str, cast: bool) -> None:
+def test_what_is_cast_in_place_is_reported(text: str, cast: bool) -> None:
     assert is_cast_in_place(element("slab", material=text)) is cast
     found, said = roles([element("slab", material=text), element("beam")])
     assert found["slab"] is Role.COMPONENT

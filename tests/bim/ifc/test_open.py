@@ -155,7 +155,7 @@ def test_text_in_other_encodings_is_read(frame_file: Path, tmp_path: Path, encod
 @pytest.mark.parametrize(
     "content", [b"PK\x03\x04\x14\x00" * 50, b"%PDF-1.7\n" * 50, b"\x00" * 500, b"solid cube\n" * 9]
 )
-def test_another_kind_of_file_is_no_ifc(tmp_path: Path, content: bytes) -> None:
+def test_another_kind_of_file_is_not_ifc(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "a.ifc"
     path.write_bytes(content)
     with pytest.raises(IfcError, match="not an IFC file"):

@@ -56,7 +56,7 @@ def test_net_weight_comes_before_gross_and_absurd_weights_are_refused() -> None:
     assert (absurd.source, absurd.stated_refused) == ("default", True)
 
 
-def test_what_stands_already() -> None:
+def test_what_exists_already() -> None:
     made = IfcMaker()
     old, new = made.rooted("IfcWall"), made.rooted("IfcWall")
     made.properties(old, "Pset_WallCommon", Status="EXISTING")

@@ -12,7 +12,7 @@ QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 FACES = np.array([half for a, b, c, d in QUADS for half in ((a, b, c), (a, c, d))], dtype=np.int32)
 
 
-def test_an_inside_out_box_with_waste_comes_clean() -> None:
+def test_an_inside_out_box_with_waste_is_cleaned() -> None:
     vertices = np.concatenate([[[9.0, 9.0, 9.0]], CORNERS])
     faces = np.concatenate([FACES[:, ::-1] + 1, [[1, 1, 2]]]).astype(np.int32)
     shape = clean_shape(vertices, faces)
@@ -22,7 +22,7 @@ def test_an_inside_out_box_with_waste_comes_clean() -> None:
     assert np.array_equal(shape.mesh.vertices_m, CORNERS)
 
 
-def test_what_is_no_surface_says_why() -> None:
+def test_shapes_that_are_not_a_surface_say_why() -> None:
     assert clean_shape(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32)) == "no triangles"
     flat = clean_shape(np.zeros((3, 3)), np.array([[0, 1, 2]], dtype=np.int32))
     assert flat == "its triangles have no area"

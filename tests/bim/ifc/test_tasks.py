@@ -55,7 +55,7 @@ def test_sequences_rank_the_products_of_their_tasks(schema, by):
     assert tasks_of_products(made.file)[0][one.id()].name == "late"
 
 
-def test_tasks_that_nothing_orders_go_on_together_and_dates_order_them():
+def test_tasks_that_nothing_orders_run_in_parallel_and_dates_order_them():
     made = Schedule()
     one, two, three = made.beam(), made.beam(), made.beam()
     made.task("a", one, start="2026-03-02T08:00:00")
@@ -82,7 +82,7 @@ def test_a_sequence_between_summaries_holds_for_their_subtasks():
     assert made.ranks(one, two) == [0, 1]
 
 
-def test_starting_together_is_no_order_and_a_circle_is_noted():
+def test_starting_together_is_not_an_order_and_a_circle_is_noted():
     made = Schedule()
     one, two = made.beam(), made.beam()
     first, then = made.task("a", one), made.task("b", two)
@@ -94,7 +94,7 @@ def test_starting_together_is_no_order_and_a_circle_is_noted():
     assert "in a circle" in tasks_of_products(made.file)[1][0]
 
 
-def test_building_counts_and_taking_down_does_not():
+def test_building_counts_and_demolition_does_not():
     made = Schedule()
     beam, old, crane = made.beam(), made.beam(), made.rooted("IfcTransportElement")
     made.task("deliver", beam, kind="LOGISTIC", start="2026-01-01")

@@ -98,7 +98,7 @@ def test_primitives_without_material_or_indices_are_joined() -> None:
     assert body.faces.tolist() == [[0, 1, 2], [4, 5, 6]]
 
 
-def test_lines_and_points_are_told() -> None:
+def test_lines_and_points_are_reported() -> None:
     contents = read(tree(mode=1))
     assert contents.bodies == ()
     assert contents.left_out == (("one", "points or lines"),)
@@ -127,7 +127,7 @@ def test_interleaved_and_sparse_positions() -> None:
     assert read(document).bodies[0].vertices.tolist() == [[0, 0, 0], [1, 1, 0], [0, 1, 0], [1, 1, 0]]
 
 
-def test_a_buffer_beside_the_file(tmp_path: Path) -> None:
+def test_a_buffer_next_to_the_file(tmp_path: Path) -> None:
     files = gltf_files()
     for name, content in files.items():
         (tmp_path / name).write_bytes(content)
@@ -145,7 +145,7 @@ def test_a_buffer_beside_the_file(tmp_path: Path) -> None:
         read(document, tmp_path / "model.gltf")
 
 
-def test_the_hash_of_the_source_covers_the_buffers_beside_it(tmp_path: Path) -> None:
+def test_the_hash_of_the_source_covers_the_buffers_next_to_it(tmp_path: Path) -> None:
     for name, content in gltf_files().items():
         (tmp_path / name).write_bytes(content)
     path = tmp_path / "model.gltf"
@@ -184,7 +184,7 @@ def test_a_required_extension_that_is_not_known(extension: str, message: str) ->
         read(tree() | {"extensionsRequired": [extension]})
 
 
-def test_draco_without_a_fallback_though_not_required() -> None:
+def test_draco_without_a_fallback_although_not_required() -> None:
     document = tree(extensions={"KHR_draco_mesh_compression": {"bufferView": 0}})
     assert len(read(document).bodies) == 1
     del document["accessors"][0]["bufferView"]
@@ -208,13 +208,13 @@ def test_instancing_by_extension_is_refused_not_forgotten() -> None:
         ([{"mesh": 0}], [0, 0]),
     ],
 )
-def test_a_tree_that_is_none(nodes: list[dict[str, Any]], roots: list[int]) -> None:
+def test_an_invalid_tree(nodes: list[dict[str, Any]], roots: list[int]) -> None:
     document = tree() | {"nodes": nodes, "scenes": [{"nodes": roots}]}
     with pytest.raises(MeshError, match="two parents, or is its own"):
         read(document)
 
 
-def test_repeating_a_mesh_beyond_use_is_refused() -> None:
+def test_excessive_repetition_of_a_mesh_is_refused() -> None:
     document = tree(order=np.zeros(60_000, dtype="<u2"))
     document["nodes"] = [{"mesh": 0}] * 1_100
     document["scenes"] = [{"nodes": list(range(1_100))}]
@@ -258,5 +258,5 @@ def test_a_cut_glb_is_refused() -> None:
             read_gltf(Path("a.glb"), data[:keep])
 
 
-def test_inline_buffers_equal_those_beside() -> None:
+def test_inline_buffers_equal_those_next_to_the_file() -> None:
     assert with_inline_buffers(gltf_files())["buffers"][0]["uri"].startswith("data:")

@@ -44,14 +44,14 @@ def test_corners_in_every_notation() -> None:
     assert len(body.faces) == 2
 
 
-def test_a_concave_face_is_covered_and_nothing_beside_it() -> None:
+def test_a_concave_face_is_covered_and_nothing_else() -> None:
     text = "v 0 0 0\nv 4 0 0\nv 4 1 0\nv 1 1 0\nv 1 3 0\nv 0 3 0\nf 4 5 6 1 2 3\n"
     (body,) = read_obj(PATH, text.encode()).bodies
     a, b, c = np.moveaxis(body.vertices[body.faces], 1, 0)
     assert np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 == pytest.approx(6.0)
 
 
-def test_lines_and_points_are_told() -> None:
+def test_lines_and_points_are_reported() -> None:
     contents = read_obj(PATH, (SQUARE + "l 1 2\nl 2 3\n").encode())
     assert contents.bodies == ()
     assert contents.left_out == (("", "2 lines"),)
@@ -73,7 +73,7 @@ def test_damage_is_named(text: str, message: str) -> None:
         read_obj(PATH, text.encode())
 
 
-def test_corners_that_are_not_there_make_no_number() -> None:
+def test_missing_corners_make_no_number() -> None:
     (body,) = read_obj(PATH, (SQUARE + f"f 1 2 3\nf 1 2 99\nf 0 1 2\nf 1 2 -9\nf 1 2 {10**30}\n").encode()).bodies
     finite = np.isfinite(body.vertices[body.faces]).all(axis=(1, 2))
     assert finite.tolist() == [True, False, False, False, False]

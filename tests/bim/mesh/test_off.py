@@ -52,5 +52,5 @@ def test_damage_is_named(text: str, message: str) -> None:
         read_off(PATH, text.encode())
 
 
-def test_points_are_told() -> None:
+def test_points_are_reported() -> None:
     assert read_off(PATH, ("OFF\n4 0 0\n" + SQUARE).encode()).left_out == (("", "4 points"),)

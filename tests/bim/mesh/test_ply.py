@@ -72,7 +72,7 @@ def test_values_that_the_header_does_not_announce_are_passed_over() -> None:
     assert len(body.faces) == 3
 
 
-def test_points_are_told() -> None:
+def test_points_are_reported() -> None:
     data = HEADER.format(format="ascii").replace("face 2", "face 0") + "".join(f"{x} {y} {z} 1\n" for x, y, z in POINTS)
     assert read_ply(PATH, data.encode()).left_out == (("", "5 points"),)
 
@@ -121,6 +121,6 @@ def test_damage_is_named(data: bytes, message: str) -> None:
         read_ply(PATH, data)
 
 
-def test_corners_that_cannot_be_make_no_number() -> None:
+def test_impossible_corners_make_no_number() -> None:
     (body,) = read_ply(PATH, text().replace(b"3 0 1 4", b"3 0 1 44")).bodies
     assert np.isfinite(body.vertices[body.faces]).all(axis=(1, 2)).sum() == 2

@@ -63,7 +63,7 @@ def test_a_huge_count_is_refused_by_the_size_of_the_file() -> None:
         read_stl(PATH, b"\0" * 80 + struct.pack("<I", 0xFFFFFFFF) + b"\0" * 1000)
 
 
-def test_words_that_are_no_numbers_are_named() -> None:
+def test_words_that_are_not_numbers_are_named() -> None:
     text = stl.export_stl_ascii(box()).replace("vertex 1.0", "vertex l.0", 1)
     with pytest.raises(MeshError, match=r"'l\.0' is not a number"):
         read_stl(PATH, text.encode())

@@ -58,7 +58,7 @@ def test_components_within_components_are_placed() -> None:
     assert np.cross(b - a, c - a)[2] > 0
 
 
-def test_what_is_not_built_is_not_read_and_supports_are_told() -> None:
+def test_what_is_not_built_is_not_read_and_supports_are_reported() -> None:
     objects = one() + f'<object id="2">{MESH}</object><object id="3" type="support" name="s">{MESH}</object>'
     contents = read_3mf(PATH, package(objects, '<item objectid="1"/><item objectid="3"/>'))
     assert [body.name for body in contents.bodies] == ["wall"]

@@ -28,7 +28,7 @@ def test_a_token_that_is_weak_or_breaks_the_address_is_refused(given):
 @pytest.mark.parametrize(
     "path", ["/", "", f"/{TOKEN}x", f"/{TOKEN[:-1]}", f"/x?{TOKEN}", TOKEN, f"//{TOKEN}", "/\udcff"]
 )
-def test_who_does_not_know_the_token_is_refused(path):
+def test_a_client_without_the_token_is_refused(path):
     refused = refusal(path, [], TOKEN)
     assert refused is not None
     assert refused[0] is HTTPStatus.UNAUTHORIZED

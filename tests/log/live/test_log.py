@@ -73,7 +73,7 @@ def test_a_closed_live_log_is_sound_and_grows_meanwhile(tmp_path: Path) -> None:
     log.close()
 
 
-def test_how_far_it_was_driven_is_known_without_reading_its_messages(tmp_path: Path) -> None:
+def test_how_far_it_was_carried_out_is_known_without_reading_its_messages(tmp_path: Path) -> None:
     path = tmp_path / "live.mcap"
     log = LiveLog(path, RECORD, {"note.txt": b"kept"}, every_s=60.0)
     begun = path.stat().st_size
@@ -94,7 +94,7 @@ def test_how_far_it_was_driven_is_known_without_reading_its_messages(tmp_path: P
         driven_of(tmp_path / "none.mcap")
 
 
-def test_a_full_disk_is_said_to_the_next_writer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_is_reported_to_the_next_writer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log = LiveLog(tmp_path / "live.mcap", RECORD, {}, every_s=0.01)
 
     def full() -> None:

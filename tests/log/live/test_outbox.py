@@ -36,7 +36,7 @@ def test_the_messages_of_all_cranes_at_one_moment_are_kept():
     assert everything(outbox) == [Message("/tf", 2, b"first"), Message("/tf", 2, b"second")]
 
 
-def test_new_standing_messages_replace_all_that_waits_of_their_topic():
+def test_new_standing_messages_replace_all_waiting_messages_of_their_topic():
     outbox = Outbox()
     outbox.keep("/scene", [Message("/scene", 1, b"old")] * 3)
     outbox.add(Message("/scene", 2, b"old"), 1)

@@ -62,7 +62,7 @@ def waited_for(what: Callable[[], bool]) -> bool:
     return True
 
 
-def test_who_does_not_know_the_token_is_refused(server):
+def test_a_client_without_the_token_is_refused(server):
     for url in (server.url.removesuffix(TOKEN), f"{server.url}x"):
         with pytest.raises(InvalidStatus) as refused:
             connected(url)
@@ -148,7 +148,7 @@ def test_what_waits_for_viewers_that_never_read_is_bounded(server):
         assert max(own) <= BUFFER_BYTES
 
 
-def test_a_viewer_that_takes_nothing_is_dropped_without_a_line(server, monkeypatch, capfd):
+def test_a_viewer_that_reads_nothing_is_dropped_without_a_message(server, monkeypatch, capfd):
     monkeypatch.setattr(server_module, "_STALLED_S", 0.2)
     with connected(server.url, max_queue=1) as slow, connected(server.url) as quick:
         subscribe(slow, topics.SCENE)
@@ -163,7 +163,7 @@ def test_a_viewer_that_takes_nothing_is_dropped_without_a_line(server, monkeypat
     assert capfd.readouterr().err == ""
 
 
-def test_viewers_that_go_leave_no_line(server, capfd):
+def test_viewers_that_leave_print_nothing(server, capfd):
     for _ in range(5):
         with suppress(OSError, ConnectionClosed), connected(server.url, max_queue=1) as viewer:
             subscribe(viewer, topics.SCENE)
@@ -175,7 +175,7 @@ def test_viewers_that_go_leave_no_line(server, capfd):
     assert capfd.readouterr().err == ""
 
 
-def test_a_port_that_is_in_use_is_said(server):
+def test_a_port_in_use_is_reported(server):
     port = server.url.split(":")[2].split("/")[0]
     with pytest.raises(InputError, match=f"cannot serve on 127.0.0.1:{port}"):
         LiveServer("127.0.0.1", int(port), TOKEN)

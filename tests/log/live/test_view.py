@@ -107,7 +107,7 @@ def test_the_path_of_every_lift_under_way_is_sent(record):
     assert ways == by_crane
 
 
-def test_what_was_shown_before_is_taken_away_first(record):
+def test_what_was_shown_before_is_removed_first(record):
     """A removed obstruction must disappear for viewers that stay connected."""
     updates = [message for _, topic, message in standing_messages(record, 0) if topic == topics.SCENE]
     assert [deletion.type for deletion in updates[0].deletions] == [SceneEntityDeletion.ALL]
@@ -132,7 +132,7 @@ def test_a_live_log_takes_every_cranes_topics(record, tmp_path):
     assert {topics.of_crane(name, 1) for name in topics.OF_A_CRANE} <= there
 
 
-def test_a_load_that_is_held_hangs_where_it_came_to_rest(record):
+def test_a_held_load_hangs_where_it_came_to_rest(record):
     site, motion = record.plan.site, record.motions[0]
     lift = next(lift for lift in record.plan.lifts if lift.order == motion.order)
     begun_ns = motion.start_ns + int(motion.loaded.time_ns[len(motion.loaded.time_ns) // 2])

@@ -44,7 +44,7 @@ def test_many_messages_are_serialized_as_protobuf_does(told):
 
 @settings(max_examples=100, deadline=None)
 @given(names, names, st.lists(st.tuples(times, doubles, doubles), min_size=1, max_size=10))
-def test_messages_within_messages_say_how_long_they_are(first, second, told):
+def test_nested_messages_have_their_length(first, second, told):
     """Nested messages of any length, next to constant ones and to empty ones that are present."""
 
     def frames(time_ns: int, row: Any) -> Any:
@@ -94,14 +94,14 @@ def test_forms_that_follow_each_other(name, told):
         assert data == bytes_of(both)
 
 
-def test_a_value_that_has_no_place_or_two_is_noticed():
+def test_a_value_with_no_place_or_with_two_is_noticed():
     with pytest.raises(AssertionError, match="does not occur exactly once"):
         Form(lambda time_ns, row: JointState(position=row[0]), 2)
     with pytest.raises(AssertionError, match="does not occur exactly once"):
         Form(lambda time_ns, row: Vector3(x=row[0], y=row[0]), 1)
 
 
-def test_a_message_that_is_of_another_form_is_noticed():
+def test_a_message_of_another_form_is_noticed():
     form = Form(lambda time_ns, row: Vector3(x=row[0], y=row[0] if row[0] == 1.0 else 0.0), 1)
     with pytest.raises(AssertionError, match="differs from protobuf's own"):
         form.serialized(np.array([0], np.int64), np.array([[1.0]]))

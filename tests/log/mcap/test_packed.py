@@ -10,7 +10,7 @@ strings = st.lists(st.binary(max_size=20), max_size=10)
 
 
 @given(strings)
-def test_what_is_packed_comes_back(told: list[bytes]) -> None:
+def test_packing_is_undone_by_unpacking_messages(told: list[bytes]) -> None:
     there = packed(told)
     assert len(there) == len(told)
     assert list(there) == told

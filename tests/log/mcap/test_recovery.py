@@ -40,7 +40,7 @@ def chunks_of(data: bytes) -> list[tuple[int, int]]:
         (b"\x89MCAP0\r\n", "truncated"),
     ],
 )
-def test_what_is_no_log_is_refused(content: bytes, message: str, tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_log_is_refused(content: bytes, message: str, tmp_path: Path) -> None:
     path = tmp_path / "bad.mcap"
     path.write_bytes(content)
     with pytest.raises(LogFileError, match=message) as caught:
@@ -193,7 +193,7 @@ def read_contents_plan(data: bytes, folder: Path) -> LiftPlan:
     return read_log(path).plan
 
 
-def test_a_bit_flipped_in_metadata_is_told_though_it_cannot_be_found(data: bytes) -> None:
+def test_a_bit_flipped_in_metadata_is_reported_although_it_cannot_be_located(data: bytes) -> None:
     """Metadata records have no checksum; that of the whole file shows that something was changed."""
     whole = read_contents(data, "log")
     for start, end in records_of(data, 0x0C):
@@ -218,7 +218,7 @@ def test_attachments_of_a_truncated_log_are_those_before_the_cut(data: bytes) ->
         assert f"the attachment {list(whole.attachments)[n]}" in saved.lost[-1]
 
 
-def test_a_log_cut_before_its_site_cannot_be_a_plan_again(data: bytes, tmp_path: Path) -> None:
+def test_a_log_truncated_before_its_site_cannot_become_a_plan(data: bytes, tmp_path: Path) -> None:
     path = tmp_path / "head.mcap"
     path.write_bytes(data[:2000])
     with pytest.raises(LogFileError):

@@ -27,7 +27,7 @@ def some_actions(batch, random, greedy_share):
 
 @settings(max_examples=40, deadline=None)
 @given(specs(), st.integers(0, 2**31), TOWARDS, st.integers(1, 3))
-def test_batched_agrees_with_the_rules_played_slowly(spec, seed, greedy_share, turns):
+def test_batched_agrees_with_the_slow_reference(spec, seed, greedy_share, turns):
     batch = BatchedPaperSite(spec, 3, observation="paper", seed=seed, turns=turns)
     batch.keep_distance_field()
     try:
@@ -116,7 +116,7 @@ def life(batch, steps=60):
     return seen
 
 
-def test_neither_threads_nor_neighbours_change_a_life():
+def test_neither_threads_nor_neighbours_change_an_episode():
     one, two = (life(BatchedPaperSite(OBSTRUCTED, 600, seed=4, threads=threads)) for threads in (1, 2))
     few = life(BatchedPaperSite(OBSTRUCTED, 5, seed=4))
     other = life(BatchedPaperSite(OBSTRUCTED, 5, seed=5))
@@ -190,7 +190,7 @@ def test_optimal_play_builds_the_frame():
     assert steps.max() < batch.spec.steps_allowed / 2
 
 
-def test_what_cannot_work_is_refused():
+def test_impossible_arguments_are_refused():
     with pytest.raises(ValueError, match="observation: 'x' is unknown; there are paper"):
         BatchedPaperSite(PAPER, 1, observation="x")
     with pytest.raises(ValueError, match="reward: 'x' is unknown; there are paper"):

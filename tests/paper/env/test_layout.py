@@ -76,7 +76,7 @@ def test_random_targets_reach_the_whole_area_and_a_frame_stays_a_frame():
     assert moves == {(dx, dy, 0) for dx in range(-3, 2) for dy in range(-3, 2)}
 
 
-def test_a_walled_target_has_no_way():
+def test_a_walled_target_has_no_path():
     walls = (obstruction(6, 6, "x"), obstruction(6, 8, "x"), obstruction(6, 7, "x", 1), obstruction(8, 7, "x", 1))
     layout = PaperLayout((YardPose(0, 0),), HERE, walls)
     assert not is_solvable(PAPER, layout)

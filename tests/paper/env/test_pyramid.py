@@ -89,7 +89,7 @@ def test_goal_and_last_action():
     np.testing.assert_array_equal(out[-6:], [0, 0, 0, 1, 0, 0])
 
 
-def test_what_is_seen_does_not_depend_on_where_on_the_site():
+def test_the_observation_does_not_depend_on_the_place_on_the_site():
     """The observation is egocentric: equal surroundings far from any border give equal observations."""
     near, far = np.zeros((130, 130, 90), np.bool_), np.zeros((130, 130, 90), np.bool_)
     near[58:61, 57:60, 44] = True

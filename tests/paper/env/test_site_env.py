@@ -52,7 +52,7 @@ def test_the_window_by_hand():
     assert np.argwhere(goal).tolist() == [[5 + 5, 5 + 3]]
 
 
-def test_seed_twins_live_the_same_life():
+def test_equal_seeds_give_equal_episodes():
     first, second = PaperSiteEnv(OBSTRUCTED), PaperSiteEnv(OBSTRUCTED)
     actions = np.random.default_rng(1).integers(6, size=120)
     for seed in (0, 1, None):

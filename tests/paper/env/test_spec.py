@@ -42,7 +42,7 @@ def test_a_beam_waits_for_the_columns_that_carry_it():
     assert alone.waits_for(3) == ()
 
 
-def test_what_still_waits_is_passed_over():
+def test_components_that_still_wait_are_skipped():
     parts = FOUR_COLUMNS_FOUR_BEAMS.components
     shuffled = replace(
         FOUR_COLUMNS_FOUR_BEAMS, components=(parts[4], parts[1], parts[5], parts[0], *parts[6:], *parts[2:4])
@@ -91,13 +91,13 @@ def test_what_still_waits_is_passed_over():
         ("max_steps", {"max_steps": 0}),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_refused_by_the_name_of_its_field(field, changes):
+def test_impossible_values_are_refused_by_field(field, changes):
     with pytest.raises(ValueError) as refusal:
         replace(PAPER, **changes)
     assert str(refusal.value).startswith(field + ":"), refusal.value
 
 
-def test_the_error_says_what_would_do():
+def test_the_error_says_what_would_be_valid():
     with pytest.raises(ValueError, match="never turned"):
         PaperSpec((9, 9, 5), (3, 3, 6, 6), (beam(3, (3, 3, 1), "x", start=YardPose(0, 0, "y")),))
     assert isinstance(PAPER.components[0], PaperComponent)

@@ -41,7 +41,7 @@ def test_ended_episodes_leave_their_last_observation_and_info():
     assert not np.array_equal(infos["final_obs"][0], observations[0])
 
 
-def test_copies_are_the_users_and_views_are_not():
+def test_copies_belong_to_the_user_and_views_do_not():
     kept, shared = PaperVectorEnv(2), PaperVectorEnv(2, copy=False)
     actions = np.array([0, 3])
     for env in (kept, shared):
@@ -64,7 +64,7 @@ def test_seeding():
     assert not np.array_equal(PaperVectorEnv(4).reset()[0], PaperVectorEnv(4).reset()[0])
 
 
-def test_gymnasiums_wrappers_take_it():
+def test_gymnasiums_wrappers_accept_it():
     env = gymnasium.wrappers.vector.RecordEpisodeStatistics(PaperVectorEnv(3, max_steps=4))
     env.reset(seed=0)
     for _ in range(4):

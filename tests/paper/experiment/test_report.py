@@ -43,7 +43,7 @@ def test_the_modes_stand_side_by_side():
     assert "| 6,250 | 6 of 6 | 0 of 6 |" in row
 
 
-def test_what_was_not_reached_is_said_to_be_more_than_the_budget():
+def test_what_was_not_reached_is_reported_as_more_than_the_budget():
     text = report(results())
     ablation = text.split("## Ablation")[1].split("##")[0]
     assert "| paper | paper | 0 of 1 | > 40,000 | 60.0% |" in ablation
@@ -59,7 +59,7 @@ def test_the_teacher_is_disclosed():
     assert "paper 0.10 ms" in text
 
 
-def test_missing_results_are_said_at_the_top():
+def test_missing_results_are_reported_at_the_top():
     assert "Not complete" not in report(results())
     assert "**Not complete**: 2 results are missing" in report(replace(results(), missing=("x", "y")))
 

@@ -26,7 +26,7 @@ def test_a_rate_stays_a_rate_and_one_seed_has_no_interval():
     assert (alone.low, alone.high, alone.count) == (0.3, 0.3, 1)
 
 
-def test_medians_where_some_did_not_get_there():
+def test_medians_if_some_did_not_succeed():
     assert CensoredSteps((2_000, None, 4_000), 10_000).median == 4_000
     assert CensoredSteps((2_000, None, None), 10_000).median is None
     assert CensoredSteps((2_000, None, None), 10_000).text() == "> 10,000"

@@ -67,7 +67,7 @@ def test_of_ten_trials_the_one_of_the_highest_reward_is_kept(fakes):
     assert fakes.ran_on == [LAYOUT] * 10  # the trial ignores obstructions
 
 
-def test_a_path_that_is_not_hit_is_kept_and_nothing_is_trained(fakes):
+def test_an_unblocked_path_is_kept_and_nothing_is_trained(fakes):
     adapted = adapt(BASIC, STRAIGHT, TINY, SLOW, ELSEWHERE, seed=0)
     assert adapted.episode is STRAIGHT
     assert adapted.network is BASIC
@@ -82,7 +82,7 @@ def test_the_simulation_stops_at_the_collision():
     assert collision_of(TINY, ELSEWHERE, STRAIGHT) is None
 
 
-def test_a_blocked_move_of_the_plan_itself_is_no_collision():
+def test_a_blocked_move_of_the_plan_itself_is_not_a_collision():
     planned = replace(
         STRAIGHT,
         actions=np.array([LEFT, *STRAIGHT.actions]),
@@ -91,7 +91,7 @@ def test_a_blocked_move_of_the_plan_itself_is_no_collision():
     assert collision_of(TINY, ELSEWHERE, planned) is None
 
 
-def test_a_path_that_is_hit_is_learned_again_until_eight_of_ten_succeed(fakes):
+def test_a_blocked_path_is_learned_again_until_eight_of_ten_succeed(fakes):
     seven_and_better = (STRAIGHT, *outcomes(7)[1:])
     fakes.episodes = (outcomes(0), seven_and_better, (LONGER, STRAIGHT, *outcomes(8)[2:]))
     adapted = adapt(BASIC, STRAIGHT, TINY, replace(SLOW, retrain_budget=2_000), IN_THE_WAY, seed=0)
@@ -106,7 +106,7 @@ def test_a_path_that_is_hit_is_learned_again_until_eight_of_ten_succeed(fakes):
     assert adapted.network is not BASIC  # the new policy of the site
 
 
-def test_a_failed_episode_is_never_built_by(fakes):
+def test_a_failed_episode_is_never_the_plan(fakes):
     fakes.episodes = (outcomes(0), (*outcomes(8)[:8], replace(FAILED, reward=99.0), FAILED))
     assert adapt(BASIC, STRAIGHT, TINY, SLOW, IN_THE_WAY, seed=0).episode is LONGER
 
@@ -130,7 +130,7 @@ def test_not_learned_within_the_budget_is_a_result(fakes):
     assert adapted.success_rate == pytest.approx(0.3)
 
 
-def test_a_plan_that_never_arrived_is_learned_even_where_nothing_is_hit(fakes):
+def test_a_plan_that_never_arrived_is_learned_even_if_unblocked(fakes):
     fakes.episodes = (outcomes(0), outcomes(9))
     adapted = adapt(BASIC, FAILED, TINY, SLOW, ELSEWHERE, seed=0)
     assert adapted.retrained and adapted.succeeded

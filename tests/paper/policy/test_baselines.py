@@ -12,13 +12,13 @@ from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, PAPER
 from bimvox.paper.policy.baselines import Requirement, field_seconds, random_policy, tabular_q, teacher_moves
 
 
-def test_the_teacher_takes_the_shortest_way_from_every_start():
+def test_the_teacher_takes_the_shortest_path_from_every_start():
     starts = yard_layouts(PAPER)
     expected = [abs(layout.starts[0].x - 7) + abs(layout.starts[0].y - 7) + 1 for layout in starts]
     assert teacher_moves(PAPER, starts).tolist() == expected
 
 
-def test_the_teacher_says_where_there_is_no_way():
+def test_the_teacher_says_if_there_is_no_path():
     boxes = (((0, 1, 1), (5, 2, 4)), ((0, 3, 1), (5, 4, 4)), ((1, 2, 1), (2, 3, 4)), ((3, 2, 1), (4, 3, 4)))
     walled = PaperLayout((YardPose(0, 4, "x"),), ((2, 2, 1),), boxes)
     assert teacher_moves(TINY, [walled]).tolist() == [-1]

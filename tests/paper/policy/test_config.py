@@ -101,6 +101,6 @@ def test_what_was_added_later_is_left_out_at_its_default():
     assert paper_config_from_dict(changed.to_dict()) == changed
 
 
-def test_images_only_of_what_has_them():
+def test_images_only_of_observations_that_have_them():
     with pytest.raises(ValueError, match="symmetry: the observation 'paper' has no images"):
         replace(PAPER_MODE, symmetry=True)

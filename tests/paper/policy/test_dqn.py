@@ -124,7 +124,7 @@ def test_training_by_priority_and_by_images_is_the_same_twice():
 
 
 @pytest.mark.parametrize("goes_on", [True, False])
-def test_whether_the_value_goes_on_at_the_step_limit(goes_on):
+def test_whether_the_value_continues_at_the_step_limit(goes_on):
     learner = dqn(bootstrap_at_limit=goes_on, learning_starts=10_000)
     learner.learn(60)
     memory, filled = learner._memory()
@@ -143,7 +143,7 @@ def test_the_same_seed_gives_the_same_weights():
         np.testing.assert_array_equal(networks[1][name], array)
 
 
-def test_an_average_is_kept_beside_the_network_in_training():
+def test_an_average_is_kept_next_to_the_network_in_training():
     learner = dqn(QUICK, averaging=0.01)
     learner.learn(400)
     live, kept = learner._learner.network(), learner.network

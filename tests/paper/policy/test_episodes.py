@@ -33,7 +33,7 @@ def test_a_replay_stops_at_the_first_collision():
     assert episode.path_cells == ((0, 2, 2),)
 
 
-def test_a_blocked_move_is_no_part_of_the_path():
+def test_a_blocked_move_is_not_part_of_the_path():
     (episode,) = run_episodes(always(LEFT), TINY, [CORNER], exploration=0.0, seed=0, **WINDOW)
     assert episode.steps == TINY.steps_allowed
     assert episode.bumped.all()

@@ -67,7 +67,7 @@ def test_not_learned_within_the_budget_is_a_result(fakes):
     assert basic.network is fakes.networks[1]  # the best tested network
 
 
-def test_our_mode_wants_every_start_without_random_actions_too(fakes):
+def test_our_mode_requires_every_start_without_random_actions_too(fakes):
     fakes.rates, fakes.greedy = (1.0, 1.0), 0.9
     assert not initialize(TINY, replace(SLOW, greedy_too=True), seed=0, budget=400).reached
     assert initialize(TINY, SLOW, seed=0, budget=400).reached

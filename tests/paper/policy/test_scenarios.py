@@ -35,7 +35,7 @@ LAYOUTS = [layout for layout in random_layouts(PAPER, 40, 0) if long_enough(layo
 
 
 @pytest.mark.parametrize("layout", LAYOUTS, ids=lambda layout: "{0.x}-{0.y}-{0.axis}".format(*layout.starts))
-def test_obstructions_lie_on_the_path_and_leave_a_way(layout):
+def test_obstructions_are_on_the_path_and_leave_another_path(layout):
     path = path_of(layout)
     scenarios = make_scenarios(PAPER, layout, path)
     assert list(scenarios) == ["a", "b", "c", "d"]
@@ -67,7 +67,7 @@ def test_close_to_the_start_and_close_to_the_target():
     assert abs(first[0][1] - second[0][1]) == 3  # end to end
 
 
-def test_the_longest_way_round_counts():
+def test_the_longest_detour_counts():
     layout = PaperLayout((YardPose(0, 6, "y"),), (TARGET,))
     scenarios = make_scenarios(PAPER, layout, path_of(layout))
     straight = teacher_moves(PAPER, [layout])[0]

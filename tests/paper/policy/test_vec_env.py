@@ -13,7 +13,7 @@ from bimvox.paper.env.presets import PAPER
 from bimvox.paper.policy.vec_env import PaperVecEnv
 
 
-def test_steps_as_stable_baselines_wants_them():
+def test_steps_in_the_form_of_stable_baselines():
     env = PaperVecEnv(BatchedPaperSite(PAPER, 2, observation="paper"))
     assert env.reset().shape == (2, 15, 15, 6)
     env.batch.place(0, PaperLayout((YardPose(4, 7, "y"),), ((7, 7, 1),)))
@@ -31,7 +31,7 @@ def test_steps_as_stable_baselines_wants_them():
 
 
 @pytest.mark.parametrize("copy", [True, False])
-def test_the_last_but_one_observation_still_holds(copy):
+def test_the_observation_before_the_last_is_still_valid(copy):
     env = PaperVecEnv(BatchedPaperSite(PAPER, 3, seed=1, turns=2), copy=copy)
     last = env.reset()
     for _ in range(4):
@@ -60,7 +60,7 @@ def test_attributes_are_shared_and_methods_refused():
         env.env_method("reset")
 
 
-def test_a_learner_takes_it():
+def test_a_learner_accepts_it():
     torch.set_num_threads(1)  # more threads are slower on layers this small
     env = VecMonitor(PaperVecEnv(BatchedPaperSite(PAPER, 4, observation="paper", seed=0, turns=2), copy=False))
     dqn = DQN("MlpPolicy", env, learning_starts=50, buffer_size=500, seed=0, policy_kwargs={"net_arch": [8]})

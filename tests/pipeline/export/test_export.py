@@ -22,7 +22,7 @@ def test_mcap_of_chosen_lifts_holds_those_and_no_others(site_folder, planned):
     assert document["messages"] > 0
 
 
-def test_csv_has_a_row_a_sample_and_a_table_of_lifts(site_folder, planned):
+def test_csv_has_one_row_per_sample_and_a_table_of_lifts(site_folder, planned):
     document = run(site_folder, to="csv", out=site_folder / "path.csv")
     rows = list(csv.DictReader((site_folder / "path.csv").open()))
     assert len(rows) == document["messages"]

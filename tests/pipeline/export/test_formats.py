@@ -50,7 +50,7 @@ def issues(file: Any) -> list[Any]:
     return list(logger.statements)
 
 
-def test_ifc_holds_a_task_a_lift_to_the_second_and_all_that_it_held(site_folder: Path) -> None:
+def test_ifc_has_one_task_per_lift_to_the_second_and_all_its_content(site_folder: Path) -> None:
     model = site_folder / "frame.ifc"
     before = model.read_bytes()
     out = site_folder / "out.ifc"
@@ -253,7 +253,7 @@ def test_a_ros2_bag_holds_joints_paths_and_frames(site_folder: Path) -> None:
     assert sorted(path.name for path in site_folder.iterdir() if path.name.startswith(".")) == []
 
 
-def test_a_full_disk_is_told_and_leaves_no_schedule(site_folder: Path) -> None:
+def test_a_full_disk_is_reported_and_leaves_no_schedule(site_folder: Path) -> None:
     before = sorted(site_folder.iterdir())
     with full_disk(100), pytest.raises(FileError, match="file too large; nothing was changed"):
         run(site_folder, to="ifc", model=site_folder / "frame.ifc", out=site_folder / "out.ifc")

@@ -43,7 +43,7 @@ def run(source: Path, **options):
         ({"to": "vti", "out": Path("x.glb")}, "x.glb", b"<?xml"),
     ],
 )
-def test_the_format_is_the_one_asked_for_else_that_of_the_name(grid_file, options, out, mark) -> None:
+def test_the_format_is_the_requested_one_otherwise_that_of_the_name(grid_file, options, out, mark) -> None:
     document = run(grid_file, **options)
     assert document.keys() >= KEYS
     assert document["out"] == out
@@ -77,7 +77,7 @@ def test_formats_of_logs_and_unknown_ones_are_refused_with_those_that_fit(grid_f
     assert [path.name for path in Path().iterdir()] == ["tower.zarr.zip"]
 
 
-def test_the_grid_is_not_overwritten_and_damage_is_told(grid_file) -> None:
+def test_the_grid_is_not_overwritten_and_damage_is_reported(grid_file) -> None:
     before = grid_file.read_bytes()
     with pytest.raises(FileError, match="own input"):
         run(grid_file, out=grid_file)
@@ -107,7 +107,7 @@ def test_what_is_neither_log_nor_grid_is_refused(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("to", ["vti", "ply", "glb"])
-def test_a_full_disk_is_told_and_leaves_nothing(grid_file: Path, to: str) -> None:
+def test_a_full_disk_is_reported_and_leaves_nothing(grid_file: Path, to: str) -> None:
     with full_disk(100), pytest.raises(FileError, match="file too large; nothing was changed"):
         run(grid_file, to=to, out=Path("out"))
     assert list(grid_file.parent.iterdir()) == [grid_file]

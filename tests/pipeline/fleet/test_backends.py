@@ -61,7 +61,7 @@ def test_ctrl_c_does_not_reach_the_workers(backend: str):
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
-def test_a_worker_that_dies_takes_down_no_other_run(tmp_path: Path, backend: str):
+def test_a_worker_that_dies_affects_no_other_run(tmp_path: Path, backend: str):
     (tmp_path / RECORDS).mkdir()
     names = ["a", "b", "deadly-c", "d", "e", "deadly-f", "g"]
     runs = [Run(name, Wish(Path(f"{name}.site.toml")), leads=name < "e") for name in names]
@@ -114,7 +114,7 @@ def test_runs_that_train_share_what_the_first_of_them_learned(sites: Path, backe
     assert LOGS[-1] == LOGS[0]  # made by the backend that was tested first
 
 
-def test_what_cannot_be_opened_is_said(monkeypatch: pytest.MonkeyPatch):
+def test_what_cannot_be_opened_is_reported(monkeypatch: pytest.MonkeyPatch):
     with pytest.raises(InputError, match="no --cluster"), opened("loky", 2, "tcp://127.0.0.1:1"):
         pass
     for backend in ("ray", "dask"):

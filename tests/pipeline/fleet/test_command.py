@@ -30,7 +30,7 @@ def planned(sites: Path, *wishes: Wish, **options) -> dict:
 
 
 @pytest.mark.usefixtures("in_process")
-def test_what_is_there_is_kept_until_something_changes(sites: Path):
+def test_finished_runs_are_kept_until_something_changes(sites: Path):
     paper = Wish(sites / "paper.site.toml", policy="none")
     beside = Wish(sites / "paper.site.toml", sites / "beside.json", policy="none")
     gone = Wish(sites / "gone.site.toml")
@@ -53,7 +53,7 @@ def test_what_is_there_is_kept_until_something_changes(sites: Path):
 
 
 @pytest.mark.usefixtures("in_process")
-def test_the_table_has_a_row_a_run(sites: Path):
+def test_the_table_has_one_row_per_run(sites: Path):
     found = planned(sites, Wish(sites / "yard.site.toml", policy="none"), Wish(sites / "gone.site.toml", seed=3))
     rows = list(csv.DictReader(Path(found["table"]).read_text().splitlines()))
     assert list(rows[0]) == list(COLUMNS)
@@ -71,7 +71,7 @@ def test_the_table_has_a_row_a_run(sites: Path):
 
 
 @pytest.mark.usefixtures("in_process")
-def test_a_folder_is_one_fleets_at_a_time(sites: Path):
+def test_a_folder_has_one_fleet_at_a_time(sites: Path):
     out = sites / "out"
     (out / RECORDS).mkdir(parents=True)
     (out / ".bimvox-0123.part").write_text("half")
@@ -104,9 +104,7 @@ def test_several_sites_are_planned_in_one_command(sites: Path, capsys: pytest.Ca
     ("backend", "number"),
     [("loky", signal.SIGINT), ("loky", signal.SIGKILL), ("dask", signal.SIGINT), ("ray", signal.SIGINT)],
 )
-def test_a_sweep_that_was_stopped_goes_on(
-    sites: Path, backend: str, number: signal.Signals, capsys: pytest.CaptureFixture[str]
-):
+def test_a_stopped_sweep_resumes(sites: Path, backend: str, number: signal.Signals, capsys: pytest.CaptureFixture[str]):
     pytest.importorskip({"dask": "distributed", "loky": "joblib"}.get(backend, backend))
     for name in ("slow.site.toml", "slower.site.toml"):
         (sites / name).write_text((sites / "yard.site.toml").read_text() + "\n[policy]\nsteps = 4000000\n")

@@ -58,7 +58,7 @@ def test_names_are_each_once(tmp_path: Path):
         ("[[run]]\nseed = 1", r"run\[0\].site is missing"),
     ],
 )
-def test_what_is_wrong_is_said_with_its_place(tmp_path: Path, text: str, message: str):
+def test_errors_are_reported_with_their_place(tmp_path: Path, text: str, message: str):
     with pytest.raises(ConfigError, match=message):
         loaded(tmp_path, text)
 

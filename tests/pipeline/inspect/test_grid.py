@@ -80,7 +80,7 @@ def test_one_part_in_full(grid: VoxelGrid) -> None:
     assert describe_part(grid, "guid-b") == describe_part(grid, "id-b") == part
 
 
-def test_a_part_that_is_not_there_or_not_alone(grid: VoxelGrid) -> None:
+def test_a_missing_part_or_an_ambiguous_one(grid: VoxelGrid) -> None:
     with pytest.raises(InputError, match="2 parts have the name 'twin'") as caught:
         describe_part(grid, "twin")
     assert caught.value.hint == "give an id: id-twin, id-twin#2"

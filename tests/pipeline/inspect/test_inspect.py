@@ -26,7 +26,7 @@ def test_an_ifc_file() -> None:
     assert json.loads(json.dumps(document, allow_nan=False)) == document
 
 
-def test_a_georeferenced_file_is_told_in_its_own_coordinates() -> None:
+def test_a_georeferenced_file_is_described_in_its_own_coordinates() -> None:
     document = inspect(SAMPLES / "frame_georeferenced.ifc", SilentProgress())
     low, _ = np.array(document["bounds_m"])
     assert (low > [1e5, 4e5, -1]).all()
@@ -37,7 +37,7 @@ def test_a_georeferenced_file_is_told_in_its_own_coordinates() -> None:
     assert ifc_to_map @ [0.0, 0.0, 0.0, 1.0] == pytest.approx([0.0, 0.0, document["georeference"]["height_m"], 1.0])
 
 
-def test_units_are_told_apart() -> None:
+def test_units_are_distinguished() -> None:
     assert inspect(SAMPLES / "frame_ifc2x3_mm.ifc", SilentProgress())["unit"] == "mm"
 
 
@@ -101,7 +101,7 @@ def test_a_site_file(tmp_path: Path) -> None:
     assert document["areas"]["yard"]
 
 
-def test_an_ifc_by_another_name(tmp_path: Path) -> None:
+def test_an_ifc_file_with_another_suffix(tmp_path: Path) -> None:
     (tmp_path / "frame.obj").write_bytes((SAMPLES / "frame.ifc").read_bytes())
     with pytest.raises(FileError, match="name says otherwise"):
         inspect(tmp_path / "frame.obj", SilentProgress())

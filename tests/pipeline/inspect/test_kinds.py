@@ -37,7 +37,7 @@ def archive(path: Path, *names: str) -> None:
         ("a.json", b"{", Kind.OBSTRUCTIONS),
     ],
 )
-def test_a_file_is_what_it_holds(tmp_path: Path, name: str, data: bytes, kind: Kind) -> None:
+def test_a_file_is_classified_by_content(tmp_path: Path, name: str, data: bytes, kind: Kind) -> None:
     (tmp_path / name).write_bytes(data)
     assert kind_of(tmp_path / name) is kind
 
@@ -50,12 +50,12 @@ def test_a_file_is_what_it_holds(tmp_path: Path, name: str, data: bytes, kind: K
         (("3D/3dmodel.model",), Kind.MESH),
     ],
 )
-def test_an_archive_is_what_it_holds(tmp_path: Path, members: tuple[str, ...], kind: Kind) -> None:
+def test_an_archive_is_classified_by_content(tmp_path: Path, members: tuple[str, ...], kind: Kind) -> None:
     archive(tmp_path / "a.zip", *members)
     assert kind_of(tmp_path / "a.zip") is kind
 
 
-def test_what_is_nothing_of_ours(tmp_path: Path) -> None:
+def test_files_that_bimvox_does_not_know(tmp_path: Path) -> None:
     (tmp_path / "a.bin").write_bytes(bytes(range(256)))
     (tmp_path / "a.zip").write_bytes(b"PK\3\4cut")
     archive(tmp_path / "b.zip", "readme.txt")

@@ -11,7 +11,7 @@ from bimvox.progress import SilentProgress
 
 
 @pytest.mark.parametrize("crane", [True, False])
-def test_a_log_says_what_it_holds(tmp_path: Path, crane: bool) -> None:
+def test_a_log_is_described(tmp_path: Path, crane: bool) -> None:
     log = tiny_log(crane=crane)
     path = tmp_path / "lifts.bin"
     path.write_bytes(log_bytes(log))

@@ -28,7 +28,7 @@ def experiment(tmp_path_factory):
     return folder, run_experiment(folder, settings=SETTINGS, processes=1, progress=progress), progress
 
 
-def test_everything_is_run_and_told(experiment):
+def test_everything_is_run_and_reported(experiment):
     _, results, progress = experiment
     assert results.is_complete
     assert "paper" in progress.seconds
@@ -43,7 +43,7 @@ def test_results_are_read_back_as_they_were(experiment):
     assert load_results(folder) == results
 
 
-def test_the_document_holds_what_the_contract_names(experiment):
+def test_the_document_has_everything_in_the_contract(experiment):
     folder, results, _ = experiment
     document = json.loads((folder / "results.json").read_text())
     assert document == document_of(results)
@@ -100,7 +100,7 @@ def test_a_job_that_fails_stops_the_run(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_that_is_no_experiment(tmp_path):
+def test_a_folder_that_is_not_an_experiment(tmp_path):
     with pytest.raises(FileError, match="no such file"):
         load_results(tmp_path)
 
@@ -111,7 +111,7 @@ def test_a_folder_that_cannot_be_made(tmp_path):
         run_experiment(tmp_path / "file" / "out", settings=SETTINGS, progress=SilentProgress())
 
 
-def test_mean_curves_carry_the_last_rate_of_runs_that_stopped():
+def test_mean_curves_keep_the_last_rate_of_runs_that_stopped():
     short = (CurvePoint(100, 0.2, 0.0, None), CurvePoint(200, 1.0, 0.0, None))
     long = (CurvePoint(100, 0.0, 0.0, None), CurvePoint(200, 0.4, 0.0, None), CurvePoint(300, 0.8, 0.0, None))
     rows = mean_curve([short, long])

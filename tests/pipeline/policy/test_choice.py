@@ -72,7 +72,7 @@ def test_a_plan_takes_the_shipped_policy_without_training_and_without_torch(site
     assert manifest.site is not None
 
 
-def test_the_nearest_policy_is_taken_where_it_is_asked_for(site, own_store):
+def test_the_nearest_policy_is_used_on_request(site, own_store):
     with pytest.raises(PolicyError, match="no policy of any site"):
         made(site, policy="nearest")
     stored(load_generalist())  # without a site, so it is never the nearest
@@ -82,7 +82,7 @@ def test_the_nearest_policy_is_taken_where_it_is_asked_for(site, own_store):
     assert any("nearest site: distance 0.00" in note for note in progress.notes)
 
 
-def test_a_policy_that_sees_something_else_is_refused_by_name_and_replaced_unasked(site, own_store):
+def test_a_policy_with_another_observation_is_refused_by_name_and_replaced_by_default(site, own_store):
     old = own_store / stored(load_generalist(), key=load_site(site, SilentProgress()).site.geometry_digest)
     manifest = json.loads((old / policies.MANIFEST_FILE).read_text())
     manifest["observation"], manifest["observation_size"] = "window-7x7x5-v1", 263
@@ -114,7 +114,7 @@ class TrainedError(Exception):
         (4_000, None, 1.0, 4_000, False),  # limited by time, resumed, or trained on other lessons
     ],
 )
-def test_a_stored_policy_serves_only_where_training_would_give_it(
+def test_a_stored_policy_is_used_only_if_training_would_give_it(
     site, own_store, monkeypatch, steps, budget, rate, asked, serves
 ):
     def trains(*_, **__):
@@ -162,7 +162,7 @@ def test_lifts_that_the_policy_fails_are_retrained_on(site, own_store, monkeypat
     assert any("is asked next" in note for note in progress.notes)
 
 
-def test_nothing_is_retrained_where_the_policy_finds_every_lift(site, own_store, monkeypatch):
+def test_nothing_is_retrained_if_the_policy_solves_every_lift(site, own_store, monkeypatch):
     monkeypatch.setattr("bimvox.library.plan.retrained", None)  # calling it fails
     document = made(site, retrain=4_000)
     if any(lift["method"] == "search" for lift in document["lifts"]):
@@ -170,7 +170,7 @@ def test_nothing_is_retrained_where_the_policy_finds_every_lift(site, own_store,
     assert "retrained" not in document
 
 
-def test_the_old_policy_is_kept_where_none_is_better(site, own_store):
+def test_the_old_policy_is_kept_if_none_is_better(site, own_store):
     weak = stored(knows_nothing())
     progress = SilentProgress()
     from bimvox.library.prove import prepared

@@ -79,7 +79,7 @@ def test_an_onnx_file_computes_what_the_network_does(stored: str, tmp_path: Path
     assert out.read_bytes() == first
 
 
-def test_a_stable_baselines3_file_goes_there_and_back(stored: str, tmp_path: Path) -> None:
+def test_a_stable_baselines3_file_survives_the_round_trip(stored: str, tmp_path: Path) -> None:
     out = tmp_path / "policy.sb3.zip"
     assert export_policy(stored, out=out)["format"] == "sb3"
     dqn = DQN.load(out, device="cpu")
@@ -151,7 +151,7 @@ def test_damaged_files_are_refused_and_nothing_is_stored(stored: str, tmp_path: 
     assert not (tmp_path / "evil").exists()
 
 
-def test_spoilt_deflated_members_are_refused(stored: str, tmp_path: Path) -> None:
+def test_damaged_deflated_members_are_refused(stored: str, tmp_path: Path) -> None:
     files = store.files_of(stored)
     for make, reader in ((files, {}), ({"policy.pth": b"x" * 5000, "data": b"{}"}, {"trust": True})):
         held = io.BytesIO()
@@ -167,7 +167,7 @@ def test_spoilt_deflated_members_are_refused(stored: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("content", [b"", b"PK", b"no zip at all"])
-def test_other_files_are_no_stable_baselines3_files(content: bytes) -> None:
+def test_other_files_are_not_stable_baselines3_files(content: bytes) -> None:
     with pytest.raises(PolicyError, match="not a zip file of stable-baselines3"):
         read_sb3_zip(content)
 

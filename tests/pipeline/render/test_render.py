@@ -80,19 +80,19 @@ def test_a_model_and_its_grid_are_drawn(model: Path, tmp_path: Path):
     assert len(np.unique(drawn(tmp_path / "grid.png").reshape(-1, 3), axis=0)) > 20
 
 
-def test_the_picture_goes_by_the_name_of_its_source(log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_the_picture_is_named_after_its_source(log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     assert render(log, size=SIZE, progress=SilentProgress())["out"] == "boxes.png"
     assert (tmp_path / "boxes.png").exists()
 
 
-def test_a_lift_that_is_not_there_is_named_with_its_neighbour(log: Path, tmp_path: Path):
+def test_a_missing_lift_is_named_with_its_neighbour(log: Path, tmp_path: Path):
     with pytest.raises(SelectionError, match="beam-b"):
         render(log, tmp_path / "x.png", shown=SceneOptions(lift="beam-bb"), progress=SilentProgress())
     assert not (tmp_path / "x.png").exists()
 
 
-def test_what_cannot_be_drawn_is_said_before_the_work(log: Path, model: Path, tmp_path: Path):
+def test_what_cannot_be_drawn_is_reported_before_the_work(log: Path, model: Path, tmp_path: Path):
     silent = SilentProgress()
     with pytest.raises(InputError, match="PNG"):
         render(log, tmp_path / "x.jpeg", progress=silent)

@@ -3,7 +3,7 @@ from bimvox_pipeline.report.pdf import same_each_time
 PDF = b"/CreationDate (D:%b+00'00') /ID (node%08d) /ID (node%08d) /Names [(node%08d) 1 0 R (node%08d) 2 0 R]"
 
 
-def test_dates_and_the_browsers_own_counting_leave_no_trace():
+def test_dates_and_browser_counters_are_removed():
     one = same_each_time(PDF % (b"20261121235959", 76, 81, 76, 81))
     other = same_each_time(PDF % (b"20261122000001", 61, 63, 61, 63))
     assert one == other

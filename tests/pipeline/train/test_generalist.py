@@ -5,7 +5,7 @@ from bimvox_pipeline.train.generalist import main
 
 
 @pytest.mark.parametrize("device", ["cuda:99", "auto"])
-def test_a_device_that_is_not_there_ends_before_a_lesson_is_made(device, tmp_path, capsys):
+def test_a_missing_device_is_an_error_before_any_lesson_is_made(device, tmp_path, capsys):
     with pytest.raises(SystemExit) as caught:
         main(["train", "--device", device, "--out", str(tmp_path / "weights")])
     assert caught.value.code == 2

@@ -22,7 +22,7 @@ train(Path(sys.argv[1]), start_from="none", steps=int(sys.argv[2]), seed=5, prog
 """
 
 
-def test_a_policy_is_stored_with_its_outline_and_its_curve_goes_where_it_is_wanted(site_folder, own_store, tmp_path):
+def test_a_policy_is_stored_with_its_outline_and_its_curve_is_written_on_request(site_folder, own_store, tmp_path):
     progress = SilentProgress()
     document = train(
         site_folder / "frame.site.toml",
@@ -54,7 +54,7 @@ def test_training_begins_with_the_policy_that_ships(site_folder, own_store):
     assert document["curve"][0][1] > 0.9  # on a site that it has never seen
 
 
-def test_a_killed_training_goes_on_where_it_was(site_folder, own_store):
+def test_a_killed_training_resumes(site_folder, own_store):
     site = site_folder / "frame.site.toml"
     steps = 60_000  # more than it gets
     unfinished = own_store.with_name(f"{own_store.name}-unfinished")

@@ -108,7 +108,7 @@ def assert_proves_nothing_else(segment):
     assert "nothing was proven" in document["checks"]["complete"]["failures"][0]
 
 
-def test_a_change_that_meets_nothing_is_a_revision_of_its_own(watcher):
+def test_a_change_that_affects_nothing_is_its_own_revision(watcher):
     taken_up(watcher)
     put(watcher, {"id": "far", "voxels": [[0, 0, 1]]})
     (document,) = change(watcher)
@@ -182,7 +182,7 @@ def test_the_page_of_a_watched_plan_has_every_revision_whole(watcher):
     assert [r["number"] for r in revisions(watcher._plan.target)] == [0, 2]
 
 
-def test_without_the_whole_log_or_with_a_damaged_segment_what_is_sound_is_taken_up(watcher):
+def test_without_the_whole_log_or_with_a_damaged_segment_the_sound_rest_is_resumed(watcher):
     taken_up(watcher)
     for number in (5, 2):
         put(watcher, box_on(watcher, number))
@@ -198,7 +198,7 @@ def test_without_the_whole_log_or_with_a_damaged_segment_what_is_sound_is_taken_
     assert read_newest(target, "another site", SilentProgress()) is None
 
 
-def test_segments_of_an_earlier_plan_are_not_taken_for_those_of_a_new_one(watcher, parts):
+def test_segments_of_an_earlier_plan_are_not_confused_with_those_of_a_new_one(watcher, parts):
     """``bimvox plan`` replaced the log with another plan: the segments are not proven for that plan."""
     taken_up(watcher)
     put(watcher, box_on(watcher, 5))
@@ -230,7 +230,7 @@ def test_segments_of_an_earlier_plan_are_not_taken_for_those_of_a_new_one(watche
     assert verify(target, progress=quiet)["verified"]
 
 
-def test_a_file_that_is_gone_when_the_watch_begins_takes_no_obstruction_away(watcher, parts):
+def test_a_file_missing_at_the_start_of_a_watch_removes_no_obstruction(watcher, parts):
     """The same as if the file is removed during the watch: editors delete and recreate files, networks fail."""
     taken_up(watcher)
     put(watcher, box_on(watcher, 5))
@@ -249,7 +249,7 @@ def test_a_file_that_is_gone_when_the_watch_begins_takes_no_obstruction_away(wat
     again.close()
 
 
-def test_a_disk_without_room_loses_nothing(watcher, monkeypatch):
+def test_a_full_disk_loses_nothing(watcher, monkeypatch):
     taken_up(watcher)
     before = watcher.current
     put(watcher, box_on(watcher, 5))
@@ -291,7 +291,7 @@ def test_a_jump_of_the_systems_clock_changes_nothing(watcher, monkeypatch):
     watcher.close()
 
 
-def test_many_lifts_come_in_parts_the_first_ones_first(watcher, monkeypatch):
+def test_many_lifts_come_in_segments_the_first_lifts_first(watcher, monkeypatch):
     taken_up(watcher)
     monkeypatch.setattr(bimvox_pipeline.watch.revise, "_FIRST", 1)
     put(watcher, box_on(watcher, 2, "a"), box_on(watcher, 5, "b"))
@@ -334,7 +334,7 @@ def test_warming_up_changes_nothing(watcher):
     assert sorted(watcher.file.parent.iterdir()) == on_disk
 
 
-def test_what_is_there_and_cannot_be_read_is_not_said_to_be_gone(watcher, parts):
+def test_an_unreadable_file_is_not_reported_as_missing(watcher, parts):
     taken_up(watcher)
     watcher.file.unlink()
     watcher.file.mkdir()
@@ -350,7 +350,7 @@ def test_what_is_there_and_cannot_be_read_is_not_said_to_be_gone(watcher, parts)
     again.close()
 
 
-def test_an_obstruction_beside_the_site_is_taken_and_said(watcher):
+def test_an_obstruction_outside_the_site_is_accepted_and_reported(watcher):
     """The author most likely used other units or another origin."""
     taken_up(watcher)
     watcher.progress = SilentProgress()  # the same as while watching
@@ -367,7 +367,7 @@ def test_an_obstruction_beside_the_site_is_taken_and_said(watcher):
     watcher.close()
 
 
-def test_files_that_are_referred_to_for_the_first_time_are_no_change_of_their_own(watcher):
+def test_first_references_to_files_are_not_separate_changes(watcher):
     taken_up(watcher)
     trimesh.creation.box(extents=(1.0, 1.0, 1.0)).export(watcher.file.parent / "works.stl")
     put(watcher, {"id": "works", "mesh": "works.stl"})
@@ -381,7 +381,7 @@ def test_files_that_are_referred_to_for_the_first_time_are_no_change_of_their_ow
     watcher.close()
 
 
-def test_segments_lie_beside_a_log_that_is_a_link_and_are_found_again(watcher, parts):
+def test_segments_are_next_to_a_log_that_is_a_link_and_are_found_again(watcher, parts):
     """The whole log is written to the target of the link, the segments next to the given name."""
     target = watcher._plan.target
     elsewhere = target.parent / "elsewhere"
@@ -408,7 +408,7 @@ def test_a_file_that_is_too_large_is_refused(watcher, monkeypatch):
     assert "too large" in document["message"]
 
 
-def test_a_mesh_and_a_scan_that_come_later_are_taken(watcher):
+def test_a_mesh_and_a_scan_that_come_later_are_accepted(watcher):
     taken_up(watcher)
     watcher.file.write_text(json.dumps(EMPTY | {"obstructions": [{"id": "scan", "points": "scan.ply"}]}))
     (document,) = change(watcher)
@@ -446,7 +446,7 @@ def own_cell(plan: Any, component: Any) -> Any:
 
 
 @pytest.mark.parametrize("where", ["yard slot", "start", "target"])
-def test_on_a_yard_slot_a_start_or_a_target_the_lift_is_named_and_the_others_go_on(watcher, where):
+def test_an_obstruction_on_a_start_or_target_names_the_lift_and_the_others_continue(watcher, where):
     taken_up(watcher)
     plan = watcher.current.plan
     lift = plan.lifts[-1]
@@ -553,7 +553,7 @@ def test_polling_sees_every_content(tmp_path):
     assert list(found) == []
 
 
-def test_a_link_that_is_led_elsewhere_is_followed(tmp_path):
+def test_a_link_with_a_new_target_is_followed(tmp_path):
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "o.json").write_text(name)
@@ -619,7 +619,7 @@ def fails(transits: Any) -> list[None]:
     return [None for _ in transits]
 
 
-def test_retraining_goes_on_beside_and_its_path_is_taken_where_it_is_no_longer(watcher):
+def test_retraining_runs_in_parallel_and_its_path_is_used_if_not_longer(watcher):
     watcher.retrain(100)
     watcher._retraining.train = trainings.better
     taken_up(watcher)
@@ -649,7 +649,7 @@ def method_of(watcher: Watcher, name: str) -> str:
     return next(lift.method.value for lift in plan.lifts if plan.site.components[lift.component].id == name)
 
 
-def test_retraining_that_brings_nothing_or_fails_changes_nothing(watcher):
+def test_retraining_without_gain_or_with_failure_changes_nothing(watcher):
     watcher.retrain(100)
     taken_up(watcher)
     watcher._reviser.propose = fails

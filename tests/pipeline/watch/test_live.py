@@ -30,7 +30,7 @@ def test_an_address_is_a_port_or_a_host_and_a_port(text, address):
 
 
 @pytest.mark.parametrize("text", ["", "x", "host:", "99999", "1.5"])
-def test_what_is_no_address_is_said(text):
+def test_an_invalid_address_is_reported(text):
     with pytest.raises(InputError, match="not a port"):
         address_of(text)
 
@@ -43,7 +43,7 @@ def test_the_address_with_its_token_is_noted(monkeypatch):
     assert re.fullmatch(r"viewers can connect to ws://127\.0\.0\.1:\d+/[\w-]{24}", note)
 
 
-def test_a_server_that_others_can_reach_says_so_and_takes_ones_own_token(monkeypatch):
+def test_a_server_that_others_can_reach_says_so_and_accepts_a_given_token(monkeypatch):
     monkeypatch.setenv(TOKEN_VARIABLE, "my-own-token-of-letters")
     quiet = SilentProgress()
     server_at("0.0.0.0:0", quiet).close()
@@ -77,13 +77,13 @@ def test_the_newest_live_logs_that_hold_something_are_kept(tmp_path):
     assert other.exists()
 
 
-def test_a_live_log_says_that_it_is_one_where_a_plan_is_asked_for(tmp_path):
+def test_a_live_log_says_so_if_a_plan_is_requested(tmp_path):
     driven(tmp_path / "frame.mcap", 5)
     with pytest.raises(LogFileError, match="is a live log"):
         read_log(tmp_path / "frame.live0000.mcap")
 
 
-def test_a_disk_without_room_removes_no_live_log(tmp_path, monkeypatch):
+def test_a_full_disk_removes_no_live_log(tmp_path, monkeypatch):
     target = tmp_path / "frame.mcap"
     for time_ns in range(1, 6):
         driven(target, time_ns)
@@ -98,7 +98,7 @@ def test_a_disk_without_room_removes_no_live_log(tmp_path, monkeypatch):
     assert list(live_logs(target)) == list(range(5))
 
 
-def test_after_a_disk_was_full_a_live_log_goes_on_with_the_next_change(tmp_path, monkeypatch):
+def test_after_a_full_disk_a_live_log_continues_with_the_next_change(tmp_path, monkeypatch):
     """Otherwise the clock would go back to the last revision when the watch restarts."""
     target = tmp_path / "frame.mcap"
     log = DrivenLog(target, SilentProgress(), 1, "plan")

@@ -143,7 +143,7 @@ def test_a_removal_brings_infeasible_lifts_back_and_keeps_the_others(frame):
     assert verify_motions(free.current.plan, free.current.chain).verified
 
 
-def test_nothing_met_is_nothing_made(frame):
+def test_if_nothing_is_affected_nothing_is_made(frame):
     log, preparation = frame
     start = current_plan_of(log.plan, log.motions)
     site = log.plan.site
@@ -193,7 +193,7 @@ def test_segments_on_top_of_a_log_give_the_newest_plan(frame, tmp_path: Path):
         assert (one.start_ns, one.end_ns) == (other.start_ns, other.end_ns)
 
 
-def test_a_plan_taken_up_halfway_is_finished(frame):
+def test_a_plan_resumed_halfway_is_finished(frame):
     log, preparation = frame
     current = current_plan_of(log.plan, log.motions)
     rng = np.random.default_rng(5)
@@ -217,7 +217,7 @@ def test_a_plan_taken_up_halfway_is_finished(frame):
     assert verify_motions(last.current.plan, last.current.chain).verified
 
 
-def test_what_is_taken_back_is_known_and_proven_still(frame, monkeypatch):
+def test_what_is_recalled_is_still_proven(frame, monkeypatch):
     log, preparation = frame
     first = current_plan_of(log.plan, log.motions)
     site = first.plan.site
@@ -245,7 +245,7 @@ def test_what_is_taken_back_is_known_and_proven_still(frame, monkeypatch):
     assert [motion.end_ns for motion in last.chain] == [motion.end_ns for motion in first.chain]
 
 
-def test_a_version_is_not_taken_where_something_else_is_in_its_way(frame):
+def test_a_version_is_not_recalled_if_something_else_is_in_its_way(frame):
     log, preparation = frame
     first = current_plan_of(log.plan, log.motions)
     site, path = first.plan.site, first.plan.lifts[0].path_vox

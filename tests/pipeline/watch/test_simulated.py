@@ -133,7 +133,7 @@ def test_a_load_in_the_air_is_stopped_and_the_segment_proves_it(simulated):
     assert len(read_log(whole).plan.history) == 1
 
 
-def test_after_a_kill_it_goes_on_where_the_last_revision_left_it(simulated, site_folder, parts):
+def test_after_a_kill_it_resumes_at_the_last_revision(simulated, site_folder, parts):
     current = simulated.watcher.current
     now_ns = current.motions[4].start_ns + 10**9
     simulated.at(now_ns)
@@ -155,7 +155,7 @@ def test_after_a_kill_it_goes_on_where_the_last_revision_left_it(simulated, site
     assert len(again.current.plan.history) == 2
 
 
-def test_a_load_that_is_held_is_known_after_a_kill_and_goes_on_when_it_can(simulated, site_folder, parts):
+def test_a_held_load_is_known_after_a_kill_and_continues_when_it_can(simulated, site_folder, parts):
     current = simulated.watcher.current
     loaded = current.motions[5].loaded
     simulated.at(current.motions[5].start_ns + int(loaded.time_ns[len(loaded.time_ns) // 2]))
@@ -183,7 +183,7 @@ def test_a_load_that_is_held_is_known_after_a_kill_and_goes_on_when_it_can(simul
     again.close()
 
 
-def test_what_is_driven_is_in_a_log_that_grows_and_the_clock_goes_on_from_there(simulated, site_folder, parts):
+def test_what_is_carried_out_is_in_a_growing_log_and_the_clock_continues_from_there(simulated, site_folder, parts):
     target = site_folder / "frame.mcap"
     simulated.watcher.show_to(())
     simulated.watcher._show()
@@ -215,7 +215,7 @@ def test_what_is_driven_is_in_a_log_that_grows_and_the_clock_goes_on_from_there(
     assert b"stop" in happened[1]
 
 
-def test_behind_a_pending_lift_no_time_is_known(simulated):
+def test_after_a_pending_lift_no_time_is_known(simulated):
     current = simulated.watcher.current
     gap = replace(current, motions={o: m for o, m in current.motions.items() if o != 3}, pending=frozenset({3}))
     now_ns = current.motions[5].start_ns + 10**9
@@ -225,7 +225,7 @@ def test_behind_a_pending_lift_no_time_is_known(simulated):
     assert motion_under_way(current, current.plan.lifts[5], now_ns) is current.motions[5]
 
 
-def test_a_run_that_was_killed_at_once_takes_nothing_from_the_clock(simulated, site_folder, parts):
+def test_a_run_killed_at_once_does_not_change_the_clock(simulated, site_folder, parts):
     """Its live log exists but is empty: the previous one says how far the plan was carried out."""
     target = site_folder / "frame.mcap"
     simulated.watcher.show_to(())

@@ -95,7 +95,7 @@ def met_at(frame: Any, order: int, share: float, later: float) -> tuple[CurrentP
 
 
 @pytest.mark.parametrize(("order", "share", "later"), [(3, 0.3, 0.6), (5, 0.25, 0.55), (1, 0.4, 0.7), (6, 0.2, 0.65)])
-def test_a_load_in_the_air_is_stopped_and_goes_on_from_where_it_is(frame, order, share, later, tmp_path: Path):
+def test_a_load_in_the_air_stops_and_continues_from_where_it_is(frame, order, share, later, tmp_path: Path):
     current, now_ns, site = met_at(frame, order, share, later)
     first, after = last_of(revise(current, RevisionRequest(site, frame[1], now_ns=now_ns)))
     was, now = current.motions[order], after.motions.get(order)
@@ -126,7 +126,7 @@ def test_a_load_in_the_air_is_stopped_and_goes_on_from_where_it_is(frame, order,
     assert proof.verified, proof.failures[:3]
 
 
-def test_what_the_change_does_not_meet_any_more_is_not_stopped(frame):
+def test_what_the_change_no_longer_affects_is_not_stopped(frame):
     log, preparation = frame
     current = current_plan_of(log.plan, log.motions)
     order = 4
@@ -141,7 +141,7 @@ def test_what_the_change_does_not_meet_any_more_is_not_stopped(frame):
     whole_proof(after)
 
 
-def test_finished_lifts_are_history_whatever_comes(frame):
+def test_finished_lifts_never_change(frame):
     log, preparation = frame
     current = current_plan_of(log.plan, log.motions)
     now_ns = current.motions[5].start_ns
@@ -154,7 +154,7 @@ def test_finished_lifts_are_history_whatever_comes(frame):
     whole_proof(after)
 
 
-def test_a_load_without_a_way_is_held_until_there_is_one(frame):
+def test_a_load_without_a_path_is_held_until_there_is_one(frame):
     log, preparation = frame
     current = current_plan_of(log.plan, log.motions)
     order = 4
@@ -181,7 +181,7 @@ def test_a_load_without_a_way_is_held_until_there_is_one(frame):
     whole_proof(after)
 
 
-def test_before_its_load_is_carried_a_lift_takes_another_way_in_time(frame):
+def test_before_its_load_is_carried_a_lift_changes_its_path_in_time(frame):
     log, preparation = frame
     current = current_plan_of(log.plan, log.motions)
     order = 3
@@ -198,7 +198,7 @@ def test_before_its_load_is_carried_a_lift_takes_another_way_in_time(frame):
     whole_proof(after)
 
 
-def test_an_empty_hook_is_stopped_and_goes_round(frame):
+def test_an_empty_hook_stops_and_goes_around(frame):
     log, preparation = frame
     current = current_plan_of(log.plan, log.motions)
     order = 4
@@ -216,7 +216,7 @@ def test_an_empty_hook_is_stopped_and_goes_round(frame):
     whole_proof(after)
 
 
-def test_where_no_manoeuvre_is_free_that_is_said(frame):
+def test_if_no_manoeuvre_is_free_it_is_reported(frame):
     log, preparation = frame
     current = current_plan_of(log.plan, log.motions)
     order = 3
@@ -311,7 +311,7 @@ def still(pose: Any) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize(("order", "phase"), [(0, PhaseName.SET), (3, PhaseName.RELEASE), (3, PhaseName.APPROACH)])
-def test_a_box_where_the_empty_hook_is_leaves_what_is_done_and_says_why_nothing_follows(frame, order, phase):
+def test_a_box_at_the_empty_hook_keeps_what_is_done_and_says_why_nothing_follows(frame, order, phase):
     log, _ = frame
     current = current_plan_of(log.plan, log.motions)
     motion = current.motions[order + 1 if phase is PhaseName.APPROACH else order]

@@ -70,7 +70,7 @@ def new_view(tmp_path, monkeypatch):
     ("make", "act"),
     [(new_whole_log, "hold"), (new_whole_log, "resume"), (new_whole_log, "offer"), (new_view, "show")],
 )
-def test_a_watch_ends_wherever_ctrl_c_meets_it(make, act, tmp_path, monkeypatch):
+def test_a_watch_ends_wherever_ctrl_c_interrupts_it(make, act, tmp_path, monkeypatch):
     held, acts = make(tmp_path, monkeypatch)
     instructions = interrupted_at(0, acts[act])
     held.close()
@@ -94,7 +94,7 @@ def test_ctrl_c_takes_effect_at_the_end():
         signal.raise_signal(signal.SIGINT)
 
 
-def test_a_process_that_is_deaf_to_ctrl_c_stays_deaf():
+def test_a_process_that_ignores_ctrl_c_still_ignores_it():
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with undisturbed():
         signal.raise_signal(signal.SIGINT)

@@ -83,7 +83,7 @@ def test_content_that_cannot_be_used_changes_nothing(site_folder, content):
     assert (site_folder / "frame.mcap").read_bytes() == before
 
 
-def test_revisions_are_never_written_over(site_folder):
+def test_revisions_are_never_overwritten(site_folder):
     file = site_folder / "obstructions.json"
     write(file, box_on_path(site_folder, 5))
     first = once(site_folder, file)[0]

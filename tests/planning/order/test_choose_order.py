@@ -31,7 +31,7 @@ def travel_of(site):
     return Travel(site.cranes[0], 60.0)
 
 
-def test_a_looked_up_way_takes_as_long_as_the_bound():
+def test_a_looked_up_travel_takes_as_long_as_the_bound():
     travel = Travel(CRANE, 60.0)
     generator = np.random.default_rng(3)
     for _ in range(50):

@@ -67,7 +67,7 @@ def test_a_hung_panel_waits_for_what_it_touches_and_is_noted():
     assert sequence.notes == ("panel: nothing supports it within 0.05 m; it is set after a part that it touches",)
 
 
-def test_wishes_that_go_round_in_a_circle_are_an_error_that_names_it():
+def test_circular_wishes_are_an_error_that_names_the_circle():
     site = box_site([("a", (1, 1, 0), (2, 2, 1), {"after": ("b",)}), ("b", (4, 1, 0), (5, 2, 1), {"after": ("a",)})])
     with pytest.raises(SequenceError, match=r"b before a .required by the site file., a before b") as caught:
         order_of(site)
@@ -82,7 +82,7 @@ def test_a_wish_against_support_is_an_error_that_names_both_reasons():
         order_of(site)
 
 
-def test_a_wish_against_a_straight_descent_is_kept_where_a_way_in_from_the_side_is_free():
+def test_a_wish_against_a_straight_descent_is_kept_if_insertion_from_the_side_is_free():
     """A post under a cantilevered slab with other supports, requested after the slab: it is inserted from the side."""
     parts = [
         ("wall", (1.0, 1.0, 0.0), (1.5, 3.0, 2.0)),
@@ -96,7 +96,7 @@ def test_a_wish_against_a_straight_descent_is_kept_where_a_way_in_from_the_side_
     assert any("set from the side: box" in note for note in sequence.notes)
 
 
-def test_a_wish_that_no_way_in_allows_is_an_error():
+def test_a_wish_that_no_insertion_allows_is_an_error():
     """The same box between walls: after the slab is set, it has no path."""
     walls = [
         ("west", (0.5, 0.5, 0.0), (1.0, 3.5, 2.0)),
@@ -121,7 +121,7 @@ def test_zones_tasks_and_storeys_order_what_geometry_leaves_free(rank):
     assert names(site, order_of(site)[1]) == ["a", "b", "c"]
 
 
-def test_what_is_wanted_first_comes_with_what_it_needs_and_before_all_zones():
+def test_what_is_wanted_first_comes_with_its_needs_before_all_zones():
     parts = [
         ("other", (5, 1, 0), (6, 2, 1), {"hints": OrderHints(zone=0, zone_name="north")}),
         ("slab", (1, 1, 1), (3, 3, 1.2), {"hints": OrderHints(first=True)}),

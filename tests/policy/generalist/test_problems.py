@@ -57,7 +57,7 @@ def test_threads_make_the_same_lessons():
 
 
 @pytest.mark.parametrize("number", range(6))
-def test_unsolvable_lifts_have_no_way(number):
+def test_unsolvable_lifts_have_no_path(number):
     problem = unsolvable(number)
     assert placement_is_free(problem.space, *problem.start_vox)
     assert placement_is_free(problem.space, *problem.target_vox)

@@ -15,7 +15,7 @@ from bimvox.policy.generalist.weights import FOLDER, generalist_record, load_gen
 from bimvox.policy.network import QNetwork
 
 
-def test_the_shipped_network_is_small_and_says_how_it_came_about():
+def test_the_shipped_network_is_small_and_records_its_training():
     size = sum(file.stat().st_size for file in FOLDER.iterdir())
     assert size < 2_000_000
     record = generalist_record()
@@ -23,7 +23,7 @@ def test_the_shipped_network_is_small_and_says_how_it_came_about():
     assert load_generalist() is load_generalist()
 
 
-def test_it_solves_most_of_what_it_has_never_seen():
+def test_it_solves_most_unseen_problems():
     problems = [random_problem((2, 500 + n), list(FAMILIES)[n % 5], (15, 15, 6), (32, 32, 14)) for n in range(20)]
     rollouts = roll_out_all(load_generalist(), [lift_problem(p.space, p.start_vox, p.target_vox) for p in problems])
     assert sum(rollout.arrived for rollout in rollouts) >= 18
@@ -35,7 +35,7 @@ def test_it_solves_most_of_what_it_has_never_seen():
     assert np.mean(ratio) < 1.1
 
 
-def test_half_precision_is_what_is_kept(tmp_path):
+def test_weights_are_stored_in_half_precision(tmp_path):
     network = load_generalist()
     save_generalist(network, {"steps": 1}, tmp_path)
     again = load_generalist(tmp_path)

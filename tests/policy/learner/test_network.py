@@ -56,7 +56,7 @@ def broken(arrays, name):
 
 
 @pytest.mark.parametrize("name", ["missing", "stream", "type", "shape", "outputs", "inputs", "finite"])
-def test_arrays_that_are_no_network(name):
+def test_arrays_that_are_not_a_network(name):
     arrays = drawn_network(np.random.default_rng(3), 7, dueling=True).arrays()
     with pytest.raises(PolicyError):
         value_network_from_arrays(broken(dict(arrays), name))

@@ -79,7 +79,7 @@ def test_pictures_look_as_they_did(make: Callable[[], Scene]):
     assert np.abs(stored.astype(int) - pixels.astype(int)).mean() < MEAN_DIFFERENCE
 
 
-def test_the_tolerance_sees_a_part_in_another_place():
+def test_the_tolerance_detects_a_part_in_another_place():
     plan = plan_by_hand()
     options = PictureOptions(size_px=(160, 100), view=View(-30.0, 28.0), annotated=False)
     pictures = [

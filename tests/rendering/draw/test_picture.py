@@ -36,7 +36,7 @@ def test_the_same_scene_gives_the_same_bytes():
     assert b"tEXt" not in first
 
 
-def test_the_picture_has_the_size_asked_for_and_a_flat_background():
+def test_the_picture_has_the_requested_size_and_a_flat_background():
     picture = picture_of(box_scene(), PictureOptions(size_px=(123, 77), annotated=False))
     assert picture.shape == (77, 123, 3)
     assert (picture[[0, 0, -1, -1], [0, -1, 0, -1]] == PAPER).all()
@@ -78,7 +78,7 @@ def test_dark_solids_have_light_edges():
     assert middle.max() > 1.5 * np.median(middle)
 
 
-def test_words_are_drawn_only_when_asked():
+def test_words_are_drawn_only_on_request():
     scene = box_scene(title="A title", caption="and a caption")
     bare = picture_of(scene, PictureOptions(size_px=(320, 200), annotated=False))
     worded = picture_of(scene, PictureOptions(size_px=(320, 200)))

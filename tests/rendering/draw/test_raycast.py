@@ -67,7 +67,7 @@ def test_the_first_hit_is_the_nearest_filled_cell_on_the_ray(seed):
         assert along == pytest.approx(best, abs=1e-6)
 
 
-def test_level_ground_in_the_open_has_its_very_colour_and_shadow_is_darker():
+def test_level_ground_in_the_open_has_its_exact_colour_and_shadow_is_darker():
     solids = np.zeros((40, 40, 12), np.uint16)
     solids[:, :, 0] = 1
     view, open_ground = View(-60.0, 35.0), solids.copy()

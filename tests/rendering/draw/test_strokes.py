@@ -46,7 +46,7 @@ def test_a_wall_hides_the_line_behind_it():
     assert (np.abs(along(scene_with(line(15.0), wall=True), 15.0)) < 60).all()
 
 
-def test_the_hidden_part_is_dotted_and_faint_where_asked():
+def test_the_hidden_part_is_dotted_and_faint_on_request():
     shown = along(scene_with(line(15.0, hidden_opacity=0.4), wall=True), 15.0)
     dots = shown > 40
     assert 0.2 < dots.mean() < 0.9

@@ -102,7 +102,7 @@ def test_the_caption_has_clock_lift_and_phase():
     assert f"lift {track.lift.order + 1} of 3" in words
 
 
-def test_moving_takes_its_time_and_standing_passes_quickly():
+def test_motion_is_shown_at_length_and_standing_quickly():
     film = tiny_film()
     motions = list(film.motions.values())
     times = frame_times_ns(film.tracks, motions, 400)
@@ -118,7 +118,7 @@ def test_moving_takes_its_time_and_standing_passes_quickly():
     assert moving / standing == pytest.approx(STANDING, rel=0.35)
 
 
-def test_only_the_lifts_that_are_asked_for_have_frames():
+def test_only_the_requested_lifts_have_frames():
     film = tiny_film()
     track = film.tracks[1]
     times = frame_times_ns((track,), list(film.motions.values()), 10)
@@ -190,7 +190,7 @@ def test_an_animation_that_is_interrupted_says_so():
         write_film(io.BytesIO(), film, times, SMALL, "gif", stop)
 
 
-def test_what_cannot_be_animated_is_said():
+def test_what_cannot_be_animated_is_reported():
     film = tiny_film()
     for frames in (1, 100_000):
         with pytest.raises(InputError, match="frames"):

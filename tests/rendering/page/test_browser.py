@@ -149,7 +149,7 @@ def test_every_lift_is_in_the_list_with_the_numbers_of_the_log(seen):
         assert "✓ Proven" in seen.text("#panel-part")
 
 
-def test_sliding_shows_that_time_and_playing_goes_on(seen):
+def test_sliding_shows_that_time_and_playing_continues(seen):
     log = tiny_log()
     first, last = log.motions
     track = tracks_of(log)[1]
@@ -375,7 +375,7 @@ def test_the_remarks_are_listed_and_lead_to_their_lifts(browser, tmp_path):
     seen.page.context.close()
 
 
-def test_the_tabs_are_walked_by_arrow_keys(seen):
+def test_arrow_keys_move_between_the_tabs(seen):
     seen.page.focus("#tab-part")
     for name, way in (("plan", "Right"), ("remarks", "Right"), ("part", "Right"), ("remarks", "Left")):
         seen.page.keyboard.press(f"Arrow{way}")

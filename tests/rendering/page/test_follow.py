@@ -119,7 +119,7 @@ def test_only_a_page_follows(tmp_path: Path):
         next(following(log, tmp_path / "none" / "x.html", threading.Event()))
 
 
-def test_a_page_that_does_not_follow_asks_nobody(tmp_path: Path):
+def test_a_page_that_does_not_follow_makes_no_requests(tmp_path: Path):
     from bimvox_pipeline.render.page import page_of_log
 
     write_revision(tmp_path / "tiny.mcap", 0)
@@ -130,7 +130,7 @@ def test_a_page_that_does_not_follow_asks_nobody(tmp_path: Path):
 
 
 @pytest.mark.browser
-def test_an_open_page_follows_and_goes_on_where_it_was(browser: Any, tmp_path: Path):
+def test_an_open_page_follows_and_continues_where_it_was(browser: Any, tmp_path: Path):
     log, out, stop = tmp_path / "tiny plan.mcap", tmp_path / "tiny plan.html", threading.Event()
     write_revision(log, 0)
     pages = following(log, out, stop)

@@ -48,7 +48,7 @@ def test_hook_and_load_are_where_the_log_has_them():
     assert any(motion["tip"] for motion in opened.document["motions"])
 
 
-def test_a_load_without_a_crane_goes_along_its_cells():
+def test_a_load_without_a_crane_follows_its_cells():
     log = tiny_log(crane=False)
     opened = Opened(page_of(tiny_source(crane=False)))
     scales = opened.document["scales"]
@@ -60,7 +60,7 @@ def test_a_load_without_a_crane_goes_along_its_cells():
 
 
 @given(st.integers(0, 10_000), st.integers(2, 60))
-def test_keyframes_keep_the_tolerance_and_what_is_asked_for(seed, count):
+def test_keyframes_keep_the_tolerance_and_the_requested_times(seed, count):
     rng = np.random.default_rng(seed)
     time_ns = np.cumsum(rng.integers(1, 10**9, count))
     values = np.cumsum(rng.normal(0, 0.02, (count, 3)), axis=0)

@@ -107,7 +107,7 @@ def test_a_part_that_lies_in_the_yard_fills_its_cells_there(tmp_path):
         np.testing.assert_allclose(turned.max(axis=0), high, atol=1e-6)
 
 
-def test_the_old_browsers_way_of_unpacking_is_the_same(tmp_path):
+def test_unpacking_for_old_browsers_gives_the_same(tmp_path):
     body = """(() => {
       const bytes = Uint8Array.from(atob(packed.trim()), (letter) => letter.charCodeAt(0));
       return JSON.stringify(opened(gunzip(bytes)).document) === JSON.stringify(page);
@@ -147,7 +147,7 @@ def test_control_characters_of_names_are_written_out(tmp_path):
     assert found == [plain(name)] * 2
 
 
-def test_a_way_ends_at_the_target(tmp_path, crane):
+def test_a_path_ends_at_the_target(tmp_path, crane):
     site = tiny_log(crane=crane).plan.site
     found = run(
         tmp_path,

@@ -20,7 +20,7 @@ def blocked(*names: str, by: tuple[str, ...] = ("silo",)):
     return plan.site, lifts, [lift for lift in lifts if lift.status is Status.INFEASIBLE]
 
 
-def test_what_is_in_the_way_is_red_and_seen():
+def test_what_is_in_the_way_is_red_and_visible():
     site, lifts, group = blocked("roof")
     scene, view = scene_of_blocked(site, lifts, group)
     red = np.flatnonzero((scene.palette == IN_THE_WAY).all(axis=1))

@@ -41,7 +41,7 @@ def test_nothing_hidden_is_the_scene_itself():
     assert without(whole, ()) is whole
 
 
-def test_an_unknown_layer_is_named_with_those_there_are():
+def test_an_unknown_layer_is_named_with_the_known_ones():
     assert layers_named(["crane", "words"]) == {Layer.CRANE, Layer.WORDS}
     with pytest.raises(SelectionError) as error:
         layers_named(["cranes"])

@@ -100,7 +100,7 @@ def test_what_could_not_be_placed_is_shown_as_an_empty_box():
         scene_of_plan(plan.site, plan.lifts, moment=Instant(2))
 
 
-def test_a_lift_that_is_not_there_is_an_error():
+def test_a_missing_lift_is_an_error():
     plan = plan_by_hand()
     with pytest.raises(InputError, match="no lift 8"):
         scene_of_plan(plan.site, plan.lifts, moment=Instant(7))

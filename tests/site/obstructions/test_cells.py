@@ -117,7 +117,7 @@ def test_what_sticks_out_is_clipped_with_a_note(form):
         box_mesh((5.0, 5.0, 5.0), (6.0, 6.0, 6.0)),
     ],
 )
-def test_what_lies_outside_takes_no_cell_and_is_noted(form):
+def test_obstructions_outside_take_no_cell_and_are_noted(form):
     cells, note = cells_of(form)
     assert cells.shape == (0, 3)
     assert note == "obstruction 'x' lies outside the site"

@@ -15,7 +15,7 @@ from bimvox.site.obstructions.obstruction_set import Box, Obstruction
 
 
 @pytest.mark.parametrize("grow_vox", [0, 2])
-def test_the_same_cells_and_notes_as_the_long_way(grow_vox: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_same_cells_and_notes_as_without_sorting_out(grow_vox: int, monkeypatch: pytest.MonkeyPatch) -> None:
     frame, shape, random = GridFrame((-1.0, 2.0, -0.5), 0.5), (6, 7, 4), np.random.default_rng(1)
     boxes = []
     for _ in range(300):

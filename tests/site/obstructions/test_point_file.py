@@ -55,7 +55,7 @@ def test_what_cannot_be_used_says_why(tmp_path, name, data, said):
         read_points(tmp_path / "none.ply")
 
 
-def test_a_scan_is_told_from_a_mesh(tmp_path):
+def test_a_scan_is_distinguished_from_a_mesh(tmp_path):
     for name, data, scan in (
         ("a.ply", ply("binary_little_endian", "float", "f4"), True),
         ("b.ply", ply("ascii", "float", "f4").replace(b"face 0", b"face 2"), False),
