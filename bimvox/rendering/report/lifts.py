@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from bimvox.records.remark import Severity
 from bimvox.rendering.plain import escape
 from bimvox.rendering.report.html import number, row, table, tag
 from bimvox.rendering.report.words import METHODS, fixed, named, span, tonnes
-from bimvox.rendering.words import PHASES, clock
+from bimvox.rendering.words import PHASES, clock, counted
 
 _COLUMNS = (
     "Lift",
@@ -24,19 +25,24 @@ _COLUMNS = (
     "Begins\nlasts",
     "Carrying\n/ bound",
     "Path\nmoves / fewest",
-    "Status\nproof",
+    "Status, proof\nremarks",
 )
 
 
-def lift_table(lifts: Iterable[dict[str, Any]], *, proof_made: bool) -> str:
+def lift_table(lifts: Iterable[dict[str, Any]], remarks: Iterable[dict[str, Any]] | None, *, proof_made: bool) -> str:
     """Return the table of all lifts.
 
     Args:
         lifts: Records of lifts, critical ones first, then in order.
+        remarks: The remarks about the plan; None if nothing can be said.
         proof_made: Whether the log was proven for this report.
     """
     caption = "Every lift, critical ones first, then in order"
-    return table(_COLUMNS, [_row(lift, proof_made) for lift in lifts], class_="lifts", caption=caption, id_="lifts")
+    about: dict[str | None, list[dict[str, Any]]] = {}
+    for remark in remarks or ():
+        about.setdefault(remark["component"], []).append(remark)
+    rows = [_row(lift, about.get(lift["id"], []), proof_made) for lift in lifts]
+    return table(_COLUMNS, rows, class_="lifts", caption=caption, id_="lifts")
 
 
 def critical_first(lifts: Sequence[dict[str, Any]], critical: Sequence[int]) -> list[dict[str, Any]]:
@@ -46,7 +52,7 @@ def critical_first(lifts: Sequence[dict[str, Any]], critical: Sequence[int]) -> 
     return [by_order[order] for order in critical] + [lift for lift in lifts if lift["order"] not in chosen]
 
 
-def _row(lift: dict[str, Any], proof_made: bool) -> str:
+def _row(lift: dict[str, Any], remarks: Sequence[dict[str, Any]], proof_made: bool) -> str:
     crane = f", crane {lift['crane'] + 1}" if "crane" in lift else ""  # on a site with several
     classes = ["critical"] * lift["critical"] + ["bad"] * (lift["status"] != "planned")
     cells = [
@@ -58,7 +64,7 @@ def _row(lift: dict[str, Any], proof_made: bool) -> str:
         _times(lift),
         _carrying(lift),
         _path(lift),
-        _status(lift, proof_made),
+        _status(lift, remarks, proof_made),
     ]
     return row(cells, " ".join(classes), data_order=str(lift["order"]))
 
@@ -115,12 +121,25 @@ def _path(lift: dict[str, Any]) -> str:
     return f"{escape(METHODS.get(lift['method'], lift['method'] or ''))}<br>{moves} / {fewest}"
 
 
-def _status(lift: dict[str, Any], proof_made: bool) -> str:
-    if lift["status"] != "planned":
-        return f"<b>✕ {escape(lift['status'])}</b>"
+def _status(lift: dict[str, Any], remarks: Sequence[dict[str, Any]], proof_made: bool) -> str:
+    """Return status and proof, and the number of remarks about the part; notes are left out."""
+    serious = sum(remark["severity"] == Severity.SERIOUS for remark in remarks)
+    minor = sum(remark["severity"] == Severity.MINOR for remark in remarks)
+    lines = [f"<b>✕ {escape(lift['status'])}</b>"]
+    if lift["status"] == "planned":
+        lines = [escape(lift["status"]), _proof(lift, proof_made, clean=not serious + minor)]
+    if serious:
+        lines.append(f"⚠\ufe0e {serious} serious")
+    if minor:
+        lines.append(f"! {counted(minor, 'remark')}")
+    return "<br>".join(lines)
+
+
+def _proof(lift: dict[str, Any], proof_made: bool, *, clean: bool) -> str:
     if lift["proven"] is None:
-        words = "not in this log" if proof_made else "NOT PROVEN"
-    else:
-        proven = "✓ proven" if lift["current"] else "proven against<br>earlier obstructions"
-        words = proven if lift["proven"] else "✕ PROOF FAILED"
-    return f"{escape(lift['status'])}<br>{words}"
+        return "not in this log" if proof_made else "NOT PROVEN"
+    if not lift["proven"]:
+        return "✕ PROOF FAILED"
+    if not lift["current"]:
+        return "proven against<br>earlier obstructions"
+    return "✓ proven" if clean else "proven"

@@ -61,7 +61,7 @@ def _row(remark: dict[str, Any], lift: dict[str, Any] | None) -> str:
         part = escape(remark["name"] or remark["component"] or "the whole plan")
         first = number(None, "")
     else:
-        part = f"<b>{escape(named(lift))}</b><br>{tag('code', escape(lift['global_id']))}"
+        part = f"<b>{escape(named(lift))}</b> {tag('code', escape(lift['global_id']))}"
         first = number(lift["order"], str(lift["number"]), "order")
     kind = escape(remark["kind"].replace("_", " "))
     return row([first, part, kind, escape(remark["text"])], data_severity=remark["severity"], data_kind=remark["kind"])

@@ -137,7 +137,9 @@ def lifts(record: dict[str, Any]) -> str:
     """Return the table of all lifts, critical ones first."""
     shown = critical_first(record["lifts"], record["critical"])
     return section(
-        "Lifts: critical ones, then in order", lift_table(shown, proof_made=record["proof"] is not None), class_="wide"
+        "Lifts: critical ones, then in order",
+        lift_table(shown, record["remarks"], proof_made=record["proof"] is not None),
+        class_="wide",
     )
 
 

@@ -100,7 +100,8 @@ export class Details {
     const checks = proof.checks.filter((check) => check.samples > 0);
     if (!lift.proven) return el("p", { class: "warn" }, "NOT PROVEN: a check of this lift failed; see Plan.");
     if (!lift.current) return el("p", { class: "aside minor" }, "Proven against the obstructions before the last change only, not against the current ones: the lift ended before it.");
-    return el("p", { class: "fine" }, `✓ Proven: ${checks.length} checks of the log passed for this lift${lift.samples ? `, ${counted(lift.samples, "sample")} of its motion` : ""}.`);
+    const clean = this.app.remarks.about(lift.part).every((remark) => remark.severity === "note");
+    return el("p", { class: clean ? "fine" : "aside" }, `${clean ? "✓ " : ""}Proven: ${checks.length} checks of the log passed for this lift${lift.samples ? `, ${counted(lift.samples, "sample")} of its motion` : ""}.`);
   }
 
   _lift(lift, motion, use) {
@@ -220,7 +221,7 @@ export class Details {
       ]),
       ...this._infeasibleList(),
       el("h3", {}, "Proof"),
-      ...this._checks(revision.proof),
+      ...this._checks(revision),
       ...this._sentences("Overlaps in the model", revision.clashes.map((clash) => `${this._name(clash.first)} and ${this._name(clash.second)}: ${clash.at_least ? "at least " : ""}${fixed(clash.depth_m * 1000, 1)} mm`)),
       ...this._sentences("Notes", [...revision.notes, ...site.notes, ...revision.obstruction_notes]),
       el("h3", {}, "Hashes"),
@@ -260,7 +261,7 @@ export class Details {
     return [el("h3", {}, "Infeasible"), el("div", { class: "links" }, ...bad.map((lift) => el("button", { type: "button", class: "hot", onclick: () => app.choose(lift.part) }, `✕ ${nameOf(app.parts[lift.part])}`)))];
   }
 
-  _checks(proof) {
+  _checks({ proof, verdict }) {
     if (!proof) return [el("p", { class: "warn" }, "NOT PROVEN. This page was made without a proof; bimvox verify proves the log.")];
     const failed = proof.checks.filter((check) => !check.passed);
     const samples = proof.checks.reduce((sum, check) => sum + check.samples, 0);
@@ -269,7 +270,7 @@ export class Details {
     );
     const head = el("thead", {}, el("tr", {}, ...["Check", "Result", "Samples", "Worst"].map((name) => el("th", { scope: "col" }, name))));
     return [
-      proof.verified ? el("p", { class: "fine" }, `✓ Proven again from the log alone when this page was made: ${proof.checks.length} checks, ${whole(samples)} samples.`) : el("p", { class: "warn" }, `NOT PROVEN: ${counted(failed.length, "check")} failed.`),
+      proof.verified ? el("p", { class: verdict.proof_light === "clean" ? "fine" : "aside" }, `${verdict.proof_light === "clean" ? "✓ " : ""}Proven again from the log alone when this page was made: ${proof.checks.length} checks, ${whole(samples)} samples; ${verdict.remarks}.`) : el("p", { class: "warn" }, `NOT PROVEN: ${counted(failed.length, "check")} failed.`),
       ...this._earlier(proof.not_current),
       ...failed.flatMap((check) => [el("h3", {}, check.name.replaceAll("_", " ")), el("ul", {}, ...check.failures.map((text) => el("li", {}, text)))]),
       el("table", {}, head, el("tbody", {}, ...rows)),
