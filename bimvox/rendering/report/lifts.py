@@ -10,7 +10,7 @@ from bimvox.records.remark import Severity
 from bimvox.rendering.plain import escape
 from bimvox.rendering.report.html import number, row, table, tag
 from bimvox.rendering.report.words import METHODS, fixed, named, span, tonnes
-from bimvox.rendering.words import PHASES, clock, counted
+from bimvox.rendering.words import PHASES, clock
 
 _COLUMNS = (
     "Lift",
@@ -129,9 +129,9 @@ def _status(lift: dict[str, Any], remarks: Sequence[dict[str, Any]], proof_made:
     if lift["status"] == "planned":
         lines = [escape(lift["status"]), _proof(lift, proof_made, clean=not serious + minor)]
     if serious:
-        lines.append(f"⚠\ufe0e {serious} serious")
-    if minor:
-        lines.append(f"! {counted(minor, 'remark')}")
+        lines.append(f"⚠\ufe0e {serious} serious" + (f", {minor} minor" if minor else ""))
+    elif minor:
+        lines.append(f"! {minor} minor")
     return "<br>".join(lines)
 
 
