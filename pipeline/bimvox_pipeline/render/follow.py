@@ -14,7 +14,8 @@ from bimvox.progress import Progress
 from bimvox_pipeline.watch.file_watch import FileState, changes, state_of
 
 if TYPE_CHECKING:
-    from bimvox.rendering.page.source import PageSource, Revision
+    from bimvox.rendering.page.source import PageSource
+    from bimvox_pipeline.render.revisions import Judged, JudgedAs
 
 
 def follow(
@@ -28,7 +29,7 @@ def follow(
     Args:
         log: The log; it need not exist yet.
         out: The page.
-        proven: Whether every revision is proven; they are kept for the next page.
+        proven: Whether every revision is proven; proofs are kept for the next page.
         progress: Receives the stages.
         stop: Ends it, as Ctrl-C does.
 
@@ -44,7 +45,7 @@ def follow(
     script = out.with_suffix(".live.js")
     for file in (out, script):
         check_output(file, inputs=[log])
-    known: dict[str, Revision] = {}
+    known: dict[JudgedAs, Judged] = {}
     shown: PageSource | None = None
     stop = stop or threading.Event()
     try:
@@ -73,12 +74,13 @@ def _states(log: Path, first: FileState, stop: threading.Event) -> Iterator[File
         yield from changes(log, lambda: (), stop, first)
 
 
-def _source(log: Path, proven: bool, progress: Progress, known: dict[str, Revision]) -> PageSource:
+def _source(log: Path, proven: bool, progress: Progress, known: dict[JudgedAs, Judged]) -> PageSource:
     from bimvox_pipeline.render.page import source_of_log
 
     source = source_of_log(log, proven=proven, progress=progress, known=known)
-    for sha256 in known.keys() - {revision.sha256 for revision in source.revisions}:
-        del known[sha256]
+    shown = {revision.sha256 for revision in source.revisions}
+    for old in [key for key in known if key[0] not in shown]:
+        del known[old]
     return source
 
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from bimvox.errors import InputError
 from bimvox.progress import Progress
-from bimvox_pipeline.render.revisions import read_revisions, revisions_of
+from bimvox_pipeline.render.revisions import Judged, JudgedAs, read_revisions, revisions_of
 
 if TYPE_CHECKING:
-    from bimvox.rendering.page.source import PageSource, Revision
+    from bimvox.rendering.page.source import PageSource
 
 REVISIONS = 10
 """Maximum number of revisions in a page: the newest ones."""
@@ -26,7 +26,7 @@ def page_of_log(log: Path, *, proven: bool, progress: Progress) -> bytes:
 
 
 def source_of_log(
-    log: Path, *, proven: bool, progress: Progress, known: dict[str, Revision] | None = None
+    log: Path, *, proven: bool, progress: Progress, known: dict[JudgedAs, Judged] | None = None
 ) -> PageSource:
     """Return the content of a log's page.
 
@@ -34,7 +34,7 @@ def source_of_log(
         log: A log. Revisions of ``bimvox watch`` next to it are in the page as well.
         proven: Whether every revision is proven again now; otherwise the page says that it is not proven.
         progress: Receives the stages.
-        known: Earlier revisions, by the SHA-256 of their log; new ones are added.
+        known: What was found earlier about logs; new findings are added.
 
     Raises:
         LogFileError: If it is damaged or not a bimvox log.

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
     from bimvox.log.mcap.reader import Contents
     from bimvox.log.plan_log import PlanLog
+    from bimvox.records.proof import Verification
+    from bimvox.records.remark import Remark
     from bimvox.rendering.page.source import Revision
 
 _NUMBER = re.compile(r"\.r(\d{4,})$")
@@ -42,6 +44,28 @@ class Read:
     sha256: str
     contents: Contents | None
     record: PlanLog
+
+    @property
+    def judged_as(self) -> JudgedAs:
+        """What proof and remarks depend on: a segment's file alone, or its revision's whole plan."""
+        return self.sha256, self.contents is None
+
+
+JudgedAs = tuple[str, bool]
+"""SHA-256 of a log, and whether the logs before it belong to the plan as well."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What was found about a plan.
+
+    Attributes:
+        proof: The proof; None if none was wanted.
+        remarks: The remarks; None if the values of the plan make no sense.
+    """
+
+    proof: Verification | None
+    remarks: tuple[Remark, ...] | None
 
 
 def read_revision(file: Path, progress: Progress) -> Read:
@@ -142,7 +166,7 @@ def _without_pending(record: PlanLog) -> PlanLog:
 
 
 def revisions_of(
-    found: list[Read], proven: bool, progress: Progress, known: dict[str, Revision] | None = None
+    found: list[Read], proven: bool, progress: Progress, known: dict[JudgedAs, Judged] | None = None
 ) -> Iterator[Revision]:
     """Yield the read logs as revisions of a plan.
 
@@ -150,21 +174,20 @@ def revisions_of(
         found: The read logs.
         proven: Whether they are proven again now.
         progress: Receives the stages.
-        known: Earlier revisions, by the SHA-256 of their log; new ones are added.
+        known: What was found earlier about logs; new findings are added.
     """
     from bimvox.log.recorder import tracks_of
     from bimvox.log.schema import METADATA
-    from bimvox.remarks.sensible import remarks_if_sensible
     from bimvox.rendering.page.source import Revision
 
     for read in found:
-        if known is not None and read.sha256 in known:
-            yield known[read.sha256]
-            continue
-        record, proof = read.record, None
-        if proven:
-            proof = prove_plan(record, progress) if read.contents is None else prove(read.contents, record, progress)
-        revision = Revision(
+        record = read.record
+        judged = (known or {}).get(read.judged_as)
+        if judged is None:
+            judged = _judged(read, proven, progress)
+            if known is not None:
+                known[read.judged_as] = judged
+        yield Revision(
             number=record.revision,
             log=read.file.name,
             sha256=read.sha256,
@@ -172,10 +195,16 @@ def revisions_of(
             context=record.context,
             motions=record.motions,
             tracks=tracks_of(record),
-            proof=proof,
-            remarks=remarks_if_sensible(record.plan, record.motions, record.context),
+            proof=judged.proof,
+            remarks=judged.remarks,
             metadata=record.metadata if read.contents is None else read.contents.metadata.get(METADATA, {}),
         )
-        if known is not None:
-            known[read.sha256] = revision
-        yield revision
+
+
+def _judged(read: Read, proven: bool, progress: Progress) -> Judged:
+    from bimvox.remarks.sensible import remarks_if_sensible
+
+    record, proof = read.record, None
+    if proven:
+        proof = prove_plan(record, progress) if read.contents is None else prove(read.contents, record, progress)
+    return Judged(proof, remarks_if_sensible(record.plan, record.motions, record.context))

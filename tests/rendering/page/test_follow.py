@@ -19,6 +19,7 @@ from bimvox.errors import FileError, InputError
 from bimvox.log.recorder import write_log
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import Method
+from bimvox.remarks import sensible
 
 VERSION = "document.querySelector('meta[name=bimvox-live]').dataset.version"
 
@@ -91,21 +92,25 @@ def test_a_log_may_come_later(tmp_path: Path):
     list(pages)
 
 
-def test_a_proof_is_made_once_a_revision(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_proof_and_remarks_are_made_once_a_revision(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     log, stop = tmp_path / "tiny.mcap", threading.Event()
     write_revision(log, 0)
     write_revision(tmp_path / "tiny.r0000.mcap", 0)
-    proofs = []
+    proofs, remarks = [], []
     from bimvox_pipeline.render import revisions as page_revisions
 
     made = page_revisions.prove
     monkeypatch.setattr(page_revisions, "prove", lambda *given: proofs.append(given) or made(*given))
+    found = sensible.remarks_if_sensible
+    monkeypatch.setattr(sensible, "remarks_if_sensible", lambda *given: remarks.append(given) or found(*given))
     pages = follow(log, tmp_path / "tiny.html", progress=SilentProgress(), stop=stop)
     next(pages)
     assert len(proofs) == 1
+    assert len(remarks) == 1
     write_revision(log, 1, method=Method.POLICY)
     assert next(pages)["revisions"] == 2
     assert len(proofs) == 2
+    assert len(remarks) == 2
     stop.set()
     list(pages)
 
@@ -164,6 +169,7 @@ def test_an_open_page_follows_and_continues_where_it_was(browser: Any, tmp_path:
     assert page.inner_text("#follow") == "● live"
     page.evaluate("() => { page.seek(42); page.setSpeed(20); page.choose(2); page.setLayer('voxels', true); }")
     page.evaluate("() => { page.camera.azimuth = 123; }")
+    page.click("#tab-remarks")
     write_revision(log, 1, method=Method.POLICY)
     second = next(pages)
     wait(shows(second))
@@ -171,6 +177,7 @@ def test_an_open_page_follows_and_continues_where_it_was(browser: Any, tmp_path:
     assert page.evaluate("() => [page.time, page.speed, page.chosen, page.layers.voxels, page.camera.azimuth]") == [
         42, 20, 2, True, 123,
     ]  # fmt: skip
+    assert page.is_visible("#panel-remarks")
     assert "Revision 1 loaded" in page.inner_text("#live")
     # While paused, it keeps what it shows until it is resumed.
     page.click("#follow")

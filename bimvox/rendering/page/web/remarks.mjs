@@ -52,10 +52,11 @@ export class Remarks {
 
   _severity(severity, title, words) {
     const kinds = new Map();
-    for (const remark of this.all.filter((one) => one.severity === severity)) kinds.set(remark.kind, [...(kinds.get(remark.kind) ?? []), remark]);
-    const count = [...kinds.values()].reduce((sum, group) => sum + group.length, 0);
-    if (!count) return [];
-    return [el("h3", { class: severity }, `${title} (${count})`), el("p", { class: "kicker" }, words), ...[...kinds].map(([kind, group]) => this._kind(severity, kind, group))];
+    const found = this.all.filter((one) => one.severity === severity);
+    for (const { kind } of found) kinds.set(kind, []);
+    for (const remark of found) kinds.get(remark.kind).push(remark);
+    if (!found.length) return [];
+    return [el("h3", { class: severity }, `${title} (${found.length})`), el("p", { class: "kicker" }, words), ...[...kinds].map(([kind, group]) => this._kind(severity, kind, group))];
   }
 
   _kind(severity, kind, group) {
