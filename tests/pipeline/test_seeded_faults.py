@@ -360,7 +360,7 @@ def test_a_missing_surface_does_not_count_as_free(good: PlanLog, tmp_path: Path)
 
 
 @pytest.mark.parametrize("name", faults.NONSENSE)
-def test_nothing_is_proven_from_values_that_make_no_sense(good: PlanLog, tmp_path: Path, name: str):
+def test_nothing_is_proven_from_invalid_values(good: PlanLog, tmp_path: Path, name: str):
     forge, says = faults.NONSENSE[name]
     document = proven(forge(good), tmp_path)
     assert set(document["checks"]) == failed(document) == {"values"}

@@ -22,5 +22,5 @@ def remarks(serious: int = 0, minor: int = 0, notes: int = 0) -> list[Remark]:
         ({"notes": 3}, "3 notes"),
     ],
 )
-def test_the_count_beside_the_verdict(counts, words):
+def test_the_count_next_to_the_verdict(counts, words):
     assert in_words(remarks(**counts)) == words

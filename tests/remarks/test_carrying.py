@@ -47,12 +47,12 @@ def test_a_load_over_finished_work_says_how_high_and_over_what() -> None:
     assert texts["beam-a"] == "is carried 1.0 m over wall: 2.0 m are usual"
 
 
-def test_a_load_far_above_everything_is_right() -> None:
+def test_a_load_far_above_everything_has_no_remark() -> None:
     plan = carried_at(9)
     assert not named(plan, "carried_low", while_carried(plan, 9))
 
 
-def test_a_load_just_over_the_ground_is_named() -> None:
+def test_a_load_just_above_the_ground_is_named() -> None:
     plan = carried_at(3)
     assert "over" in named(plan, "carried_low", while_carried(plan, 3))["beam-a"]
 

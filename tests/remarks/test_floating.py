@@ -19,7 +19,7 @@ def test_a_part_that_touches_nothing_is_serious_and_says_how_high() -> None:
     assert remark.text == "floats 5.9 m above the ground: nothing is under it or next to it"
 
 
-def test_parts_that_hold_only_each_other_float_all_of_them() -> None:
+def test_parts_that_hold_only_each_other_all_float() -> None:
     found = named(plan_of([COLUMN, CLOUD, NEXT]), "floats")
     assert set(found) == {"cloud", "next"}
     assert "it touches only another part that floats" in found["next"]

@@ -33,5 +33,5 @@ def test_a_mast_inside_the_outline_is_minor() -> None:
     assert "inside the outline" in remark.text
 
 
-def test_a_mast_next_to_the_building_is_right() -> None:
+def test_a_mast_next_to_the_building_has_no_remark() -> None:
     assert not of_kind(with_crane(16.0, 7.0), "crane_foot")

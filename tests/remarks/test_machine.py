@@ -94,7 +94,7 @@ def test_scaled_machines_do_not_exist(crane: TowerCrane) -> None:
     assert "does not exist" in remark.text
 
 
-def test_a_crane_of_ones_own_must_be_checked_and_no_crane_lifts_everything() -> None:
+def test_a_custom_crane_must_be_checked_and_no_crane_lifts_everything() -> None:
     own = changed(LARGE, name="LX 280", chart=LoadChart((20.0, 60.0), (12_000.0, 3000.0)))
     assert said_of(own).severity is Severity.MINOR
     assert "12.0 t up to 20 m, 3.0 t at 60 m" in said_of(own).text

@@ -9,14 +9,14 @@ from bimvox.remarks.remarks import remarks_of
 from bimvox.remarks.sensible import remarks_if_sensible
 
 
-def test_a_plan_whose_values_make_sense_has_its_remarks():
+def test_a_plan_with_valid_values_has_remarks():
     log = tiny_log()
     found = remarks_if_sensible(log.plan, log.motions, log.context)
     assert found == remarks_of(log.plan, log.motions, log.context)
     assert found
 
 
-def test_nothing_is_said_about_values_that_make_no_sense():
+def test_invalid_values_have_no_remarks():
     log = tiny_log()
     first, *others = log.plan.site.components
     site = dataclasses.replace(log.plan.site, components=(dataclasses.replace(first, mass_kg=math.nan), *others))

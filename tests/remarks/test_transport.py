@@ -70,7 +70,7 @@ def test_a_part_turned_on_plan_is_measured_along_itself() -> None:
     ("mass_kg", "said"),
     [(21.0, "one person carries that"), (25.0, "one person carries that"), (70.0, "by the bundle"), (76.0, None)],
 )
-def test_what_a_hand_carries_needs_no_lift_of_its_own(mass_kg: float, said: str | None) -> None:
+def test_what_a_person_carries_needs_no_separate_lift(mass_kg: float, said: str | None) -> None:
     found = of_kind(part_of((1.0, 0.2, 0.1), mass_kg), "hand_load")
     assert len(found) == (said is not None)
     assert all(said in remark.text and remark.severity is Severity.MINOR for remark in found if said)

@@ -36,7 +36,7 @@ def test_a_built_in_machine_fills_in_what_is_left_out():
     assert crane == replace(default_crane("hammerhead-45", (3.0, 4.0, 0.0)), sling_m=1.5)
 
 
-def test_a_machine_of_ones_own_needs_every_key():
+def test_a_custom_machine_needs_every_key():
     complete = crane_config(some_crane()).model_dump()
     for field in fields(TowerCrane):
         if field.name == "name" or field.default is not MISSING:
