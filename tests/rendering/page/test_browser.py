@@ -505,6 +505,27 @@ def test_hostile_names_are_only_text(browser, tmp_path):
     seen.page.context.close()
 
 
+def test_control_characters_are_shown_not_obeyed(browser, tmp_path):
+    bad = "a\x1b[2J\u202eb"
+    log = tiny_log()
+    site = log.plan.site
+    parts = tuple(dataclasses.replace(part, name=bad, storey=bad, material=bad) for part in site.components)
+    site = dataclasses.replace(site, name=bad, components=parts, notes=(bad,))
+    lifts = tuple(dataclasses.replace(lift, reason=lift.reason and bad) for lift in log.plan.lifts)
+    log = dataclasses.replace(log, plan=dataclasses.replace(log.plan, site=site, lifts=lifts))
+    remark = Remark(bad, Severity.SERIOUS, bad, parts[1].id, bad)
+    seen = show(browser, tmp_path, PageSource((revision_of(log, passed_proof(), (remark,)),)))
+    seen.page.click("#list tr.bad button")
+    said = seen.page.title()
+    for tab in ("part", "plan", "remarks"):
+        seen.page.click(f"#tab-{tab}")
+        assert "a\\x1b[2J\\u202eb" in seen.text(f"#panel-{tab}")
+        said += seen.text("body")
+    assert "a\\x1b[2J\\u202eb" in seen.text("#title")
+    assert not {"\x1b", "\u202e"} & set(said)
+    seen.page.context.close()
+
+
 def test_a_site_without_a_crane_plays_as_well(browser, tmp_path):
     seen = show(browser, tmp_path, tiny_source(crane=False, proof=passed_proof()), reduced_motion="reduce")
     assert "no crane" in seen.text("#facts")

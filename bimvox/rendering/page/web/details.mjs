@@ -3,7 +3,7 @@ import { byId, el, fill, terms } from "./dom.mjs";
 import { cranesOf } from "./cranes.mjs";
 import { HOT } from "./plan.mjs";
 import { extent } from "./overlays.mjs";
-import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, fixed, metres, nameOf, percent, plain, point, span, tonnes, whole } from "./words.mjs";
+import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, fixed, metres, nameOf, percent, point, span, tonnes, whole } from "./words.mjs";
 
 export class Details {
   constructor(app) {
@@ -57,7 +57,7 @@ export class Details {
       el("h2", {}, nameOf(part)),
       el("p", {}, `${classWords(part.ifc_class)}${lift ? `, lift ${lift.number} of ${app.plan.lifts.length}` : ""}`),
       lift ? (bad ? this._infeasible(lift) : this._proof(lift)) : null,
-      ...app.remarks.about(index).map((remark) => el("p", { class: `aside ${remark.severity}` }, el("strong", {}, `${remark.severity === "note" ? "Note" : `Remark, ${remark.severity}`}: `), plain(remark.text))),
+      ...app.remarks.about(index).map((remark) => el("p", { class: `aside ${remark.severity}` }, el("strong", {}, `${remark.severity === "note" ? "Note" : `Remark, ${remark.severity}`}: `), remark.text)),
       motion ? el("p", { class: "links" }, el("button", { type: "button", onclick: () => app.seek(lift.begins_s) }, `Go to this lift, ${clock(lift.begins_s)}`)) : null,
       el("h3", {}, "Part"),
       terms([

@@ -1,4 +1,5 @@
-// Makes elements. Text always becomes text nodes, because names come from untrusted files.
+// Makes elements. Text always becomes text nodes with its control characters written out, because names come from untrusted files.
+import { plain } from "./words.mjs";
 
 export const byId = (id) => document.getElementById(id);
 
@@ -10,7 +11,7 @@ export function el(tag, attributes = {}, ...children) {
     if (typeof value === "function") element.addEventListener(name.slice(2), value);
     else element.setAttribute(name, value === true ? "" : value);
   }
-  element.append(...children.filter((child) => child !== null && child !== undefined));
+  element.append(...children.filter((child) => child !== null && child !== undefined).map((child) => (typeof child === "string" ? plain(child) : child)));
   return element;
 }
 

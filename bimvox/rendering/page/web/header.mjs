@@ -1,6 +1,6 @@
 // The header: names, the plan in a line, the verdict of the proof, and the choice of a revision.
 import { byId, el, fill } from "./dom.mjs";
-import { counted, span } from "./words.mjs";
+import { counted, plain, span } from "./words.mjs";
 
 export class Header {
   constructor(app) {
@@ -22,13 +22,13 @@ export class Header {
     const { app } = this;
     const { revision } = app.plan;
     const { site } = app.document;
-    byId("title").textContent = site.model && site.model !== site.name ? `${site.name} · ${site.model}` : site.name;
+    byId("title").textContent = plain(site.model && site.model !== site.name ? `${site.name} · ${site.model}` : site.name);
     const facts = [
       `${counted(revision.planned, "lift")} planned, ${revision.infeasible} infeasible`,
       revision.timed ? `${span(revision.ends_s - revision.begins_s)} of crane time` : "no crane",
       `log ${revision.log}, SHA-256 ${revision.sha256.slice(0, 12)}…`,
     ];
-    byId("facts").textContent = facts.join(" · ");
+    byId("facts").textContent = plain(facts.join(" · "));
     const chip = byId("proof");
     const { proof, verdict } = revision;
     chip.className = `chip ${verdict.proof_light}`;

@@ -1,6 +1,6 @@
 // The remarks of a plan: what a person should look at, by severity and kind. A click leads to the part and its lift.
 import { byId, el, fill } from "./dom.mjs";
-import { counted, nameOf, plain } from "./words.mjs";
+import { counted, nameOf } from "./words.mjs";
 
 /** A longer group is closed at first. */
 const LONG = 6;
@@ -62,7 +62,7 @@ export class Remarks {
   _kind(severity, kind, group) {
     const order = (remark) => this._lift(remark)?.order ?? -1;
     const items = group.slice().sort((a, b) => order(a) - order(b)).map((remark) => el("li", {}, this._remark(remark)));
-    return el("details", { class: `kind ${severity}`, open: group.length <= LONG }, el("summary", {}, `${plain(kind).replaceAll("_", " ")} (${group.length})`), el("ul", {}, ...items));
+    return el("details", { class: `kind ${severity}`, open: group.length <= LONG }, el("summary", {}, `${kind.replaceAll("_", " ")} (${group.length})`), el("ul", {}, ...items));
   }
 
   _lift(remark) {
@@ -72,10 +72,10 @@ export class Remarks {
   /** A remark as a button that leads to its part; as text if it is about the whole plan. */
   _remark(remark) {
     const part = this.byId.get(remark.component);
-    if (part === undefined) return el("p", {}, remark.name ? el("strong", {}, plain(remark.name)) : null, el("span", {}, plain(remark.text)));
+    if (part === undefined) return el("p", {}, remark.name ? el("strong", {}, remark.name) : null, el("span", {}, remark.text));
     const lift = this._lift(remark);
     const head = lift ? `Lift ${lift.number} · ${nameOf(this.app.parts[part])}` : nameOf(this.app.parts[part]);
-    const button = el("button", { type: "button", onclick: () => this._go(part, lift) }, el("strong", {}, head), el("span", {}, plain(remark.text)));
+    const button = el("button", { type: "button", onclick: () => this._go(part, lift) }, el("strong", {}, head), el("span", {}, remark.text));
     this.buttons.push([part, button]);
     return button;
   }
