@@ -20,6 +20,7 @@ from bimvox.proof.values import check_values
 from bimvox.records.lift import LiftPlan, Method, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
+from bimvox.records.reasons import NOT_DRIVEN
 from bimvox.site.part_names import names_by_id
 from bimvox.site.site import Site
 
@@ -154,7 +155,7 @@ def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Plan
     try:
         motions = time_lifts(made, replay(made.site, preparation, made))
     except MotionError as error:
-        return {error.component: f"the crane cannot drive its path: {error.message}"}
+        return {error.component: f"{NOT_DRIVEN}{error.message}"}
     progress.stage("prove")
     of_motions = verify_motions(made, motions)
     if not of_motions.verified:

@@ -8,6 +8,7 @@ from pathlib import Path
 from bimvox.library.bound import check_bound
 from bimvox.library.own_files import check_own_files
 from bimvox.library.plan_value import Plan
+from bimvox.library.search import with_search
 from bimvox.log.check import check_commands, check_digests, check_load_poses
 from bimvox.log.mcap.reader import Contents, read_contents, read_file
 from bimvox.log.plan_log import PlanLog
@@ -26,6 +27,7 @@ def verify(
     site: Path | str | None = None,
     model: Path | str | None = None,
     obstructions: Path | str | None = None,
+    search: bool = False,
     progress: Listener = None,
 ) -> Verification:
     """Return the verdict of a proof made now: one check after the other, with what failed.
@@ -38,6 +40,8 @@ def verify(
         site: The site file that one holds: prove that the plan is of it and of its model.
         model: The model, if it is not where the site file says.
         obstructions: The obstruction file that one holds.
+        search: Whether to search again that infeasible lifts are infeasible and that no path has fewer moves than
+            stated. This uses the planner's search, and takes about as long as planning without a policy.
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
@@ -55,6 +59,8 @@ def verify(
         files = [None if file is None else Path(file) for file in (site, model, obstructions)]
         bound = check_bound(record.plan.site, files[0], files[1], files[2], told)
         verdict = replace(verdict, checks=(*verdict.checks, bound))
+    if search:
+        verdict = with_search(verdict, record, told)
     told.finish()
     return verdict
 

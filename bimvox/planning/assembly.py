@@ -54,10 +54,12 @@ class Obstacle:
     Attributes:
         reason: One sentence; "it" is the part.
         blocked_by: Ids of what blocks the lift.
+        cut_off: Whether the search for its last moves was ended by its limit, so there may be a way.
     """
 
     reason: str
     blocked_by: tuple[str, ...] = ()
+    cut_off: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -307,7 +309,7 @@ class Assembly:
         solids = self._preparation.contacts.solids
         by_cells = self.who_is_at(np.array(blocked.cells, np.int32).reshape(-1, 3)) if blocked.cells else ()
         near = {solids[n].id for n in blocked.solids}
-        return Obstacle(blocked.reason, tuple(sorted({*by_cells, *near})))
+        return Obstacle(blocked.reason, tuple(sorted({*by_cells, *near})), blocked.cut_off)
 
     def _receive(self, delivery: int) -> None:
         if delivery <= self._delivery:

@@ -52,10 +52,12 @@ class Insertion:
         path_vox: (K + 1, 3) int32 placements from the gate to the target, both included.
         enclosed: Whether they begin in an enclosed room: no gate was found, even with the true shapes, so no transit
             can reach them.
+        cut_off: Whether the search for another way was ended by its limit, so there may be one.
     """
 
     path_vox: NDArray[np.int32]
     enclosed: bool = False
+    cut_off: bool = False
 
     @property
     def gate_vox(self) -> IntVec:
@@ -77,11 +79,13 @@ class NoInsertion:
         reason: One sentence.
         solids: Numbers of the solids that are in the way (see ``Contacts.solids``).
         cells: Cells of the part that hit something else.
+        cut_off: Whether the search was ended by its limit, so there may be a way.
     """
 
     reason: str
     solids: tuple[int, ...] = ()
     cells: tuple[IntVec, ...] = ()
+    cut_off: bool = False
 
 
 class PartToInsert(NamedTuple):
@@ -112,9 +116,11 @@ def find_insertion(part: PartToInsert) -> Insertion | NoInsertion:
     found = by_cells.find()
     if (isinstance(found, Insertion) and not found.enclosed) or not by_cells.met_cells:
         return found
-    refined = _Inserter(part, by_shapes=True).find()
+    by_shapes = _Inserter(part, by_shapes=True)
+    refined = by_shapes.find()
     if isinstance(refined, Insertion) and not refined.enclosed:
         return refined
+    found = replace(found, cut_off=found.cut_off or by_shapes.cut_off)
     if isinstance(found, Insertion):
         return found
     size_m = part.site.frame.voxel_size_m
@@ -152,7 +158,7 @@ class _Inserter:
         others = set(present) - {*self.near, component.index} if by_shapes else set()
         self.others = np.array(sorted(others), np.int64)  # not neighbours; their true triangles decide
         self.gap_m = site.rules.contact_tolerance_m
-        self.met_cells = False
+        self.met_cells = self.cut_off = False
         size = np.array(component.shape.size_vox)
         self.low = np.array([*np.maximum(self.target[:2] - SIDEWAYS_VOX, 0), 0])
         high = np.array([*np.minimum((self.target + size)[:2] + SIDEWAYS_VOX, site.shape[:2]), site.shape[2]])
@@ -185,7 +191,7 @@ class _Inserter:
         straight = self._straight_down()
         if isinstance(straight, Insertion) and not straight.enclosed:
             return straight
-        return self._detour() or straight
+        return self._detour() or replace(straight, cut_off=self.cut_off)
 
     def _straight_down(self) -> Insertion | NoInsertion:
         """Return the moves straight down from the lowest gate; without a gate, from an enclosed room.
@@ -250,6 +256,7 @@ class _Inserter:
                 came_from[there] = here
                 queue.append(there)
                 roaming, touching = roaming + free_there, touching + (not free_there)
+        self.cut_off = bool(queue)
         return None
 
     def _insertion(self, places: list[IntVec]) -> Insertion:

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from bimvox.errors import VerificationError
 from bimvox.records.proof import Verification
+from bimvox.records.reasons import NOT_PROVEN
 
 T = TypeVar("T")
 
@@ -52,7 +53,7 @@ def refusals(proof: Verification) -> dict[str, str]:
     for check in proof.checks:
         for component in sorted(check.culprits):
             failure = next((f for f in check.failures if component in f), check.failures[0])
-            reasons.setdefault(component, f"its lift could not be proven: {check.name}: {failure}")
+            reasons.setdefault(component, f"{NOT_PROVEN}{check.name}: {failure}")
     if not proof.verified and not reasons:
         raise VerificationError(
             f"the plan could not be proven, so it was not written: {proof.failures[0]}",

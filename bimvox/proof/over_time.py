@@ -37,7 +37,7 @@ def verify_plan_over_time(
     """
     if not plan.history and not any(lift.left for lift in plan.lifts):
         return verify_plan(plan, context, known_shapes=known_shapes)
-    starts = {motion.order: _begins_ns(plan.site, motion) for motion in motions}
+    starts = {motion.order: begins_ns(plan.site, motion) for motion in motions}
     epochs = Check("epochs")
     _check_epochs(epochs, plan, motions, context)
     found = [Verification((epochs,))]
@@ -138,7 +138,7 @@ def site_with(site: Site, obstructions: Iterable[Blocker]) -> Site:
     return replace(site, blockers=(*fixed, *obstructions))
 
 
-def _begins_ns(site: Site, motion: LiftMotion) -> int:
+def begins_ns(site: Site, motion: LiftMotion) -> int:
     """Return when a lift counts as begun. With several cranes the path may change while the hook waits for its turn."""
     return motion.hooked_ns if site.has_several_cranes else motion.start_ns
 

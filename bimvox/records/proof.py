@@ -21,6 +21,7 @@ class Check:
         failed: Number of failures.
         about: Id of the component that is being checked; None for the whole plan.
         culprits: Ids of the components with failures.
+        undecided: Items that the check could not decide, and why: they have neither passed nor failed.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Check:
     failed: int = 0
     about: str | None = None
     culprits: set[str] = field(default_factory=set)
+    undecided: list[str] = field(default_factory=list)
 
     @property
     def passed(self) -> bool:

@@ -17,6 +17,7 @@ from bimvox.errors import MotionError
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
+from bimvox.records.reasons import NOT_DRIVEN
 from bimvox.revision.current_plan import CurrentPlan
 from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.motions import stages_of
@@ -55,7 +56,7 @@ class SeveralCranes:
         try:
             motions = time_lifts(plan, stages_of(plan, self._request.preparation))
         except MotionError as error:
-            return {error.component: f"the crane cannot drive its path: {error.message}"}
+            return {error.component: f"{NOT_DRIVEN}{error.message}"}
         return with_motions(self._was, draft, motions)
 
     def refused(self, proof: Proof) -> Refused:

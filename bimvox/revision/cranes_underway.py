@@ -26,6 +26,7 @@ from bimvox.motion.timing import NS_PER_S
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
+from bimvox.records.reasons import HOOK_MET, NOT_DRIVEN
 from bimvox.revision.cranes import with_motions
 from bimvox.revision.cranes_now import CraneNow, cranes_at, is_met, motion_is_met
 from bimvox.revision.current_plan import CurrentPlan
@@ -41,8 +42,6 @@ from bimvox.stop.redirect import Held, Redirected, is_set
 
 if TYPE_CHECKING:
     from bimvox.revision.keep_or_replan import Replanning
-
-_MET = "the empty hook met something while it was stopped, or as far out as it swings: look at it before it is moved"
 
 
 class CranesUnderWay:
@@ -122,7 +121,7 @@ class CranesUnderWay:
         if at_fault:
             return at_fault[0]  # something is where a hook has just set its part
         if self._unsafe:
-            return _MET
+            return HOOK_MET
         return f"it waits for {', '.join(without)}" if without else None
 
     @property
@@ -138,7 +137,7 @@ class CranesUnderWay:
     def _is_of(self, lift: Lift, crane: CraneNow) -> bool:
         """Return whether a lift belongs to a crane, and is planned or held because the crane's hook met something."""
         mine = self.site.components[lift.component].crane == crane.number
-        return mine and (lift.status is Status.PLANNED or lift.reason == _MET)
+        return mine and (lift.status is Status.PLANNED or lift.reason == HOOK_MET)
 
     def _reasons(self, orders: Set[int]) -> list[str]:
         """Return the reasons why any of these lifts are refused."""
@@ -172,7 +171,7 @@ class CranesUnderWay:
         for crane in self._unsafe:
             first = next((lift for lift in now.values() if lift.order > self.last and self._is_of(lift, crane)), None)
             if first is not None:
-                now[first.order] = Lift(first.component, first.order, first.place, Status.INFEASIBLE, reason=_MET)
+                now[first.order] = Lift(first.component, first.order, first.place, Status.INFEASIBLE, reason=HOOK_MET)
         return now
 
     def _held_loads(self, waits_for: str) -> tuple[Held, ...]:
@@ -272,7 +271,7 @@ class CranesUnderWay:
 
     def _undriven(self, error: MotionError) -> Refused:
         """Return what to refuse if a lift cannot be driven: if its hook is stuck, all remaining lifts of its crane."""
-        names, reason = self.site.components, f"the crane cannot drive its path: {error.message}"
+        names, reason = self.site.components, f"{NOT_DRIVEN}{error.message}"
         left = self._to_come
         own = next((lift for lift in left if names[lift.component].id == error.component), None)
         if own is not None and isinstance(error, HookError):

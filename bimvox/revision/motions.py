@@ -13,6 +13,7 @@ from bimvox.planning.assembly import Assembly, Preparation, with_cleared
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
+from bimvox.records.reasons import NOT_DRIVEN
 from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.request import RevisionRequest
 from bimvox.site.collision import CollisionSpace
@@ -63,7 +64,7 @@ def _missing_motions(request: RevisionRequest, draft: RevisionDraft) -> tuple[di
                 motions[lift.order] = time_lift(site, crane, lift, rule, before, 0, 0.0)
             except MotionError as error:
                 component = site.components[lift.component].id
-                refused[component] = f"the crane cannot drive its path: {error.message}"
+                refused[component] = f"{NOT_DRIVEN}{error.message}"
             missing.remove(lift.order)
             if not missing:
                 break

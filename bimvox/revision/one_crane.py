@@ -8,6 +8,7 @@ from bimvox.planning.assembly import Obstacle
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
+from bimvox.records.reasons import HOOK_CANNOT_LEAVE
 from bimvox.revision.current_plan import CurrentPlan
 from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.held_cranes import HeldCranes
@@ -88,7 +89,7 @@ class OneCrane:
         if stuck is None:
             return proof.refused
         left = [site.components[lift.component].id for lift in lifts if lift.order > self._last]
-        return dict.fromkeys(left, f"the hook cannot leave where the last part was set: {stuck}")
+        return dict.fromkeys(left, f"{HOOK_CANNOT_LEAVE}{stuck}")
 
     def _redirected(self, replanning: Replanning, was: Lift, motion: LiftMotion) -> Lift:
         """Return the lift under way: unchanged if the change does not meet its rest, otherwise redirected or held."""

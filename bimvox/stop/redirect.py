@@ -25,6 +25,7 @@ from bimvox.planning.assembly import Obstacle, Stage
 from bimvox.planning.search import shortest_path
 from bimvox.records.lift import LeftPath, Lift, Method, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
+from bimvox.records.reasons import LOAD_IS_HELD, NOT_DRIVEN
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.component import IntVec
 from bimvox.site.site import Site
@@ -88,7 +89,7 @@ class Held:
             path_vox=None,
             shortest_moves=None,
             contact_moves=0,
-            reason=f"it is held {where} ({self.how}): {self.reason}",
+            reason=f"{LOAD_IS_HELD}{where} ({self.how}): {self.reason}",
             blocked_by=self.blocked_by,
             left=(),
         )
@@ -270,7 +271,7 @@ def _redirected_in_yard(
     try:
         timeline, needed_m = drive_path(rigged, stage.clearance_with_insertion, path_vox, moves, slew_rad)
     except PlanningError as error:
-        return replace(held, reason=f"the crane cannot drive its path: {error.message}")
+        return replace(held, reason=f"{NOT_DRIVEN}{error.message}")
     trajectory = sampled(timeline, needed_m, rigged)
     raised_ns = motion.start_ns + int(motion.loaded.time_ns[0])
     again_ns = max(raised_ns, ready_ns)

@@ -20,6 +20,12 @@ def verify(
     site: Annotated[Path | None, typer.Option(help="The site file that you hold: prove that the log is of it.")] = None,
     model: Annotated[Path | None, typer.Option(help="The model, if it is not where the site file says.")] = None,
     obstructions: Annotated[Path | None, typer.Option(help="The obstruction file that you hold.")] = None,
+    search: Annotated[
+        bool,
+        typer.Option(
+            "--search", help="Search again what is called infeasible, and the fewest moves; as long as planning."
+        ),
+    ] = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -27,7 +33,7 @@ def verify(
     from bimvox_pipeline.verify import verify as run
 
     with open_output(as_json=json, quiet=quiet) as output:
-        document = run(log, site=site, model=model, obstructions=obstructions, progress=output.progress)
+        document = run(log, site=site, model=model, obstructions=obstructions, search=search, progress=output.progress)
     raise typer.Exit(output.result(document, _show))
 
 
@@ -52,6 +58,10 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
         console.print()
     rows(console, ("check", "what failed"), failures, title=f"failed: {sum(c['failed'] for c in checks.values()):,}")
     console.print()
+    undecided = [(name, sentence) for name, check in checks.items() for sentence in check["undecided"]]
+    rows(console, ("check", "what could not be decided"), undecided, title=f"not decided: {len(undecided):,}")
+    if undecided:
+        console.print()
     earlier = document["not_current"]
     rows(
         console,
@@ -79,4 +89,9 @@ def _verdict(document: Mapping[str, Any]) -> str:
     if not document["verified"]:
         return "NO: a check failed"
     earlier = len(document["not_current"])
-    return "yes: every check passed" + (f", for {earlier:,} lifts against earlier obstructions only" if earlier else "")
+    undecided = sum(len(check["undecided"]) for check in document["checks"].values())
+    return (
+        "yes: every check passed"
+        + (f", for {earlier:,} lifts against earlier obstructions only" if earlier else "")
+        + (f"; {undecided:,} lifts could not be decided" if undecided else "")
+    )

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.library.bound import check_bound
+from bimvox.library.search import with_search
 from bimvox.library.verify import prove, read_whole
 from bimvox.log.plan_log import PlanLog
 from bimvox.progress import Progress
@@ -21,11 +22,13 @@ def verify(
     site: Path | None = None,
     model: Path | None = None,
     obstructions: Path | None = None,
+    search: bool = False,
     progress: Progress,
 ) -> dict[str, Any]:
     """Prove a log again, as :func:`bimvox.verify` does, and return the document of ``bimvox verify --json``.
 
-    ``site``, ``model`` and ``obstructions`` are files that one holds: the log must be of them.
+    ``site``, ``model`` and ``obstructions`` are files that one holds: the log must be of them. With ``search``, what is
+    called infeasible is searched again, and so are the fewest moves.
 
     Raises:
         LogFileError: If it is damaged or not a bimvox log.
@@ -36,6 +39,8 @@ def verify(
     if any(given.values()):
         bound = check_bound(record.plan.site, site, model, obstructions, progress)
         proof = replace(proof, checks=(*proof.checks, bound))
+    if search:
+        proof = with_search(proof, record, progress)
     progress.finish()
     return {
         "log": str(log),
@@ -74,6 +79,7 @@ def _as_json(checks: Iterable[Check]) -> dict[str, Any]:
             "unit": check.unit or None,
             "failed": check.failed,
             "failures": list(check.failures),
+            "undecided": list(check.undecided),
         }
         for check in checks
     }

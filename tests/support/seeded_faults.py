@@ -55,10 +55,15 @@ def good_log(swing: SwingRule = SwingRule.SHAPED) -> PlanLog:
     """Return the log of a portal of two columns, beam and slab, planned over a wall and timed."""
     crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
     rules = Rules(swing=swing)
-    site = with_digests(box_site(PARTS, structure=[WALL], crane=crane, shape=(40, 30, 24), rules=rules))
+    return log_of(box_site(PARTS, structure=[WALL], crane=crane, shape=(40, 30, 24), rules=rules))
+
+
+def log_of(site: Site) -> PlanLog:
+    """The log of a site, planned by search and timed."""
+    site = with_digests(site)
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    motions = time_plan(plan, replay(site, preparation, plan))
+    motions = time_plan(plan, replay(site, preparation, plan)) if site.cranes else ()
     return PlanLog(plan=plan, motions=tuple(motions), attachments={"site.toml": site_file_of(site)})
 
 
@@ -677,3 +682,63 @@ def beams_on_a_column_that_is_never_set(log: PlanLog) -> PlanLog:
 
 def everything_unheld(log: PlanLog) -> PlanLog:
     return with_plan(log, unheld=tuple(component.id for component in log.plan.site.components))
+
+
+# What no proof of a path can see: lifts that are called infeasible, and the fewest moves.
+
+
+def unplanned(log: PlanLog, name: str, reason: str, blocked_by: tuple[str, ...] = ()) -> PlanLog:
+    """The log without the path and the motion of a lift."""
+    order = lift_of(log, name).order
+    nothing: dict[str, Any] = {"method": None, "path_vox": None, "shortest_moves": None, "contact_moves": 0}
+    spoiled = with_lift(log, name, status=Status.INFEASIBLE, reason=reason, blocked_by=blocked_by, **nothing)
+    return dataclasses.replace(spoiled, motions=tuple(m for m in log.motions if m.order != order))
+
+
+def called_infeasible(log: PlanLog, name: str, reason: str, blocked_by: tuple[str, ...] = ()) -> PlanLog:
+    """The same, with a clock as if the lift had never been planned."""
+    spoiled = unplanned(log, name, reason, blocked_by)
+    site = spoiled.plan.site
+    return dataclasses.replace(spoiled, motions=time_plan(spoiled.plan, replay(site, prepare(site), spoiled.plan)))
+
+
+def infeasible_for(reason: str, *blocked_by: str) -> Forge:
+    return lambda log: called_infeasible(log, "slab", reason, blocked_by)
+
+
+FALSE_CLAIMS: dict[str, tuple[Forge, str]] = {
+    "blocked": (infeasible_for("it is blocked at its place", "wall"), "(slab): it is called infeasible (it is blocked"),
+    "unsupported": (
+        infeasible_for("the parts that support it are not in place", "beam"),
+        "(slab): it is called infeasible (the parts that support it",
+    ),
+    "enclosed": (
+        infeasible_for(
+            "no path leads out of the free space around its place (7 placements); checked with cells", "wall"
+        ),
+        "(slab): it is called infeasible (no path leads out",
+    ),
+    "heavy": (infeasible_for("governing radius 12.0 m, at its place: 9000 kg"), "(slab): it is called infeasible (gov"),
+    "no room": (
+        infeasible_for("the yard has no free place for it (4x1x0.5 m)"),
+        "(slab): it is called infeasible (the",
+    ),
+    "not proven": (
+        infeasible_for("its lift could not be proven: triangles: slab: meets beam"),
+        "(slab): it is called infeasible (its lift could not be proven",
+    ),
+    "not driven": (
+        infeasible_for("the crane cannot drive its path: slab: the rope is too short"),
+        "(slab): it is called infeasible (the crane cannot drive",
+    ),
+    "held": (
+        infeasible_for("it is held on the hook (stopped): nothing"),
+        "(slab): it is called infeasible (it is held",
+    ),
+    "fewer": (
+        lambda log: with_lift(log, "beam", shortest_moves=lift_of(log, "beam").shortest_moves - 1),
+        "(beam): shortest_moves is ",
+    ),
+    "none": (lambda log: with_lift(log, "left", shortest_moves=0), "(left): shortest_moves is 0, the fewest possible"),
+}
+"""Logs that every check but ``search`` accepts, each with what ``search`` says."""

@@ -1,0 +1,189 @@
+"""``verify --search``: what is called infeasible is infeasible for the reason given, and fewest moves are fewest."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import seeded_faults as faults
+from bimvox_cli.main import run as command
+from box_sites import box_cells, box_site, test_crane
+
+import bimvox
+from bimvox.library.log import write_log_file
+from bimvox.library.search import check_search
+from bimvox.log.plan_log import PlanLog
+from bimvox.progress import SilentProgress
+from bimvox.records.lift import Epoch, Status
+from bimvox.records.proof import Check
+from bimvox.site.site import Blocker, Site
+
+
+@pytest.fixture(scope="module")
+def good() -> PlanLog:
+    return faults.good_log()
+
+
+def searched(log: PlanLog) -> Check:
+    return check_search(log, SilentProgress())
+
+
+def site_with(crane: bool = True, **more: object) -> Site:
+    own = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0) if crane else None
+    return box_site(faults.PARTS, structure=[faults.WALL], crane=own, shape=(40, 30, 24), **more)
+
+
+def obstructed(site: Site, low: tuple[float, float, float], high: tuple[float, float, float]) -> Site:
+    crate = Blocker("crate", "obstruction", box_cells(site.frame, low, high))
+    return dataclasses.replace(site, blockers=(*site.blockers, crate))
+
+
+def over(site: Site, name: str) -> Site:
+    """A crate in the place of a part."""
+    part = next(part for part in site.components if part.id == name)
+    low = site.frame.corner_of(np.array(part.target_vox))
+    return obstructed(site, tuple(low), tuple(low + 0.5))
+
+
+def parted(site: Site) -> Site:
+    """A curtain between the building and the yard, as high as the site."""
+    cells = np.zeros(site.shape, bool)
+    cells[16, :, 1:] = True
+    curtain = Blocker("curtain", "obstruction", np.argwhere(cells).astype(np.int32))
+    return dataclasses.replace(site, blockers=(*site.blockers, curtain))
+
+
+def test_a_good_plan_is_confirmed(good: PlanLog) -> None:
+    check = searched(good)
+    assert (check.passed, check.samples, check.undecided) == (True, 4, [])
+
+
+@pytest.mark.parametrize("name", faults.FALSE_CLAIMS)
+def test_a_false_claim_is_named(good: PlanLog, tmp_path: Path, name: str) -> None:
+    forge, says = faults.FALSE_CLAIMS[name]
+    write_log_file(tmp_path / "log.mcap", forge(good), inputs=[])
+    assert bimvox.verify(tmp_path / "log.mcap").verified
+    verdict = bimvox.verify(tmp_path / "log.mcap", search=True)
+    (check,) = [check for check in verdict.checks if not check.passed]
+    assert check.name == "search"
+    assert any(says in failure for failure in check.failures), check.failures
+    assert all(failure.startswith("lift ") for failure in check.failures)
+
+
+KINDS = {
+    "blocked at its place": (lambda: over(site_with(), "beam"), "it is blocked at its place"),
+    "too heavy": (
+        lambda: dataclasses.replace(
+            (site := site_with()),
+            components=tuple(
+                dataclasses.replace(part, mass_kg=50_000.0) if part.id == "beam" else part for part in site.components
+            ),
+        ),
+        "governing radius",
+    ),
+    "yard full": (
+        lambda: dataclasses.replace((site := site_with()), yard=np.zeros_like(site.yard)),
+        "the yard has no free place for it",
+    ),
+    "enclosed": (
+        lambda: parted(site_with(crane=False)),
+        "no path leads out of the free space",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_reason_is_confirmed(kind: str) -> None:
+    make, says = KINDS[kind]
+    log = faults.log_of(make())
+    refused = [lift for lift in log.plan.lifts if lift.status is Status.INFEASIBLE]
+    assert any(says in (lift.reason or "") for lift in refused), [lift.reason for lift in log.plan.lifts]
+    check = searched(log)
+    assert (check.failures, check.undecided, check.samples) == ([], [], 4)
+
+
+def test_what_rests_on_a_refused_part_is_confirmed_too() -> None:
+    log = faults.log_of(over(site_with(), "beam"))
+    assert "the parts that support it are not in place" in [lift.reason for lift in log.plan.lifts]
+    assert searched(log).passed
+
+
+def test_another_reason_than_the_true_one_is_named() -> None:
+    log = faults.log_of(over(site_with(), "beam"))
+    other = faults.with_lift(log, "beam", reason="it is too ugly", blocked_by=())
+    (failure,) = searched(other).failures
+    assert "(beam): it is infeasible, but for another reason: it is blocked at its place" in failure
+    blamed = faults.with_lift(log, "beam", blocked_by=("wall",))
+    assert "it (by wall)" in searched(blamed).failures[0]
+
+
+def test_a_refused_path_that_is_refused_again_is_not_decided(good: PlanLog) -> None:
+    beside = faults.a_surface_beside_its_cells(good)
+    refused = faults.unplanned(beside, "slab", "its lift could not be proven: shapes: its cells miss its surface")
+    check = searched(refused)
+    assert (check.failures, check.samples) == ([], 3)
+    (said,) = check.undecided
+    assert said.startswith("lift 4 (slab): a path of ")
+    assert "moves is found, and refused too (shapes: slab" in said
+
+
+def test_a_lift_held_when_the_obstructions_changed_is_not_decided(good: PlanLog) -> None:
+    forged = faults.called_infeasible(good, "slab", "it is held on the hook (braked): nothing leads on")
+    held = faults.with_plan(forged, history=(Epoch(forged.motions[-1].end_ns, ()),))
+    check = searched(held)
+    assert check.passed
+    assert [sentence.split(": ")[1] for sentence in check.undecided] == [
+        "the cranes were stopped; how they stand is not in the log"
+    ]
+
+
+def test_another_order_or_yard_than_the_planners_is_not_decided() -> None:
+    log = faults.log_of(over(site_with(), "beam"))
+    place = faults.lift_of(log, "beam").place
+    assert place is not None
+    x, y, z = place.cell_vox
+    moved = faults.with_lift(log, "beam", place=dataclasses.replace(place, cell_vox=(x + 1, y, z)))
+    (said,) = searched(moved).undecided
+    assert "(beam): it is infeasible in the order and the yard of the plan" in said
+
+
+def test_each_lift_is_searched_with_the_obstructions_of_its_time(good: PlanLog) -> None:
+    place = faults.lift_of(good, "beam").place
+    crated = faults.with_blocker(good, "crate", place.shape.cells[:1] + np.array(place.cell_vox))
+    check = searched(faults.with_plan(crated, history=(Epoch(good.motions[-1].start_ns, ()),)))
+    assert (check.failures, check.undecided, check.samples) == ([], [], 4)
+    assert any("(beam): the search takes other last moves" in sentence for sentence in searched(crated).undecided)
+
+
+def test_a_lift_that_claims_nothing_is_not_searched(good: PlanLog) -> None:
+    check = searched(faults.with_lift(good, "beam", shortest_moves=None))
+    assert (check.passed, check.samples, check.undecided) == (True, 3, [])
+
+
+def test_an_extract_is_searched_as_far_as_it_goes(good: PlanLog) -> None:
+    assert searched(good.extract([1, 3])).samples == 2
+
+
+def test_nothing_is_searched_in_what_is_refused_already(good: PlanLog, tmp_path: Path) -> None:
+    write_log_file(tmp_path / "log.mcap", faults.a_step_removed(good), inputs=[])
+    (check,) = [c for c in bimvox.verify(tmp_path / "log.mcap", search=True).checks if c.name == "search"]
+    assert (check.samples, check.undecided) == (0, ["nothing was searched, because another check failed"])
+
+
+def test_the_command_counts_what_is_not_decided(
+    good: PlanLog, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "220")
+    moved = faults.log_of(over(site_with(), "slab"))
+    place = faults.lift_of(moved, "slab").place
+    assert place is not None
+    x, y, z = place.cell_vox
+    moved = faults.with_lift(moved, "slab", place=dataclasses.replace(place, cell_vox=(x + 1, y, z)))
+    path = tmp_path / "log.mcap"
+    write_log_file(path, moved, inputs=[])
+    assert command(["verify", str(path), "--search", "--json"]) in (0, 1)
+    document = json.loads(capsys.readouterr().out)
+    assert len(document["checks"]["search"]["undecided"]) == 1
+    command(["verify", str(path), "--search"])
+    assert "what could not be decided" in capsys.readouterr().out
