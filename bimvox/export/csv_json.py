@@ -40,7 +40,7 @@ LIFT_COLUMNS = {
     "status": "planned or infeasible",
     "method": "how the path was found: policy, retrained or search",
     "moves": "unit moves of the path",
-    "shortest_moves": "the fewest possible under the same rules",
+    "shortest_moves": "the fewest possible under the same rules; empty if not known any more",
     "contact_moves": "number of last placements that the narrow phase cleared",
     "delivery": "delivery that it comes with, from 0",
     "stored_pose": "its pose in the yard",

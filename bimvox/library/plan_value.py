@@ -40,7 +40,7 @@ class LiftRow:
         status: ``planned`` or ``infeasible``.
         method: How the path was found: ``policy``, ``retrained`` or ``search``; None if infeasible.
         moves: Unit moves of the path, each of one cell; None if infeasible.
-        shortest_moves: The fewest possible under the same rules; None if infeasible.
+        shortest_moves: The fewest possible under the same rules; None if infeasible, or if no longer known.
         start_s: When the lift starts on the site's clock, seconds; None without a motion.
         duration_s: How long the lift takes, empty hook included, seconds; None without a motion.
         reason: Why it is infeasible, one sentence; None if planned.

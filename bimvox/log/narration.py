@@ -52,11 +52,12 @@ def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) ->
         if lift.place is not None and lift.place.delivery != delivery:
             delivery = lift.place.delivery
             yield _line(track.start_ns, Log.INFO, f"delivery {delivery} is in the yard")
+        fewest = "" if lift.shortest_moves is None else f" (fewest possible {lift.shortest_moves})"
         yield _line(
             track.start_ns,
             Log.INFO,
             f"lift {lift.number}: {names[component.id]}, {component.mass_kg:.0f} kg, "
-            f"{lift.moves} moves (fewest possible {lift.shortest_moves}) by {lift.method}{_crane_of(site, component)}",
+            f"{lift.moves} moves{fewest} by {lift.method}{_crane_of(site, component)}",
         )
 
 
@@ -79,8 +80,9 @@ def event_messages(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[tup
             "name": component.name,
             "method": str(lift.method),
             "moves": str(lift.moves),
-            "shortest_moves": str(lift.shortest_moves),
         }
+        if lift.shortest_moves is not None:
+            whole["shortest_moves"] = str(lift.shortest_moves)
         events.append(LogEvent(LIFT_EVENT, track.start_ns, track.end_ns, whole))
         if (motion := motions.get(lift.order)) is not None:
             events += [

@@ -105,6 +105,8 @@ def newest(base: PlanLog, segments: Sequence[PlanLog]) -> PlanLog:
             if lift.status is not Status.PLANNED or known is None or lift.order in pending:
                 lifts[lift.order] = lift
                 motions.pop(lift.order, None)
+            elif known.shortest_moves != lift.shortest_moves:
+                lifts[lift.order] = dataclasses.replace(known, shortest_moves=lift.shortest_moves)
         last = segment
     ordered = tuple(lifts[order] for order in sorted(lifts))
     return dataclasses.replace(

@@ -40,7 +40,8 @@ class PlanFigures:
         planned: Planned ones.
         methods: How many paths were found by each method, every method named.
         moves: Unit moves of all paths.
-        shortest_moves: The fewest possible.
+        shortest_moves: The fewest possible, of the paths for which they are known.
+        compared_moves: Unit moves of these paths.
         crane_s: From the start of the first lift to the end of the last; None without a crane.
         loaded_s: The part of it in which a load moves.
         hook_travel_m: Travel of the hook, empty and loaded, along the samples of the motions.
@@ -55,6 +56,7 @@ class PlanFigures:
     methods: dict[str, int]
     moves: int
     shortest_moves: int
+    compared_moves: int
     crane_s: float | None
     loaded_s: float | None
     hook_travel_m: float | None
@@ -65,8 +67,8 @@ class PlanFigures:
 
     @property
     def length_ratio(self) -> float | None:
-        """Moves divided by the fewest possible; None if there are none."""
-        return self.moves / self.shortest_moves if self.shortest_moves else None
+        """Moves divided by the fewest possible, of the paths for which they are known; None if there are none."""
+        return self.compared_moves / self.shortest_moves if self.shortest_moves else None
 
     def share(self, method: str) -> float:
         """Share of the planned lifts whose path a method found; 0 if none is planned."""
@@ -89,6 +91,7 @@ def plan_figures(plan: LiftPlan, motions: Sequence[LiftMotion], *, critical_shar
         methods={method.value: sum(lift.method is method for lift in planned) for method in Method},
         moves=sum(lift.moves or 0 for lift in planned),
         shortest_moves=sum(lift.shortest_moves or 0 for lift in planned),
+        compared_moves=sum(lift.moves or 0 for lift in planned if lift.shortest_moves is not None),
         crane_s=_clock_s(motions) if motions else None,
         loaded_s=sum(motion.loaded.duration_s for motion in motions) if motions else None,
         hook_travel_m=sum(hook_travel_m(plan.site, motion) for motion in motions) if motions else None,

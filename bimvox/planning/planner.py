@@ -119,9 +119,13 @@ def _searched(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, befo
     """Return a lift with a shortest path, the earlier lift if that is still valid, or an infeasible one."""
     if isinstance(stage, Obstacle):
         return replace(unplanned, reason=stage.reason, blocked_by=stage.blocked_by)
-    if before is not None and before.path_vox is not None and _is_still_valid(before.path_vox, stage):
-        return before
+    kept = before is not None and before.path_vox is not None and _is_still_valid(before.path_vox, stage)
+    if kept and before is not None and before.shortest_moves == _distance(stage) + stage.insertion.moves:
+        return before  # no path can be shorter
     shortest = shortest_path(stage.space, stage.start_vox, stage.insertion.gate_vox).path_vox
+    if kept and before is not None:
+        fewest = None if shortest is None else len(shortest) - 1 + stage.insertion.moves
+        return before if before.shortest_moves == fewest else replace(before, shortest_moves=fewest)
     if shortest is None:
         found = _why_unreachable(assembly, stage)
         return replace(unplanned, reason=found.reason, blocked_by=found.blocked_by)
@@ -183,6 +187,11 @@ def _is_still_valid(path_vox: NDArray[np.int32], stage: Stage) -> bool:
     last = stage.insertion.path_vox
     transit = path_vox[: len(path_vox) - len(last) + 1]
     return np.array_equal(path_vox[-len(last) :], last) and is_valid_transit(stage, transit)
+
+
+def _distance(stage: Stage) -> int:
+    """Return the fewest moves of a transit with nothing in the way."""
+    return sum(abs(a - b) for a, b in zip(stage.start_vox, stage.insertion.gate_vox, strict=True))
 
 
 def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:

@@ -101,6 +101,16 @@ class CellMask:
         left.empty = not left._words.any()
         return left
 
+    def around(self) -> NDArray[np.int32]:
+        """Return two opposite corners (2, 3) of a box around the set, from the ground up; (0, 3) if it is empty."""
+        columns = np.flatnonzero(self._words.any(axis=1))
+        if not len(columns):
+            return np.zeros((0, 3), np.int32)
+        heights = np.unpackbits(np.bitwise_or.reduce(self._words[columns]).view(np.uint8), bitorder="little")
+        x, y = np.divmod(columns, self._shape[1])
+        highest = [int(x.max()), int(y.max()), int(np.flatnonzero(heights)[-1])]
+        return np.array([[int(x.min()), int(y.min()), 0], highest], np.int32)
+
     def reaches_jib(self, site: Site, crane: TowerCrane) -> bool:
         """Return whether any cell is as high as a crane's jib."""
         if self.empty:

@@ -113,7 +113,8 @@ class Lift:
         method: How the path was found; None if there is no path.
         path_vox: (N, 3) int32 reference cells from the transit start to the target, both included, one unit move
             between neighbours; None if infeasible. For a load that was stopped in transit, from where it resumes.
-        shortest_moves: The fewest unit moves possible under the same rules; None if infeasible.
+        shortest_moves: The fewest unit moves possible under the same rules; None if infeasible, or if no longer known:
+            the path was kept when something on the site changed.
         contact_moves: How many of the last placements were cleared by the narrow phase.
         reason: Why it is infeasible, in one sentence.
         blocked_by: Ids of what blocks it.

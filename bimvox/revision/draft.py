@@ -34,6 +34,7 @@ class RevisionDraft:
         written: Lifts that are written to the log even if nothing about them is new.
         held: The cranes, if they are stopped because a load has no free path.
         stops: The lifts under way that were stopped, each redirected or held.
+        fewest_unknown: Kept and recalled lifts with a longer path than may now be possible.
         laid: Motions to put on the clock one after the other, in ascending order; None for those still to be made.
     """
 
@@ -51,6 +52,7 @@ class RevisionDraft:
     written: frozenset[int] = frozenset()
     held: HeldCranes | None = None
     stops: tuple[Redirected | Held, ...] = ()
+    fewest_unknown: set[int] = field(default_factory=set)
     laid: dict[int, LiftMotion | None] = field(default_factory=dict)
 
     @property
@@ -65,7 +67,8 @@ class RevisionDraft:
 
     def plan(self, current: CurrentPlan, request: RevisionRequest, change: ObstructionChange) -> LiftPlan:
         """Return the plan of these lifts, with the obstructions that the change ended."""
-        lifts = (*self.lifts, *current.plan.lifts[len(self.lifts) :])
+        own = (replace(x, shortest_moves=None) if x.order in self.fewest_unknown else x for x in self.lifts)
+        lifts = (*own, *current.plan.lifts[len(self.lifts) :])
         return replace(current.plan, site=request.site, lifts=lifts, history=history_after(current, request, change))
 
 

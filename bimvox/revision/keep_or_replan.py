@@ -5,8 +5,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from bimvox.planning.assembly import Assembly, Obstacle, Stage
 from bimvox.planning.insertion import SIDEWAYS_VOX
+from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.planner import plan_lift, proposed_again
 from bimvox.planning.rounds import Refused
 from bimvox.proof.footprint import CellMask, examined_by
@@ -14,10 +17,13 @@ from bimvox.records.lift import Lift, Status
 from bimvox.revision.crane_work import CraneWork
 from bimvox.revision.current_plan import CurrentPlan
 from bimvox.revision.draft import RevisionDraft
+from bimvox.revision.fewest import FewestMoves
 from bimvox.revision.obstruction_change import ObstructionChange
 from bimvox.revision.recall import Memory, Recall, Version, obstructed_cells, remembered
 from bimvox.revision.request import RevisionRequest
 from bimvox.revision.touched import Touched
+
+_NO_CELLS = np.zeros((0, 3), np.int32)
 
 
 class Replanning:
@@ -35,6 +41,8 @@ class Replanning:
         draft: The result so far.
         assembly: The parts in place and in the yard at this lift.
         touched: Which lifts the change affects.
+        fewest: Whether the fewest moves of kept lifts are still known.
+        searched: Lifts whose fewest moves were found now.
         recall: Earlier versions of lifts.
         before: The planned lift before the current one; None for the first.
         was_before: The component of the planned lift before it in the current plan.
@@ -54,6 +62,9 @@ class Replanning:
         self.site, self.preparation = request.site, request.preparation
         self.draft = RevisionDraft(memory=dict(current.memory))
         self.touched = Touched(current, self.site, self.preparation, change)
+        self.fewest, self.searched = FewestMoves(self.site), set[int]()
+        self.fewest.freed(change.removed)
+        self.fewest.occupied(change.added)
         self.recall = Recall(memory, self.site, self.preparation)
         self.was_obstructed: CellMask | None = None
         self.assembly = Assembly(self.site, self.preparation, one_at_a_time=True)
@@ -76,7 +87,9 @@ class Replanning:
             lift = self._lift(assembly, was)
             if lift.status is Status.PLANNED:
                 self.work.choose_motion(self, lift, was)
-            self.touched.follow_up(was, lift)
+            if lift.order not in self.searched and not self._fewest_are_known(lift):
+                draft.fewest_unknown.add(lift.order)
+            self._follow_up(was, lift)
             self._remember(was, lift, self.was_done, self.was_before)
         if lift.status is Status.PLANNED:
             self.before = lift
@@ -88,6 +101,23 @@ class Replanning:
         if was.status is Status.PLANNED:
             self.was_before = was.component
             self.was_done |= 1 << was.order
+
+    def _fewest_are_known(self, lift: Lift) -> bool:
+        known = self.draft.recalled_paths.get(lift.order)
+        if known is not None:
+            return self.recall.fewest_are_known(known, self.done)
+        return self.fewest.are_known(lift)
+
+    def _follow_up(self, was: Lift, lift: Lift) -> None:
+        """Note what a lift that became infeasible, or feasible again, changes for later lifts."""
+        self.touched.follow_up(was, lift)
+        if was.status is lift.status:
+            return
+        target = target_cells(self.site.components[lift.component])
+        stored = _NO_CELLS if lift.place is None else stored_cells(lift.place)
+        is_set = lift.status is Status.PLANNED
+        self.fewest.freed(stored if is_set else target)
+        self.fewest.occupied(target if is_set else stored)
 
     def _lift(self, assembly: Assembly, was: Lift) -> Lift:
         """Return the lift; the same object if its path is kept."""
@@ -143,6 +173,7 @@ class Replanning:
         before = was if was.status is Status.PLANNED else None
         unplanned = Lift(was.component, was.order, self.preparation.places[was.component], Status.INFEASIBLE)
         lift = plan_lift(assembly, stage, unplanned, before, self.request.propose)
+        self.searched.add(was.order)
         if lift.status is Status.PLANNED:
             self.draft.new_paths.add(was.order)  # always proven again, even if it could be kept
         else:

@@ -20,6 +20,7 @@ from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.proof.footprint import CellMask, Footprint
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
+from bimvox.revision.fewest import FewestMoves
 from bimvox.site.site import Site
 
 _VERSIONS = 2
@@ -81,6 +82,7 @@ class Recall:
         self._memory, self._site, self._preparation = memory, site, preparation
         self._obstructed = obstructed_cells(site)
         self._since: dict[tuple[int, int, int, int], tuple[CellMask, frozenset[int]]] = {}
+        self._fewest: dict[tuple[int, int, int], FewestMoves] = {}
 
     def path(self, order: int, done: int) -> Version | None:
         """Return the latest version whose path is still proven after these lifts (bits by order); None if none is."""
@@ -112,6 +114,23 @@ class Recall:
                 continue
             return version
         return None
+
+    def fewest_are_known(self, version: Version, done: int) -> bool:
+        """Return whether the fewest moves of a recalled version are still those that it states."""
+        set_since, not_set = done & ~version.done, version.done & ~done
+        key = (id(version.obstructed), set_since, not_set)
+        if key not in self._fewest:
+            fewest, order = FewestMoves(self._site), self._preparation.sequence.order
+            fewest.freed(version.obstructed.without(self._obstructed).around())
+            fewest.occupied(self._obstructed.without(version.obstructed).around())
+            for index in (order[n] for n in _bits(not_set)):
+                fewest.freed(target_cells(self._site.components[index]))
+            for index in (order[n] for n in _bits(set_since)):
+                fewest.occupied(target_cells(self._site.components[index]))
+                if (place := self._preparation.places[index]) is not None:
+                    fewest.freed(stored_cells(place))
+            self._fewest[key] = fewest
+        return self._fewest[key].are_known(version.lift)
 
     def _occupied_since(self, version: Version, done: int) -> CellMask | None:
         """Return the cells that were free for a version and are occupied now; None if a neighbour's state differs."""

@@ -205,6 +205,7 @@ def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
         "highest_utilisation": max((u for u in used if u is not None), default=None),
         "moves": sum(lift["moves"] or 0 for lift in planned),
         "shortest_moves": sum(lift["shortest_moves"] or 0 for lift in planned if lift["moves"] is not None),
+        "compared_moves": sum(lift["moves"] or 0 for lift in planned if lift["shortest_moves"] is not None),
     }
 
 

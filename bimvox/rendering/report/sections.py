@@ -33,7 +33,7 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
     """Return terms and their values, escaped."""
     totals = record["totals"]
     highest, travel = totals["highest_utilisation"], totals["hook_travel_m"]
-    ratio = totals["moves"] / totals["shortest_moves"] if totals["shortest_moves"] else None
+    ratio = totals["compared_moves"] / totals["shortest_moves"] if totals["shortest_moves"] else None
 
     def count(key: str) -> str:
         return number(totals[key], fixed(totals[key], 0), key)
