@@ -495,7 +495,7 @@ NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
     "faster": (keeping_its_files(lambda log: faster_by(log, 5.0)), "crane 'test': slewing"),
     "no crane": (
         keeping_its_files(no_crane_at_all),
-        "the list of cranes is [] in the log; the attached site.toml has ['test']",
+        "the list of cranes is [] in the log, ['test'] in the attached site.toml",
     ),
     "swing off": (keeping_its_files(lambda log: with_rules(log, swing=SwingRule.OFF)), "rules.swing is off"),
     "tolerance": (
