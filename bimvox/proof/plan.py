@@ -26,6 +26,21 @@ from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
 
+CHECKS = (
+    "complete",
+    "shapes",
+    "unit_moves",
+    "boundary",
+    "cells",
+    "triangles",
+    "rope",
+    "reach",
+    "support",
+    "yard",
+    "stands",
+)
+"""The checks that every plan gets; clearances and wind are checked if the rules ask for them."""
+
 _SHARE = 1e-9
 """Rounding tolerance: the share by which a load may exceed the capacity."""
 
@@ -56,8 +71,7 @@ class _Verifier:
         self.triangles = TriangleCheck(plan)
         self.known_shapes = known_shapes
         self.marks, self.near_marks = Marks(self.site.shape), Marks(self.site.shape)
-        names = "complete shapes unit_moves boundary cells triangles rope reach support yard stands"
-        self.checks = {name: Check(name) for name in names.split()}
+        self.checks = {name: Check(name) for name in CHECKS}
         if self.site.rules.transit_clearance_m > 0.0:
             self.checks["margin"] = Check("margin")
         if self.site.cranes and self.site.rules.rope and self.site.rules.rope_clearance_m > 0.0:
