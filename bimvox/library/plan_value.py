@@ -17,6 +17,7 @@ from bimvox.policy.choice import PolicyInUse
 from bimvox.records.lift import Lift, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
+from bimvox.records.remark import Remark
 from bimvox.site.component import Component
 from bimvox.site.part_names import names_by_id
 from bimvox.site.site import Site
@@ -168,6 +169,11 @@ class Plan:
     def clashes(self) -> tuple[ModelledClash, ...]:
         """Pairs of parts that overlap in the model."""
         return self.record.plan.clashes
+
+    @property
+    def remarks(self) -> tuple[Remark, ...]:
+        """What a person should look at although the plan is proven, the gravest first; each with kind and severity."""
+        return self.record.remarks or ()
 
     @property
     def figures(self) -> PlanFigures:

@@ -12,6 +12,7 @@ from bimvox.log import schema as topics
 from bimvox.log.mcap.messages import pairs, stamp
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.records.lift import Status
+from bimvox.records.remark import Remark, Severity
 from bimvox.records.track import LoadTrack
 from bimvox.site.component import Component
 from bimvox.site.part_names import names_by_id, with_names
@@ -24,14 +25,27 @@ CRANE_FIELD = "crane"
 """Field of both kinds of events that names the crane; only on a site with several."""
 
 
-def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) -> Iterator[tuple[int, str, Any]]:
-    """Yield the messages of ``/log``: at the start those about the whole plan, then each lift as it begins."""
+def log_messages(
+    record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int, remarks: Iterable[Remark] = ()
+) -> Iterator[tuple[int, str, Any]]:
+    """Yield the messages of ``/log``: at the start those about the whole plan, then each lift as it begins.
+
+    Args:
+        record: The plan.
+        tracks: The tracks of its loads.
+        start_ns: When it starts.
+        remarks: What a person should look at; notes are left out.
+    """
     site, plan = record.plan.site, record.plan
     lifts, names = record.all_lifts, names_by_id(site)
     planned = sum(lift.status is Status.PLANNED for lift in lifts)
     yield _line(start_ns, Log.INFO, f"{site.name}: {planned} of {len(lifts)} lifts planned")
     if record.context:
         yield _line(start_ns, Log.INFO, f"this is an extract: {len(plan.lifts)} of {len(lifts)} lifts")
+    for remark in remarks:
+        if remark.severity is not Severity.NOTE:
+            part = "" if remark.name is None else f"{remark.name}: "
+            yield _line(start_ns, Log.WARNING, f"{remark.severity.value} remark: {part}{remark.text}")
     if site.cranes and site.rules.swing is SwingRule.OFF:
         yield _line(start_ns, Log.WARNING, "the swing of loads is not checked ([rules] swing = off)")
     for lift in plan.lifts:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
+from bimvox.records.remark import Remark
+from bimvox.remarks.sensible import remarks_if_sensible
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +30,7 @@ class LogEvent:
     fields: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class PlanLog:
     """A plan over time, with all its inputs.
 
@@ -58,6 +61,11 @@ class PlanLog:
     def planned(self) -> tuple[Lift, ...]:
         """The carried lifts that have a path."""
         return tuple(lift for lift in self.plan.lifts if lift.status is Status.PLANNED)
+
+    @cached_property
+    def remarks(self) -> tuple[Remark, ...] | None:
+        """What a person should look at although the plan is proven; None if its values make no sense."""
+        return remarks_if_sensible(self.plan, self.motions, self.context)
 
     def extract(self, orders: Collection[int]) -> PlanLog:
         """Return the extract with the lifts of those orders; the others become context.

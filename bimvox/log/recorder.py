@@ -34,6 +34,7 @@ from bimvox.log.narration import OWN_EVENTS, event_messages, log_messages
 from bimvox.log.plan_json import plan_to_json
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.scene import scene_messages
+from bimvox.log.segments import is_segment
 from bimvox.log.track import crane_track, nominal_track
 from bimvox.log.transforms import CraneTransforms, load_transforms
 from bimvox.log.voxels import voxel_grid
@@ -64,19 +65,20 @@ def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None
             that the log uses itself.
     """
     _check(record)
+    with_remarks = not is_segment(record) and record.remarks is not None
     with LogWriter(stream, max(1, len(record.plan.site.cranes))) as writer:
         writer.metadata(topics.METADATA, metadata_of(record))
-        for name, data in own_attachments(record, site_bytes):
+        for name, data in own_attachments(record, site_bytes, with_remarks=with_remarks):
             writer.attachment(name, data)
         for name in sorted(record.attachments):
             writer.attachment(name, record.attachments[name])
-        for block in blocks_of(record):
+        for block in blocks_of(record, with_remarks=with_remarks):
             writer.block(block)
         return writer.messages
 
 
-def blocks_of(record: PlanLog) -> Iterator[Block]:
-    """Yield all messages of a log in the order of the file."""
+def blocks_of(record: PlanLog, *, with_remarks: bool) -> Iterator[Block]:
+    """Yield all messages of a log in the order of the file, optionally with the remarks about its plan on ``/log``."""
     site = record.plan.site
     tracks = sorted(tracks_of(record), key=lambda track: track.start_ns)
     cranes = max(1, len(site.cranes))
@@ -86,7 +88,7 @@ def blocks_of(record: PlanLog) -> Iterator[Block]:
         [(start_ns, topics.VOXELS, voxel_grid(site, start_ns))],
         scene_messages(site, record.all_lifts, tracks, start_ns),
         (path_message(site, track.lift, track.start_ns) for track in tracks),
-        log_messages(record, tracks, start_ns),
+        log_messages(record, tracks, start_ns, (with_remarks and record.remarks) or ()),
         event_messages(record, tracks),
         *(_transforms(record, own) for own in by_crane),
         *(_load(own, number) for number, own in enumerate(by_crane)),
@@ -166,8 +168,13 @@ def metadata_of(record: PlanLog) -> dict[str, str]:
     return {key: str(value) for key, value in own.items()} | dict(record.metadata)
 
 
-def own_attachments(record: PlanLog, site_bytes: bytes | None = None) -> Iterator[tuple[str, bytes]]:
-    """Yield the attachments that the recorder makes, by name."""
+def own_attachments(
+    record: PlanLog, site_bytes: bytes | None = None, *, with_remarks: bool
+) -> Iterator[tuple[str, bytes]]:
+    """Yield the attachments that the recorder makes, by name; optionally the remarks about the plan."""
+    if with_remarks:
+        remarks = [remark.to_dict() for remark in record.remarks or ()]
+        yield topics.REMARKS_FILE, json.dumps(remarks, ensure_ascii=False, indent=1).encode()
     yield topics.PLAN_FILE, plan_to_json(record.plan, record.context)
     if record.motions:
         yield topics.MOTION_FILE, motions_to_json(record.motions)

@@ -41,6 +41,7 @@ URDF_FILE = "crane.urdf"
 CHART_FILE = "load_chart.json"
 MOTION_FILE = "motions.json"
 LAYOUT_FILE = "foxglove.layout.json"
+REMARKS_FILE = "remarks.json"
 MEDIA_TYPES = {
     SITE_FILE: "application/zip",
     PLAN_FILE: "application/json",
@@ -48,6 +49,7 @@ MEDIA_TYPES = {
     URDF_FILE: "application/xml",
     CHART_FILE: "application/json",
     LAYOUT_FILE: "application/json",
+    REMARKS_FILE: "application/json",
     **{f"crane_{n}.{URDF_FILE.removeprefix('crane.')}": "application/xml" for n in range(2, MOST_CRANES + 1)},
     **{f"crane_{n}.{CHART_FILE}": "application/json" for n in range(2, MOST_CRANES + 1)},
 }
@@ -154,7 +156,7 @@ TOPICS = (
         "again when the state changes: unbuilt orange, in transit blue, arrived green, assembled pink; obstructions "
         "black, ground gray.",
     ),
-    Topic(LOG, Log, "The plan in words: lifts as they begin, infeasible ones with their reason, clashes, notes."),
+    Topic(LOG, Log, "The plan in words: remarks, infeasible lifts, clashes, notes, and lifts as they begin."),
     Topic(
         EVENTS,
         Event,

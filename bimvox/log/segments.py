@@ -120,6 +120,11 @@ def newest(base: PlanLog, segments: Sequence[PlanLog]) -> PlanLog:
     )
 
 
+def is_segment(log: PlanLog) -> bool:
+    """Return whether a log is a revision's segment; the remarks about a plan are in whole logs and extracts of them."""
+    return PENDING in log.metadata
+
+
 def pending_of(log: PlanLog) -> frozenset[int]:
     """Return the orders of the planned lifts that a segment leaves to a later one."""
     return frozenset(int(order) for order in json.loads(log.metadata.get(PENDING, "[]")))

@@ -32,10 +32,12 @@ def check_shown(contents: Contents, log: PlanLog) -> Check:
     """
     check = Check("shown")
     _check_metadata(check, contents.metadata.get(topics.METADATA, {}), metadata_of(log))
-    for name, wanted in own_attachments(log):
+    # A log without remarks is a segment or of an earlier build: `verify` makes and shows them all the same.
+    with_remarks = topics.REMARKS_FILE in contents.attachments
+    for name, wanted in own_attachments(log, with_remarks=with_remarks):
         if name != topics.SITE_FILE:  # the site is read from it, and its digests are checked
             _check_attachment(check, name, contents.attachments.get(name), wanted)
-    _check_messages(check, contents, log)
+    _check_messages(check, contents, log, with_remarks)
     return check
 
 
@@ -49,6 +51,8 @@ def _check_metadata(check: Check, found: Mapping[str, str], wanted: Mapping[str,
 def _check_attachment(check: Check, name: str, found: bytes | None, wanted: bytes) -> None:
     if found is None:
         check.look(False, f"attached {name} is missing")
+    elif name == topics.REMARKS_FILE:
+        check.look(_same_json(found, wanted), f"attached {name} is not what a reader of the plan must be told")
     elif name.endswith(".json"):
         try:
             place = _difference(json.loads(found), json.loads(wanted))
@@ -59,7 +63,14 @@ def _check_attachment(check: Check, name: str, found: bytes | None, wanted: byte
         check.look(found == wanted, f"attached {name} is not what the plan gives")
 
 
-def _check_messages(check: Check, contents: Contents, log: PlanLog) -> None:
+def _same_json(found: bytes, wanted: bytes) -> bool:
+    try:
+        return bool(json.loads(found) == json.loads(wanted))
+    except (ValueError, RecursionError):
+        return False
+
+
+def _check_messages(check: Check, contents: Contents, log: PlanLog, with_remarks: bool) -> None:
     kinds = {topic.name: topic.message for topic in topics_of(max(1, len(log.plan.site.cranes)))}
     left: defaultdict[str, deque[LogMessage]] = defaultdict(deque)
     for message in contents.messages:
@@ -67,7 +78,7 @@ def _check_messages(check: Check, contents: Contents, log: PlanLog) -> None:
     for topic in sorted(left.keys() - kinds.keys()):
         check.look(False, f"{topic}: bimvox writes no such topic for this site")
         del left[topic]
-    for topic, time_ns, wanted in _expected(log):
+    for topic, time_ns, wanted in _expected(log, with_remarks):
         if not left[topic]:
             check.look(False, f"{topic}: the message at {time_ns / 1e9:.3f} s is missing")
             continue
@@ -87,8 +98,8 @@ def _check_messages(check: Check, contents: Contents, log: PlanLog) -> None:
             )
 
 
-def _expected(log: PlanLog) -> Iterator[tuple[str, int, bytes]]:
-    for block in blocks_of(log):
+def _expected(log: PlanLog, with_remarks: bool) -> Iterator[tuple[str, int, bytes]]:
+    for block in blocks_of(log, with_remarks=with_remarks):
         for number, time_ns, data in zip(block.topic.tolist(), block.time_ns.tolist(), block.data, strict=True):
             yield block.topics[number], time_ns, data
 

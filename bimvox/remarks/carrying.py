@@ -26,7 +26,7 @@ HIGH_SHARE = 0.9
 """Above this share of the capacity a lift is close to the limit: many contractors permit 80 to 90 % (professional
 judgement; 29 CFR 1926.751 calls lifts from 75 % on critical)."""
 
-_ROUNDING_M = 0.05
+_ROUNDING_M = 0.051
 _FREE = np.int32(2**31 - 1)
 
 
@@ -36,9 +36,9 @@ def carried_low(subject: Subject) -> Iterator[Remark]:
     The load counts while it travels, from the start of slewing or trolleying until it is only lowered. Parts that wait
     in the yard do not count, and neither do masts, which no load passes over.
     """
-    if not subject.motions:
-        return
     site = subject.site
+    if not (subject.motions and site.cranes):
+        return
     since = _since(subject)
     names = {lift.order: name_of(site.components[lift.component]) for lift in subject.lifts}
     for number, blocker in enumerate(site.blockers):
@@ -65,7 +65,7 @@ def high_utilisation(subject: Subject) -> Iterator[Remark]:
         hung_kg = np.array([site.components[motion.component].mass_kg + crane.tackle_kg for motion in own])
         used = shares_of_capacity(crane, furthest, 1.0) * hung_kg
         for motion, share in zip(own, used.tolist(), strict=True):
-            if share > HIGH_SHARE:
+            if share > HIGH_SHARE + 1e-9:
                 said = f"uses {100.0 * share:.0f} % of the capacity of crane {crane.name!r}"
                 yield about(site.components[motion.component], HIGH_UTILISATION, Severity.MINOR, said)
 

@@ -41,5 +41,5 @@ def overlaps(subject: Subject) -> Iterator[Remark]:
         yield about(component, OVERLAP, Severity.SERIOUS, said)
     small = [clash.depth_m for clash in subject.plan.clashes if clash not in deep]
     if small:
-        said = f"{len(small):,} pairs of parts overlap in the model by up to {max(small) * 1000.0:.0f} mm"
-        yield Remark(SMALL_OVERLAPS, Severity.NOTE, f"{said}: they may overlap as much when they are set")
+        said = f"parts overlap in the model by up to {max(small) * 1000.0:.0f} mm, and may do so when they are set"
+        yield Remark(SMALL_OVERLAPS, Severity.NOTE, f"{said}: {len(small):,} pair{'' if len(small) == 1 else 's'}")

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from bimvox_cli.output import fields, rows, spent
+from bimvox_cli.remarks import coloured, counted
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.text import Text
 
 BackendName = Annotated[
     Literal["loky", "ray", "dask"],
@@ -43,7 +45,18 @@ def show_fleet(console: Console, document: Mapping[str, Any]) -> None:
     runs = document["runs"]
     rows(
         console,
-        ("run", "status", "lifts", "infeasible", "by policy", "moves/fewest", "crane h", "hook km", "critical"),
+        (
+            "run",
+            "status",
+            "lifts",
+            "infeasible",
+            "by policy",
+            "moves/fewest",
+            "crane h",
+            "hook km",
+            "critical",
+            "remarks",
+        ),
         [_row(run) for run in runs],
     )
     failed = [run for run in runs if run["error"]]
@@ -56,17 +69,24 @@ def show_fleet(console: Console, document: Mapping[str, Any]) -> None:
         console,
         [
             ("runs", f"{len(runs):,}{kept}"),
-            ("proof", "every planned lift is verified" if document["verified"] else "see what failed"),
+            ("proof", _verdict(document)),
             ("table", "\n".join(document["tables"])),
             ("took", spent(document["seconds"])),
         ],
     )
 
 
+def _verdict(document: Mapping[str, Any]) -> Text:
+    said = "every planned lift is verified: proven" if document["verified"] else "see what failed"
+    counts = [(run.get("remarks") or 0, run.get("serious_remarks") or 0) for run in document["runs"]]
+    remarks, serious = (sum(column) for column in zip(*counts, strict=True))
+    return coloured(said, proven=document["verified"], remarks=remarks, serious=serious)
+
+
 def _row(run: Mapping[str, Any]) -> tuple[object, ...]:
     figures = run.get("figures")
     if figures is None:
-        return (run["run"], run["status"], *[None] * 7)
+        return (run["run"], run["status"], *[None] * 8)
     travel = figures["hook_travel_m"]
     return (
         run["run"],
@@ -78,4 +98,11 @@ def _row(run: Mapping[str, Any]) -> tuple[object, ...]:
         figures["crane_hours"],
         None if travel is None else travel / 1000.0,
         figures["critical_lifts"],
+        _remarks(run),
     )
+
+
+def _remarks(run: Mapping[str, Any]) -> str | None:
+    """Return the number of remarks about a run's plan; None for a record of an earlier version."""
+    count = run.get("remarks")
+    return None if count is None else counted(count, run["serious_remarks"]).replace("no remarks", "none")

@@ -104,15 +104,16 @@ def _dumped(document: Mapping[str, Any], indent: int | None) -> str:
 
 
 def fields(console: Console, pairs: Iterable[tuple[str, object]]) -> None:
-    """Print names and values in two columns, without those that are None or empty."""
+    """Print names and values in two columns, without those that are None or empty; a ``Text`` keeps its colour."""
     from rich.table import Table
+    from rich.text import Text
 
     table = Table.grid(padding=(0, 2))
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
     for name, value in pairs:
         if value is not None and value != "":
-            table.add_row(plain(name), plain(str(value)))
+            table.add_row(plain(name), value if isinstance(value, Text) else plain(str(value)))
     _print_trimmed(console, table)
 
 

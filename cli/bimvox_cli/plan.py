@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +13,7 @@ from bimvox.errors import InputError
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
 from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps
 from bimvox_cli.output import fields, open_output, rows, spent
+from bimvox_cli.remarks import Remarks, show_remarks, verdict
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -55,6 +57,7 @@ def plan(
     jobs: Jobs = None,
     cluster: Cluster = None,
     fresh: Fresh = False,
+    remarks: Remarks = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -95,7 +98,7 @@ def plan(
             retrain=retrain,
             progress=output.progress,
         )
-    code = output.result(document, _show)
+    code = output.result(document, partial(_show, every=remarks))
     output.next_step(f"next: bimvox render {document['log']}")
     raise typer.Exit(code)
 
@@ -106,7 +109,7 @@ _SWING = {
 }
 
 
-def _show(console: Console, document: Mapping[str, Any]) -> None:
+def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None:
     lifts = document["lifts"]
     cranes = ("crane",) if document["figures"].get("cranes") else ()
     planned = [lift for lift in lifts if lift["status"] == "planned"]
@@ -146,19 +149,24 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
         ],
         title=f"infeasible: {len(document['infeasible']):,}",
     )
+    show_remarks(console, document["remarks"], every=every)
     console.print()
     fields(
         console,
         [
             ("log", document["log"]),
             ("lifts", f"{len(planned):,} of {len(lifts):,} planned"),
-            ("proof", "every planned lift is verified" if document["verified"] else "FAILED"),
+            ("proof", verdict(_verdict(document), proven=document["verified"], remarks=document["remarks"])),
             *figure_fields(document["figures"]),
             ("policy", _policy(document["policy"])),
             ("retrained", _retrained(document.get("retrained"))),
             ("took", spent(document["seconds"])),
         ],
     )
+
+
+def _verdict(document: Mapping[str, Any]) -> str:
+    return "every planned lift is verified: proven" if document["verified"] else "FAILED"
 
 
 def _policy(policy: Mapping[str, Any]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +11,7 @@ import typer
 
 from bimvox_cli.options import Json, Log, Quiet
 from bimvox_cli.output import fields, open_output, rows, spent, written
+from bimvox_cli.remarks import Remarks, show_remarks, verdict
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -26,18 +28,19 @@ def verify(
             "--search", help="Search again what is called infeasible, and the fewest moves; as long as planning."
         ),
     ] = False,
+    remarks: Remarks = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Prove a log again, independently of the planner."""
+    """Prove a log again, independently of the planner, and say what a person should look at all the same."""
     from bimvox_pipeline.verify import verify as run
 
     with open_output(as_json=json, quiet=quiet) as output:
         document = run(log, site=site, model=model, obstructions=obstructions, search=search, progress=output.progress)
-    raise typer.Exit(output.result(document, _show))
+    raise typer.Exit(output.result(document, partial(_show, every=remarks)))
 
 
-def _show(console: Console, document: Mapping[str, Any]) -> None:
+def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None:
     checks = document["checks"]
     rows(
         console,
@@ -71,13 +74,17 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     )
     if earlier:
         console.print()
+    show_remarks(console, document["remarks"], every=every)
+    if document["remarks"]:
+        console.print()
     carried = f", {document['left_out']:,} not in this extract" if document["left_out"] else ""
     impossible = f", {document['infeasible_lifts']:,} infeasible" if document["infeasible_lifts"] else ""
     fields(
         console,
         [
             ("lifts", f"{document['lifts']:,}{impossible}{carried}"),
-            ("verified", _verdict(document)),
+            ("verified", verdict(_verdict(document), proven=document["verified"], remarks=document["remarks"])),
+            ("provided that", "\n".join(document["conditions"]) if document["verified"] else None),
             ("took", spent(document["seconds"])),
         ],
     )
@@ -90,8 +97,6 @@ def _verdict(document: Mapping[str, Any]) -> str:
         return "NO: a check failed"
     earlier = len(document["not_current"])
     undecided = sum(len(check["undecided"]) for check in document["checks"].values())
-    return (
-        "yes: every check passed"
-        + (f", for {earlier:,} lifts against earlier obstructions only" if earlier else "")
-        + (f"; {undecided:,} lifts could not be decided" if undecided else "")
-    )
+    against = f" (for {earlier:,} lifts against earlier obstructions only)" if earlier else ""
+    left = f"; {undecided:,} lifts could not be decided" if undecided else ""
+    return f"yes: every check passed{against}{left}: proven"

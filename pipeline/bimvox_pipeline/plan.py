@@ -52,7 +52,8 @@ def plan(
     assert made.policy is not None
     more = {"retrained": made.retrained.to_dict()} if made.retrained is not None else {}
     document = document_of(Planned(made.record.plan, made.motions), made.policy)
-    return {**document, **more, "log": str(target), "seconds": progress.seconds}
+    remarks = [remark.to_dict() for remark in made.remarks]
+    return {**document, **more, "remarks": remarks, "log": str(target), "seconds": progress.seconds}
 
 
 def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:

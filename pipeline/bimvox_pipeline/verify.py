@@ -11,9 +11,12 @@ from typing import Any
 from bimvox.library.bound import check_bound
 from bimvox.library.search import with_search
 from bimvox.library.verify import prove, read_whole
+from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import PlanLog
+from bimvox.log.schema import METADATA, RECOVERED
 from bimvox.progress import Progress
 from bimvox.records.proof import Check
+from bimvox.remarks.conditions import conditions_of
 
 
 def verify(
@@ -47,6 +50,8 @@ def verify(
         "verified": proof.verified,
         "bound_to": [name for name, file in given.items() if file is not None],
         "checks": _as_json(proof.checks),
+        "conditions": _conditions(contents, record),
+        "remarks": [remark.to_dict() for remark in record.remarks or ()],
         "not_current": _lifts_as_json(record, proof.not_current),
         "lifts": len(record.planned),
         "infeasible_lifts": len(record.plan.lifts) - len(record.planned),
@@ -54,6 +59,16 @@ def verify(
         "revision": record.revision,
         "seconds": progress.seconds,
     }
+
+
+def _conditions(contents: Contents, record: PlanLog) -> list[str]:
+    """Return the conditions under which the verdict holds; none if the values of the plan make no sense."""
+    if record.remarks is None:
+        return []
+    found = list(conditions_of(record.plan, record.motions, record.context))
+    if contents.metadata.get(METADATA, {}).get(RECOVERED) == "true":
+        found.append("this log was recovered from a damaged one: lifts that were lost are not proven")
+    return found
 
 
 def _lifts_as_json(record: PlanLog, parts: Iterable[str]) -> list[dict[str, Any]]:

@@ -115,6 +115,7 @@ def test_the_container_is_laid_out_as_documented(data: bytes) -> None:
         "crane.urdf",
         "load_chart.json",
         "foxglove.layout.json",
+        "remarks.json",
         "site.bimvox.zip",
         "site.toml",
         "obstructions.json",

@@ -402,3 +402,26 @@ def test_what_a_log_has_once_may_not_occur_twice(good: PlanLog, tmp_path: Path, 
             writer.raw(m.topic, m.sequence, m.time_ns, m.data)
     with pytest.raises(LogFileError, match="is in it twice"):
         verify(tmp_path / "twice.mcap", progress=SilentProgress())
+
+
+def test_a_log_of_an_earlier_build_without_remarks_stays_proven(good: PlanLog, tmp_path: Path):
+    proven(good, tmp_path)
+    contents = read_contents(read_file(tmp_path / "log.mcap"), "log")
+    with (tmp_path / "log.mcap").open("wb") as stream, LogWriter(stream) as writer:
+        for key, values in contents.metadata.items():
+            writer.metadata(key, values)
+        for key, data in contents.attachments.items():
+            if key != topics.REMARKS_FILE:
+                writer.attachment(key, data)
+        for m in contents.messages:
+            if b" remark: " not in m.data:
+                writer.raw(m.topic, m.sequence, m.time_ns, m.data)
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert document["verified"] is True, failed(document)
+    assert {remark["kind"] for remark in document["remarks"]} >= {"wind", "crane_unknown"}
+
+
+def test_remarks_taken_off_the_topic_alone_are_missed(good: PlanLog, tmp_path: Path):
+    proven(good, tmp_path)
+    rewrite(tmp_path, attachments={topics.REMARKS_FILE: lambda data: data.replace(b'"minor"', b'"note"')})
+    assert failed(verify(tmp_path / "log.mcap", progress=SilentProgress())) == {"shown"}

@@ -645,6 +645,7 @@ MESSAGES: dict[str, tuple[str, Callable[[bytes], bytes]]] = {
     "garbage scene": (topics.SCENE, lambda data: b"garbage" + data[:5]),
     "voxels": (topics.VOXELS, changed(VoxelGrid, lambda m: setattr(m, "data", bytes(len(m.data))))),
     "log": (topics.LOG, changed(Log, lambda m: setattr(m, "message", "all is well"))),
+    "remark": (topics.LOG, lambda data: data.replace(b"minor remark", b"major praise")),
     "tilt": (topics.LOAD, changed(PoseInFrame, lambda m: setattr(m, "frame_id", "elsewhere"))),
     "event": (topics.EVENTS, changed(Event, lambda m: m.metadata.add(key="name", value="other"))),
 }
@@ -652,6 +653,7 @@ MESSAGES: dict[str, tuple[str, Callable[[bytes], bytes]]] = {
 ATTACHED: dict[str, Callable[[bytes], bytes]] = {
     topics.URDF_FILE: lambda data: data.replace(b"jib", b"jab"),
     topics.CHART_FILE: lambda data: data.replace(b"20000.0", b"99000.0"),
+    topics.REMARKS_FILE: lambda data: b"[]",
     topics.PLAN_FILE: lambda data: data.replace(b'"sling_m": 1.0', b'"sling_m": 9.0'),
 }
 

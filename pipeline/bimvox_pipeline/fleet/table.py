@@ -32,6 +32,8 @@ COLUMNS: dict[str, type] = {
     "loaded_hours": float,
     "hook_travel_m": float,
     "critical_lifts": int,
+    "remarks": int,
+    "serious_remarks": int,
     "log": str,
     "log_sha256": str,
 }

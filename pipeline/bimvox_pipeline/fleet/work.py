@@ -79,6 +79,8 @@ def _planned(run: Run, folder: Path) -> dict[str, Any]:
         "infeasible": len(document["infeasible"]),
         "policy": document["policy"]["id"],
         "figures": document["figures"],
+        "remarks": sum(remark["severity"] != "note" for remark in document["remarks"]),
+        "serious_remarks": sum(remark["severity"] == "serious" for remark in document["remarks"]),
         "log": log.name,
         "log_sha256": sha256_of(log),
         "seconds": document["seconds"],

@@ -44,6 +44,7 @@ def describe_log(path: Path) -> dict[str, Any]:
         "obstructions": sorted(blocker.id for blocker in site.blockers if blocker.kind == "obstruction"),
         "source": dict(site.source),
         "metadata": contents.metadata.get(METADATA, {}),
+        "remarks": _remarks(log),
         "notes": list(log.plan.notes),
         "site_to_ifc": (site.site_to_ifc + 0.0).tolist(),
         "lifts": _lifts(log),
@@ -55,6 +56,15 @@ def describe_log(path: Path) -> dict[str, Any]:
             for name, content in contents.attachments.items()
         ],
     }
+
+
+def _remarks(log: PlanLog) -> dict[str, int] | None:
+    """Return the number of remarks by severity; None if the values of the plan make no sense."""
+    from bimvox.records.remark import Severity
+
+    if log.remarks is None:
+        return None
+    return {severity.value: sum(one.severity is severity for one in log.remarks) for severity in Severity}
 
 
 def _duration_s(log: PlanLog) -> float | None:

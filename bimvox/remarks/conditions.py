@@ -1,0 +1,62 @@
+"""The conditions under which a verdict holds: what the proof took as given, in short sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from bimvox.proof.over_time import not_current
+from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.motion import LiftMotion
+from bimvox.remarks.subject import name_of
+from bimvox.site.site import SwingRule
+
+_NAMED = 3
+
+
+def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()) -> tuple[str, ...]:
+    """Return the conditions under which a plan that is proven can be relied on.
+
+    Args:
+        plan: The plan.
+        motions: The timed motions of its lifts.
+        context: Lifts of the same plan that it does not contain.
+    """
+    site, own, found = plan.site, plan.site.rules, []
+    labels = {component.id: name_of(component) for component in site.components}
+
+    def say(count: Sequence[str], text: str) -> None:
+        if count:
+            found.append(f"{text}: {_names([labels.get(one, one) for one in count])}")
+
+    say(
+        not_current(plan, motions),
+        "lifts are proven against earlier obstructions only, because they had ended before the current ones came",
+    )
+    if context:
+        found.append(
+            f"{len(context):,} of {len(plan.lifts) + len(context):,} lifts are not in this log: they are carried out "
+            "as its plan says, and were not proven"
+        )
+    refused = [lift for lift in (*plan.lifts, *context) if lift.status is Status.INFEASIBLE]
+    say(
+        [site.components[lift.component].id for lift in sorted(refused, key=lambda lift: lift.order)],
+        "infeasible parts are not there while the others are lifted, or are set by other means out of their way",
+    )
+    say(plan.unheld, "parts are held by something that is not in the model until their neighbours are set")
+    if plan.clashes:
+        pairs = [f"{labels.get(one.first, one.first)} and {labels.get(one.second, one.second)}" for one in plan.clashes]
+        found.append(f"parts may overlap as deep as they are drawn into each other: {_names(pairs)}")
+    if site.cranes:
+        if not own.wind_speed_m_s:
+            found.append("there is no wind")
+        if own.swing is SwingRule.OFF:
+            found.append("loads do not swing")
+        if not own.rope:
+            found.append("the hoist rope touches nothing")
+    return tuple(found)
+
+
+def _names(labels: Sequence[str]) -> str:
+    """Return the first names of a list, and how many more there are."""
+    more = f" and {len(labels) - _NAMED:,} more" if len(labels) > _NAMED else ""
+    return ", ".join(labels[:_NAMED]) + more

@@ -1,0 +1,73 @@
+"""Verdict and remarks on the terminal: what is proven, and what a person should look at all the same."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from bimvox_cli.output import rows
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.text import Text
+
+Remarks = Annotated[
+    bool, typer.Option("--remarks", help="List every remark about the plan by the name of its part, notes included.")
+]
+
+_Remarks = Sequence[Mapping[str, Any]]
+_NOTE, _SERIOUS = "note", "serious"
+
+
+def verdict(said: str, *, proven: bool, remarks: _Remarks) -> Text:
+    """Return the verdict with the number of remarks next to it: green only if it is proven and there are none.
+
+    Args:
+        said: The verdict in words.
+        proven: Whether every check passed.
+        remarks: As in the JSON document; notes do not count.
+    """
+    matter = [remark["severity"] for remark in remarks if remark["severity"] != _NOTE]
+    return coloured(said, proven=proven, remarks=len(matter), serious=matter.count(_SERIOUS))
+
+
+def coloured(said: str, *, proven: bool, remarks: int, serious: int) -> Text:
+    """Return a verdict with the number of remarks next to it, in the colour of both."""
+    from rich.text import Text
+
+    colour = "red" if not proven else "green" if not remarks else "yellow"
+    return Text(f"{said}, {counted(remarks, serious)}", style=colour)
+
+
+def counted(remarks: int, serious: int) -> str:
+    """Return the number of remarks in words, notes not counted: ``12 remarks (3 serious)``."""
+    if not remarks:
+        return "no remarks"
+    return f"{remarks:,} remark{'' if remarks == 1 else 's'}" + (f" ({serious:,} serious)" if serious else "")
+
+
+def show_remarks(console: Console, remarks: _Remarks, *, every: bool) -> None:
+    """Print the remarks: each with its part and its text, or only how many there are of each kind."""
+    matter = [remark for remark in remarks if remark["severity"] != _NOTE]
+    if every:
+        listed = [(remark["severity"], remark["name"] or "-", remark["text"]) for remark in remarks]
+        rows(console, ("severity", "part", "remark"), listed, title=f"remarks: {len(matter):,}", limit=None)
+        return
+    counts = Counter((remark["severity"], remark["kind"]) for remark in matter)
+    first: dict[tuple[str, str], Mapping[str, Any]] = {}
+    for remark in matter:
+        first.setdefault((remark["severity"], remark["kind"]), remark)
+    rows(
+        console,
+        ("severity", "kind", "count", "first"),
+        [(*key, count, _sentence(first[key])) for key, count in counts.items()],
+        title=f"remarks: {len(matter):,} (--remarks lists them)",
+        limit=None,
+    )
+
+
+def _sentence(remark: Mapping[str, Any]) -> str:
+    return remark["text"] if remark["name"] is None else f"{remark['name']}: {remark['text']}"

@@ -1,0 +1,98 @@
+"""The verdict with the count of remarks next to it, and the remarks by part."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+import pytest
+import seeded_faults as faults
+from bimvox_cli.main import run
+from bimvox_cli.remarks import counted, show_remarks, verdict
+from rich.console import Console
+
+from bimvox.library.log import write_log_file
+
+SOME = [
+    {
+        "kind": "floats",
+        "severity": "serious",
+        "component": "1",
+        "name": "cloud",
+        "text": "floats 5.9 m up",
+    },
+    {
+        "kind": "floats",
+        "severity": "serious",
+        "component": "2",
+        "name": "mist",
+        "text": "floats 6.1 m up",
+    },
+    {"kind": "wind", "severity": "minor", "component": None, "name": None, "text": "no wind is considered"},
+    {"kind": "assumed_mass", "severity": "note", "component": None, "name": None, "text": "masses are estimated"},
+]
+
+
+def shown(remarks: list[dict], *, every: bool) -> str:
+    stream = io.StringIO()
+    show_remarks(Console(file=stream, width=160), remarks, every=every)
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("proven", "remarks", "words", "colour"),
+    [
+        (True, [], "proven, no remarks", "green"),
+        (True, SOME[3:], "proven, no remarks", "green"),
+        (True, SOME[2:], "proven, 1 remark", "yellow"),
+        (True, SOME, "proven, 3 remarks (2 serious)", "yellow"),
+        (False, SOME[3:], "proven, no remarks", "red"),
+    ],
+)
+def test_green_is_only_what_is_proven_and_clean(proven: bool, remarks: list[dict], words: str, colour: str) -> None:
+    text = verdict("proven", proven=proven, remarks=remarks)
+    assert (text.plain, text.style) == (words, colour)
+
+
+def test_counts_are_grouped() -> None:
+    assert counted(1234, 0) == "1,234 remarks"
+
+
+def test_a_kind_is_counted_and_shown_by_its_first_remark() -> None:
+    told = shown(SOME, every=False)
+    assert "remarks: 3 (--remarks lists them)" in told
+    assert "cloud: floats 5.9 m up" in told
+    assert "mist" not in told
+    assert "masses" not in told
+
+
+def test_remarks_are_listed_by_part_with_the_notes() -> None:
+    told = shown(SOME, every=True)
+    for remark in SOME:
+        assert str(remark["text"]) in told
+    assert "mist" in told
+
+
+def test_verify_tells_conditions_and_remarks_and_its_exit_code_does_not_change(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    log = tmp_path / "log.mcap"
+    write_log_file(log, faults.good_log(), inputs=[])
+    assert run(["verify", str(log)]) == 0
+    told = capsys.readouterr().out
+    assert "every check passed: proven, 6 remarks" in told
+    assert "there is no wind" in told
+    assert "a mass of unknown origin" not in told
+    assert run(["verify", str(log), "--remarks"]) == 0
+    listed = capsys.readouterr().out
+    assert "a mass of unknown origin" in listed
+    assert run(["verify", str(log), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["conditions"] == ["there is no wind"]
+    assert set(document["remarks"][0]) == {"kind", "severity", "component", "name", "text"}
+    assert sum(remark["severity"] != "note" for remark in document["remarks"]) == 6
+    assert run(["inspect", str(log), "--json"]) == 0
+    inspected = json.loads(capsys.readouterr().out)["remarks"]
+    assert inspected["minor"] + inspected["serious"] == 6

@@ -1,0 +1,42 @@
+"""What a verdict takes as given is said in short sentences."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from box_sites import test_crane as crane_at
+from remarked_plans import plan_of
+
+from bimvox.records.lift import LiftPlan, ModelledClash
+from bimvox.remarks.conditions import conditions_of
+from bimvox.site.site import Rules, SwingRule
+
+PARTS = [(name, (2.0 * n + 2.0, 2.0, 0.0), (2.0 * n + 3.0, 3.0, 3.0)) for n, name in enumerate("abcde")]
+
+
+def test_a_plan_without_any_is_proven_as_it_is() -> None:
+    assert conditions_of(plan_of(PARTS), ()) == ()
+    assert conditions_of(plan_of(PARTS, crane=crane_at(), rules=Rules(wind_speed_m_s=9.0)), ()) == ()
+
+
+def test_what_is_not_proven_is_named() -> None:
+    plan = plan_of(PARTS, refused=["a", "b", "c", "d"], unheld=("e",), clashes=(ModelledClash("d", "e", 0.1, None),))
+    assert conditions_of(plan, ()) == (
+        "infeasible parts are not there while the others are lifted, or are set by other means out of their way: "
+        "a, b, c and 1 more",
+        "parts are held by something that is not in the model until their neighbours are set: e",
+        "parts may overlap as deep as they are drawn into each other: d and e",
+    )
+
+
+def test_an_extract_names_how_many_lifts_it_leaves_out() -> None:
+    plan = plan_of(PARTS)
+    extract = LiftPlan(plan.site, plan.lifts[:2])
+    (said,) = conditions_of(extract, (), plan.lifts[2:])
+    assert said.startswith("3 of 5 lifts are not in this log")
+
+
+def test_rules_that_switch_a_proof_off_are_conditions() -> None:
+    plan = plan_of(PARTS, crane=crane_at(), rules=Rules(swing=SwingRule.OFF, rope=False))
+    assert conditions_of(plan, ()) == ("there is no wind", "loads do not swing", "the hoist rope touches nothing")
+    assert conditions_of(dataclasses.replace(plan, site=dataclasses.replace(plan.site, cranes=())), ()) == ()
