@@ -13,7 +13,6 @@ from bimvox.library.plan_value import Plan
 from bimvox.library.site import LoadedSite
 from bimvox.log.recorder import tracks_of, write_log
 from bimvox.progress import Listener, Progress, progress_of
-from bimvox.remarks.sensible import remarks_if_sensible
 from bimvox.rendering.draw.camera import View
 from bimvox.rendering.draw.picture import PictureOptions
 from bimvox.rendering.draw.png import png_of
@@ -113,6 +112,6 @@ def _revision(plan: Plan) -> Revision:
         motions=record.motions,
         tracks=tracks_of(record),
         proof=plan.verdict,
-        remarks=remarks_if_sensible(record.plan, record.motions, record.context),
+        remarks=record.remarks,
         metadata=record.metadata,
     )

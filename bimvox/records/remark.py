@@ -53,9 +53,19 @@ def are_clean(remarks: Iterable[Remark]) -> bool:
 
 
 def in_words(remarks: Collection[Remark]) -> str:
-    """Return the number of remarks as it is shown next to the verdict: ``7 remarks, 2 serious``; ``3 notes``."""
-    if not remarks:
-        return "no remarks"
-    noun = "note" if are_clean(remarks) else "remark"
-    serious = sum(remark.severity is Severity.SERIOUS for remark in remarks)
-    return f"{len(remarks):,} {noun}{'' if len(remarks) == 1 else 's'}" + (f", {serious:,} serious" if serious else "")
+    """Return the number of remarks as it is shown next to the verdict; see ``number_in_words``."""
+    serious, minor, notes = (sum(remark.severity is one for remark in remarks) for one in Severity)
+    return number_in_words(serious + minor, serious, notes)
+
+
+def number_in_words(remarks: int, serious: int, notes: int = 0) -> str:
+    """Return a number of remarks: ``7 remarks (2 serious)``; if there are notes only, ``3 notes``.
+
+    Args:
+        remarks: Serious and minor ones.
+        serious: Serious ones.
+        notes: Notes.
+    """
+    count, noun = (remarks, "remark") if remarks or not notes else (notes, "note")
+    said = f"{count:,}" if count else "no"
+    return f"{said} {noun}{'' if count == 1 else 's'}" + (f" ({serious:,} serious)" if serious else "")

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from bimvox.records.remark import number_in_words
 from bimvox_cli.output import fields, rows, spent
-from bimvox_cli.remarks import coloured, counted
+from bimvox_cli.remarks import coloured
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -105,4 +106,4 @@ def _row(run: Mapping[str, Any]) -> tuple[object, ...]:
 def _remarks(run: Mapping[str, Any]) -> str | None:
     """Return the number of remarks about a run's plan; None for a record of an earlier version."""
     count = run.get("remarks")
-    return None if count is None else counted(count, run["serious_remarks"]).replace("no remarks", "none")
+    return None if count is None else number_in_words(count, run["serious_remarks"])

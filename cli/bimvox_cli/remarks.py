@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bimvox.records.remark import number_in_words
 from bimvox_cli.output import rows
 
 if TYPE_CHECKING:
@@ -31,22 +32,16 @@ def verdict(said: str, *, proven: bool, remarks: _Remarks) -> Text:
         remarks: As in the JSON document; notes do not count.
     """
     matter = [remark["severity"] for remark in remarks if remark["severity"] != _NOTE]
-    return coloured(said, proven=proven, remarks=len(matter), serious=matter.count(_SERIOUS))
+    notes = len(remarks) - len(matter)
+    return coloured(said, proven=proven, remarks=len(matter), serious=matter.count(_SERIOUS), notes=notes)
 
 
-def coloured(said: str, *, proven: bool, remarks: int, serious: int) -> Text:
+def coloured(said: str, *, proven: bool, remarks: int, serious: int, notes: int = 0) -> Text:
     """Return a verdict with the number of remarks next to it, in the colour of both."""
     from rich.text import Text
 
     colour = "red" if not proven else "green" if not remarks else "yellow"
-    return Text(f"{said}, {counted(remarks, serious)}", style=colour)
-
-
-def counted(remarks: int, serious: int) -> str:
-    """Return the number of remarks in words, notes not counted: ``12 remarks (3 serious)``."""
-    if not remarks:
-        return "no remarks"
-    return f"{remarks:,} remark{'' if remarks == 1 else 's'}" + (f" ({serious:,} serious)" if serious else "")
+    return Text(f"{said}, {number_in_words(remarks, serious, notes)}", style=colour)
 
 
 def show_remarks(console: Console, remarks: _Remarks, *, every: bool) -> None:

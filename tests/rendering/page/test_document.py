@@ -160,7 +160,7 @@ def test_a_revision_has_its_verdict_and_its_remarks():
     assert revision["verdict"] == {
         "proof": "proven",
         "proof_light": "serious",
-        "remarks": "⚠\ufe0e 4 remarks, 1 serious",
+        "remarks": "⚠\ufe0e 3 remarks (1 serious)",
         "remarks_light": "serious",
     }
     senseless = Opened(page_of(tiny_source(remarks=None))).document["revisions"][0]

@@ -67,7 +67,7 @@ def test_the_summary_for_readers_without_scripts_says_not_proven():
     assert "2 lifts planned, 1 infeasible" in proven
     assert "no remarks" in proven
     remarked = page_of(tiny_source(proof=passed_proof(), remarks=some_remarks())).decode()
-    assert "4 remarks, 1 serious" in remarked.split("<noscript>")[1].split("</noscript>")[0]
+    assert "3 remarks (1 serious)" in remarked.split("<noscript>")[1].split("</noscript>")[0]
 
 
 def test_modules_come_after_what_they_import_and_share_no_name():

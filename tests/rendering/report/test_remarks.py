@@ -43,7 +43,7 @@ def test_they_are_counted_next_to_the_verdict_and_come_before_the_schedule():
     page = page_of(some_remarks(floating=2), passed_proof()).decode()
     head = page[page.index("<header>") : page.index("</header>")]
     assert '<p class="chip serious">proven</p>' in head
-    assert '<p class="chip serious">⚠\ufe0e 5 remarks, 2 serious</p>' in head
+    assert '<p class="chip serious">⚠\ufe0e 4 remarks (2 serious)</p>' in head
     assert "Remarks: 2 serious, 2 minor, 1 note<" in page
     assert page.index('id="remarks"') < page.index('id="critical-lifts"') < page.index('id="lifts"')
     assert page.index('id="remarks"') < page.index('id="gantt"')

@@ -38,7 +38,8 @@ export class Remarks {
   render() {
     const { remarks, verdict } = this.app.plan.revision;
     this.buttons = [];
-    byId("tab-remarks").textContent = remarks?.length ? `Remarks ${remarks.length}` : "Remarks";
+    const count = remarks?.filter((remark) => remark.severity !== "note").length;
+    byId("tab-remarks").textContent = count ? `Remarks ${count}` : "Remarks";
     fill(
       this.panel,
       el("h2", {}, verdict.remarks),
