@@ -19,7 +19,7 @@ from bimvox.library.site import SITE_FILE
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.proof import Check
 from bimvox.site.areas import columns_centred_in
-from bimvox.site.build import ground_and_masts, with_obstructions
+from bimvox.site.build import ground_and_masts, labels_of, with_obstructions
 from bimvox.site.config import SiteConfig
 from bimvox.site.config_file import parse_site_config
 from bimvox.site.machine import cranes_of
@@ -39,6 +39,7 @@ def check_own_files(log: PlanLog) -> Check:
     site = log.plan.site
     fixed = [blocker for blocker in site.blockers if blocker.kind in ("ground", "crane")]
     same_blockers(check, fixed, ground_and_masts(site, rasterise), "what follows from the site's shape and cranes")
+    _same_labels(check, site)
     if (text := log.attachments.get(SITE_FILE)) is None:
         check.look(False, f"it carries no {SITE_FILE}, so nothing says for which rules and crane it was planned")
     else:
@@ -113,6 +114,18 @@ def _compare_obstructions(check: Check, site: Site, name: str, data: bytes) -> N
         same_blockers(check, found, [*given, *(blocker for blocker in found if blocker.id in refers)], source)
     else:
         check.look(same_cells(found, given), f"the cells of the obstructions are not those of {source}")
+
+
+def _same_labels(check: Check, site: Site) -> None:
+    """Compare the labels of the cells with the fixed objects, the yard and the construction area."""
+    wrong = np.argwhere(site.labels != labels_of(site))
+    at = tuple(wrong[0].tolist()) if len(wrong) else (0, 0, 0)
+    there = ", ".join(blocker.id for blocker in site.blockers if (blocker.cells == at).all(axis=1).any())
+    check.look(
+        not len(wrong),
+        f"{len(wrong)} cells are labelled as something else than is there, the first at {at}: "
+        f"{Label(site.labels[at]).name}, where there is {there or 'nothing'}",
+    )
 
 
 def _equal_heights(found: HookHeights | None, wanted: HookHeights | None) -> bool:

@@ -105,7 +105,7 @@ def _check_epochs(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], c
     elif not context and all(lift.status is Status.PLANNED for lift in plan.lifts):
         for until_ns in ends_ns:
             check.look(
-                until_ns <= last.end_ns,
+                until_ns < last.end_ns,
                 f"lift {last.number} ({plan.site.components[last.component].id}): the last motion ends at "
                 f"{last.end_ns / 1e9:.3f} s, but past obstructions are claimed until {until_ns / 1e9:.3f} s",
             )

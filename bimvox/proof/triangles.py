@@ -27,6 +27,7 @@ from bimvox.site.component import Component
 _SPACING_M = 0.02
 _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
 _MEASURED_M = 0.002  # a listed depth may differ from the measured one by this
+_INTERLOCKED_M = 2.0  # a shorter move must be listed as the way out
 _SHEET_M = 1e-6  # anything thinner is a sheet and has no inside
 _ROUNDING_M = 1e-9  # boxes closer than this do not count as apart
 _AT_CELL_VOX = 0.01  # a position this close to a placement counts as at it
@@ -88,18 +89,7 @@ class TriangleCheck:
             self._check_no_fuller(check, component, offsets_m, other)
             return
         tolerance_m = self._site.rules.contact_tolerance_m
-        part, fixed = (solid_of(self._meshes[number], tolerance_m) for number in (component.index, other))
-        # If both parts are equally thick, the one with the lower number counts as the thicker one.
-        bears = (part.thickness_m, -component.index) > (fixed.thickness_m, -other)
-        boxes = (part.core_m, self._boxes[other]) if bears else (self._boxes[component.index], fixed.core_m)
-
-        def overlaps(moved_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-            points_m = overlaps_m(part, fixed, -moved_m) if bears else overlaps_m(fixed, part, moved_m)
-            return ~np.isnan(points_m[:, 0])
-
-        meets: Callable[[NDArray[np.float64]], NDArray[np.bool_]] = overlaps
-        if max(part.thickness_m, fixed.thickness_m) < _SHEET_M:
-            boxes, meets = (self._boxes[component.index], self._boxes[other]), self._crosses(component.index, other)
+        boxes, meets = self._too_deep(component.index, other, tolerance_m)
         for offset_m in self._met(check, component, offsets_m, other, boxes, way_m, meets):
             check.look(False, f"{component.id}: meets {self._ids[other]} deeper than it may, at {_metres(offset_m)}")
         check.measure(float(np.abs(way_m).sum()) + tolerance_m)
@@ -117,6 +107,22 @@ class TriangleCheck:
         boxes, crosses = (self._boxes[component.index], self._boxes[other]), self._crosses(component.index, other)
         for offset_m in self._met(check, component, offsets_m, other, boxes, np.zeros(3), crosses):
             check.look(False, f"{component.id}: meets {self._ids[other]}, which it passes by, at {_metres(offset_m)}")
+
+    def _too_deep(
+        self, moving: int, fixed: int, tolerance_m: float
+    ) -> tuple[tuple[NDArray[np.float64], NDArray[np.float64]], Callable[[NDArray[np.float64]], NDArray[np.bool_]]]:
+        """Return boxes around what must not meet of two solids, and a test of whether it does, for positions of one."""
+        part, other = (solid_of(self._meshes[n], tolerance_m) for n in (moving, fixed))
+        if max(part.thickness_m, other.thickness_m) < _SHEET_M:
+            return (self._boxes[moving], self._boxes[fixed]), self._crosses(moving, fixed)
+        # If both parts are equally thick, the one with the lower number counts as the thicker one.
+        bears = (part.thickness_m, -moving) > (other.thickness_m, -fixed)
+
+        def overlaps(moved_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+            points_m = overlaps_m(part, other, -moved_m) if bears else overlaps_m(other, part, moved_m)
+            return ~np.isnan(points_m[:, 0])
+
+        return ((part.core_m, self._boxes[fixed]) if bears else (self._boxes[moving], other.core_m)), overlaps
 
     def _met(
         self,
@@ -231,7 +237,8 @@ class TriangleCheck:
     def _is_as_deep(self, first: int, second: int) -> bool:
         """Return whether two solids overlap as deep as their clash is listed, by the proof's own measure.
 
-        They must overlap, not merely touch, and just short of the listed way out they must still collide.
+        They must overlap, not merely touch, and just short of the listed way out they must still collide. If none is
+        listed, there must be none: no short move along an axis takes even their boxes apart.
         """
         way_m, depth_m = self._clashes[first, second], self._depths_m[first, second]
         crosses = self._crosses(first, second)
@@ -244,18 +251,23 @@ class TriangleCheck:
             return bool(crosses(np.maximum(short_m, 0.0)[:, None] * way_m / length_m).any()) and self._overlaps(
                 first, second
             )
-        return 0.0 < depth_m < np.inf and self._overlaps(first, second)
+        (low, high), (other_low, other_high) = self._boxes[first], self._boxes[second]
+        apart_m = float(np.minimum(high - other_low, other_high - low).min())
+        return 0.0 < depth_m <= apart_m and apart_m >= _INTERLOCKED_M and self._overlaps(first, second)
 
     def _overlaps(self, first: int, second: int) -> bool:
-        """Return whether two solids do not merely touch: no move of a skin's least depth along an axis parts them.
+        """Return whether two solids do not merely touch.
 
-        Surfaces of hollow solids, one inside the other, need not cross; then their boxes must overlap well.
+        One reaches deeper into the other than the thinnest skin, or no change as small as that parts their surfaces: a
+        move to any side or corner, or the one or the other made smaller.
         """
-        if self._crosses(first, second)(np.vstack([np.eye(3), -np.eye(3)]) * FINEST_M).all():
+        if self._too_deep(first, second, FINEST_M)[1](np.zeros((1, 3)))[0]:
             return True
-        (low, high), (other_low, other_high) = self._boxes[first], self._boxes[second]
-        common_m = np.minimum(high, other_high) - np.maximum(low, other_low)
-        return bool(common_m.min() > 2.0 * self._site.rules.contact_tolerance_m)
+        moves = np.argwhere(np.ones((3, 3, 3))) - 1.0
+        if not self._crosses(first, second)(moves * FINEST_M).all():
+            return False
+        smaller = [_collision_object(_smaller_m(self._meshes[number].triangles_m)) for number in (first, second)]
+        return all(fcl.collide(one, self._fixed(other)) for one, other in zip(smaller, (second, first), strict=True))
 
     def _check_no_fuller(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
         """Check, if no depth works, that the pair never shares more cells than in the finished building.
@@ -310,6 +322,14 @@ def _collision_object(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
     shape.addSubModel(triangles_m.reshape(-1, 3), np.arange(3 * len(triangles_m)).reshape(-1, 3))
     shape.endModel()
     return fcl.CollisionObject(shape)
+
+
+def _smaller_m(triangles_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (F, 3, 3) triangles scaled about the middle of their box, so that each of its sides moves in a little."""
+    low, high = triangles_m.min(axis=(0, 1)), triangles_m.max(axis=(0, 1))
+    middle, half = (low + high) / 2.0, (high - low) / 2.0
+    scaled: NDArray[np.float64] = middle + (triangles_m - middle) * (1.0 - FINEST_M / np.maximum(half, 2.0 * FINEST_M))
+    return scaled
 
 
 @kept

@@ -248,6 +248,15 @@ def _with_fixed_digests(site: Site) -> Site:
     return replace(site, geometry_digest=geometry, fixed_digest=fixed)
 
 
+def labels_of(site: Site) -> NDArray[np.uint8]:
+    """Return the (X, Y, Z) labels that follow from a site's blockers, its yard and its construction area."""
+    slab = np.full(site.shape[:2], Label.GROUND, np.uint8)
+    slab[site.yard] = Label.YARD
+    slab[site.labels[:, :, 0] == Label.CONSTRUCTION_AREA] = Label.CONSTRUCTION_AREA
+    above = sorted(site.blockers, key=lambda blocker: (blocker.kind != "ground", blocker.kind == "obstruction"))
+    return _labels(slab, site.shape, above)
+
+
 def _labels(slab: NDArray[np.uint8], shape: IntVec, blockers: Sequence[Blocker]) -> NDArray[np.uint8]:
     """Return the labels: blockers above the slab, obstructions over structures; the slab's layer keeps its areas."""
     labels = np.zeros(shape, np.uint8)

@@ -27,7 +27,7 @@ from bimvox.rendering.page.blob import Blob
 from bimvox.rendering.page.crane import LUFFING, crane_record
 from bimvox.rendering.scene.crane_parts import crane_parts
 from bimvox.rendering.scene.cranes import parked_pose
-from bimvox.site.build import ground_and_masts, with_digests
+from bimvox.site.build import ground_and_masts, labels_of, with_digests
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,8 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, PlanLog]:
     crane = replace(default_luffing_crane("luffing-40"), base_m=(12.0, 18.0, 0.0))
     jib = replace(crane.luffing, pivot_height_m=9.0, length_m=24.0, luff_rad=(radians(20), radians(75)), tail_low_m=7.0)
     site = box_site(PORTAL, crane=with_luffing_jib(crane, jib), shape=(60, 50, 34))
-    site = with_digests(replace(site, blockers=(*ground_and_masts(site, rasterise), *site.blockers[1:])))
+    site = replace(site, blockers=(*ground_and_masts(site, rasterise), *site.blockers[1:]))
+    site = with_digests(replace(site, labels=labels_of(site)))
     plan, motions = planned(site)
     record = PlanLog(plan, motions, attachments={"site.toml": site_file_of(site)})
     path = tmp_path_factory.mktemp("luffing") / "log.mcap"

@@ -95,12 +95,23 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.a_stop_without_a_crane, "unit_moves", "beam: its path starts at .*, not above its place in the yard"),
     (faults.one_cell_without_a_crane, "unit_moves", "beam: its path starts at .*, not above its place in the yard"),
     (faults.an_epoch_that_never_ends, "epochs", r"lift 4 \(slab\): the last motion ends at"),
+    (faults.an_epoch_to_the_last_moment, "epochs", r"lift 4 \(slab\): the last motion ends at"),
+    (faults.a_wall_out_of_the_labels, "own_files", r"labelled .* AIR, where there is wall"),
+    (faults.a_wall_in_the_labels_alone, "own_files", r"labelled .* STRUCTURE, where there is nothing"),
+    (faults.no_ground_in_the_labels, "own_files", r"labelled .* AIR, where there is ground"),
     (faults.no_time_to_hook_on, "timeline", r"lift 2 \(right\): hooking on takes 1e-06 s; the rules ask for 60 s"),
     (faults.no_trial_lift, "timeline", r"lift \d \(\w+\): the trial lift takes .* s; the rules ask for 10 s"),
     (faults.no_time_to_set, "timeline", r"lift 4 \(slab\): setting takes 1e-06 s; the rules ask for 120 s"),
     (faults.no_time_to_release, "timeline", r"lift 4 \(slab\): releasing takes 1e-06 s; the rules ask for 30 s"),
 ]
 """Forged plans, the check that must refuse each, and a sentence that names the fault and the lift."""
+
+ABOUT_A_CLASH: list[faults.Forge] = [
+    faults.a_clash_without_its_way_out,
+    faults.touching_in_a_corner_called_a_clash,
+    faults.touching_in_a_corner_called_interlocked,
+]
+"""Overlaps of the model that the log claims to be deeper than they are."""
 
 WITH_OTHERS = {"shown", "stands", "capacity", "motion_triangles", "jib"}
 """Checks of motions whose faults the plan's proof finds too, or that need another site: tested below."""
@@ -113,6 +124,11 @@ LOADS_SWING_INTO_IT_TOO = {"axis_range", "motion_cells", "motion_rope", "empty_h
 @pytest.fixture(scope="module")
 def good() -> PlanLog:
     return faults.good_log()
+
+
+@pytest.fixture(scope="module")
+def clashing() -> PlanLog:
+    return faults.log_with_a_clash()
 
 
 @pytest.fixture(scope="module")
@@ -167,6 +183,20 @@ def test_a_forged_plan_is_refused_by_name(good: PlanLog, tmp_path: Path, forge: 
     assert document["verified"] is False
     assert by in failed(document)
     assert any(re.search(says, failure) for failure in document["checks"][by]["failures"]), document["checks"][by]
+
+
+@pytest.mark.parametrize("forge", ABOUT_A_CLASH, ids=lambda forge: forge.__name__)
+def test_an_overlap_is_believed_only_as_deep_as_it_is_measured(clashing: PlanLog, tmp_path: Path, forge: faults.Forge):
+    document = proven(forge(clashing), tmp_path)
+    first, second = (forge(clashing).plan.clashes[-1].first, forge(clashing).plan.clashes[-1].second)
+    assert "triangles" in failed(document)
+    assert f"{first} and {second}: listed as drawn into each other deeper" in str(document["checks"]["triangles"])
+
+
+def test_an_overlap_that_is_there_is_proven(clashing: PlanLog, tmp_path: Path):
+    assert [(clash.first, clash.second) for clash in clashing.plan.clashes] == [("beam", "left")]
+    document = proven(clashing, tmp_path)
+    assert document["verified"] is True, failed(document)
 
 
 def test_a_recovered_log_without_motions_proves_nothing(good: PlanLog, tmp_path: Path):

@@ -90,10 +90,11 @@ def test_a_log_with_infeasible_lifts_is_proven_for_the_others(site_folder):
 
 def test_a_site_without_a_crane_is_proven_too(site_folder):
     record = read_log(site_folder / "frame.mcap")
-    from bimvox.site.build import with_digests
+    from bimvox.site.build import labels_of, with_digests
 
     blockers = tuple(blocker for blocker in record.plan.site.blockers if blocker.kind != "crane")
-    site = with_digests(dataclasses.replace(record.plan.site, cranes=(), blockers=blockers))
+    site = dataclasses.replace(record.plan.site, cranes=(), blockers=blockers)
+    site = with_digests(dataclasses.replace(site, labels=labels_of(site)))
     text = site_file_of(site)
     bare = dataclasses.replace(
         record,

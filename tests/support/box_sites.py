@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
+from bimvox.site.build import labels_of
 from bimvox.site.component import Component
 from bimvox.site.shape import shape_of
 from bimvox.site.site import GROUND_ID, Blocker, Rules, Site
@@ -116,7 +118,7 @@ def box_site(
         blockers.append(Blocker(name, "structure", box_cells(frame, low, high), box_mesh(low, high)))
     for name, low, high in obstructions:
         blockers.append(Blocker(name, "obstruction", box_cells(frame, low, high)))
-    return Site(
+    site = Site(
         name="boxes",
         frame=frame,
         labels=labels,
@@ -127,3 +129,4 @@ def box_site(
         yard=yard_cells,
         site_to_ifc=np.eye(4),
     )
+    return replace(site, labels=labels_of(site))

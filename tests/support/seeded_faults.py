@@ -25,6 +25,7 @@ from foxglove_schemas_protobuf.VoxelGrid_pb2 import VoxelGrid
 from bimvox.bim.building import TriangleMesh
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.kinematics import hook_of
+from bimvox.grid.labels import Label
 from bimvox.log import schema as topics
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_plan
@@ -33,10 +34,11 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.records.lift import Epoch, LeftPath, ModelledClash, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
-from bimvox.site.build import with_digests
+from bimvox.site.build import labels_of, with_digests
 from bimvox.site.component import StoredPose
 from bimvox.site.config import ModelConfig, RulesConfig, SiteConfig, ZoneConfig
 from bimvox.site.machine import crane_config
+from bimvox.site.shape import shape_of
 from bimvox.site.site import Blocker, Rules, Site, SwingRule
 from bimvox.site.template import site_toml
 
@@ -58,8 +60,37 @@ def good_log(swing: SwingRule = SwingRule.SHAPED) -> PlanLog:
     return log_of(box_site(PARTS, structure=[WALL], crane=crane, shape=(40, 30, 24), rules=rules))
 
 
+def log_with_a_clash() -> PlanLog:
+    """Return the log of a beam drawn 40 mm into its column, and of a block that touches both legs of an angle."""
+    parts = [
+        ("beam", (1.0, 1.4, 2.9), (5.0, 1.6, 3.3)),
+        ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.94)),
+        ("block", (6.5, 1.0, 0.5), (7.5, 2.0, 1.5)),
+        ("angle", (6.0, 1.0, 0.0), (7.5, 2.0, 2.0)),
+    ]
+    crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
+    site = box_site(parts, crane=crane, shape=(40, 30, 24))
+    angle = site.components[3]
+    outline = np.array([(6.0, 0.0), (7.5, 0.0), (7.5, 0.5), (6.5, 0.5), (6.5, 2.0), (6.0, 2.0)])
+    corners = [(x, y, z) for y in (1.0, 2.0) for x, z in outline]
+    front = [(0, n, n + 1) for n in range(1, 5)]
+    back = [(6, n + 7, n + 6) for n in range(1, 5)]
+    sides = [(n, n + 6, (n + 1) % 6) for n in range(6)] + [((n + 1) % 6, n + 6, (n + 1) % 6 + 6) for n in range(6)]
+    mesh = TriangleMesh(np.array(corners), np.array([*front, *back, *sides], np.int32))
+    cells = np.concatenate(
+        [
+            box_cells(site.frame, (6.0, 1.0, 0.0), (7.5, 2.0, 0.5)),
+            box_cells(site.frame, (6.0, 1.0, 0.5), (6.5, 2.0, 2.0)),
+        ]
+    )
+    shape, target = shape_of(cells)
+    hook = (0, 1, shape.size_vox[2])
+    angle = dataclasses.replace(angle, mesh=mesh, shape=shape, target_vox=target, hook_offset_vox=hook)
+    return log_of(dataclasses.replace(site, components=(*site.components[:3], angle)))
+
+
 def log_of(site: Site) -> PlanLog:
-    """The log of a site, planned by search and timed."""
+    """Return the log of a site, planned by search and timed."""
     site = with_digests(site)
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
@@ -91,8 +122,11 @@ def lift_of(log: PlanLog, name: str):
 
 
 def with_site(log: PlanLog, **changes) -> PlanLog:
-    """Return the log of a changed site; the forger also rewrites the attached site file."""
-    site = with_digests(dataclasses.replace(log.plan.site, **changes))
+    """Return the log of a changed site; the forger also rewrites the labels and the attached site file."""
+    site = dataclasses.replace(log.plan.site, **changes)
+    if "labels" not in changes:
+        site = dataclasses.replace(site, labels=labels_of(site))
+    site = with_digests(site)
     forged = without_a_new_file(log, site)
     try:
         return dataclasses.replace(forged, attachments={**log.attachments, "site.toml": site_file_of(site)})
@@ -602,6 +636,29 @@ def an_epoch_that_never_ends(log: PlanLog) -> PlanLog:
     return with_plan(a_box_on_the_path(log), history=(Epoch(until_ns, ()),))
 
 
+def an_epoch_to_the_last_moment(log: PlanLog) -> PlanLog:
+    return with_plan(a_box_on_the_path(log), history=(Epoch(log.motions[-1].end_ns, ()),))
+
+
+def with_labels(log: PlanLog, label: Label, low: tuple[int, int, int], high: tuple[int, int, int]) -> PlanLog:
+    labels = log.plan.site.labels.copy()
+    labels[tuple(slice(*ends) for ends in zip(low, high, strict=True))] = label
+    return with_site(log, labels=labels)
+
+
+def a_wall_out_of_the_labels(log: PlanLog) -> PlanLog:
+    return with_labels(log, Label.AIR, (0, 0, 1), log.plan.site.shape)
+
+
+def a_wall_in_the_labels_alone(log: PlanLog) -> PlanLog:
+    """Nothing is in the way there, but a viewer shows a wall."""
+    return with_labels(log, Label.STRUCTURE, (30, 20, 1), (31, 25, 5))
+
+
+def no_ground_in_the_labels(log: PlanLog) -> PlanLog:
+    return with_labels(log, Label.AIR, (0, 0, 0), (*log.plan.site.shape[:2], 1))
+
+
 def an_epoch_before_the_last_lift(log: PlanLog) -> PlanLog:
     """True as far as the log shows: only the last lift came after the obstruction, and is clear of it."""
     path = lift_of(log, "left").path_vox
@@ -665,6 +722,21 @@ def touching_called_a_clash(log: PlanLog) -> PlanLog:
 
 def touching_called_interlocked(log: PlanLog) -> PlanLog:
     return with_plan(log, clashes=(*log.plan.clashes, ModelledClash("slab", "beam", 2.0, None)))
+
+
+def a_clash_without_its_way_out(log: PlanLog) -> PlanLog:
+    """The overlap is there, but the log says that nothing parts the two, so that any depth would be excused."""
+    (clash,) = log.plan.clashes
+    return with_plan(log, clashes=(dataclasses.replace(clash, depth_m=2.0, way_out_m=None),))
+
+
+def touching_in_a_corner_called_a_clash(log: PlanLog) -> PlanLog:
+    """The two only touch, although their boxes overlap by much."""
+    return with_plan(log, clashes=(*log.plan.clashes, ModelledClash("block", "angle", 0.001, (0.001, 0.0, 0.0))))
+
+
+def touching_in_a_corner_called_interlocked(log: PlanLog) -> PlanLog:
+    return with_plan(log, clashes=(*log.plan.clashes, ModelledClash("block", "angle", 2.0, None)))
 
 
 def a_clash_called_deeper(log: PlanLog) -> PlanLog:

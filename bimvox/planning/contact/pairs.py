@@ -181,7 +181,8 @@ class Contacts:
                 way_m = self._way_out_as_drawn_m(first, second, part, other)
                 part.setTranslation(np.zeros(3))
                 self._ways_out_m[first, second] = way_m
-                clashes.append(_clash(self.solids[first].id, self.solids[second].id, way_m))
+                if self._overlap(first, second):
+                    clashes.append(_clash(self.solids[first].id, self.solids[second].id, way_m))
         self._bvhs.clear()
         return tuple(clashes)
 
@@ -194,6 +195,16 @@ class Contacts:
     def _boxes_overlap(self, first: int, second: int) -> bool:
         a, b = self.bounds_m[first], self.bounds_m[second]
         return bool((a[0] < b[1]).all() and (b[0] < a[1]).all())
+
+    def _overlap(self, first: int, second: int) -> bool:
+        """Return whether two solids, eroded by no more than a millimetre, still meet.
+
+        The tolerance is more than some members of a part are thick: erosion turns them inside out, so that they meet
+        what they only touch or pass.
+        """
+        depths_m = pair_depths_m(first, second, self._thickness_m, min(self._tolerance_m, _LEAST_GAP_M))
+        one, other = (self.eroded_m(*solid) for solid in zip((first, second), depths_m, strict=True))
+        return bool(fcl.collide(self._bvh_of(one), self._bvh_of(other)))
 
     def _way_out_as_drawn_m(
         self, first: int, second: int, part: fcl.CollisionObject, other: fcl.CollisionObject
@@ -221,7 +232,24 @@ class Contacts:
                     if outside and not fcl.collide(part, other):
                         shortest_m, way_m = out_m, moved_m
                         break
-        return way_m
+        return self._apart_by_boxes_m(first, second) if way_m is None else way_m
+
+    def _apart_by_boxes_m(self, first: int, second: int) -> NDArray[np.float64] | None:
+        """Return the move that takes the boxes of two parts apart, less what their surfaces do not need.
+
+        For surfaces that no swept triangle shows: faces along the move, and parts that many contacts separate.
+        """
+        (low, high), (other_low, other_high) = self.bounds_m[first], self.bounds_m[second]
+        apart_m = np.stack([high - other_low, other_high - low])
+        part, other = (collision_object(self._triangles[number]) for number in (first, second))
+        for side, axis in np.argwhere(apart_m < _DEPTH_REACH_M)[np.argsort(apart_m[apart_m < _DEPTH_REACH_M])]:
+            toward = (2.0 * side - 1.0) * np.eye(3)[axis]
+            for step in range(int(np.ceil(apart_m[side, axis] / _DEPTH_STEP_M)), -1, -1):
+                part.setTranslation(step * _DEPTH_STEP_M * toward)
+                if fcl.collide(part, other):
+                    way_m: NDArray[np.float64] = (step + 1) * _DEPTH_STEP_M * toward
+                    return way_m
+        return None
 
 
 def _clash(first: str, second: str, way_m: NDArray[np.float64] | None) -> ModelledClash:

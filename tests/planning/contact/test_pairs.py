@@ -45,6 +45,15 @@ def test_a_part_drawn_right_through_another_has_no_short_way_out():
     assert contacts.way_out_m(1, 0) is None
 
 
+def test_parts_that_only_their_boxes_take_apart_have_a_way_out():
+    """A wall that ends flush with the slab it goes through: the last step down still touches."""
+    site = box_site([("wall", (3.0, 1.0, 0.0), (3.2, 9.0, 4.0)), ("slab", (1.0, 1.0, 3.85), (9.0, 9.0, 4.0))])
+    contacts = Contacts(site)
+    (clash,) = contacts.clashes
+    assert clash.depth_m == pytest.approx(0.15, abs=0.002)
+    assert contacts.way_out_m(0, 1) == pytest.approx([0.0, 0.0, -0.15], abs=0.002)
+
+
 def test_moves_meet_only_beyond_the_tolerance():
     site = box_site([("a", (1.0, 1.0, 0.0), (2.0, 2.0, 1.0)), ("b", (2.0, 1.0, 0.0), (3.0, 2.0, 1.0))])
     contacts = Contacts(site)
