@@ -263,8 +263,8 @@ class TriangleCheck:
         """
         if self._too_deep(first, second, FINEST_M)[1](np.zeros((1, 3)))[0]:
             return True
-        moves = np.argwhere(np.ones((3, 3, 3))) - 1.0
-        if not self._crosses(first, second)(moves * FINEST_M).all():
+        moves_m: NDArray[np.float64] = (np.argwhere(np.ones((3, 3, 3))) - 1.0) * FINEST_M
+        if not self._crosses(first, second)(moves_m).all():
             return False
         smaller = [_collision_object(_smaller_m(self._meshes[number].triangles_m)) for number in (first, second)]
         return all(fcl.collide(one, self._fixed(other)) for one, other in zip(smaller, (second, first), strict=True))
