@@ -263,7 +263,7 @@ class TriangleCheck:
         """
         if self._too_deep(first, second, FINEST_M)[1](np.zeros((1, 3)))[0]:
             return True
-        moves_m: NDArray[np.float64] = (np.argwhere(np.ones((3, 3, 3))) - 1.0) * FINEST_M
+        moves_m = (np.argwhere(np.ones((3, 3, 3))).astype(np.float64) - 1.0) * FINEST_M
         if not self._crosses(first, second)(moves_m).all():
             return False
         smaller = [_collision_object(_smaller_m(self._meshes[number].triangles_m)) for number in (first, second)]
