@@ -51,7 +51,7 @@ def render(
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
-        InputError: If the file's suffix does not fit, or there is no such lift.
+        InputError: If the suffix does not fit, there is no such lift, or values of a plan for a page make no sense.
         FileError: If the file cannot be written.
     """
     told, path = progress_of(progress), check_output(Path(path))
@@ -102,6 +102,8 @@ def _order(plan: Plan, number: int) -> int:
 
 def _revision(plan: Plan) -> Revision:
     record, stream = plan.record, io.BytesIO()
+    if record.remarks is None:
+        raise InputError("values of the plan make no sense, so it cannot be shown", hint="bimvox.verify names them")
     write_log(stream, record)
     return Revision(
         number=record.revision,

@@ -58,19 +58,19 @@ class Verdict:
         return {key: str(value) for key, value in asdict(self).items()}
 
 
-def verdict_of(proof: Verification | None, remarks: Collection[Remark] | None, *, carried: int, lifts: int) -> Verdict:
+def verdict_of(proof: Verification | None, remarks: Collection[Remark], *, carried: int, lifts: int) -> Verdict:
     """Return the verdict about a plan.
 
     Args:
         proof: The proof; None if none was made.
-        remarks: The remarks; None if nothing can be said, because the values of the plan make no sense.
+        remarks: The remarks.
         carried: Number of lifts that the log carries.
         lifts: Number of lifts of the whole plan.
     """
     verified = proof is not None and proof.verified
     found = _light_of(remarks)
     remarks_light = found if found in (Light.REMARKED, Light.SERIOUS) or verified else Light.PLAIN
-    said = "remarks not looked for" if remarks is None else in_words(remarks)
+    said = in_words(remarks)
     sign = "" if found is Light.CLEAN else _SIGNS[remarks_light]
     if proof is None or not verified:
         return Verdict(f"{_SIGNS[Light.REFUSED]}{_refusal(proof)}", Light.REFUSED, sign + said, remarks_light)
@@ -84,9 +84,7 @@ def verdict_of(proof: Verification | None, remarks: Collection[Remark] | None, *
     return Verdict(tick + words, light, sign + said, remarks_light)
 
 
-def _light_of(remarks: Collection[Remark] | None) -> Light:
-    if remarks is None:
-        return Light.PLAIN
+def _light_of(remarks: Collection[Remark]) -> Light:
     if any(remark.severity is Severity.SERIOUS for remark in remarks):
         return Light.SERIOUS
     return Light.CLEAN if are_clean(remarks) else Light.REMARKED

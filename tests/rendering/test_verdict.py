@@ -61,12 +61,6 @@ def test_an_extract_says_how_many_lifts_were_proven():
     assert verdict_of(passed_proof(), (), carried=2, lifts=1200).proof == "✓ proven (2 of 1,200 lifts)"
 
 
-def test_a_plan_whose_values_make_no_sense_has_no_count():
-    found = verdict_of(failed_proof("x"), None, carried=1, lifts=1)
-    assert (found.remarks, found.remarks_light) == ("remarks not looked for", Light.PLAIN)
-    assert verdict_of(passed_proof(), None, carried=1, lifts=1).proof_light is not Light.CLEAN
-
-
 def test_both_are_in_one_line():
     line = verdict(passed_proof(), *some_remarks()).line
     assert line == "proven; ⚠\ufe0e 3 remarks (1 serious)"

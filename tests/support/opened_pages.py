@@ -43,7 +43,7 @@ def some_remarks(name: str = "Beam", text: str = "nothing carries it", floating:
     )
 
 
-def revision_of(log: PlanLog, proof: Verification | None = None, remarks: tuple[Remark, ...] | None = ()) -> Revision:
+def revision_of(log: PlanLog, proof: Verification | None = None, remarks: tuple[Remark, ...] = ()) -> Revision:
     return Revision(
         number=log.revision,
         log="tiny.mcap",
@@ -59,7 +59,7 @@ def revision_of(log: PlanLog, proof: Verification | None = None, remarks: tuple[
 
 
 def tiny_source(
-    *, crane: bool = True, proof: Verification | None = None, remarks: tuple[Remark, ...] | None = ()
+    *, crane: bool = True, proof: Verification | None = None, remarks: tuple[Remark, ...] = ()
 ) -> PageSource:
     return PageSource((revision_of(tiny_log(crane=crane), proof, remarks),))
 

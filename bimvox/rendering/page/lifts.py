@@ -88,9 +88,9 @@ def proof_record(revision: Revision) -> dict[str, Any] | None:
     return {"verified": proof.verified, "checks": checks, "not_current": not_current}
 
 
-def remark_records(revision: Revision) -> list[dict[str, Any]] | None:
-    """Return the remarks as ``bimvox verify --json`` gives them; None if the values of the plan make no sense."""
-    return None if revision.remarks is None else [remark.to_dict() for remark in revision.remarks]
+def remark_records(revision: Revision) -> list[dict[str, Any]]:
+    """Return the remarks as ``bimvox verify --json`` gives them."""
+    return [remark.to_dict() for remark in revision.remarks]
 
 
 def _lifting(site: Site, component: Component) -> dict[str, Any]:

@@ -26,7 +26,7 @@ class Revision:
         motions: Motions of the planned lifts, in order; none without a crane.
         tracks: Tracks of their loads, in order.
         proof: The verdict of a proof made now from the log; None if none was made.
-        remarks: What a person should look at; None if the values of the plan make no sense.
+        remarks: What a person should look at.
         metadata: Plain values about the plan (seed, policy, hashes ...).
     """
 
@@ -38,7 +38,7 @@ class Revision:
     motions: tuple[LiftMotion, ...]
     tracks: tuple[LoadTrack, ...]
     proof: Verification | None
-    remarks: tuple[Remark, ...] | None
+    remarks: tuple[Remark, ...]
     metadata: Mapping[str, str] = field(default_factory=dict)
 
     @property

@@ -29,17 +29,17 @@ _COLUMNS = (
 )
 
 
-def lift_table(lifts: Iterable[dict[str, Any]], remarks: Iterable[dict[str, Any]] | None, *, proof_made: bool) -> str:
+def lift_table(lifts: Iterable[dict[str, Any]], remarks: Iterable[dict[str, Any]], *, proof_made: bool) -> str:
     """Return the table of all lifts.
 
     Args:
         lifts: Records of lifts, critical ones first, then in order.
-        remarks: The remarks about the plan; None if nothing can be said.
+        remarks: The remarks about the plan.
         proof_made: Whether the log was proven for this report.
     """
     caption = "Every lift, critical ones first, then in order"
     about: dict[str | None, list[dict[str, Any]]] = {}
-    for remark in remarks or ():
+    for remark in remarks:
         about.setdefault(remark["component"], []).append(remark)
     rows = [_row(lift, about.get(lift["id"], []), proof_made) for lift in lifts]
     return table(_COLUMNS, rows, class_="lifts", caption=caption, id_="lifts")

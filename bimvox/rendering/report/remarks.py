@@ -21,9 +21,6 @@ _HEADINGS = {
 def remarks(record: dict[str, Any]) -> str:
     """Return the remarks, the gravest first, each with its lift and part; within a severity by kind."""
     found, lead = record["remarks"], "A proof compares the plan with the model and the site file, not with practice."
-    if found is None:
-        words = "Not looked for: values of the log make no sense (see Proof), so nothing follows from them."
-        return section("Remarks", paragraph(words, "warn"), id="remarks")
     if not found:
         return section("Remarks: none", paragraph(f"{lead} No rule of plausibility found anything."), id="remarks")
     lifts = {lift["id"]: lift for lift in record["lifts"]}

@@ -61,11 +61,11 @@ class Judged:
 
     Attributes:
         proof: The proof; None if none was wanted.
-        remarks: The remarks; None if the values of the plan make no sense.
+        remarks: The remarks.
     """
 
     proof: Verification | None
-    remarks: tuple[Remark, ...] | None
+    remarks: tuple[Remark, ...]
 
 
 def read_revision(file: Path, progress: Progress) -> Read:
@@ -175,6 +175,9 @@ def revisions_of(
         proven: Whether they are proven again now.
         progress: Receives the stages.
         known: What was found earlier about logs; new findings are added.
+
+    Raises:
+        LogFileError: If values of a log make no sense: nothing can be drawn from them.
     """
     from bimvox.log.recorder import tracks_of
     from bimvox.log.schema import METADATA
@@ -202,7 +205,16 @@ def revisions_of(
 
 
 def _judged(read: Read, proven: bool, progress: Progress) -> Judged:
+    from bimvox.proof.values import check_values
+
     record, proof = read.record, None
+    if record.remarks is None:
+        values = check_values(record.plan, record.motions, record.context)
+        raise LogFileError(
+            read.file,
+            f"its values make no sense, so it cannot be shown: {values.failures[0]}",
+            hint=f"bimvox verify {read.file} names them all",
+        )
     if proven:
         proof = prove_plan(record, progress) if read.contents is None else prove(read.contents, record, progress)
     return Judged(proof, record.remarks)

@@ -101,8 +101,8 @@ def test_proof_and_remarks_are_made_once_a_revision(tmp_path: Path, monkeypatch:
 
     made = page_revisions.prove
     monkeypatch.setattr(page_revisions, "prove", lambda *given: proofs.append(given) or made(*given))
-    found = sensible.remarks_if_sensible
-    monkeypatch.setattr(sensible, "remarks_if_sensible", lambda *given: remarks.append(given) or found(*given))
+    found = sensible.remarks_of
+    monkeypatch.setattr(sensible, "remarks_of", lambda *given: remarks.append(given) or found(*given))
     pages = follow(log, tmp_path / "tiny.html", progress=SilentProgress(), stop=stop)
     next(pages)
     assert len(proofs) == 1

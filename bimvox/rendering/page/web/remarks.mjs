@@ -25,9 +25,9 @@ export class Remarks {
     this.panel.focus();
   }
 
-  /** The remarks of the revision shown; none if its values make no sense. */
+  /** The remarks of the revision shown. */
   get all() {
-    return this.app.plan.revision.remarks ?? [];
+    return this.app.plan.revision.remarks;
   }
 
   /** The remarks about a part, by its index. */
@@ -38,14 +38,13 @@ export class Remarks {
   render() {
     const { remarks, verdict } = this.app.plan.revision;
     this.buttons = [];
-    const count = remarks?.filter((remark) => remark.severity !== "note").length;
+    const count = remarks.filter((remark) => remark.severity !== "note").length;
     byId("tab-remarks").textContent = count ? `Remarks ${count}` : "Remarks";
     fill(
       this.panel,
       el("h2", {}, verdict.remarks),
       el("p", { class: "kicker" }, "Proven and plausible are two things: a proof compares the plan with the model and the site file, not with practice."),
-      remarks === null ? el("p", { class: "warn" }, "Not looked for: values of the log make no sense.") : null,
-      remarks?.length === 0 ? el("p", {}, "No rule of plausibility found anything.") : null,
+      remarks.length === 0 ? el("p", {}, "No rule of plausibility found anything.") : null,
       ...SEVERITIES.flatMap((entry) => this._severity(...entry)),
     );
     this.update();
