@@ -183,6 +183,7 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
         ],
         "proof": proof_record(revision),
         "verdict": revision.verdict.to_dict(),
+        "conditions": list(revision.conditions),
         "remarks": remark_records(revision),
         "changes": changes(before, revision) if before else None,
         "metadata": dict(sorted(revision.metadata.items())),

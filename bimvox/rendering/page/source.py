@@ -10,6 +10,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
 from bimvox.records.remark import Remark
 from bimvox.records.track import LoadTrack
+from bimvox.remarks.conditions import conditions_of
 from bimvox.rendering.verdict import Verdict, verdict_of
 
 
@@ -45,6 +46,11 @@ class Revision:
     def lifts(self) -> tuple[Lift, ...]:
         """All lifts, carried or not, in ascending order."""
         return tuple(sorted((*self.plan.lifts, *self.context), key=lambda lift: lift.order))
+
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        """What the proof took as given."""
+        return conditions_of(self.plan, self.motions, self.context)
 
     @property
     def verdict(self) -> Verdict:

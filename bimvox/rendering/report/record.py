@@ -32,9 +32,9 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         critical_share: Share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
 
     Returns:
-        ``log, site, crane, totals, methods, lifts, critical, infeasible, deliveries, verdict, proof, remarks, inputs,
-        clashes, notes``; ``critical`` are orders of lifts, the highest utilisation first; ``infeasible`` orders of
-        lifts, causes first: those blocked only by other infeasible ones come last.
+        ``log, site, crane, totals, methods, lifts, critical, infeasible, deliveries, verdict, conditions, proof,
+        remarks, inputs, clashes, notes``; ``critical`` are orders of lifts, the highest utilisation first;
+        ``infeasible`` orders of lifts, causes first: those blocked only by other infeasible ones come last.
     """
     site = revision.plan.site
     if critical_share is None:
@@ -62,6 +62,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "infeasible": _causes_first(lifts),
         "deliveries": _deliveries(lifts),
         "verdict": revision.verdict.to_dict(),
+        "conditions": list(revision.conditions),
         "proof": proof_record(revision),
         "remarks": remark_records(revision),
         "inputs": inputs_of(revision),

@@ -230,9 +230,15 @@ def proof(record: dict[str, Any]) -> str:
         paragraph(words, "" if made["verified"] else "warn"),
         tag("ul", found) if found else "",
         paragraph(_earlier(earlier), "reserved") if earlier else "",
+        _conditions(record["conditions"]) if made["verified"] else "",
         table(("Check", "Result", "Samples", "Worst", "What it checks"), rows, class_="words", id_="checks"),
         id="proof",
     )
+
+
+def _conditions(conditions: Sequence[str]) -> str:
+    items = "".join(tag("li", escape(words)) for words in conditions)
+    return paragraph("Provided that:") + tag("ul", items, "conditions") if conditions else ""
 
 
 def _earlier(lifts: Sequence[dict[str, Any]]) -> str:

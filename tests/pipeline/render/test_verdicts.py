@@ -39,6 +39,9 @@ def test_lifts_proven_against_earlier_obstructions_only_are_named_in_both(good, 
     assert len(document["not_current"]) == 3
     assert record["proof"]["not_current"] == page["proof"]["not_current"] == document["not_current"]
     assert record["verdict"] == page["verdict"]
+    assert record["remarks"] == page["remarks"] == document["remarks"]
+    assert record["conditions"] == page["conditions"] == document["conditions"]
+    assert "Provided that:" in (tmp_path / "log.html").read_text(encoding="utf-8")
     assert page["verdict"]["proof"] == "proven, 3 lifts against earlier obstructions only"
     assert [lift["current"] for lift in page["lifts"]] == [False, False, False, True]
 
@@ -48,6 +51,7 @@ def test_a_fault_is_named_where_the_verdict_is_shown(good, tmp_path):
     assert document["verified"] is False
     assert record["verdict"]["proof"] == page["verdict"]["proof"] == "✕ NOT PROVEN: axis limits"
     assert page["verdict"]["proof_light"] == "refused"
+    assert "Provided that:" not in (tmp_path / "log.html").read_text(encoding="utf-8")
     assert record["remarks"] == page["remarks"]
     assert page["remarks"]
 

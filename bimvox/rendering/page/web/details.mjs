@@ -261,7 +261,7 @@ export class Details {
     return [el("h3", {}, "Infeasible"), el("div", { class: "links" }, ...bad.map((lift) => el("button", { type: "button", class: "hot", onclick: () => app.choose(lift.part) }, `✕ ${nameOf(app.parts[lift.part])}`)))];
   }
 
-  _checks({ proof, verdict }) {
+  _checks({ proof, verdict, conditions }) {
     if (!proof) return [el("p", { class: "warn" }, "NOT PROVEN. This page was made without a proof; bimvox verify proves the log.")];
     const failed = proof.checks.filter((check) => !check.passed);
     const samples = proof.checks.reduce((sum, check) => sum + check.samples, 0);
@@ -272,6 +272,7 @@ export class Details {
     return [
       proof.verified ? el("p", { class: verdict.proof_light === "clean" ? "fine" : "aside" }, `${verdict.proof_light === "clean" ? "✓ " : ""}Proven again from the log alone when this page was made: ${proof.checks.length} checks, ${whole(samples)} samples; ${verdict.remarks}.`) : el("p", { class: "warn" }, `NOT PROVEN: ${counted(failed.length, "check")} failed.`),
       ...this._earlier(proof.not_current),
+      ...(proof.verified && conditions.length ? [el("p", {}, "Provided that:"), el("ul", { class: "conditions" }, ...conditions.map((words) => el("li", {}, words)))] : []),
       ...failed.flatMap((check) => [el("h3", {}, check.name.replaceAll("_", " ")), el("ul", {}, ...check.failures.map((text) => el("li", {}, text)))]),
       el("table", {}, head, el("tbody", {}, ...rows)),
     ];
