@@ -14,6 +14,7 @@ from bimvox.library.verify import prove, read_whole
 from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.schema import METADATA, RECOVERED
+from bimvox.log.shown import other_version
 from bimvox.progress import Progress
 from bimvox.records.proof import Check
 from bimvox.remarks.conditions import conditions_of
@@ -68,6 +69,8 @@ def _conditions(contents: Contents, record: PlanLog) -> list[str]:
     found = list(conditions_of(record.plan, record.motions, record.context))
     if contents.metadata.get(METADATA, {}).get(RECOVERED) == "true":
         found.append("this log was recovered from a damaged one: lifts that were lost are not proven")
+    if (version := other_version(contents)) is not None:
+        found.append(f"the words of /log are those of bimvox {version}: they are not compared")
     return found
 
 

@@ -7,7 +7,7 @@ from bimvox_cli.main import run as run_cli
 from bimvox_pipeline.export.export import export
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.verify import verify
-from seeded_faults import site_file_of
+from seeded_faults import MESSAGES, site_file_of
 
 import bimvox
 from bimvox.errors import InputError, LogFileError
@@ -162,6 +162,24 @@ def test_poses_and_commands_that_lead_elsewhere_are_caught(site_folder):
     assert failed(run(with_messages(site_folder, lambda topic, data: data))) == set()
     assert failed(run(with_messages(site_folder, shifted))) == {"load_poses"}
     assert failed(run(with_messages(site_folder, faster))) == {"commands"}
+
+
+def test_the_words_of_another_version_are_not_compared_and_that_is_a_condition(site_folder, monkeypatch):
+    with monkeypatch.context() as older:
+        older.setattr("bimvox.log.recorder.__version__", "0.0.9")
+        rewritten(site_folder, read_log(site_folder / "frame.mcap"), "frame.mcap")
+
+    def reworded(topic, data):
+        return data.replace(b"lift", b"hook") if topic == topics.LOG else data
+
+    def moved(topic, data):
+        return MESSAGES["scene"][1](data) if topic == topics.SCENE else data
+
+    document = run(with_messages(site_folder, reworded))
+    assert document["verified"], document["checks"]["shown"]["failures"]
+    words = "the words of /log are those of bimvox 0.0.9: they are not compared"
+    assert words in document["conditions"]
+    assert not run(with_messages(site_folder, moved))["verified"]
 
 
 def test_a_damaged_log_is_refused(site_folder):
