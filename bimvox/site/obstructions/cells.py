@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from itertools import product
+from math import ceil, floor
 from typing import TypeAlias
 
 import numpy as np
@@ -16,6 +18,8 @@ from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction,
 
 TOLERANCE_M = 1e-4
 """How deep a form must reach into a cell to occupy it; as the voxelizer, so that faces on a border do not spill."""
+_FEW_CELLS = 64
+"""Up to so many cells of a box are listed without arrays, which is faster."""
 _FAR_M = 1e12
 """Farther than any site reaches; nothing overflows here."""
 
@@ -40,6 +44,9 @@ def obstruction_cells(
     """
     if isinstance(obstruction.form, Box) and _is_far(obstruction.form, frame, shape, grow_vox):
         return np.zeros((0, 3), np.int32), f"obstruction {obstruction.id!r} lies outside the site"
+    if grow_vox == 0:
+        cells, outside = _cells(obstruction, frame, shape, rasterise, 0)
+        return np.ascontiguousarray(cells), _note(obstruction, len(cells), cut=outside)
     # Computed in a grid larger by the clearance, so that the clearance of an obstruction just outside also counts.
     wide_frame = GridFrame(_tuple(np.array(frame.origin_m) - grow_vox * frame.voxel_size_m), frame.voxel_size_m)
     x, y, z = (n + 2 * grow_vox for n in shape)
@@ -47,12 +54,14 @@ def obstruction_cells(
     cells = grown_cells(raw, grow_vox) - grow_vox
     cells = cells[((cells >= 0) & (cells < np.array(shape))).all(axis=1)].astype(np.int32)
     inside = raw[((raw >= grow_vox) & (raw < np.array(shape) + grow_vox)).all(axis=1)]
-    note = None
-    if len(inside) == 0:
-        note = f"obstruction {obstruction.id!r} lies outside the site"
-    elif outside or len(inside) < len(raw):
-        note = f"obstruction {obstruction.id!r} is clipped to the site"
-    return cells, note
+    return cells, _note(obstruction, len(inside), cut=outside or len(inside) < len(raw))
+
+
+def _note(obstruction: Obstruction, inside: int, *, cut: bool) -> str | None:
+    """Return the note about an obstruction of which so many cells are inside the site."""
+    if inside == 0:
+        return f"obstruction {obstruction.id!r} lies outside the site"
+    return f"obstruction {obstruction.id!r} is clipped to the site" if cut else None
 
 
 def _is_far(box: Box, frame: GridFrame, shape: IntVec, grow_vox: int) -> bool:
@@ -100,22 +109,29 @@ def _cylinder_cells(form: Cylinder, frame: GridFrame, shape: IntVec) -> tuple[ND
 
 
 def _range(
-    low_m: object, high_m: object, frame: GridFrame, shape: IntVec
+    low_m: Iterable[float], high_m: Iterable[float], frame: GridFrame, shape: IntVec
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], bool]:
-    """Return the half-open cell range, cut to the grid, of an open box in metres; a thin box counts as one cell."""
-    low, high = (np.clip(np.asarray(corner, np.float64), -_FAR_M, _FAR_M) for corner in (low_m, high_m))
-    origin = np.array(frame.origin_m)
-    thin = high - low < 3 * TOLERANCE_M
-    first = np.where(thin, (low + high) / 2, low + TOLERANCE_M)
-    last = np.where(thin, (low + high) / 2, high - TOLERANCE_M)
-    limit = np.array(shape, np.float64)
-    start = np.clip(np.floor((first - origin) / frame.voxel_size_m), -1, limit)
-    stop = np.clip(np.maximum(np.ceil((last - origin) / frame.voxel_size_m), start + 1), 0, limit + 1)
-    cut = bool((start < 0).any() or (stop > limit).any())
-    return np.maximum(start, 0).astype(np.int64), np.minimum(stop, limit).astype(np.int64), cut
+    """Return the half-open cell range, cut to the grid, of an open box in metres; a thin box counts as one cell.
+
+    Computed without arrays, because there may be a million boxes.
+    """
+    starts, stops, cut = [0, 0, 0], [0, 0, 0], False
+    ends = zip(low_m, high_m, frame.origin_m, shape, strict=True)
+    for axis, (lowest, highest, origin, limit) in enumerate(ends):
+        low, high = min(max(float(lowest), -_FAR_M), _FAR_M), min(max(float(highest), -_FAR_M), _FAR_M)
+        thin = high - low < 3 * TOLERANCE_M
+        first, last = ((low + high) / 2,) * 2 if thin else (low + TOLERANCE_M, high - TOLERANCE_M)
+        start = min(max(floor((first - origin) / frame.voxel_size_m), -1), limit)
+        stop = min(max(ceil((last - origin) / frame.voxel_size_m), start + 1, 0), limit + 1)
+        cut |= start < 0 or stop > limit
+        starts[axis], stops[axis] = max(start, 0), min(stop, limit)
+    return np.array(starts, np.int64), np.array(stops, np.int64), cut
 
 
 def _block(low: NDArray[np.int64], high: NDArray[np.int64]) -> NDArray[np.int32]:
+    x, y, z = (range(first, last) for first, last in zip(low.tolist(), high.tolist(), strict=True))
+    if len(x) * len(y) * len(z) <= _FEW_CELLS:
+        return np.array(list(product(x, y, z)), np.int32).reshape(-1, 3)
     block = np.indices(np.maximum(high - low, 0), dtype=np.int32).reshape(3, -1).T
     return block + low.astype(np.int32)
 
