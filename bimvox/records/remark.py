@@ -52,6 +52,12 @@ def are_clean(remarks: Iterable[Remark]) -> bool:
     return all(remark.severity is Severity.NOTE for remark in remarks)
 
 
+def counts_of(remarks: Iterable[Remark]) -> dict[str, int]:
+    """Return the number of remarks of each severity."""
+    found = [remark.severity for remark in remarks]
+    return {severity.value: found.count(severity) for severity in Severity}
+
+
 def in_words(remarks: Collection[Remark]) -> str:
     """Return the number of remarks as it is shown next to the verdict; see ``number_in_words``."""
     serious, minor, notes = (sum(remark.severity is one for remark in remarks) for one in Severity)

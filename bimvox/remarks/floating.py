@@ -1,4 +1,4 @@
-"""Parts that float: what they touch in the finished building does not stand on the ground or the structure."""
+"""Parts that float or hang: nothing that stands on the ground or the structure touches them, or is under them."""
 
 from __future__ import annotations
 
@@ -16,15 +16,20 @@ from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, about, metres
 
 FLOATS = "floats"
+HANGS = "hangs"
 UNHELD = "unheld"
 
 NEAR_M = 0.05
 """Parts closer than this touch: bearings and grout joints are 10 to 50 mm high (professional judgement). A larger
 ``support_gap_m`` of the site counts instead."""
 
+_NARROWED_M = 0.015
+"""A part is narrowed by this much on each side before what is under it is looked for: what is next to it is not."""
+_SUNK_M = 0.002
+
 
 def floating(subject: Subject) -> Iterator[Remark]:
-    """Yield a remark about every part that stands on nothing, and about every part that is set before what holds it."""
+    """Yield a remark about every part that floats, hangs on its sides only, or is set before what holds it."""
     lifted = {component.index for component in subject.lifted}
     neighbours = _Neighbours(subject)
     groups = neighbours.floating_groups()
@@ -42,6 +47,10 @@ def floating(subject: Subject) -> Iterator[Remark]:
                 said = f"floats {foot} above the ground: it touches only {more}"
             yield about(component, FLOATS, Severity.SERIOUS, said)
     floats = {subject.in_place[number].id for group in groups for number in group}
+    for number, component in enumerate(subject.in_place):
+        if component.index in lifted and component.id not in floats and not neighbours.rests(number):
+            said = "hangs: nothing is under it, it is held only by what it touches at its sides"
+            yield about(component, HANGS, Severity.MINOR, said)
     unheld = set(subject.plan.unheld) - floats
     for component in subject.lifted:
         if component.id in unheld and component.mesh.bounds_m[0, 2] > neighbours.ground_m:
@@ -84,6 +93,17 @@ class _Neighbours:
             groups.append([int(n) for n in np.flatnonzero(held & ~before)])
         return groups
 
+    def rests(self, number: int) -> bool:
+        """Return whether a part stands on the ground, or anything is less than a joint under it."""
+        low, high = self._low[number], self._high[number]
+        if low[2] <= self.ground_m + 1e-6:
+            return True
+        close = (self._low[:, :2] < high[:2]).all(axis=1) & (self._high[:, :2] > low[:2]).all(axis=1)
+        close &= (self._low[:, 2] < low[2]) & (self._high[:, 2] >= low[2] - self._near_m)
+        part = _narrowed(self._meshes[number])
+        down, up = np.array([0.0, 0.0, -self._near_m]), np.array([0.0, 0.0, _SUNK_M])
+        return any(surfaces_cross(_surface(self._meshes[other]), part, down, up) for other in np.flatnonzero(close))
+
     def _spread(self, held: NDArray[np.bool_], waiting: list[int]) -> None:
         """Mark everything that touches what waits, directly or through others."""
         while waiting:
@@ -106,13 +126,25 @@ class _Neighbours:
 
 @kept
 def _surface(mesh: TriangleMesh) -> Solid:
-    """Return the tree over a mesh, without the thickness that only the proof of overlaps needs."""
-    triangles = mesh.triangles_m
+    return _tree(mesh.triangles_m)
+
+
+@kept
+def _narrowed(mesh: TriangleMesh) -> Solid:
+    """Return a part narrowed on plan about its middle."""
+    low, high = mesh.bounds_m
+    size, middle, scale = high - low, (low + high) / 2.0, np.ones(3)
+    scale[:2] = 1.0 - 2.0 * np.minimum(_NARROWED_M, 0.2 * size[:2]) / np.maximum(size[:2], 1e-9)
+    return _tree((mesh.triangles_m - middle) * scale + middle)
+
+
+def _tree(triangles: NDArray[np.float64]) -> Solid:
+    """Return the tree over triangles, without the thickness that only the proof of overlaps needs."""
     order, boxes, spans = tree_over(triangles.min(axis=1), triangles.max(axis=1))
     corners = np.ascontiguousarray(triangles[order])
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    none = np.zeros((0, 3))
-    return Solid(corners, normals, np.zeros(0), 0.0, boxes, spans, mesh.bounds_m, False, 0.0, none, none)
+    none, box = np.zeros((0, 3)), np.zeros((2, 3))
+    return Solid(corners, normals, np.zeros(0), 0.0, boxes, spans, box, False, 0.0, none, none)
 
 
 def _holds(outer: Solid, inner: Solid) -> bool:

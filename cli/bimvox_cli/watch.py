@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bimvox.records.remark import number_in_words
 from bimvox_cli import failure
 from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps
 from bimvox_cli.output import Output, console_on, open_output
@@ -155,6 +156,8 @@ def _line(change: Mapping[str, Any]) -> str:
     parts.extend(f"{len(change[key]):,} {key}" for key in ("retimed", "pending") if change.get(key))
     if change.get("latency_ms") is not None:
         parts.append(f"{change['latency_ms']:.0f} ms")
+    if (remarks := change.get("remarks")) is not None:
+        parts.append(number_in_words(remarks["serious"] + remarks["minor"], remarks["serious"], remarks["note"]))
     if stopped := change.get("stopped"):
         parts.append(f"{stopped['component']} {stopped['how']}{', held' if stopped['held'] else ''}")
     parts.extend(change.get("notes") or ())

@@ -30,6 +30,11 @@ def test_a_line_names_a_few_and_counts_the_rest():
     )
 
 
+def test_a_line_counts_the_remarks_about_a_first_plan():
+    counts = {"serious": 1, "minor": 2, "note": 5}
+    assert _line(CHANGE | {"remarks": counts}).endswith("41 ms, 3 remarks (1 serious)")
+
+
 def test_a_line_without_infeasible_lifts_names_none():
     assert "0 infeasible, 41 ms" in _line(CHANGE | {"infeasible": [], "blocked": []})
 

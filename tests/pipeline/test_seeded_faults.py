@@ -214,6 +214,8 @@ def test_a_recovered_log_without_motions_proves_nothing(good: PlanLog, tmp_path:
     document = verify(tmp_path / "other.mcap", progress=SilentProgress())
     assert (document["verified"], document["lifts"]) == (False, 0)
     assert "complete" in failed(document)
+    assert "4 of 4 lifts are not in this log" in document["conditions"][0]
+    assert "this log was recovered from a damaged one" in document["conditions"][-1]
 
 
 def test_the_command_says_that_nothing_was_proven(

@@ -60,6 +60,16 @@ def test_an_extract_has_no_remarks_about_parts_that_it_does_not_carry() -> None:
     assert of_kind(extract, "floats", context=(refused, plan.lifts[2]))
 
 
+def test_a_part_between_others_hangs_unless_something_is_under_it() -> None:
+    columns = [("a", (2.0, 2.0, 0.0), (2.5, 2.5, 6.0)), ("b", (6.0, 2.0, 0.0), (6.5, 2.5, 6.0))]
+    beam = ("beam", (2.5, 2.0, 3.0), (6.0, 2.5, 3.5))
+    (remark,) = of_kind(plan_of([*columns, beam]), "hangs")
+    assert (remark.component, remark.severity) == ("beam", Severity.MINOR)
+    corbel = ("corbel", (2.5, 2.0, 2.6), (2.8, 2.5, 2.98))
+    assert not of_kind(plan_of([*columns, beam], structure=[corbel]), "hangs")
+    assert not of_kind(plan_of([COLUMN, BEAM, CLOUD]), "hangs")
+
+
 def test_a_part_set_before_what_holds_it_is_named() -> None:
     (remark,) = of_kind(plan_of([COLUMN, BEAM], unheld=("beam",)), "unheld")
     assert (remark.component, remark.severity) == ("beam", Severity.SERIOUS)

@@ -60,11 +60,9 @@ def describe_log(path: Path) -> dict[str, Any]:
 
 def _remarks(log: PlanLog) -> dict[str, int] | None:
     """Return the number of remarks by severity; None if the values of the plan make no sense."""
-    from bimvox.records.remark import Severity
+    from bimvox.records.remark import counts_of
 
-    if log.remarks is None:
-        return None
-    return {severity.value: sum(one.severity is severity for one in log.remarks) for severity in Severity}
+    return None if log.remarks is None else counts_of(log.remarks)
 
 
 def _duration_s(log: PlanLog) -> float | None:

@@ -24,6 +24,7 @@ from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.rollout import proposer
 from bimvox.progress import Progress, SilentProgress
+from bimvox.records.remark import counts_of
 from bimvox.revision.current_plan import CurrentPlan, RetrainedPolicy, current_plan_of
 from bimvox.site.site import Site
 from bimvox_pipeline.plan import infeasible_lifts
@@ -315,12 +316,14 @@ class Watcher:
         planned = plan_and_prove(site, self._preparation, plan.policy, progress=self.progress)
         self._reviser.known_shapes = set(range(len(site.components)))
         segment = segment_file(plan.target, plan.revision + 1)
-        write_log_file(segment, plan.first_log(planned, content), inputs=[])
+        record = plan.first_log(planned, content)
+        write_log_file(segment, record, inputs=[])
         write_atomically(plan.target, segment.read_bytes())
         plan.revision, plan.content = plan.revision + 1, content
         plan.current = current_plan_of(planned.plan, planned.motions)
         document = plan.document("planned", planned.plan, None, started_s)
-        return document | {"segment": str(segment), "blocked": infeasible_lifts(planned.plan)}
+        more = {"blocked": infeasible_lifts(planned.plan), "remarks": counts_of(record.remarks or ())}
+        return document | {"segment": str(segment), **more}
 
     def _retrained(self, started_s: float) -> Iterator[dict[str, Any]]:
         """Revise the plan with a retrained policy, for the lifts on which it was trained."""

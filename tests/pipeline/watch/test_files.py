@@ -29,8 +29,10 @@ from bimvox.errors import FileError
 from bimvox.library.plan import policy_of
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
+from bimvox.log.mcap.reader import read_contents, read_file
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
+from bimvox.log.schema import REMARKS_FILE
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import Status
 
@@ -75,6 +77,23 @@ def put(watcher: Watcher, *entries: dict[str, Any]) -> None:
 def taken_up(watcher: Watcher) -> list[dict[str, Any]]:
     put(watcher)
     return list(watcher.take_up(state_of(watcher.file)))
+
+
+def test_a_first_plan_counts_its_remarks_and_no_segment_carries_any(parts, tmp_path):
+    watcher = watcher_in(tmp_path, parts)
+    (document,) = taken_up(watcher)
+    assert document["event"] == "planned"
+    first = read_contents(read_file(Path(document["segment"])), "log").attachments
+    severities = [remark["severity"] for remark in json.loads(first[REMARKS_FILE])]
+    assert document["remarks"] == {one: severities.count(one) for one in ("serious", "minor", "note")}
+    put(watcher, box_on(watcher, 5))
+    (revised,) = change(watcher)
+    assert "remarks" not in revised
+    assert REMARKS_FILE not in read_contents(read_file(Path(revised["segment"])), "log").attachments
+    watcher.close()
+    assert REMARKS_FILE in read_contents(read_file(tmp_path / "frame.mcap"), "log").attachments
+    document = verify(tmp_path / "frame.mcap", progress=SilentProgress())
+    assert document["verified"] is True
 
 
 def change(watcher: Watcher) -> list[dict[str, Any]]:
