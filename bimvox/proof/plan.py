@@ -16,7 +16,7 @@ from scipy.ndimage import maximum_filter
 from bimvox.proof.capacity import shares_of_capacity
 from bimvox.proof.marks import Marks, hits
 from bimvox.proof.moment import Thing, beside, cells_in_common, moments, near_and_far, passed_by
-from bimvox.proof.shape import check_shape
+from bimvox.proof.shape import check_shape, check_structure
 from bimvox.proof.site_rules import check_rope_margin, check_wind, check_zones
 from bimvox.proof.space import whole_cells
 from bimvox.proof.stands import check_stands
@@ -88,6 +88,8 @@ class _Verifier:
             self.triangles.check_clashes(self.checks["triangles"])
         proven = {lift.order for lift in self.context}
         check_stands(self.checks["stands"], self.site, self.lifts, unheld=self.plan.unheld, proven=proven)
+        for blocker in self.site.blockers:
+            check_structure(self.checks["shapes"], blocker, self.site.frame, self.site.shape)
         for moment in moments(self.plan, self.context):
             self._check_lift(moment.lift, moment.present, moment.placed)
         return Verification(tuple(self.checks.values()))

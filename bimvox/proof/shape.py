@@ -1,31 +1,84 @@
-"""The verifier's test of voxelization: a part's cells cover its true surface."""
+"""The verifier's test of voxelization: the cells of parts and structures cover their true surfaces."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.grid.frame import GridFrame
 from bimvox.records.proof import Check
-from bimvox.site.component import Component
+from bimvox.site.component import Component, IntVec
+from bimvox.site.site import Blocker
 
 _BORDER_M = 2e-4  # a point this close to a cell border may count to either side (the voxelizer's tolerance is 0.1 mm)
 _FINEST = 64
+_OFF_VOX = 1e-6
+_NO_VOLUME = 1e-3  # of its box; the volume of an open mesh means nothing
 
 
 def check_shape(check: Check, component: Component, frame: GridFrame) -> None:
-    """Check that points spread over a part's triangles, half a cell apart, lie in its cells at its place."""
-    own = component.shape.cells
-    dense = np.zeros(own.max(axis=0) + 3, np.bool_)
-    dense[tuple((own + 1).T)] = True
-    low = np.array(component.target_vox) - 1
-    points = _spread(component.mesh.triangles_m, frame.voxel_size_m / 2)
+    """Check that a part's cells cover its surface and reach no further, and that it hangs above its centre of mass."""
+    _check_cells(check, component.id, component.mesh, component.shape.cells + np.array(component.target_vox), frame)
+    x, y, z = component.hook_offset_vox
+    size = component.shape.cells.max(axis=0) + 1
+    good = 0 <= x < size[0] and 0 <= y < size[1] and z == size[2]
+    if good and (centre_m := _centre_m(component.mesh)) is not None:
+        at = (centre_m - np.array(frame.origin_m)) / frame.voxel_size_m - component.target_vox
+        off = np.abs(np.clip(at[:2], 0.5, size[:2] - 0.5) - (x + 0.5, y + 0.5))
+        good = bool((off <= 1.0 + _OFF_VOX).all())
+    check.look(good, f"{component.id}: its hook, {component.hook_offset_vox}, is not above its centre of mass")
+
+
+def check_structure(check: Check, blocker: Blocker, frame: GridFrame, shape: IntVec) -> None:
+    """Check that the cells of an existing structure cover its surface inside the grid and reach no further."""
+    if blocker.mesh is not None:
+        _check_cells(check, blocker.id, blocker.mesh, blocker.cells, frame, shape)
+
+
+def _check_cells(
+    check: Check, name: str, mesh: TriangleMesh, cells: NDArray[np.int32], frame: GridFrame, shape: IntVec | None = None
+) -> None:
+    """Check that points spread over triangles, half a cell apart, lie in the cells, and that their boxes agree.
+
+    Args:
+        check: Receives what was looked at.
+        name: Of the part.
+        mesh: Its triangles.
+        cells: (N, 3) its cells.
+        frame: Frame of the grid.
+        shape: Points outside a grid of this shape are ignored; None: there are none.
+    """
+    first, last = cells.min(axis=0), cells.max(axis=0)
+    dense = np.zeros(last - first + 3, np.bool_)
+    dense[tuple((cells - first + 1).T)] = True
+    points = _spread(mesh.triangles_m, frame.voxel_size_m / 2)
     scaled = (points - np.array(frame.origin_m)) / frame.voxel_size_m
-    covered = _covered(dense, scaled, low, _BORDER_M / frame.voxel_size_m)
-    bare = points[~covered]
+    border = _BORDER_M / frame.voxel_size_m
+    if shape is not None:
+        inside = ((scaled >= border) & (scaled <= np.array(shape) - border)).all(axis=1)
+        points, scaled = points[inside], scaled[inside]
+    bare = points[~_covered(dense, scaled, first.astype(np.int64) - 1, border)]
     where = f" at ({bare[0][0]:.3f}, {bare[0][1]:.3f}, {bare[0][2]:.3f}) m" if len(bare) else ""
-    check.look(not len(bare), f"{component.id}: its surface{where} lies outside its cells", samples=len(points))
+    check.look(not len(bare), f"{name}: its surface{where} lies outside its cells", samples=len(points))
+    low, high = (mesh.bounds_m - np.array(frame.origin_m)) / frame.voxel_size_m
+    if shape is not None:
+        low, high = np.clip(low, 0, shape), np.clip(high, 0, shape)
+    # A surface at a border of cells may fill the cells on both sides of it, or on one.
+    reaches = (first < np.floor(low - border)).any() or (last + 1 > np.floor(high + border) + 1).any()
+    check.look(not reaches, f"{name}: its cells reach further than its surface")
+
+
+def _centre_m(mesh: TriangleMesh) -> NDArray[np.float64] | None:
+    """Return the (3,) centre of the volume that a mesh encloses, from its moments; None if it encloses none."""
+    low, high = mesh.bounds_m
+    corners = mesh.triangles_m - (low + high) / 2.0
+    moments = np.linalg.det(corners)
+    if abs(moments.sum()) <= _NO_VOLUME * 6.0 * float(np.prod(np.maximum(high - low, 1e-3))):
+        return None
+    centre_m: NDArray[np.float64] = (low + high) / 2.0 + moments @ corners.sum(axis=1) / (4.0 * moments.sum())
+    return centre_m
 
 
 @kernel

@@ -11,7 +11,7 @@ from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.tower_crane import TowerCrane
@@ -25,6 +25,7 @@ from bimvox.site.site import Rules, Site
 _DAY_S = 86_400.0
 _FAR_M = 1e5
 _HEAVY_KG = 1e8
+_RIGID = 1e-9
 _FAST = (10.0, 100.0, 1e4)
 """Highest rate, acceleration and jerk of an axis, rad or m, that a crane could have."""
 
@@ -92,10 +93,7 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
     for number, blocker in enumerate(site.blockers):
         if blocker.mesh is not None:
             _finite(check, f"site.blockers[{number}] ({blocker.id}).mesh.vertices_m", blocker.mesh.vertices_m)
-    for clash in plan.clashes:
-        where = f"clashes: {clash.first} and {clash.second}"
-        _within(check, f"{where}: depth_m", clash.depth_m, _Range(0.0, _FAR_M))
-        _finite(check, f"{where}: way_out_m", clash.way_out_m or ())
+    _check_clashes(check, plan)
     for lift in plan.lifts:
         _check_lift(check, lift, f"lift {lift.number} ({site.components[lift.component].label})")
     for motion in motions:
@@ -104,16 +102,47 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
         name = f"lift {motion.number} ({site.components[motion.component].label})" if there else "a motion"
         _finite(check, f"{name}: joint states", motion.samples()[1])
         _within(check, f"{name}: bound_s", motion.loaded.bound_s, _Range(0.0, 1e9))
+        longer = motion.loaded.bound_s > motion.loaded.duration_s * (1.0 + 1e-6) and not motion.stops_ns
+        check.look(not longer, f"{name}: bound_s is longer than its loaded motion")
     return check
 
 
 def _check_frame(check: Check, site: Site) -> None:
     _within(check, "site.frame.voxel_size_m", site.frame.voxel_size_m, _Range(0.0, 100.0, with_low=False))
     _finite(check, "site.frame.origin_m", site.frame.origin_m, most=_FAR_M)
-    _finite(check, "site.site_to_ifc", site.site_to_ifc)
+    _check_transform(check, site.site_to_ifc)
     if site.hook_heights is not None:
         unknown = np.isnan(site.hook_heights.low_m).any() or np.isnan(site.hook_heights.high_m).any()
         check.look(not unknown, "site.hook_heights: a limit is not a number")
+
+
+def _check_transform(check: Check, site_to_ifc: NDArray[np.float64]) -> None:
+    """Check that the site lies in the model as it is: moved, and turned about the vertical."""
+    _finite(check, "site.site_to_ifc", site_to_ifc)
+    turn = site_to_ifc[:2, :2]
+    rigid = np.allclose(turn @ turn.T, np.eye(2), atol=_RIGID) and np.linalg.det(turn) > 0.0
+    upright = np.allclose(site_to_ifc[2, :3], (0.0, 0.0, 1.0), atol=_RIGID)
+    upright &= np.allclose(site_to_ifc[:2, 2], 0.0, atol=_RIGID)
+    last = np.array_equal(site_to_ifc[3], (0.0, 0.0, 0.0, 1.0))
+    check.look(bool(rigid and upright and last), "site.site_to_ifc is not a move and a turn about the vertical")
+
+
+def _check_clashes(check: Check, plan: LiftPlan) -> None:
+    """Check that pairs are listed once, of things that are there, and as deep as their way out is long."""
+    ids = {component.id for component in plan.site.components} | {blocker.id for blocker in plan.site.blockers}
+    seen: set[frozenset[str]] = set()
+    for clash in plan.clashes:
+        where = f"clashes: {clash.first} and {clash.second}"
+        _within(check, f"{where}: depth_m", clash.depth_m, _Range(0.0, _FAR_M))
+        _finite(check, f"{where}: way_out_m", clash.way_out_m or ())
+        pair = frozenset((clash.first, clash.second))
+        check.look(pair not in seen, f"{where}: listed twice")
+        check.look(len(pair) == 2 and pair <= ids, f"{where}: these are not two parts or structures of the site")
+        seen.add(pair)
+        if clash.way_out_m is not None:
+            length_m = float(np.abs(clash.way_out_m).sum())
+            good = abs(length_m - clash.depth_m) <= 1e-5
+            check.look(good, f"{where}: depth_m is {clash.depth_m:g}, but the way out is {length_m:g} m long")
 
 
 def _check_rules(check: Check, rules: Rules) -> None:

@@ -636,6 +636,50 @@ def an_epoch_that_never_ends(log: PlanLog) -> PlanLog:
     return with_plan(a_box_on_the_path(log), history=(Epoch(until_ns, ()),))
 
 
+def a_structure_with_another_surface(log: PlanLog) -> PlanLog:
+    """The wall's cells stay, but near it triangles decide, and these are elsewhere."""
+    mesh = box_mesh((8.0, 0.0, 0.0), (8.5, 1.0, 0.5))
+    blockers = [dataclasses.replace(b, mesh=mesh) if b.id == "wall" else b for b in log.plan.site.blockers]
+    return with_site(log, blockers=tuple(blockers))
+
+
+def a_hook_aside(log: PlanLog) -> PlanLog:
+    """The load would hang at its end, nearer to the crane."""
+    part = log.plan.site.components[index_of(log, "beam")]
+    return with_component(log, "beam", hook_offset_vox=(0, 0, part.shape.size_vox[2]))
+
+
+def a_mirrored_model(log: PlanLog) -> PlanLog:
+    return with_site(log, site_to_ifc=np.diag([1.0, -1.0, 1.0, 1.0]))
+
+
+def a_scaled_model(log: PlanLog) -> PlanLog:
+    return with_site(log, site_to_ifc=np.diag([2.0, 2.0, 2.0, 1.0]))
+
+
+def a_model_on_its_head(log: PlanLog) -> PlanLog:
+    return with_site(log, site_to_ifc=np.diag([1.0, -1.0, -1.0, 1.0]))
+
+
+def a_bound_that_the_motion_beats(log: PlanLog) -> PlanLog:
+    return with_loaded(log, 1, bound_s=1e6)
+
+
+def a_clash_called_shallower(log: PlanLog) -> PlanLog:
+    (clash,) = log.plan.clashes
+    return with_plan(log, clashes=(dataclasses.replace(clash, depth_m=0.001),))
+
+
+def a_clash_listed_twice(log: PlanLog) -> PlanLog:
+    (clash,) = log.plan.clashes
+    back = dataclasses.replace(clash, first=clash.second, second=clash.first)
+    return with_plan(log, clashes=(clash, back))
+
+
+def a_clash_with_nobody(log: PlanLog) -> PlanLog:
+    return with_plan(log, clashes=(*log.plan.clashes, ModelledClash("nobody", "beam", 2.0, None)))
+
+
 def an_epoch_to_the_last_moment(log: PlanLog) -> PlanLog:
     return with_plan(a_box_on_the_path(log), history=(Epoch(log.motions[-1].end_ns, ()),))
 
