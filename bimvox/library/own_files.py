@@ -111,6 +111,8 @@ def _compare_obstructions(check: Check, site: Site, name: str, data: bytes) -> N
             return
     found, given = ([one for one in each.blockers if one.kind == "obstruction"] for each in (site, wanted))
     if named:
+        for lost in sorted(refers - {blocker.id for blocker in found}):
+            check.look(False, f"fixed object {lost!r} is not in the log, but in {source}")
         same_blockers(check, found, [*given, *(blocker for blocker in found if blocker.id in refers)], source)
     else:
         check.look(same_cells(found, given), f"the cells of the obstructions are not those of {source}")

@@ -123,6 +123,13 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
         if not good or (np.diff(at_ns) <= 0).any():
             check.look(False, f"{name}: its commands do not reach from its start to its end")
             continue
+        period_s = np.diff(at_ns).max() / 1e9
+        if period_s > site.rules.sample_period_s + _ROUNDING:
+            # Of a log that claims years, the commands must not be made again.
+            check.look(
+                False, f"{name}: two of its commands are {period_s:g} s apart, not {site.rules.sample_period_s:g}"
+            )
+            continue
         rates = np.array([(c.slew_rate_rad_s, c.trolley_rate_m_s, c.hoist_rate_m_s) for c in own])
         step_s = np.diff(at_ns) / 1e9
         time_ns, axes = motion.samples()

@@ -46,7 +46,9 @@ def check_shown(contents: Contents, log: PlanLog) -> Check:
     for name, wanted in own_attachments(log, with_remarks=with_remarks):
         # The site is read from the site file, and its digests are checked.
         if name != topics.SITE_FILE and (name != topics.REMARKS_FILE or other_version(contents) is None):
-            _check_attachment(check, name, contents.attachments.get(name), wanted)
+            _check_attachment(
+                check, name, contents.attachments.get(name), wanted, strict=other_version(contents) is None
+            )
     _check_messages(check, contents, log, with_remarks)
     return check
 
@@ -58,14 +60,14 @@ def _check_metadata(check: Check, found: Mapping[str, str], wanted: Mapping[str,
             check.look(same, f"metadata {key} is {_short(found.get(key))}, the plan gives {_short(wanted.get(key))}")
 
 
-def _check_attachment(check: Check, name: str, found: bytes | None, wanted: bytes) -> None:
+def _check_attachment(check: Check, name: str, found: bytes | None, wanted: bytes, *, strict: bool) -> None:
     if found is None:
         check.look(False, f"attached {name} is missing")
     elif name == topics.REMARKS_FILE:
         check.look(_same_json(found, wanted), f"attached {name} is not what a reader of the plan must be told")
     elif name.endswith(".json"):
         try:
-            place = _difference(json.loads(found), json.loads(wanted))
+            place = _difference(json.loads(found), json.loads(wanted), strict=strict)
         except (ValueError, RecursionError):
             place = "it is not JSON"
         check.look(not place, f"attached {name} is not what the plan gives: {place}")
@@ -152,15 +154,25 @@ def _same_fields(found: Any, wanted: Any) -> bool:
     return True
 
 
-def _difference(found: Any, wanted: Any, where: str = "") -> str:
-    """Return the first place where two documents differ; keys that only one of them has may be of another version."""
+def _difference(found: Any, wanted: Any, where: str = "", *, strict: bool) -> str:
+    """Return the first place where two documents differ.
+
+    Args:
+        found: The one of the log.
+        wanted: The one that the plan gives.
+        where: The place of both in their documents.
+        strict: Both have the same keys; otherwise one may have more, because it is of another version.
+    """
     if isinstance(found, dict) and isinstance(wanted, dict):
-        places = (_difference(found[key], wanted[key], f"{where}.{key}") for key in wanted if key in found)
+        if strict and found.keys() != wanted.keys():
+            return f"{where}.{min(found.keys() ^ wanted.keys())} is in one of them only".lstrip(".")
+        places = (
+            _difference(found[key], wanted[key], f"{where}.{key}", strict=strict) for key in wanted if key in found
+        )
         return next(filter(None, places), "")
     if isinstance(found, list) and isinstance(wanted, list) and len(found) == len(wanted):
-        places = (
-            _difference(one, other, f"{where}[{n}]") for n, (one, other) in enumerate(zip(found, wanted, strict=True))
-        )
+        pairs = enumerate(zip(found, wanted, strict=True))
+        places = (_difference(one, other, f"{where}[{n}]", strict=strict) for n, (one, other) in pairs)
         return next(filter(None, places), "")
     if isinstance(found, float) and isinstance(wanted, int | float):
         return "" if isclose(found, wanted, rel_tol=_SAME, abs_tol=_SAME) else f"{where} is {found:g}"

@@ -28,6 +28,7 @@ from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.channels import LogWriter
 from bimvox.log.mcap.reader import read_contents, read_file
 from bimvox.log.plan_log import PlanLog
+from bimvox.motion.commands import commands
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
@@ -321,6 +322,31 @@ def test_an_attachment_for_viewers_that_says_something_else_is_refused(good: Pla
     document = verify(tmp_path / "log.mcap", progress=SilentProgress())
     assert failed(document) == {"shown"}
     assert name in document["checks"]["shown"]["failures"][0]
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        (topics.CHART_FILE, lambda data: b"{}"),
+        (topics.LAYOUT_FILE, lambda data: b"{}"),
+        (topics.PLAN_FILE, lambda data: data.replace(b"{", b'{"approved_by": "everyone", ', 1)),
+    ],
+)
+def test_an_attachment_with_other_keys_is_refused(good: PlanLog, tmp_path: Path, name: str, change):
+    proven(good, tmp_path)
+    rewrite(tmp_path, attachments={name: change})
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert failed(document) == {"shown"}
+    assert "is in one of them only" in document["checks"]["shown"]["failures"][0]
+
+
+def test_commands_far_apart_are_refused(good: PlanLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    with monkeypatch.context() as patched:
+        patched.setattr("bimvox.log.recorder.commands", lambda motion, period_s: commands(motion, 30.0))
+        document = proven(good, tmp_path)
+    assert "commands" in failed(document)
+    told = document["checks"]["commands"]["failures"]
+    assert any(re.search(r"two of its commands are [\d.]+ s apart, not", one) for one in told), told
 
 
 def test_altered_metadata_and_poses_after_the_last_lift_are_refused(good: PlanLog, tmp_path: Path):

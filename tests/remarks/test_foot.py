@@ -20,9 +20,9 @@ def test_a_mast_through_a_part_or_structure_is_serious() -> None:
     (remark,) = of_kind(with_crane(7.0, 7.0, slab), "crane_foot")
     assert remark.severity is Severity.SERIOUS
     assert remark.text == "the mast of crane 'test' goes through slab"
-    hut = [("hut", (19.0, 1.0, 0.0), (20.5, 3.0, 2.5))]
+    hut = [("hut", (17.0, 1.0, 0.0), (18.5, 3.0, 2.5))]
     (other,) = of_kind(
-        plan_of(CORNERS, structure=hut, crane=crane_at(base=(19.5, 2.0, 0.0), jib=30.0, height=9.0)), "crane_foot"
+        plan_of(CORNERS, structure=hut, crane=crane_at(base=(17.5, 2.0, 0.0), jib=30.0, height=9.0)), "crane_foot"
     )
     assert other.text == "the mast of crane 'test' goes through hut"
 

@@ -506,6 +506,12 @@ def with_obstructions_file(log: PlanLog) -> PlanLog:
     return dataclasses.replace(log, attachments={**log.attachments, "obstructions.json": document})
 
 
+def with_a_file_of_a_mesh(log: PlanLog) -> PlanLog:
+    """Return a log whose obstruction file lists a truck by its mesh, which is not in the log, and no truck."""
+    document = b'{"version": 1, "unit": "m", "obstructions": [{"id": "truck", "mesh": "truck.stl"}]}'
+    return dataclasses.replace(log, attachments={**log.attachments, "obstructions.json": document})
+
+
 def without_blocker(log: PlanLog, name: str) -> PlanLog:
     return with_site(log, blockers=tuple(blocker for blocker in log.plan.site.blockers if blocker.id != name))
 
@@ -538,6 +544,7 @@ NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
     ),
     "no file": (lambda log: dataclasses.replace(log, attachments={}), "it carries no site.toml"),
     "no ground": (lambda log: without_blocker(log, "ground"), "fixed object 'ground' is not in the log"),
+    "truck of a mesh dropped": (with_a_file_of_a_mesh, "fixed object 'truck' is not in the log"),
     "truck dropped": (
         lambda log: without_blocker(with_obstructions_file(log), "truck"),
         "fixed object 'truck' is not in the log",
