@@ -32,7 +32,7 @@ def verify(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Prove a log again, independently of the planner, and say what a person should look at all the same."""
+    """Prove a log again, independently of the planner, and list remarks."""
     from bimvox_pipeline.verify import verify as run
 
     with open_output(as_json=json, quiet=quiet) as output:
