@@ -32,7 +32,10 @@ def verify(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Prove a log again, independently of the planner, and list remarks."""
+    """Prove a log again, independently of the planner.
+
+    Beside the verdict stands what a person should look at all the same.
+    """
     from bimvox_pipeline.verify import verify as run
 
     with open_output(as_json=json, quiet=quiet) as output:
