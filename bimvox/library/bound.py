@@ -65,8 +65,8 @@ def _compare_parts(check: Check, found: Sequence[Component], held: Sequence[Comp
             continue
         same_fields(check, f"{part.label}: ", part, own, _YOURS, but=("index", "shape", "mesh"))
         check.look(equal(part.shape.cells, own.shape.cells), f"{part.label}: its cells are not those of your model")
-        same = equal(part.mesh.vertices_m, own.mesh.vertices_m) and equal(part.mesh.faces, own.mesh.faces)
-        check.look(same, f"{part.label}: its surface is not that of your model")
+        same_surface = equal(part.mesh.vertices_m, own.mesh.vertices_m) and equal(part.mesh.faces, own.mesh.faces)
+        check.look(same_surface, f"{part.label}: its surface is not that of your model")
 
 
 def _compare_blockers(check: Check, found: Site, held: Site, kinds: tuple[str, ...]) -> None:

@@ -55,14 +55,37 @@ def verify(
     else:
         contents, record = read_whole(Path(plan), told)
         verdict = prove(contents, record, told)
-    if any(file is not None for file in (site, model, obstructions)):
-        files = [None if file is None else Path(file) for file in (site, model, obstructions)]
-        bound = check_bound(record.plan.site, files[0], files[1], files[2], told)
-        verdict = replace(verdict, checks=(*verdict.checks, bound))
-    if search:
-        verdict = with_search(verdict, record, told)
+    files = (None if file is None else Path(file) for file in (site, model, obstructions))
+    verdict = prove_further(verdict, record, *files, search=search, progress=told)
     told.finish()
     return verdict
+
+
+def prove_further(
+    verdict: Verification,
+    record: PlanLog,
+    site: Path | None,
+    model: Path | None,
+    obstructions: Path | None,
+    *,
+    search: bool,
+    progress: Progress,
+) -> Verification:
+    """Return a verdict with what a proof from the log alone cannot have: the files that one holds, and the search.
+
+    Args:
+        verdict: The verdict from the log alone.
+        record: The plan.
+        site: See :func:`verify`; so for the others.
+        model: The model.
+        obstructions: The obstruction file.
+        search: Whether to search.
+        progress: Receives the stages.
+    """
+    if any(file is not None for file in (site, model, obstructions)):
+        bound = check_bound(record.plan.site, site, model, obstructions, progress)
+        verdict = replace(verdict, checks=(*verdict.checks, bound))
+    return with_search(verdict, record, progress) if search else verdict
 
 
 def read_whole(log: Path, progress: Progress) -> tuple[Contents, PlanLog]:

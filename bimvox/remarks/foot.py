@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from shapely import MultiPoint, box
 
-from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.geometry import mast_box_m
 from bimvox.grid.frame import GridFrame
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, name_of
@@ -20,7 +20,7 @@ def crane_feet(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every crane whose mast goes through something, or stands in the building's outline."""
     site = subject.site
     for crane in site.cranes:
-        low, high = mast_m(crane)
+        low, high = np.array(mast_box_m(crane))
         met = [
             name_of(component)
             for component in subject.in_place
@@ -38,14 +38,6 @@ def crane_feet(subject: Subject) -> Iterator[Remark]:
         elif _stands_in(subject, low, high):
             said = f"crane {crane.name!r} stands inside the outline of the building: its mast must stay until the end"
             yield Remark(CRANE_FOOT, Severity.MINOR, f"{said}, and its foundation must fit between the parts")
-
-
-def mast_m(crane: TowerCrane) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the lowest and highest corner of a crane's mast; of its undercarriage for a mobile crane."""
-    x, y, z = crane.base_m
-    half = crane.mast_size_m / 2.0
-    top = crane.jib_height_m if crane.luffing is None else crane.luffing.pivot_height_m
-    return np.array([x - half, y - half, z]), np.array([x + half, y + half, top])
 
 
 def _meets(boxes_vox: NDArray[np.int32], frame: GridFrame, low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from bimvox.library.bound import check_bound
-from bimvox.library.search import with_search
-from bimvox.library.verify import prove, read_whole
+from bimvox.library.verify import prove, prove_further, read_whole
 from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.schema import METADATA, RECOVERED
@@ -40,11 +37,7 @@ def verify(
     contents, record = read_whole(log, progress)
     given = {"site": site, "model": model, "obstructions": obstructions}
     proof = prove(contents, record, progress)
-    if any(given.values()):
-        bound = check_bound(record.plan.site, site, model, obstructions, progress)
-        proof = replace(proof, checks=(*proof.checks, bound))
-    if search:
-        proof = with_search(proof, record, progress)
+    proof = prove_further(proof, record, **given, search=search, progress=progress)
     progress.finish()
     return {
         "log": str(log),
