@@ -31,6 +31,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 
+def shown(value: object, most: int = 80) -> str:
+    """Return a value as a message repeats it: a text in quotes, and at most ``most`` characters."""
+    return cut(repr(value), most)
+
+
+def cut(text: str, most: int = 80) -> str:
+    """Return a text of at most ``most`` characters; dots show that it was longer."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
 class BimvoxError(Exception):
     """Root of all errors that bimvox raises.
 

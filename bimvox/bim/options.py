@@ -6,10 +6,14 @@ import os
 from dataclasses import dataclass, field
 from typing import Literal
 
-from bimvox.errors import InputError
+from bimvox.errors import InputError, SelectionError, shown
 
 MOST_PROCESSES = 4
 """Largest default number of worker processes: with more, the one process that they report to is the bottleneck."""
+
+
+MOST_SELECT = 10_000
+"""The longest selection, in characters: 400 GlobalIds, or any list of classes."""
 
 
 def default_processes() -> int:
@@ -24,7 +28,8 @@ class ReadOptions:
 
     Attributes:
         select: What to lift. For IFC an IfcOpenShell selector query (``IfcColumn, IfcBeam``), for meshes names with
-            wildcards, separated by commas. None selects by class (IFC) or everything (meshes).
+            wildcards, separated by commas; at most ``MOST_SELECT`` characters. None selects by class (IFC) or
+            everything (meshes).
         unit: Length unit of a mesh file; metres if neither this nor the file states one.
         up: Axis of a mesh file that points up; z if neither this nor the format's standard states one.
         assemblies: ``whole`` lifts an assembly in one piece where that makes sense, ``parts`` lifts each part alone.
@@ -33,6 +38,7 @@ class ReadOptions:
 
     Raises:
         InputError: If a value is out of range.
+        SelectionError: If ``select`` is too long.
     """
 
     select: str | None = None
@@ -44,6 +50,9 @@ class ReadOptions:
 
     def __post_init__(self) -> None:
         """Check the values."""
+        if self.select is not None and len(self.select) > MOST_SELECT:
+            said = f"select {shown(self.select)}: has {len(self.select):,} characters, at most {MOST_SELECT:,} are read"
+            raise SelectionError(said, hint="select classes, or a property that the parts have in common")
         if self.assemblies not in ("whole", "parts"):
             raise InputError(f"assemblies is {self.assemblies!r}", hint="use 'whole' or 'parts'")
         if self.up not in (None, "y", "z"):

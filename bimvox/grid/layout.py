@@ -16,7 +16,7 @@ import numpy as np
 import zstandard
 from numpy.typing import NDArray
 
-from bimvox.errors import GridFileError
+from bimvox.errors import GridFileError, shown
 from bimvox.grid.archive import Archive, zstd_content_size
 from bimvox.grid.bricks import NO_OWNER
 from bimvox.grid.labels import Label
@@ -221,7 +221,7 @@ def _check_array(archive: Archive, key: str, name: str) -> tuple[int, ...]:
         elif entry == "storage_transformers":
             found = found or []
         if found != value:
-            raise GridFileError(name, f"{place}: {entry} is {_short(found)}, must be {_short(value)}")
+            raise GridFileError(name, f"{place}: {entry} is {shown(found)}, must be {shown(value)}")
     return shape
 
 
@@ -257,14 +257,9 @@ def _sizes(value: object, length: int, place: str, name: str) -> tuple[int, ...]
         or len(value) != length
         or not all(type(n) is int and 0 <= n < 1 << 31 for n in value)
     ):
-        raise GridFileError(name, f"{place} is {_short(value)}, must be {length} whole numbers from 0 to 2^31")
+        raise GridFileError(name, f"{place} is {shown(value)}, must be {length} whole numbers from 0 to 2^31")
     return tuple(value)
 
 
 def _refuse(constant: str) -> None:
     raise ValueError(f"{constant} is not a number")
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

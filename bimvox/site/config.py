@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal, Self
 import shapely
 from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag, model_validator
 
+from bimvox.bim.options import MOST_SELECT
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.errors import ConfigError
 from bimvox.site.component import StoredPose
@@ -66,7 +67,7 @@ class ModelConfig(Table):
 
     path: Path
     """IFC or mesh file, path relative to the site file's folder."""
-    select: Text | None = None
+    select: Annotated[Text, Field(max_length=MOST_SELECT)] | None = None
     """What is to be lifted: an IfcOpenShell selector query, or names of bodies for a mesh. Default: every part that is
     prefabricated by its class."""
     unit: Literal["m", "dm", "cm", "mm", "ft", "in"] | None = None

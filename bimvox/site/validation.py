@@ -10,6 +10,8 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from bimvox.errors import shown
+
 
 class Table(BaseModel):
     """A table of a file: no unknown keys, no NaN; with the types below, no silent conversion either."""
@@ -79,14 +81,14 @@ def first_finding(error: ValidationError, schema: type[BaseModel]) -> Finding:
     if chosen["type"] == "missing":
         return Finding(dotted(loc), f"is missing{more}", hint="add it")
     if chosen["type"] in _EXPECTED:
-        return Finding(dotted(loc), f"expected {_EXPECTED[chosen['type']]}, got {_shown(chosen['input'])}{more}")
+        return Finding(dotted(loc), f"expected {_EXPECTED[chosen['type']]}, got {shown(chosen['input'])}{more}")
     if chosen["type"] in ("too_short", "too_long"):
         context = chosen["ctx"]
         limit = f"at least {context['min_length']}" if "min_length" in context else f"at most {context['max_length']}"
         return Finding(dotted(loc), f"expected {limit} values, got {context['actual_length']}{more}")
     message = chosen["msg"].removeprefix("Value error, ")
     if chosen["type"] != "value_error":
-        message = f"{message[0].lower()}{message[1:]}, got {_shown(chosen['input'])}"
+        message = f"{message[0].lower()}{message[1:]}, got {shown(chosen['input'])}"
     return Finding(dotted(loc), f"{message}{more}")
 
 
@@ -126,8 +128,3 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
     if get_origin(annotation) in (Union, UnionType, tuple, list):
         return next((m for m in map(_model_in, get_args(annotation)) if m), None)
     return None
-
-
-def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -13,6 +13,7 @@ from typing import Any
 
 from bimvox.bim.ifc.process import WORKER_COMMAND, GeometryServer, Task, Worker
 from bimvox.bim.ifc.shape import PlacedShape
+from bimvox.errors import SelectionError, shown
 
 FAST_LIBRARY = "hybrid-cgal-simple-opencascade"
 PLAIN_LIBRARY = "opencascade"
@@ -25,6 +26,9 @@ _TASKS_AHEAD = 4
 _TASKS_A_WORKER = 16
 """Tasks that justify forking another worker."""
 _NOTHING = object()
+SELECT_LIMIT_S = 30.0
+"""Seconds that a selection may take."""
+_SLOW = "simplify its patterns: a repetition within a repetition, such as (a+)+, may take for ever"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,6 +119,28 @@ class GeometryPool:
                     retried += step_ids if library != _first_library(step_ids, plain) else ()
                 on_done(len(shapes) + len(failures))
         return Meshed(shapes, failures, tuple(sorted(retried)))
+
+    def select(self, query: str) -> frozenset[int]:
+        """Return the step ids of the products that a query matches. A worker finds them: a pattern may never end.
+
+        Raises:
+            SelectionError: If the query is malformed, matches nothing or takes too long.
+            IfcError: If no worker can be started.
+        """
+        worker = self._server.fork()
+        answer: frozenset[int] | SelectionError
+        try:
+            worker.channel.send(query)
+            if worker.channel.poll(SELECT_LIMIT_S):
+                answer = worker.channel.recv()
+            else:
+                answer = SelectionError(f"select {shown(query)}: not finished within {SELECT_LIMIT_S:g} s", hint=_SLOW)
+        except (EOFError, OSError):
+            answer = SelectionError(f"select {shown(query)}: the selector crashed", hint="simplify the query")
+        self._server.bury(worker)
+        if isinstance(answer, SelectionError):
+            raise answer
+        return answer
 
     def _staff(self, todo: deque[Task]) -> None:
         """Fork workers if there is work for them, and keep each of them busy."""

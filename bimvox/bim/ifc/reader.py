@@ -24,7 +24,7 @@ from bimvox.bim.ifc.shape import PlacedShape
 from bimvox.bim.ifc.shared import shape_groups
 from bimvox.bim.local_origin import FAR_M, local_origin, stray
 from bimvox.bim.options import ReadOptions
-from bimvox.errors import IfcError, InputError, SelectionError
+from bimvox.errors import IfcError, InputError, SelectionError, shown
 from bimvox.progress import Report
 
 
@@ -50,7 +50,7 @@ def read_ifc(
     opened = open_ifc(path, data)
     if options.unit is not None and options.unit != opened.unit:
         raise InputError(f"{path}: states its own unit ({opened.unit}), not {options.unit}", hint="leave unit out")
-    selected = _selected(opened, options)
+    selected = None if options.select is None else pool.select(options.select)
     report("open", 1, 1)
 
     notes = list(opened.notes)
@@ -85,7 +85,7 @@ def read_ifc(
     elements = by_default(elements, notes) if selected is None else elements
     if selected is not None and not any(element.role is Role.COMPONENT for element in elements):
         raise SelectionError(
-            f"select {options.select!r}: matches {len(selected)} products, none of them solid",
+            f"select {shown(options.select)}: matches {len(selected)} products, none of them solid",
             hint="select columns, beams, walls, slabs or other elements with a body",
         )
     for index in stray([element.mesh.bounds_m for element in elements]):
@@ -99,15 +99,6 @@ def read_ifc(
         notes=tuple(notes),
         connections=builder.connections(),
     )
-
-
-def _selected(opened: OpenedIfc, options: ReadOptions) -> frozenset[int] | None:
-    """Return the step ids that the query selects; None without a query."""
-    if options.select is None:
-        return None
-    from bimvox.bim.ifc.select import select_products  # the selector takes half a second to import
-
-    return select_products(opened.file, options.select)
 
 
 def _sort_out(opened: OpenedIfc, selected: frozenset[int] | None, notes: list[str]) -> tuple[list[int], dict[int, str]]:

@@ -11,7 +11,7 @@ import ifcopenshell
 import ifcopenshell.util.selector
 from lark.exceptions import LarkError, UnexpectedInput
 
-from bimvox.errors import SelectionError
+from bimvox.errors import SelectionError, cut, shown
 
 _HELP = "a query is written like `IfcColumn, IfcBeam` or `IfcWall, material=Concrete + IfcSlab`"
 
@@ -29,7 +29,7 @@ def select_products(file: Any, query: str) -> frozenset[int]:
     try:
         tree = ifcopenshell.util.selector.filter_elements_grammar.parse(query)
     except UnexpectedInput as error:
-        raise SelectionError(f"select {query!r}: {_what_is_wrong(query, error)}", hint=_HELP) from error
+        raise SelectionError(f"select {shown(query)}: {_what_is_wrong(query, error)}", hint=_HELP) from error
     schema = file.schema_identifier
     for token in tree.scan_values(lambda value: getattr(value, "type", "") != "" and str(value).startswith("Ifc")):
         _check_class(query, schema, str(token))
@@ -37,10 +37,10 @@ def select_products(file: Any, query: str) -> frozenset[int]:
         found = ifcopenshell.util.selector.filter_elements(file, query)
     except (LarkError, ValueError, TypeError, AttributeError, RuntimeError) as error:
         why = str(error).strip().splitlines() or [type(error).__name__]
-        raise SelectionError(f"select {query!r}: {why[-1]}", hint=_HELP) from error
+        raise SelectionError(f"select {shown(query)}: {cut(why[-1])}", hint=_HELP) from error
     ids = frozenset(int(entity.id()) for entity in found if entity.is_a("IfcProduct"))
     if not ids:
-        raise SelectionError(f"select {query!r}: matches no product of the file", hint=_classes_present(file))
+        raise SelectionError(f"select {shown(query)}: matches no product of the file", hint=_classes_present(file))
     return ids
 
 
@@ -54,7 +54,7 @@ def _what_is_wrong(query: str, error: UnexpectedInput) -> str:
     before = query[:start].rstrip()
     if wanted == {"DOT"}:
         word = re.split(r"[,+]", before)[-1].strip()
-        return f"{word!r} is neither a class nor a GlobalId; a property is written Set.Name=value"
+        return f"{shown(word)} is neither a class nor a GlobalId; a property is written Set.Name=value"
     words = []
     if wanted & {"EQUAL", "__ANON_6"}:
         words.append("a comparison such as =, != or *=")
@@ -79,7 +79,7 @@ def _check_class(query: str, schema: str, name: str) -> None:
         known = [entity.name() for entity in declared.entities()]
         close = difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {close[0]}?" if close else _HELP
-        raise SelectionError(f"select {query!r}: {schema} has no class {name}", hint=hint) from error
+        raise SelectionError(f"select {shown(query)}: {schema} has no class {cut(name)}", hint=hint) from error
 
 
 def _classes_present(file: Any) -> str:

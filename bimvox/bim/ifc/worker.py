@@ -25,6 +25,7 @@ from bimvox.bim.ifc.open import parse_text
 from bimvox.bim.ifc.shape import Shape, clean_shape
 from bimvox.bim.ifc.step_file import step_bytes
 from bimvox.bim.ifc.text import parser_text
+from bimvox.errors import SelectionError
 from bimvox.files import read_input
 
 _SHAPE_BYTES = 4 << 30
@@ -35,6 +36,10 @@ less than the 1 mm tolerance of the plain library."""
 
 Answer = tuple[Shape, list[NDArray[np.float64]]] | str
 """A shape and the placement of each product, (4, 4) float64, metres; or the reason why there is no shape."""
+Selected = frozenset[int] | SelectionError
+"""Step ids, or the error about the query."""
+Selector = Callable[[str], Selected]
+"""Finds the products that a query matches."""
 Mesher = Callable[[tuple[int, ...], str], Answer]
 """Meshes products that share one shape, with the named library."""
 
@@ -75,6 +80,15 @@ class Kernel:
         clean = clean_shape(vertices, faces)
         return clean if isinstance(clean, str) else (clean, placements)
 
+    def select(self, query: str) -> Selected:
+        """Return the step ids of the products that a query matches, or the error about the query."""
+        from bimvox.bim.ifc.select import select_products  # the selector takes half a second to import
+
+        try:
+            return select_products(self._file, query)
+        except SelectionError as error:
+            return error
+
     def _placement(self, product: Any) -> NDArray[np.float64]:
         """Return the (4, 4) placement of a product in metres, as the kernel sees it."""
         if product.ObjectPlacement is None:
@@ -93,7 +107,11 @@ def geometry_settings() -> Any:
     return settings
 
 
-def serve(control: Connection, mesher: Mesher) -> None:
+def _no_selector(query: str) -> Selected:
+    raise NotImplementedError(query)
+
+
+def serve(control: Connection, mesher: Mesher, selector: Selector = _no_selector) -> None:
     """Fork workers until the parent closes the control socket.
 
     There are two requests. ``"fork"``, followed by a socket for the worker, returns the worker's process id. The
@@ -109,7 +127,7 @@ def serve(control: Connection, mesher: Mesher) -> None:
                 pid = os.fork()
                 if pid == 0:
                     control.close()
-                    _work(Connection(channel), mesher)
+                    _work(Connection(channel), mesher, selector)
                 os.close(channel)
                 workers.add(pid)
                 control.send(pid)
@@ -123,14 +141,14 @@ def serve(control: Connection, mesher: Mesher) -> None:
             os.waitpid(pid, 0)
 
 
-def _work(channel: Connection, mesher: Mesher) -> None:
-    """Answer (step ids, library) requests until the parent closes the socket; never returns."""
+def _work(channel: Connection, mesher: Mesher, selector: Selector) -> None:
+    """Answer (step ids, library) requests and queries until the parent closes the socket; never returns."""
     status = 1
     _limit_memory()
     try:
         while True:
-            step_ids, library = channel.recv()
-            channel.send(mesher(step_ids, library))
+            request = channel.recv()
+            channel.send(selector(request) if isinstance(request, str) else mesher(*request))
     except (EOFError, OSError):
         status = 0
     finally:
@@ -154,7 +172,7 @@ def main() -> None:
     path = Path(sys.argv[2])
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # a crash leaves no file behind
     kernel = Kernel(parse_text(path, parser_text(path, step_bytes(path, read_input(path)))))
-    serve(control, kernel.mesh)
+    serve(control, kernel.mesh, kernel.select)
     os._exit(0)  # freeing a large file instance by instance would take seconds
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from bimvox.bim.building import Role
 from bimvox.bim.name_roles import role_by_name
-from bimvox.errors import SelectionError
+from bimvox.errors import SelectionError, cut, shown
 
 
 def roles_of(file: str, names: Sequence[str], select: str | None) -> Mapping[str, Role]:
@@ -36,7 +36,7 @@ def roles_of(file: str, names: Sequence[str], select: str | None) -> Mapping[str
 def some(names: Sequence[str], most: int = 8) -> str:
     """Return the first few names as text."""
     more = f" and {len(names) - most:,} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
+    return ", ".join(cut(name) for name in names[:most]) + more
 
 
 def _chosen(file: str, names: Sequence[str], select: str) -> set[str]:
@@ -49,12 +49,12 @@ def _chosen(file: str, names: Sequence[str], select: str) -> set[str]:
         matching = [pattern] if pattern in names else fnmatch.filter(names, pattern)
         if not matching:
             raise SelectionError(
-                f"select {select!r}: no body of {file} is named {pattern!r}",
+                f"select {shown(select)}: no body of {file} is named {shown(pattern)}",
                 hint=f"{_nearest(pattern, names)}the file has {some(names)}; * and ? are wildcards",
             )
         chosen.update(matching)
     if not chosen:
-        raise SelectionError(f"select {select!r}: names nothing", hint=f"the file has {some(names)}")
+        raise SelectionError(f"select {shown(select)}: names nothing", hint=f"the file has {some(names)}")
     return chosen
 
 
@@ -63,4 +63,4 @@ def _nearest(pattern: str, names: Sequence[str]) -> str:
     by_lower = {name.lower(): name for name in names}
     other_case = fnmatch.filter(list(by_lower), pattern.lower())
     close = other_case or difflib.get_close_matches(pattern.lower().strip("*?"), list(by_lower), n=3)
-    return f"did you mean {' or '.join(by_lower[name] for name in close[:3])}? " if close else ""
+    return f"did you mean {' or '.join(cut(by_lower[name]) for name in close[:3])}? " if close else ""

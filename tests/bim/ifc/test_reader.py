@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from bimvox.bim.building import Building, Element, Role
+from bimvox.bim.ifc import geometry
+from bimvox.bim.options import MOST_SELECT
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.errors import IfcError, InputError, SelectionError
 
@@ -92,6 +94,43 @@ def test_wrong_selections_say_what_is_wrong(frame_file: Path, query: str, said: 
         read_building(frame_file, ReadOptions(select=query))
     assert query in str(caught.value)
     assert hint in (caught.value.hint or "")
+
+
+@pytest.mark.parametrize(
+    "query",
+    ["Name=/(a+)+!/", "IfcBeam, Name=/(a|a)+!/", "IfcBeam, Name=/((((a*)*)*)*)*!/", 'IfcBeam, "Set"./(a+)+!/=1'],
+)
+def test_a_pattern_that_backtracks_for_ever_is_given_up(
+    query: str, maker: type[IfcMaker], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(geometry, "SELECT_LIMIT_S", 1.0)
+    made = maker()
+    beam = made.box("IfcBeam", Name="a" * 60)
+    made.properties(beam, "Set", **{"a" * 60: "1"})
+    with pytest.raises(SelectionError, match="not finished within 1 s") as caught:
+        read_building(made.write(tmp_path / "a.ifc"), ReadOptions(select=query))
+    assert "repetition" in (caught.value.hint or "")
+
+
+@pytest.mark.parametrize(
+    "query",
+    ["(" * 9000, "IfcBeam, Name=" + "n" * 9000, "Ifc" + "m" * 9000, "é" * 9000, "IfcWall," * 1000, "IfcBeam, Name=/(/"],
+)
+def test_a_long_selection_is_not_repeated_in_its_message(query: str, frame_file: Path) -> None:
+    with pytest.raises(SelectionError) as caught:
+        read_building(frame_file, ReadOptions(select=query))
+    assert len(str(caught.value)) < 600
+
+
+def test_the_longest_selection_is_read(maker: type[IfcMaker], tmp_path: Path) -> None:
+    made = maker()
+    ids = [made.box("IfcBeam").GlobalId for _ in range(400)]
+    query = ", ".join(ids)
+    assert MOST_SELECT - 1000 < len(query) <= MOST_SELECT
+    elements = read_building(made.write(tmp_path / "a.ifc"), ReadOptions(select=query)).elements
+    assert [element.role for element in elements] == [Role.COMPONENT] * len(ids)
+    with pytest.raises(SelectionError, match="at most 10,000"):
+        ReadOptions(select="a" * (MOST_SELECT + 1))
 
 
 def test_the_same_frame_far_away_has_the_same_vertices(maker: type[IfcMaker], tmp_path: Path) -> None:
