@@ -16,8 +16,9 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.proof.solid import corner_numbers, is_matched, pieces_of
 
-_ASIDE = np.array([0.50031, 0.49953])
-"""Where a line crosses a cell: not its middle, because surfaces are on round numbers."""
+_LINES = (np.stack([np.arange(16) * 7 % 16, np.arange(16)], axis=1) + (0.50031, 0.49953)) / 16.0
+_LINES = np.concatenate([[(0.50031, 0.49953)], _LINES])
+"""(L, 2) where lines cross a cell, the first near its middle; off round numbers, where surfaces are."""
 
 
 def unfilled(
@@ -34,32 +35,53 @@ def unfilled(
     """
     left = np.argwhere(cells & ~touched)
     if len(left):
-        left = left[~_are_inside(left, corners, cells.shape)]
+        left = left[~_by_lines(left, corners, cells.shape, _LINES[:1])]
     if len(left):
         left = left[~_are_touched(left, corners, cells.shape, near)]
-    if len(left):  # shells that face inward may cancel others that face outward
-        numbers = corner_numbers(mesh)
-        inward = _inward(corners, pieces_of(numbers))
-        if inward.any():
-            turned = np.where(inward[:, None, None], corners[:, ::-1], corners)
-            left = left[~_are_inside(left, np.ascontiguousarray(turned), cells.shape)]
-        if len(left) and not is_matched(numbers):
-            free = np.argwhere(cells & ~touched)
-            walls = cells.copy()
-            walls[tuple(free[~_are_touched(free, corners, cells.shape, near)].T)] = False
-            left = left[binary_propagation(~cells, mask=~walls)[tuple(left.T)]]
-    return left
+    if not len(left):
+        return left
+    numbers = corner_numbers(mesh)
+    inward, is_open = _inward(corners, pieces_of(numbers)), not is_matched(numbers)
+    lines = _LINES if is_open else _LINES[:1]
+    if is_open:
+        left = left[~_by_lines(left, corners, cells.shape, lines)]
+    if inward.any():  # shells that face inward may cancel others that face outward
+        turned = np.ascontiguousarray(np.where(inward[:, None, None], corners[:, ::-1], corners))
+        left = left[~_by_lines(left, turned, cells.shape, lines)]
+    return left[~_are_enclosed(left, corners, touched, near)] if is_open and len(left) else left
 
 
-def _are_inside(left: NDArray[np.int64], corners: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Return (N,) whether most of the lines through a cell that close say that its centre is inside."""
-    votes, yes = np.zeros(len(left), np.int64), np.zeros(len(left), np.int64)
+def _by_lines(
+    left: NDArray[np.int64], corners: NDArray[np.float64], shape: tuple[int, ...], lines: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Return (N,) whether more axes may say that a cell is inside than must say that it is outside.
+
+    An axis may say so if any of its lines through the cell closes and says so. It must say that the cell is outside if
+    all of them close and say so.
+    """
+    votes = np.zeros(len(left), np.int64)
     for order in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        lines = np.ascontiguousarray(corners[:, :, order])
-        closes, inside = _crossings(np.ascontiguousarray(left[:, order]), lines, np.array(shape)[list(order)], _ASIDE)
-        votes += closes
-        yes += closes & inside
-    return 2 * yes > votes
+        cells, turned = np.ascontiguousarray(left[:, order]), np.ascontiguousarray(corners[:, :, order])
+        may, must = np.zeros(len(left), np.bool_), np.ones(len(left), np.bool_)
+        for line in lines:
+            closes, inside = _crossings(cells, turned, np.array(shape)[list(order)], line)
+            may |= closes & inside
+            must &= closes & ~inside
+        votes += may.astype(np.int64) - must
+    return votes > 0
+
+
+def _are_enclosed(
+    left: NDArray[np.int64], corners: NDArray[np.float64], touched: NDArray[np.bool_], near: float
+) -> NDArray[np.bool_]:
+    """Return (N,) whether no way along cells that no triangle touches leads from a cell to a face of the array."""
+    free = ~touched
+    cells = np.argwhere(free)
+    free[tuple(cells[_are_touched(cells, corners, free.shape, near)].T)] = False
+    faces = np.ones_like(free)
+    faces[1:-1, 1:-1, 1:-1] = False
+    enclosed: NDArray[np.bool_] = ~binary_propagation(faces, mask=free)[tuple(left.T)]
+    return enclosed
 
 
 @kernel
