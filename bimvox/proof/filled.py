@@ -16,9 +16,12 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.proof.solid import corner_numbers, is_matched, pieces_of
 
-_LINES = (np.stack([np.arange(16) * 7 % 16, np.arange(16)], axis=1) + (0.50031, 0.49953)) / 16.0
-_LINES = np.concatenate([[(0.50031, 0.49953)], _LINES])
+_STRIPS = np.arange(16)
+_LINES = np.array([(8.0, 8.0), *zip(_STRIPS * 7 % 16 + 0.5, _STRIPS + 0.5, strict=True)]) / 16.0 + (0.00031, -0.00047)
 """(L, 2) where lines cross a cell, the first near its middle; off round numbers, where surfaces are."""
+
+_DOUBTFUL = 1e-3
+"""Share of the cells of an open mesh that other lines than these may find inside, because they miss its holes."""
 
 
 def unfilled(
@@ -48,7 +51,11 @@ def unfilled(
     if inward.any():  # shells that face inward may cancel others that face outward
         turned = np.ascontiguousarray(np.where(inward[:, None, None], corners[:, ::-1], corners))
         left = left[~_by_lines(left, turned, cells.shape, lines)]
-    return left[~_are_enclosed(left, corners, touched, near)] if is_open and len(left) else left
+    if is_open and len(left):
+        left = left[~_are_enclosed(left, corners, touched, near)]
+        if len(left) <= _DOUBTFUL * np.count_nonzero(cells):
+            left = left[:0]
+    return left
 
 
 def _by_lines(
@@ -205,10 +212,11 @@ def _meets(triangle: NDArray[np.float64], x: float, y: float, z: float, half: fl
 
 
 def _inward(corners: NDArray[np.float64], pieces: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return (F,) the triangles of pieces that face inward and are not the inside of a hollow of a larger piece."""
+    """Return (F,) the triangles of pieces that face unlike the largest piece, and are not a hollow in another."""
     number = np.unique(pieces, return_inverse=True)[1].reshape(-1)
     count = int(number.max()) + 1
     volumes = np.bincount(number, np.linalg.det(corners - corners.mean(axis=(0, 1))), count)
+    volumes *= np.sign(volumes[np.abs(volumes).argmax()])
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, number, corners.min(axis=1))
     np.maximum.at(high, number, corners.max(axis=1))

@@ -75,8 +75,8 @@ def _check_cells(
     at = frame.corner_of(empty[0] + first - 0.5) if len(empty) else first
     check.look(
         not len(empty),
-        f"{name}: its mesh does not fill its cells: {len(empty)} of {len(cells)} are neither on its surface nor inside, "
-        f"the first at ({at[0]:.3f}, {at[1]:.3f}, {at[2]:.3f}) m",
+        f"{name}: its mesh does not fill its cells: {len(empty)} of {len(cells)} are neither on its surface "
+        f"nor inside, the first at ({at[0]:.3f}, {at[1]:.3f}, {at[2]:.3f}) m",
         samples=len(cells),
     )
 
