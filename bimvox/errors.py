@@ -27,7 +27,7 @@ Every error carries its evidence as fields. Its message says what is wrong and w
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 
@@ -39,6 +39,13 @@ def shown(value: object, most: int = 80) -> str:
 def cut(text: str, most: int = 80) -> str:
     """Return a text of at most ``most`` characters; dots show that it was longer."""
     return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
+def listed(names: Iterable[str], most: int = 20) -> str:
+    """Return names as text: the first few, each shortened, and how many more there are."""
+    every = list(names)
+    more = f" and {len(every) - most:,} more" if len(every) > most else ""
+    return ", ".join(cut(name, 200) for name in every[:most]) + more
 
 
 class BimvoxError(Exception):

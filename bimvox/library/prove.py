@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from bimvox.cranes.schedule import time_lifts
-from bimvox.errors import MotionError, NoPlanError
+from bimvox.errors import MotionError, NoPlanError, listed
 from bimvox.planning.assembly import Preparation, prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.propose import Propose
@@ -172,7 +172,7 @@ def insist_on_one_lift(made: LiftPlan) -> None:
     if any(lift.status is Status.PLANNED for lift in made.lifts):
         return
     site, first, labels = made.site, made.lifts[0], names_by_id(made.site)
-    blockers = ", ".join(labels.get(blocker, blocker) for blocker in first.blocked_by)
+    blockers = listed(labels.get(blocker, blocker) for blocker in first.blocked_by)
     raise NoPlanError(
         f"no lift can be planned; {site.components[first.component].label}: {first.reason}"
         + (f" ({blockers})" if blockers else ""),

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bimvox.errors import MotionError
+from bimvox.errors import MotionError, listed
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_lift
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage, prepare
@@ -249,5 +249,5 @@ class _Searched:
 
 
 def _said(lift: Lift) -> str:
-    by = f" (by {', '.join(sorted(lift.blocked_by))})" if lift.blocked_by else ""
+    by = f" (by {listed(sorted(lift.blocked_by))})" if lift.blocked_by else ""
     return f"{lift.reason}{by}"

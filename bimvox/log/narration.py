@@ -8,6 +8,7 @@ from typing import Any
 from foxglove_schemas_protobuf.Event_pb2 import Event
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
+from bimvox.errors import listed
 from bimvox.log import schema as topics
 from bimvox.log.mcap.messages import pairs, stamp
 from bimvox.log.plan_log import LogEvent, PlanLog
@@ -50,7 +51,7 @@ def log_messages(
         yield _line(start_ns, Log.WARNING, "the swing of loads is not checked ([rules] swing = off)")
     for lift in plan.lifts:
         if lift.status is Status.INFEASIBLE:
-            by = ", ".join(names.get(one, one) for one in lift.blocked_by)
+            by = listed(names.get(one, one) for one in lift.blocked_by)
             blocked = f"; blocked by {by}" if by else ""
             part = names[site.components[lift.component].id]
             yield _line(start_ns, Log.WARNING, f"lift {lift.number}: {part} cannot be lifted: {lift.reason}{blocked}")

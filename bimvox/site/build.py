@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Element, Role
+from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.outline import highest_point_m
 from bimvox.crane.tower_crane import TowerCrane
@@ -23,8 +23,9 @@ from bimvox.site.config import SiteConfig
 from bimvox.site.crane_checks import check_cranes, crane_key
 from bimvox.site.digest import digest_of
 from bimvox.site.lifting import hung
-from bimvox.site.obstructions.cells import Rasterise, obstruction_cells
-from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
+from bimvox.site.obstructions.cells import Rasterise, cells_of_all, obstruction_cells
+from bimvox.site.obstructions.crowd import blockers_of
+from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet, Points
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import component_of, entries_by_id, first_ids
 from bimvox.site.site import GROUND_ID, Blocker, Rules, Site, SwingRule, mast_id
@@ -146,21 +147,24 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
 
     An obstruction outside the site is left out, and one that sticks out is clipped, each with a note. If a part has the
     same id, the obstruction's id gets the prefix ``obstruction:``, so that the reason of a blocked lift is unambiguous.
+    Very many obstructions share objects: see :func:`bimvox.site.obstructions.crowd.blockers_of`.
     """
     fixed = [blocker for blocker in site.blockers if blocker.kind != "obstruction"]
     taken = {blocker.id for blocker in fixed} | {component.id for component in site.components}
-    added, notes = [], []
-    for obstruction in obstructions.obstructions:
-        cells, note = obstruction_cells(
-            obstruction, site.frame, site.shape, rasterise, grow_vox=_clearance_vox(site.rules, site.frame)
-        )
-        name = f"obstruction:{obstruction.id}" if obstruction.id in taken else obstruction.id
-        if note:
-            notes.append(note)
-        if name != obstruction.id:
-            notes.append(f"obstruction {obstruction.id!r} has the id of a part; it is renamed {name!r}")
-        if len(cells):
-            added.append(Blocker(name, "obstruction", _frozen(cells)))
+    notes: list[str] = []
+
+    def found() -> Iterator[tuple[str, NDArray[np.int32], bool]]:
+        all_of_them, grow_vox = obstructions.obstructions, _clearance_vox(site.rules, site.frame)
+        every = cells_of_all(all_of_them, site.frame, site.shape, rasterise, grow_vox=grow_vox)
+        for obstruction, (cells, note) in zip(all_of_them, every, strict=True):
+            name = f"obstruction:{obstruction.id}" if obstruction.id in taken else obstruction.id
+            if note:
+                notes.append(note)
+            if name != obstruction.id:
+                notes.append(f"obstruction {obstruction.id!r} has the id of a part; it is renamed {name!r}")
+            yield name, cells, isinstance(obstruction.form, TriangleMesh | Points)
+
+    added = blockers_of(found(), site.shape)
     return replace(
         site,
         labels=_labels(site.labels[:, :, 0], site.shape, [*fixed, *added]),

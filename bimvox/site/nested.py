@@ -15,6 +15,8 @@ MOST_LEVELS = 32
 """The deepest nesting of tables and lists that is accepted; a site file needs 6."""
 _TOO_DEEP = f"nested too deeply: more than {MOST_LEVELS} tables or lists inside each other"
 
+_NESTS = (dict, list)
+
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![\w-])(?:{_PART}[ \t]*+\.[ \t]*+){{{MOST_LEVELS},}}+")
 """A dotted key of too many parts; tomllib needs minutes for 100,000."""
@@ -65,7 +67,7 @@ def _check_depth(values: object) -> None:
     """Raise an error if the values are nested too deeply; dotted keys of TOML nest without brackets."""
     level: list[object] = [values]
     for _ in range(MOST_LEVELS):
-        level = [inner for outer in level for inner in _inside(outer) if isinstance(inner, dict | list)]
+        level = [inner for outer in level for inner in _inside(outer) if type(inner) in _NESTS]
         if not level:
             return
     raise ValueError(_TOO_DEEP)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox.errors import InputError
+from bimvox.errors import InputError, listed
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
 from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps
 from bimvox_cli.output import fields, open_output, rows, spent
@@ -143,7 +143,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
                 item["name"],
                 item["component"],
                 item["reason"],
-                ", ".join(labels.get(blocker, blocker) for blocker in item["blocked_by"]),
+                listed(labels.get(blocker, blocker) for blocker in item["blocked_by"]),
             )
             for item in document["infeasible"]
         ],

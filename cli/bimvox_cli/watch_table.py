@@ -10,6 +10,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from bimvox.errors import listed
 from bimvox.rendering.plain import plain
 
 _STATES = {
@@ -58,8 +59,7 @@ class WatchTable:
                 self._latencies_ms = [*self._latencies_ms, float(document["latency_ms"])][-_LATENCIES_KEPT:]
             if "blocked" in document:
                 self._reasons = {
-                    entry["component"]: ", ".join([entry["reason"], *entry["blocked_by"]])
-                    for entry in document["blocked"]
+                    entry["component"]: listed([entry["reason"], *entry["blocked_by"]]) for entry in document["blocked"]
                 }
         if self._last is not None:
             self._live.update(Group(self._table(self._last), Text(self._footer())), refresh=True)

@@ -98,12 +98,6 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.an_epoch_that_never_ends, "epochs", r"lift 4 \(slab\): the last motion ends at"),
     (faults.an_epoch_to_the_last_moment, "epochs", r"lift 4 \(slab\): the last motion ends at"),
     (faults.a_structure_with_another_surface, "shapes", "wall: its cells reach further than its surface"),
-    (faults.a_part_of_thin_columns, "shapes", r"slab: its mesh does not fill its cells: \d+ of 32 are neither on"),
-    (
-        faults.a_structure_of_thin_columns,
-        "shapes",
-        r"wall: its mesh does not fill its cells: \d+ of \d+ are neither on",
-    ),
     (faults.a_hook_aside, "shapes", "beam: its hook, .* is not above its centre of mass"),
     (faults.a_mirrored_model, "values", "site.site_to_ifc is not a move and a turn about the vertical"),
     (faults.a_scaled_model, "values", "site.site_to_ifc is not a move and a turn about the vertical"),

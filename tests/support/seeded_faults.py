@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any
@@ -646,25 +646,6 @@ def an_epoch_that_never_ends(log: PlanLog) -> PlanLog:
 def a_structure_with_another_surface(log: PlanLog) -> PlanLog:
     """The wall's cells stay, but near it triangles decide, and these are elsewhere."""
     mesh = box_mesh((8.0, 0.0, 0.0), (8.5, 1.0, 0.5))
-    blockers = [dataclasses.replace(b, mesh=mesh) if b.id == "wall" else b for b in log.plan.site.blockers]
-    return with_site(log, blockers=tuple(blockers))
-
-
-def thin_columns(low: Sequence[float], high: Sequence[float]) -> TriangleMesh:
-    """Return columns of 1 mm on the edges of a box, and a sheet across it: its outline, but not its body."""
-    edges = [(x, y) for x in (low[0], high[0] - 0.001) for y in (low[1], high[1] - 0.001)]
-    columns = [box_mesh((x, y, low[2]), (x + 0.001, y + 0.001, high[2])) for x, y in edges]
-    corners = np.array([low, (high[0], low[1], low[2]), (high[0], high[1], low[2])])
-    return TriangleMesh.joined([*columns, TriangleMesh(corners, np.array([[0, 1, 2]], np.int32))])
-
-
-def a_part_of_thin_columns(log: PlanLog) -> PlanLog:
-    """The slab's cells stay, but there is almost nothing in them that could touch a neighbour."""
-    return with_component(log, "slab", mesh=thin_columns((1.0, 1.0, 3.4), (5.0, 2.0, 3.6)))
-
-
-def a_structure_of_thin_columns(log: PlanLog) -> PlanLog:
-    mesh = thin_columns(*WALL[1:])
     blockers = [dataclasses.replace(b, mesh=mesh) if b.id == "wall" else b for b in log.plan.site.blockers]
     return with_site(log, blockers=tuple(blockers))
 

@@ -21,12 +21,12 @@ from bimvox.bim.mesh.obj import read_obj
 from bimvox.bim.mesh.off import read_off
 from bimvox.bim.mesh.ply import read_ply
 from bimvox.bim.mesh.repair import drop_bad_faces, solid_volume_m3, turn_outward, weld
-from bimvox.bim.mesh.select import roles_of, some
+from bimvox.bim.mesh.select import roles_of
 from bimvox.bim.mesh.stl import read_stl
 from bimvox.bim.mesh.threemf import read_3mf
 from bimvox.bim.mesh.units import Scale, doubts, scale_of
 from bimvox.bim.options import ReadOptions
-from bimvox.errors import MeshError
+from bimvox.errors import MeshError, listed
 from bimvox.progress import Report
 
 MESH_CLASS = "Mesh"
@@ -98,10 +98,10 @@ def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, r
     if flipped:
         notes.append(f"inside-out bodies turned outward: {flipped}")
     if guessed:
-        notes.append(f"bodies that are not closed, so their mass is a guess: {some(guessed)}")
+        notes.append(f"bodies that are not closed, so their mass is a guess: {listed(guessed, 8)}")
     far = [elements[index].name for index in stray(boxes)] if len(boxes) > 1 else []
     if far:
-        notes.append(f"bodies more than {FAR_M:g} m from the rest: {some(far)}")
+        notes.append(f"bodies more than {FAR_M:g} m from the rest: {listed(far, 8)}")
     if contents.external:
         parts = [sha256, *(hashlib.sha256(part).hexdigest() for part in contents.external)]
         sha256 = hashlib.sha256("".join(parts).encode()).hexdigest()

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from bimvox.bim.building import Role
 from bimvox.bim.name_roles import role_by_name
-from bimvox.errors import SelectionError, cut, shown
+from bimvox.errors import SelectionError, cut, listed, shown
 
 
 def roles_of(file: str, names: Sequence[str], select: str | None) -> Mapping[str, Role]:
@@ -33,12 +33,6 @@ def roles_of(file: str, names: Sequence[str], select: str | None) -> Mapping[str
     return {name: Role.COMPONENT if name in chosen else rest[name] for name in names}
 
 
-def some(names: Sequence[str], most: int = 8) -> str:
-    """Return the first few names as text."""
-    more = f" and {len(names) - most:,} more" if len(names) > most else ""
-    return ", ".join(cut(name) for name in names[:most]) + more
-
-
 def _chosen(file: str, names: Sequence[str], select: str) -> set[str]:
     if select in names:  # a name may contain a comma
         return {select}
@@ -50,11 +44,11 @@ def _chosen(file: str, names: Sequence[str], select: str) -> set[str]:
         if not matching:
             raise SelectionError(
                 f"select {shown(select)}: no body of {file} is named {shown(pattern)}",
-                hint=f"{_nearest(pattern, names)}the file has {some(names)}; * and ? are wildcards",
+                hint=f"{_nearest(pattern, names)}the file has {listed(names, 8)}; * and ? are wildcards",
             )
         chosen.update(matching)
     if not chosen:
-        raise SelectionError(f"select {shown(select)}: names nothing", hint=f"the file has {some(names)}")
+        raise SelectionError(f"select {shown(select)}: names nothing", hint=f"the file has {listed(names, 8)}")
     return chosen
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import product
 from math import ceil, floor
 from typing import TypeAlias
@@ -20,6 +20,10 @@ TOLERANCE_M = 1e-4
 """How deep a form must reach into a cell to occupy it; as the voxelizer, so that faces on a border do not spill."""
 _FEW_CELLS = 64
 """Up to so many cells of a box are listed without arrays, which is faster."""
+_MANY = 1000
+"""From so many boxes on, the cells of all are computed at once."""
+_MOST_AT_ONCE = 5_000_000
+"""Cells that are computed at once."""
 _FAR_M = 1e12
 """Farther than any site reaches; nothing overflows here."""
 
@@ -55,6 +59,62 @@ def obstruction_cells(
     cells = cells[((cells >= 0) & (cells < np.array(shape))).all(axis=1)].astype(np.int32)
     inside = raw[((raw >= grow_vox) & (raw < np.array(shape) + grow_vox)).all(axis=1)]
     return cells, _note(obstruction, len(inside), cut=outside or len(inside) < len(raw))
+
+
+def cells_of_all(
+    obstructions: Sequence[Obstruction], frame: GridFrame, shape: IntVec, rasterise: Rasterise, *, grow_vox: int = 0
+) -> Iterator[tuple[NDArray[np.int32], str | None]]:
+    """Yield what :func:`obstruction_cells` returns for each obstruction; a million boxes take seconds."""
+    for first in range(0, len(obstructions), _MANY):
+        some = obstructions[first : first + _MANY]
+        boxes = [one.form for one in some if isinstance(one.form, Box)]
+        if len(boxes) == _MANY:
+            yield from _cells_of_boxes(some, boxes, frame, shape, grow_vox)
+        else:
+            yield from (obstruction_cells(one, frame, shape, rasterise, grow_vox=grow_vox) for one in some)
+
+
+def _cells_of_boxes(
+    obstructions: Sequence[Obstruction], boxes: Sequence[Box], frame: GridFrame, shape: IntVec, grow_vox: int
+) -> Iterator[tuple[NDArray[np.int32], str | None]]:
+    """Yield cells and note of boxes, each found as by ``_range``."""
+    low_m, high_m = (np.clip(end, -_FAR_M, _FAR_M) for end in ([b.low_m for b in boxes], [b.high_m for b in boxes]))
+    origin_m = np.array(frame.origin_m) - grow_vox * frame.voxel_size_m
+    limit = np.array(shape) + 2 * grow_vox
+    thin = high_m - low_m < 3 * TOLERANCE_M
+    first_m = np.where(thin, (low_m + high_m) / 2, low_m + TOLERANCE_M)
+    last_m = np.where(thin, (low_m + high_m) / 2, high_m - TOLERANCE_M)
+    start = np.clip(np.floor((first_m - origin_m) / frame.voxel_size_m), -1, limit).astype(np.int64)
+    above = np.ceil((last_m - origin_m) / frame.voxel_size_m)
+    stop = np.clip(np.maximum(above, start + 1), 0, limit + 1).astype(np.int64)
+    cut = ((start < 0) | (stop > limit)).any(axis=1)
+    start, stop = np.maximum(start, 0), np.minimum(stop, limit)
+    there = (stop > start).all(axis=1)
+    inside = there & ((start < limit - grow_vox) & (stop > grow_vox)).all(axis=1)
+    cut |= ((start < grow_vox) | (stop > limit - grow_vox)).any(axis=1)
+    # In cells of the grid, grown by the clearance.
+    start, stop = np.maximum(start - 2 * grow_vox, 0), np.minimum(stop, shape)
+    size = np.where((there & (stop > start).all(axis=1))[:, None], stop - start, 0)
+    counts = size.prod(axis=1)
+    cells = _cells_of_blocks(start, size) if counts.sum() <= _MOST_AT_ONCE else None
+    at = 0
+    for n, (one, count) in enumerate(zip(obstructions, counts.tolist(), strict=True)):
+        own = _cells_of_blocks(start[n : n + 1], size[n : n + 1]) if cells is None else cells[at : at + count]
+        at += count
+        yield own, _note(one, int(inside[n]), cut=bool(cut[n]))
+
+
+def _cells_of_blocks(start: NDArray[np.int64], size: NDArray[np.int64]) -> NDArray[np.int32]:
+    """Return the (N, 3) cells of blocks of cells, block by block."""
+    counts = size.prod(axis=1)
+    number = np.repeat(np.arange(len(size)), counts)
+    place = np.arange(len(number)) - (np.cumsum(counts) - counts)[number]
+    cells = np.empty((len(number), 3), np.int32)
+    for axis in (2, 1, 0):
+        along = size[number, axis]
+        cells[:, axis] = place % along + start[number, axis]
+        place //= along
+    return cells
 
 
 def _note(obstruction: Obstruction, inside: int, *, cut: bool) -> str | None:

@@ -35,7 +35,7 @@ class Box:
     def __post_init__(self) -> None:
         """Refuse a box without volume."""
         low_m, high_m = _point(self.low_m, "Box.low_m"), _point(self.high_m, "Box.high_m")
-        if any(low >= high for low, high in zip(low_m, high_m, strict=True)):
+        if low_m[0] >= high_m[0] or low_m[1] >= high_m[1] or low_m[2] >= high_m[2]:
             raise InputError(f"Box: {low_m} to {high_m} has no volume", hint="high_m is above low_m in x, y and z")
         object.__setattr__(self, "low_m", low_m)
         object.__setattr__(self, "high_m", high_m)
@@ -91,6 +91,7 @@ class Points:
 
 
 Form: TypeAlias = Box | Voxels | Cylinder | TriangleMesh | Points
+_FORMS = (Box, Voxels, Cylinder, TriangleMesh, Points)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,7 +110,7 @@ class Obstruction:
         """Refuse what has no name or no form."""
         if not isinstance(self.id, str) or not self.id:
             raise InputError(f"Obstruction.id is {self.id!r}", hint="give every obstruction a name of its own")
-        if not isinstance(self.form, Box | Voxels | Cylinder | TriangleMesh | Points):
+        if not isinstance(self.form, _FORMS):
             raise InputError(
                 f"obstruction {self.id!r}: its form is a {type(self.form).__name__}",
                 hint="give a Box, Voxels, Cylinder, TriangleMesh or Points",
@@ -183,8 +184,8 @@ EMPTY = ObstructionSet()
 
 def _point(values: Vec3, name: str) -> Vec3:
     """Return three finite coordinates as plain floats."""
-    point = tuple(float(value) for value in values)
-    if len(point) != 3 or not all(math.isfinite(value) for value in point):
+    point = tuple(map(float, values))
+    if len(point) != 3 or not all(map(math.isfinite, point)):
         raise InputError(f"{name} is {tuple(values)}", hint="give three finite numbers, in metres")
     return point
 

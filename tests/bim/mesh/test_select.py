@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from bimvox.bim.building import Role
-from bimvox.bim.mesh.select import roles_of, some
-from bimvox.errors import SelectionError
+from bimvox.bim.mesh.select import roles_of
+from bimvox.errors import SelectionError, listed
 
 NAMES = ["Beam_1", "Beam_2", "Column [12]", "wall, north", "terrain"]
 
@@ -50,4 +50,4 @@ def test_what_matches_nothing_is_an_error_with_the_nearest_names(select: str, gu
 
 
 def test_long_lists_are_cut() -> None:
-    assert some([str(n) for n in range(1010)], 2) == "0, 1 and 1,008 more"
+    assert listed([str(n) for n in range(1010)], 2) == "0, 1 and 1,008 more"
