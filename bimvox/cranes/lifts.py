@@ -158,6 +158,7 @@ class CraneLiftMaker:
             above = [
                 target_cells(self.site.components[before.lift.component]),
                 *self.arrived_since(before.lift, [self.lift]),
+                *self.other_means_since(before.lift, self.lift),
             ]
             then = self.hook_rule(before.space, exit_vox, above)
             early = self._early(then, exit_vox[-1], pick_vox, slew_rad)
@@ -244,13 +245,17 @@ class CraneLiftMaker:
         places = [one.place for one in self.between if one.place is not None]
         # A part that cannot be lifted stays there as long as the rest of its delivery.
         older = {place.delivery for place in places if place.delivery < self.place.delivery}
-        kept = [one.place for one in self.plan.lifts if one.status is not Status.PLANNED and one.place is not None]
+        kept = [one.place for one in self.plan.lifts if not one.is_set and one.place is not None]
         return [stored_cells(place) for place in [*places, *(one for one in kept if one.delivery in older)]]
 
     def left(self, last: LastLift) -> tuple[Leg, ...]:
         """Return the crane's legs to a parking place after its last lift."""
         exit_vox = left_cells(self.site, last.lift)
-        above = [target_cells(self.component), *self.arrived_since(last.lift, self.between[-1:])]
+        above = [
+            target_cells(self.component),
+            *self.arrived_since(last.lift, self.between[-1:]),
+            *self.other_means_since(last.lift, None),
+        ]
         rule = self.hook_rule(last.space, exit_vox, above)
         legs = (
             self._early(rule, exit_vox[-1], parked_vox, last.slew_rad)
@@ -263,7 +268,13 @@ class CraneLiftMaker:
         assert before.place is not None
         last = max((one.place.delivery for one in until if one.place is not None), default=0)
         late = range(before.place.delivery + 1, last + 1)
-        return [stored_cells(one.place) for one in self.plan.lifts if one.place and one.place.delivery in late]
+        return [stored_cells(one.in_yard) for one in self.plan.lifts if one.in_yard and one.in_yard.delivery in late]
+
+    def other_means_since(self, before: Lift, until: Lift | None) -> list[NDArray[np.int32]]:
+        """Return cells of parts that come by other means after a lift, before another; nobody knows when they come."""
+        last = len(self.plan.lifts) if until is None else until.order
+        coming = (one for one in self.plan.lifts if one.by_other_means and before.order < one.order < last)
+        return [target_cells(self.site.components[one.component]) for one in coming]
 
     def _early(
         self, rule: CollisionSpace, start_vox: NDArray[np.int32], end_vox: NDArray[np.int32], slew_rad: float

@@ -98,7 +98,11 @@ def _from_there(
     early = None
     if last:
         since, rule = last[-1]
-        above = [target_cells(site.components[since.component]), *maker.arrived_since(since, [maker.lift])]
+        above = [
+            target_cells(site.components[since.component]),
+            *maker.arrived_since(since, [maker.lift]),
+            *maker.other_means_since(since, maker.lift),
+        ]
         then = maker.hook_rule(rule, above=above)
         early = None if there else _early(maker, then, pose, pick_vox, since.order)
     late = None

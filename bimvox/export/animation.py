@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,8 +17,10 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
 from bimvox.log.schema import of_crane
 from bimvox.records.lift import Lift, Status, YardPlace
+from bimvox.records.other_means import needed_by_ns
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.page.keyframes import keyframes
+from bimvox.site.component import Component
 from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
 from bimvox.site.site import Site
 
@@ -53,8 +57,11 @@ def to_animated_glb(log: PlanLog) -> bytes:
         arrives[delivery] = min(arrives.get(delivery, track.start_ns), track.start_ns)
     for track in tracks:
         _part(writer, site, track, arrives)
+    needed_ns = needed_by_ns(log.all_lifts, log.motions)
     for lift in log.plan.lifts:
-        if lift.status is Status.INFEASIBLE and lift.place is not None:
+        if lift.by_other_means:
+            _by_other_means(writer, site, lift, needed_ns[lift.order] or 0)
+        elif lift.status is Status.INFEASIBLE and lift.place is not None:
             _left(writer, site, lift, lift.place, arrives)
     for number, crane in enumerate(site.cranes):
         _crane(writer, log, number, crane)
@@ -115,9 +122,27 @@ def _left(writer: GltfWriter, site: Site, lift: Lift, place: YardPlace, arrives:
         component.id,
         mesh=writer.mesh(*_boxes(boxes[:, :3], boxes[:, 3:]), STATE_RGB[ConstructionState.UNBUILT]),
         translation_m=site.frame.corner_of(np.array(place.cell_vox)),
-        extras={"global_id": component.global_id, "ifc_class": component.ifc_class, "infeasible": lift.reason or ""},
+        extras=_why(component, lift),
     )
     _appears(writer, node, arrives.get(place.delivery, 0))
+
+
+def _by_other_means(writer: GltfWriter, site: Site, lift: Lift, needed_by_ns: int) -> None:
+    """Add a part that is set by other means at its place, from when it is needed."""
+    component = site.components[lift.component]
+    corner_m = site.frame.corner_of(np.array(component.target_vox))
+    rgb = STATE_RGB[ConstructionState.ASSEMBLED]
+    node = writer.node(
+        component.id,
+        mesh=writer.mesh(component.mesh.vertices_m - corner_m, component.mesh.faces, rgb),
+        translation_m=corner_m,
+        extras=_why(component, lift) | {"by_other_means": True},
+    )
+    _appears(writer, node, needed_by_ns)
+
+
+def _why(component: Component, lift: Lift) -> dict[str, Any]:
+    return {"global_id": component.global_id, "ifc_class": component.ifc_class, "infeasible": lift.reason or ""}
 
 
 def _appears(writer: GltfWriter, node: int, arrives_ns: int) -> None:

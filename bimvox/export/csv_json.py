@@ -14,6 +14,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of, write_log
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
+from bimvox.records.other_means import needed_by_ns
 
 SAMPLE_COLUMNS = {
     "number": "number of the lift, from 1",
@@ -48,6 +49,8 @@ LIFT_COLUMNS = {
     "duration_s": "how long it takes",
     "bound_s": "synchronised point-to-point time of the loaded motion; empty without a crane",
     "reason": "why it is infeasible",
+    "by_other_means": "whether its part is set by other means than the crane",
+    "needed_by_s": "by when that part is needed, on the site's clock",
     "blocked_by": "ids of what blocks it, separated by spaces",
     "crane": "name of the crane that lifts it; empty without a crane",
 }
@@ -126,6 +129,7 @@ def _samples(log: PlanLog) -> Iterable[tuple[Lift, list[tuple[Any, ...]]]]:
 def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
     tracks = {track.lift.order: track for track in tracks_of(log)}
     motions: dict[int, LiftMotion] = {motion.order: motion for motion in log.motions}
+    needed_ns = needed_by_ns(log.all_lifts, log.motions)
     records = []
     for lift in log.plan.lifts:
         component = log.plan.site.components[lift.component]
@@ -149,6 +153,8 @@ def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
             None if track is None else (track.end_ns - track.start_ns) / 1e9,
             None if motion is None or not np.isfinite(motion.loaded.bound_s) else motion.loaded.bound_s,
             lift.reason,
+            lift.by_other_means,
+            None if (at_ns := needed_ns.get(lift.order)) is None else at_ns / 1e9,
             list(lift.blocked_by),
             None if crane is None else crane.name,
         )

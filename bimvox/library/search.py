@@ -15,7 +15,7 @@ from bimvox.errors import MotionError, listed
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_lift
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage, prepare
-from bimvox.planning.planner import plan_lift
+from bimvox.planning.planner import plan_lift, unplanned_lift
 from bimvox.planning.search import shortest_path
 from bimvox.progress import Progress
 from bimvox.proof.motion import verify_motions
@@ -118,7 +118,7 @@ class _Searched:
                     self._look_planned(lift)
                 progress.advance()
             if not (lift.reason or "").startswith(LOAD_IS_HELD):  # a load on a hook is neither in place nor stored
-                self._assembly.finish(lift.component, placed=is_planned)
+                self._assembly.finish(lift.component, placed=lift.is_set)
             if is_planned:
                 self._before = lift
         self._check.about = None
@@ -153,7 +153,7 @@ class _Searched:
 
     def _look_infeasible(self, lift: Lift) -> None:
         stage = self._assembly.begin(lift.component)
-        unplanned = Lift(lift.component, lift.order, lift.place, Status.INFEASIBLE)
+        unplanned = unplanned_lift(self._site, lift.component, lift.order, lift.place)
         found = plan_lift(self._assembly, stage, unplanned, None, None)
         reason = lift.reason or ""
         if found.status is Status.PLANNED:

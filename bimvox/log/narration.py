@@ -13,6 +13,7 @@ from bimvox.log import schema as topics
 from bimvox.log.mcap.messages import pairs, stamp
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.records.lift import Status
+from bimvox.records.other_means import clock, needed_by_ns
 from bimvox.records.remark import Remark, Severity
 from bimvox.records.track import LoadTrack
 from bimvox.site.component import Component
@@ -39,6 +40,10 @@ def log_messages(
     """
     site, plan = record.plan.site, record.plan
     lifts, names = record.all_lifts, names_by_id(site)
+    other_means = {
+        order: "; to be set by other means after the part before it" + ("" if ns is None else f", by {clock(ns)}")
+        for order, ns in needed_by_ns(lifts, record.motions).items()
+    }
     planned = sum(lift.status is Status.PLANNED for lift in lifts)
     yield _line(start_ns, Log.INFO, f"{site.name}: {planned} of {len(lifts)} lifts planned")
     if record.context:
@@ -54,7 +59,11 @@ def log_messages(
             by = listed(names.get(one, one) for one in lift.blocked_by)
             blocked = f"; blocked by {by}" if by else ""
             part = names[site.components[lift.component].id]
-            yield _line(start_ns, Log.WARNING, f"lift {lift.number}: {part} cannot be lifted: {lift.reason}{blocked}")
+            yield _line(
+                start_ns,
+                Log.WARNING,
+                f"lift {lift.number}: {part} cannot be lifted: {lift.reason}{blocked}{other_means.get(lift.order, '')}",
+            )
     for clash in plan.clashes:
         depth = f"{'at least ' if clash.way_out_m is None else ''}{clash.depth_m * 1000:.1f} mm"
         first, second = (names.get(one, one) for one in (clash.first, clash.second))

@@ -21,7 +21,7 @@ from bimvox.grid.labels import Label
 from bimvox.log import schema as topics
 from bimvox.log.colours import KIND_RGBA, STATE_RGBA, ConstructionState, Rgba
 from bimvox.log.mcap.messages import colour, pairs, pose, stamp, vector
-from bimvox.records.lift import Lift, Status
+from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LoadTrack
 from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Site
@@ -45,9 +45,9 @@ def states_before(lifts: Iterable[Lift], order: int) -> dict[int, ConstructionSt
     delivery = next((lift.place.delivery for lift in lifts if lift.order == order and lift.place is not None), None)
     states = {}
     for lift in lifts:
-        if lift.status is Status.PLANNED and lift.order < order:
+        if lift.is_set and lift.order < order:
             states[lift.component] = ConstructionState.ASSEMBLED
-        elif lift.place is not None and lift.place.delivery == delivery:
+        elif lift.in_yard is not None and lift.in_yard.delivery == delivery:
             states[lift.component] = ConstructionState.UNBUILT
     return states
 
@@ -67,7 +67,7 @@ def states_at(
     begun = [motion for motion in ordered if motion.start_ns <= time_ns] or ordered[:1]
     if not begun:
         # Nothing has a time: show the finished plan.
-        return {lift.component: ConstructionState.ASSEMBLED for lift in lifts if lift.status is Status.PLANNED}
+        return {lift.component: ConstructionState.ASSEMBLED for lift in lifts if lift.is_set}
     states = states_before(lifts, begun[-1].order)
     for motion in ordered:
         # With several cranes, a later lift in the order may end before an earlier one begins.

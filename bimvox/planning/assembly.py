@@ -363,4 +363,4 @@ def replay(site: Site, preparation: Preparation, plan: LiftPlan) -> Iterator[tup
                 component = site.components[lift.component].label
                 raise VerificationError(f"{component}: planned, but {stage.reason}", failures=stage.blocked_by)
             yield lift, stage.clearance_with_insertion
-        assembly.finish(lift.component, placed=planned)
+        assembly.finish(lift.component, placed=lift.is_set)

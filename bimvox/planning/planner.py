@@ -22,7 +22,7 @@ from bimvox.planning.propose import Propose, Transit
 from bimvox.planning.rollout import lifts_at_once
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
 from bimvox.progress import Report
-from bimvox.records.lift import Lift, LiftPlan, Method, Status
+from bimvox.records.lift import Lift, LiftPlan, Method, Status, YardPlace
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import IntVec
 from bimvox.site.site import Site
@@ -67,16 +67,16 @@ def plan_lifts(
     for number, index in enumerate(order):
         if kept is not None and index in kept:
             assembly.skip(index)
-            assembly.finish(index, placed=kept[index].status is Status.PLANNED)
+            assembly.finish(index, placed=kept[index].is_set)
             lifts.append(kept[index])
             continue
         stage = assembly.begin(index)
         reason = (refused or {}).get(site.components[index].id)
         if reason is not None:
             stage = Obstacle(reason)
-        unplanned = Lift(index, number, preparation.places[index], Status.INFEASIBLE)
+        unplanned = unplanned_lift(site, index, number, preparation.places[index])
         lift = _searched(assembly, stage, unplanned, before.get(index))
-        assembly.finish(index, placed=lift.status is Status.PLANNED)
+        assembly.finish(index, placed=lift.is_set)
         lifts.append(lift)
         if policies and isinstance(stage, Stage) and lift.path_vox is not None and lift is not before.get(index):
             asked.append((stage, lift))
@@ -89,6 +89,11 @@ def plan_lifts(
     sequence = preparation.sequence
     unheld = tuple(site.components[i].id for i in sequence.unheld)
     return LiftPlan(site, tuple(lifts), preparation.contacts.clashes, sequence.notes, unheld)
+
+
+def unplanned_lift(site: Site, component: int, order: int, place: YardPlace | None) -> Lift:
+    """Return a lift without a path; by the rules of the site its part is set by other means, or not at all."""
+    return Lift(component, order, place, Status.INFEASIBLE, by_other_means=site.rules.by_other_means)
 
 
 def plan_lift(
@@ -132,6 +137,7 @@ def _searched(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, befo
     return replace(
         unplanned,
         status=Status.PLANNED,
+        by_other_means=False,
         method=Method.SEARCH,
         path_vox=_whole_path(shortest, stage),
         shortest_moves=len(shortest) - 1 + stage.insertion.moves,

@@ -98,15 +98,24 @@ class Between:
         last = 0 if moment.lift.place is None else moment.lift.place.delivery
         for lift in self._lifts:
             motion = self._motions.get(lift.order)
-            planned = lift.status is Status.PLANNED
-            if planned and (lift.order <= since if motion is None else motion.set_ns < end_ns):
+            if lift.is_set and self._is_there(lift, motion, since, end_ns):
                 things.append(set_thing(self._site, lift))
-            if lift.place is None or not first <= lift.place.delivery <= max(last, first):
+            if lift.in_yard is None or not first <= lift.in_yard.delivery <= max(last, first):
                 continue
+            planned = lift.status is Status.PLANNED
             lies = not planned or (lift.order > since if motion is None else motion.raised_ns > start_ns)
             if lies:
-                things.append(stored_thing(self._site, lift, lift.place))
+                things.append(stored_thing(self._site, lift, lift.in_yard))
         return tuple(things)
+
+    def _is_there(self, lift: Lift, motion: LiftMotion | None, since: int, end_ns: int) -> bool:
+        """Return whether a part may be in place before a time; by other means as soon as all earlier slings are off."""
+        if motion is not None:
+            return motion.set_ns < end_ns
+        earlier = [one.order for one in self._lifts if one.order < lift.order and one.status is Status.PLANNED]
+        if lift.order <= since or not lift.by_other_means or any(order not in self._motions for order in earlier):
+            return lift.order <= since
+        return all(self._motions[order].released_ns < end_ns for order in earlier)
 
     def _delivery_at(self, at_ns: int, since: int) -> int:
         """Return the earliest delivery with a part that is not set yet."""

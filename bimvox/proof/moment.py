@@ -93,9 +93,10 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
     for lift in lifts:
         if lift.place is not None:
             delivery = lift.place.delivery
-        if lift.status is not Status.PLANNED:
+        if not lift.is_set:
             continue
-        if id(lift) in carried:
+        is_planned = lift.status is Status.PLANNED
+        if is_planned and id(lift) in carried:
             if delivery not in delivered:
                 delivered[delivery] = list(_delivered(site, lifts, delivery))
             waiting = [
@@ -104,14 +105,14 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
             yield Moment(lift, before, (*fixed, *standing, *waiting), frozenset(placed))
         placed.add(lift.component)
         standing.append(set_thing(site, lift))
-        before = lift
+        before = lift if is_planned else before
 
 
 def _delivered(site: Site, lifts: Sequence[Lift], delivery: int) -> Iterator[tuple[Lift, Thing]]:
     """Return every lift of a delivery, and its part in the yard."""
     for lift in lifts:
-        if lift.place is not None and lift.place.delivery == delivery:
-            yield lift, stored_thing(site, lift, lift.place)
+        if lift.in_yard is not None and lift.in_yard.delivery == delivery:
+            yield lift, stored_thing(site, lift, lift.in_yard)
 
 
 @kept

@@ -129,6 +129,11 @@ class _Verifier:
             check.look(good or lift.path_vox is None, f"{self._name(lift)}: its path and its status disagree")
             if lift.status is Status.INFEASIBLE:
                 check.look(bool(lift.reason), f"{self._name(lift)}: infeasible without a reason")
+            allowed = lift.status is Status.INFEASIBLE and self.site.rules.by_other_means
+            check.look(
+                allowed or not lift.by_other_means,
+                f"{self._name(lift)}: set by other means, but it is planned or the site's rules do not allow that",
+            )
 
     def _check_lift(self, lift: Lift, present: Sequence[Thing], placed: Collection[int]) -> None:
         component = self.site.components[lift.component]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.proof.moment import Thing, fixed_things, set_thing
-from bimvox.records.lift import Lift, Status
+from bimvox.records.lift import Lift
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
 from bimvox.site.site import Site
@@ -38,12 +38,12 @@ def check_stands(
             _hold(held, fixed.cells)
     loose: list[tuple[Component, Thing]] = []
     for lift in lifts:
-        if lift.status is not Status.PLANNED:
+        if not lift.is_set:
             continue
         component = site.components[lift.component]
         thing = set_thing(site, lift)
         cells = thing.cells
-        if lift.order in proven or component.id in unheld:
+        if lift.order in proven or lift.by_other_means or component.id in unheld:
             _hold(held, cells)
             continue
         check.about = component.id
@@ -64,7 +64,7 @@ def check_stands(
                     check.look(False, f"{other.id}: has no hold until {component.id} is set")
     missing = np.zeros(site.shape, np.bool_)
     for lift in lifts:
-        if lift.status is not Status.PLANNED:
+        if not lift.is_set:
             _hold(missing, set_thing(site, lift).cells)
     for component, thing in loose:
         check.about = component.id

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bimvox.site.component import Component, IntVec, Shape, StoredPose
 from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape, turning_columns
 from bimvox.site.site import Blocker, Site
+from bimvox.site.sparse import SPARSE
 
 
 class Method(StrEnum):
@@ -119,6 +120,9 @@ class Lift:
         reason: Why it is infeasible, in one sentence.
         blocked_by: Ids of what blocks it.
         left: Earlier paths of the load, if it was stopped in transit; in order.
+        by_other_means: Whether the part of an infeasible lift counts as set by other means than the crane: from its
+            turn on it is in the way and carries what rests on it. It never lies in the yard; ``place`` is where it
+            would.
     """
 
     component: int
@@ -132,6 +136,17 @@ class Lift:
     reason: str | None = None
     blocked_by: tuple[str, ...] = ()
     left: tuple[LeftPath, ...] = field(default=(), repr=False)
+    by_other_means: bool = field(default=False, metadata=SPARSE)
+
+    @property
+    def is_set(self) -> bool:
+        """Whether its part is in place after its turn, set by the crane or by other means."""
+        return self.status is Status.PLANNED or self.by_other_means
+
+    @property
+    def in_yard(self) -> YardPlace | None:
+        """Where its part waits in the yard; None if it never lies there."""
+        return None if self.by_other_means else self.place
 
     @property
     def number(self) -> int:

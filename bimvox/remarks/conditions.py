@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from bimvox.proof.over_time import not_current
-from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.remarks.subject import name_of
 from bimvox.site.site import SwingRule
@@ -37,9 +37,13 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
             f"{len(context):,} of {len(plan.lifts) + len(context):,} lifts are not in this log: they are carried out "
             "as its plan says, and were not proven"
         )
-    refused = [lift for lift in (*plan.lifts, *context) if lift.status is Status.INFEASIBLE]
+    lifts = sorted((*plan.lifts, *context), key=lambda lift: lift.order)
     say(
-        [site.components[lift.component].id for lift in sorted(refused, key=lambda lift: lift.order)],
+        [site.components[lift.component].id for lift in lifts if lift.by_other_means],
+        "parts are set by other means when it is their turn: after all earlier parts of the sequence, before all later",
+    )
+    say(
+        [site.components[lift.component].id for lift in lifts if not lift.is_set],
         "infeasible parts are not there while the others are lifted, or are set by other means out of their way",
     )
     say(plan.unheld, "parts are held by something that is not in the model until their neighbours are set")

@@ -24,6 +24,7 @@ ROPE: Rgb = (60, 60, 64)
 FLOOR: Rgb = (234, 234, 230)
 
 PATH: Rgb = IN_TRANSIT
+OTHER_MEANS: Rgb = (146, 120, 168)
 START_BOX: Rgb = (214, 120, 0)
 TARGET_BOX: Rgb = (196, 62, 130)
 IN_THE_WAY: Rgb = (196, 36, 24)

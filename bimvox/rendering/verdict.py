@@ -9,6 +9,8 @@ from collections.abc import Collection
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 
+from bimvox.records.lift import Lift
+from bimvox.records.other_means import by_other_means, proven_in_words
 from bimvox.records.proof import Verification
 from bimvox.records.remark import Remark, Severity, are_clean, in_words
 from bimvox.rendering.words import counted
@@ -58,14 +60,16 @@ class Verdict:
         return {key: str(value) for key, value in asdict(self).items()}
 
 
-def verdict_of(proof: Verification | None, remarks: Collection[Remark], *, carried: int, lifts: int) -> Verdict:
+def verdict_of(
+    proof: Verification | None, remarks: Collection[Remark], *, carried: int, lifts: Collection[Lift]
+) -> Verdict:
     """Return the verdict about a plan.
 
     Args:
         proof: The proof; None if none was made.
         remarks: The remarks.
         carried: Number of lifts that the log carries.
-        lifts: Number of lifts of the whole plan.
+        lifts: All lifts of the plan.
     """
     verified = proof is not None and proof.verified
     found = _light_of(remarks)
@@ -74,10 +78,11 @@ def verdict_of(proof: Verification | None, remarks: Collection[Remark], *, carri
     sign = "" if found is Light.CLEAN else _SIGNS[remarks_light]
     if proof is None or not verified:
         return Verdict(f"{_SIGNS[Light.REFUSED]}{_refusal(proof)}", Light.REFUSED, sign + said, remarks_light)
-    light = Light.REMARKED if found is Light.CLEAN and proof.not_current else found
-    words = "proven"
-    if carried < lifts:
-        words += f" ({carried:,} of {counted(lifts, 'lift')})"
+    others = len(by_other_means(lifts))
+    light = Light.REMARKED if found is Light.CLEAN and (proof.not_current or others) else found
+    words = proven_in_words(others)
+    if carried < len(lifts):
+        words += f" ({carried:,} of {counted(len(lifts), 'lift')})"
     if proof.not_current:
         words += f", {counted(len(proof.not_current), 'lift')} against earlier obstructions only"
     tick = _SIGNS[light] if light is Light.CLEAN else ""

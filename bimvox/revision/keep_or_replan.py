@@ -10,7 +10,7 @@ import numpy as np
 from bimvox.planning.assembly import Assembly, Obstacle, Stage
 from bimvox.planning.insertion import SIDEWAYS_VOX
 from bimvox.planning.occupancy import stored_cells, target_cells
-from bimvox.planning.planner import plan_lift, proposed_again
+from bimvox.planning.planner import plan_lift, proposed_again, unplanned_lift
 from bimvox.planning.rounds import Refused
 from bimvox.proof.footprint import CellMask, examined_by
 from bimvox.records.lift import Lift, Status
@@ -94,13 +94,12 @@ class Replanning:
         if lift.status is Status.PLANNED:
             self.before = lift
         if draft.held is None or lift.order not in draft.held.orders:  # a part on a hook is neither in place nor stored
-            assembly.finish(lift.component, placed=lift.status is Status.PLANNED)
+            assembly.finish(lift.component, placed=lift.is_set)
         draft.lifts.append(lift)
-        if lift.status is Status.PLANNED:
-            self.done |= 1 << lift.order
+        self.done |= lift.is_set << lift.order
+        self.was_done |= was.is_set << was.order
         if was.status is Status.PLANNED:
             self.was_before = was.component
-            self.was_done |= 1 << was.order
 
     def _fewest_are_known(self, lift: Lift) -> bool:
         known = self.draft.recalled_paths.get(lift.order)
@@ -109,15 +108,14 @@ class Replanning:
         return self.fewest.are_known(lift)
 
     def _follow_up(self, was: Lift, lift: Lift) -> None:
-        """Note what a lift that became infeasible, or feasible again, changes for later lifts."""
+        """Note what a part that is no longer set, or is set again, changes for later lifts."""
         self.touched.follow_up(was, lift)
-        if was.status is lift.status:
+        if was.is_set == lift.is_set:
             return
         target = target_cells(self.site.components[lift.component])
         stored = _NO_CELLS if lift.place is None else stored_cells(lift.place)
-        is_set = lift.status is Status.PLANNED
-        self.fewest.freed(stored if is_set else target)
-        self.fewest.occupied(target if is_set else stored)
+        self.fewest.freed(stored if lift.is_set else target)
+        self.fewest.occupied(target if lift.is_set else stored)
 
     def _lift(self, assembly: Assembly, was: Lift) -> Lift:
         """Return the lift; the same object if its path is kept."""
@@ -171,7 +169,7 @@ class Replanning:
 
     def _planned(self, assembly: Assembly, stage: Stage | Obstacle, was: Lift) -> Lift:
         before = was if was.status is Status.PLANNED else None
-        unplanned = Lift(was.component, was.order, self.preparation.places[was.component], Status.INFEASIBLE)
+        unplanned = unplanned_lift(self.site, was.component, was.order, self.preparation.places[was.component])
         lift = plan_lift(assembly, stage, unplanned, before, self.request.propose)
         self.searched.add(was.order)
         if lift.status is Status.PLANNED:

@@ -68,9 +68,8 @@ def _missing_motions(request: RevisionRequest, draft: RevisionDraft) -> tuple[di
             missing.remove(lift.order)
             if not missing:
                 break
-        is_placed = lift.status is Status.PLANNED
-        assembly.finish(lift.component, placed=is_placed)
-        before = lift if is_placed else before
+        assembly.finish(lift.component, placed=lift.is_set)
+        before = lift if lift.status is Status.PLANNED else before
     return motions, refused
 
 
@@ -85,11 +84,10 @@ def stages_of(plan: LiftPlan, preparation: Preparation, last: int = -1) -> Itera
     assembly = Assembly(plan.site, preparation)
     for lift in plan.lifts:
         assembly.skip(lift.component)
-        is_planned = lift.status is Status.PLANNED
-        if is_planned:
+        if lift.status is Status.PLANNED:
             space = assembly.space(lift.component)
             yield lift, space if lift.order <= last else _with_last_moves(space, lift)
-        assembly.finish(lift.component, placed=is_planned)
+        assembly.finish(lift.component, placed=lift.is_set)
 
 
 def _in_time(request: RevisionRequest, motion: LiftMotion) -> LiftMotion:

@@ -107,8 +107,9 @@ def _with_proven(memory: Memory, was: CurrentPlan, draft: RevisionDraft, plan: L
         if order in paths and (order in proof.path_footprints or moved is not None):
             motion = None if moved is None else draft.motions[order]
             found[order] = remembered(found, Version(lift, paths[order], motion, moved, done, before, obstructed))
+        done |= lift.is_set << order
         if lift.status is Status.PLANNED:
-            done, before = done | 1 << order, lift.component
+            before = lift.component
     return found
 
 

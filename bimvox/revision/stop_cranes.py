@@ -16,7 +16,7 @@ from bimvox.motion.time_plan import left_cells
 from bimvox.motion.trajectories import stopped
 from bimvox.planning.assembly import Assembly, Obstacle
 from bimvox.planning.rounds import Refused
-from bimvox.records.lift import Lift, Status
+from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.revision.cranes_now import CraneNow, alone, load_is_met
 from bimvox.revision.held_cranes import HookWay
@@ -79,7 +79,7 @@ def all_stopped(
             rule = lift, assembly.space(lift.component)
         if lift.order in loads.under_way or lift.order in loads.held:
             found.append(_load(assembly, request, lift, loads))
-        assembly.finish(lift.component, placed=lift.status is Status.PLANNED)
+        assembly.finish(lift.component, placed=lift.is_set)
     if following is not None:
         assembly.skip(following.component)
         rule = following, assembly.space(following.component)

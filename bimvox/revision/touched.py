@@ -1,7 +1,8 @@
 """What has changed for a lift: cells that obstructions newly occupy or have left, and new states of earlier lifts.
 
-If a lift became infeasible, its part is in the yard and not at its place; if it became feasible again, the other way
-round. For later lifts these cells count as added and removed, like those of an obstruction.
+If a part is no longer set, it is in the yard and not at its place; if it is set again, the other way round. For later
+lifts these cells count as added and removed, like those of an obstruction. A part that is set by other means instead of
+by the crane changes nothing for them.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from collections.abc import Collection
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.proof.footprint import CellMask, Footprint, jib_meets, motion_footprint
-from bimvox.records.lift import Lift, Status
+from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.revision.current_plan import CurrentPlan
 from bimvox.revision.obstruction_change import ObstructionChange
@@ -44,12 +45,12 @@ class Touched:
             self._in_yard, self._delivery = CellMask(self._site.shape), was.place.delivery
 
     def follow_up(self, was: Lift, lift: Lift) -> None:
-        """Note what a lift that became infeasible, or feasible again, changes for later lifts."""
-        if was.status is lift.status:
+        """Note what a part that is no longer set, or is set again, changes for later lifts."""
+        if was.is_set == lift.is_set:
             return
         component = self._site.components[lift.component]
         target = target_cells(component)
-        if lift.status is Status.PLANNED:
+        if lift.is_set:
             self._added.add(target)
         elif lift.place is not None:
             self._in_yard.add(stored_cells(lift.place))

@@ -66,6 +66,8 @@ class Rules:
         transit_clearance_m: Distance from everything between departure and gate, rounded up to whole cells.
         swing: Whether the swing of loads is shaped, proven and kept small at the set point, or ignored.
         truckload_kg: Largest mass of a delivery, except for a single heavier part; 0: as much as the yard holds.
+        by_other_means: Whether a part that the crane cannot set counts as set by other means from its turn on.
+            Otherwise it is missing, and so is everything that rests on it.
     """
 
     clearance_m: float = 0.0
@@ -85,6 +87,7 @@ class Rules:
     sling_angle_rad: float = pi / 3.0
     critical_share: float = 0.75
     crane_separation_m: float = field(default=2.0, metadata=SPARSE)
+    by_other_means: bool = field(default=False, metadata=SPARSE)
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)

@@ -78,7 +78,7 @@ def show_fleet(console: Console, document: Mapping[str, Any]) -> None:
 
 
 def _verdict(document: Mapping[str, Any]) -> Text:
-    said = "every planned lift is verified: proven" if document["verified"] else "see what failed"
+    said = "every planned lift is proven" if document["verified"] else "see what failed"
     counts = [(run.get("remarks") or 0, run.get("serious_remarks") or 0) for run in document["runs"]]
     remarks, serious = (sum(column) for column in zip(*counts, strict=True))
     return coloured(said, proven=document["verified"], remarks=remarks, serious=serious)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox.errors import InputError, listed
+from bimvox.records.other_means import clock, proven_in_words
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
 from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps
 from bimvox_cli.output import fields, open_output, rows, spent
@@ -132,11 +133,12 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
         ],
     )
     labels = {lift["component"]: f"{lift['name']} ({lift['component']})" for lift in lifts if lift.get("name")}
+    others = sum(item["by_other_means"] for item in document["infeasible"])
     if document["infeasible"]:
         console.print()
     rows(
         console,
-        ("lift", "part", "component", "reason", "blocked by"),
+        ("lift", "part", "component", "reason", "blocked by", "needed by"),
         [
             (
                 item["number"],
@@ -144,10 +146,11 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
                 item["component"],
                 item["reason"],
                 listed(labels.get(blocker, blocker) for blocker in item["blocked_by"]),
+                None if item["needed_by_s"] is None else clock(round(item["needed_by_s"] * 1e9)),
             )
             for item in document["infeasible"]
         ],
-        title=f"infeasible: {len(document['infeasible']):,}",
+        title=f"infeasible: {len(document['infeasible']):,}" + (", to be set by other means" if others else ""),
     )
     show_remarks(console, document["remarks"], every=every)
     console.print()
@@ -156,7 +159,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
         [
             ("log", document["log"]),
             ("lifts", f"{len(planned):,} of {len(lifts):,} planned"),
-            ("proof", verdict(_verdict(document), proven=document["verified"], remarks=document["remarks"])),
+            ("proof", verdict(_verdict(document), document, others=others)),
             *figure_fields(document["figures"]),
             ("policy", _policy(document["policy"])),
             ("retrained", _retrained(document.get("retrained"))),
@@ -166,7 +169,8 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
 
 
 def _verdict(document: Mapping[str, Any]) -> str:
-    return "every planned lift is verified: proven" if document["verified"] else "FAILED"
+    others = sum(item["by_other_means"] for item in document["infeasible"])
+    return f"every planned lift is {proven_in_words(others)}" if document["verified"] else "FAILED"
 
 
 def _policy(policy: Mapping[str, Any]) -> str:

@@ -23,24 +23,25 @@ _Remarks = Sequence[Mapping[str, Any]]
 _NOTE, _SERIOUS = "note", "serious"
 
 
-def verdict(said: str, *, proven: bool, remarks: _Remarks) -> Text:
+def verdict(said: str, document: Mapping[str, Any], *, others: int = 0) -> Text:
     """Return the verdict with the number of remarks next to it: green only if it is proven and there are none.
 
     Args:
         said: The verdict in words.
-        proven: Whether every check passed.
-        remarks: As in the JSON document; notes do not count.
+        document: The JSON document, with ``verified`` and ``remarks``; notes do not count.
+        others: How many parts are set by other means than the crane: with any, it is not green.
     """
+    remarks = document["remarks"]
     matter = [remark["severity"] for remark in remarks if remark["severity"] != _NOTE]
-    notes = len(remarks) - len(matter)
-    return coloured(said, proven=proven, remarks=len(matter), serious=matter.count(_SERIOUS), notes=notes)
+    counts = {"remarks": len(matter), "serious": matter.count(_SERIOUS), "notes": len(remarks) - len(matter)}
+    return coloured(said, proven=document["verified"], clean=not others, **counts)
 
 
-def coloured(said: str, *, proven: bool, remarks: int, serious: int, notes: int = 0) -> Text:
+def coloured(said: str, *, proven: bool, remarks: int, serious: int, notes: int = 0, clean: bool = True) -> Text:
     """Return a verdict with the number of remarks next to it, in the colour of both."""
     from rich.text import Text
 
-    colour = "red" if not proven else "green" if not remarks else "yellow"
+    colour = "red" if not proven else "green" if clean and not remarks else "yellow"
     return Text(f"{said}, {number_in_words(remarks, serious, notes)}", style=colour)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bimvox.records.other_means import proven_in_words
 from bimvox_cli.options import Json, Log, Quiet
 from bimvox_cli.output import fields, open_output, rows, spent, written
 from bimvox_cli.remarks import Remarks, show_remarks, verdict
@@ -86,7 +87,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
         console,
         [
             ("lifts", f"{document['lifts']:,}{impossible}{carried}"),
-            ("verified", verdict(_verdict(document), proven=document["verified"], remarks=document["remarks"])),
+            ("verified", verdict(_verdict(document), document, others=document["by_other_means"])),
             ("provided that", "\n".join(document["conditions"]) if document["verified"] else None),
             ("took", spent(document["seconds"])),
         ],
@@ -102,4 +103,4 @@ def _verdict(document: Mapping[str, Any]) -> str:
     undecided = sum(len(check["undecided"]) for check in document["checks"].values())
     against = f" (for {earlier:,} lifts against earlier obstructions only)" if earlier else ""
     left = f"; {undecided:,} lifts could not be decided" if undecided else ""
-    return f"yes: every check passed{against}{left}: proven"
+    return f"yes: every check passed{against}{left}: {proven_in_words(document['by_other_means'])}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,8 @@ from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.records.lift import LiftPlan, Status
+from bimvox.records.motion import LiftMotion
+from bimvox.records.other_means import needed_by_ns
 
 
 def plan(
@@ -88,7 +91,7 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
         "policy": policy.to_dict(),
         "figures": figures_document(plan_figures(proven.plan, proven.motions)),
         "lifts": lifts,
-        "infeasible": infeasible_lifts(proven.plan),
+        "infeasible": infeasible_lifts(proven.plan, proven.motions),
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": round(c.depth_m, 4), "at_least": c.at_least}
             for c in proven.plan.clashes
@@ -97,9 +100,12 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
     }
 
 
-def infeasible_lifts(plan: LiftPlan) -> list[dict[str, Any]]:
-    """Return the infeasible lifts of a plan, each with its reason and blockers, for the JSON documents."""
-    components = plan.site.components
+def infeasible_lifts(plan: LiftPlan, motions: Iterable[LiftMotion]) -> list[dict[str, Any]]:
+    """Return the infeasible lifts of a plan, each with its reason and blockers, for the JSON documents.
+
+    Those whose parts are set by other means have the time by which each is needed.
+    """
+    components, needed_ns = plan.site.components, needed_by_ns(plan.lifts, motions)
     return [
         {
             "number": lift.number,
@@ -108,6 +114,8 @@ def infeasible_lifts(plan: LiftPlan) -> list[dict[str, Any]]:
             "name": components[lift.component].name,
             "reason": lift.reason,
             "blocked_by": list(lift.blocked_by),
+            "by_other_means": lift.by_other_means,
+            "needed_by_s": None if (at_ns := needed_ns.get(lift.order)) is None else round(at_ns / 1e9, 3),
         }
         for lift in plan.lifts
         if lift.status is Status.INFEASIBLE

@@ -13,6 +13,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.schema import METADATA, RECOVERED
 from bimvox.log.shown import other_version
 from bimvox.progress import Progress
+from bimvox.records.other_means import by_other_means
 from bimvox.records.proof import Check
 from bimvox.remarks.conditions import conditions_of
 
@@ -49,6 +50,7 @@ def verify(
         "not_current": _lifts_as_json(record, proof.not_current),
         "lifts": len(record.planned),
         "infeasible_lifts": len(record.plan.lifts) - len(record.planned),
+        "by_other_means": len(by_other_means(record.all_lifts)),
         "left_out": len(record.context),
         "revision": record.revision,
         "seconds": progress.seconds,

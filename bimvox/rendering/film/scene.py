@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import InputError
-from bimvox.records.lift import Lift, Status
+from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.colours import ARRIVED, ASSEMBLED, IN_TRANSIT, START_BOX, TARGET_BOX, UNBUILT
@@ -155,12 +155,10 @@ class Film:
         for other in self.lifts:
             if other is not lift and other.order in under_way:
                 continue
-            if other.order in done or (
-                other.status is Status.PLANNED and other.order < lift.order and other.order not in to_come
-            ):
+            if other.order in done or (other.is_set and other.order < lift.order and other.order not in to_come):
                 canvas.paint(target_cells(self.site.components[other.component]), ASSEMBLED, layer=Layer.ASSEMBLED)
             # A delivery arrives after all lifts of earlier ones.
-            elif other is not lift and other.place and lift.place and other.place.delivery == lift.place.delivery:
+            elif other is not lift and other.in_yard and lift.place and other.in_yard.delivery == lift.place.delivery:
                 canvas.paint(stored_cells(other), UNBUILT, layer=Layer.UNBUILT)
         self._base = (key, canvas)
         return canvas

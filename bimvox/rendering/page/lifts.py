@@ -11,6 +11,7 @@ from bimvox.crane.load_chart import capacity_kg, utilisation
 from bimvox.crane.wind import permitted_wind_m_s
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
+from bimvox.records.other_means import needed_by_ns
 from bimvox.rendering.page.blob import rounded
 from bimvox.rendering.page.source import Revision
 from bimvox.site.component import Component
@@ -37,6 +38,8 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "contact_moves": lift.contact_moves,
         "reason": lift.reason,
         "blocked_by": list(lift.blocked_by),
+        "by_other_means": lift.by_other_means,
+        "needed_by_s": _needed_by_s(revision, lift),
         "delivery": place.delivery if place else None,
         "stored": place.pose.value if place else None,
         "turn": place.turn if place else 0,
@@ -52,6 +55,11 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "pick": _hook(site, motion, last=False) if motion else None,
         "set": _hook(site, motion, last=True) if motion else None,
     }
+
+
+def _needed_by_s(revision: Revision, lift: Lift) -> float | None:
+    at_ns = needed_by_ns([lift], revision.motions).get(lift.order)
+    return None if at_ns is None else at_ns / 1e9
 
 
 def proof_record(revision: Revision) -> dict[str, Any] | None:

@@ -55,7 +55,7 @@ class Revision:
     @property
     def verdict(self) -> Verdict:
         """What is proven, and the remarks next to it, in words."""
-        return verdict_of(self.proof, self.remarks, carried=len(self.plan.lifts), lifts=len(self.lifts))
+        return verdict_of(self.proof, self.remarks, carried=len(self.plan.lifts), lifts=self.lifts)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -94,18 +94,21 @@ def infeasible(record: dict[str, Any], pictures: Sequence[tuple[tuple[int, ...],
                 f"<b>{escape(named(lift))}</b><br>{tag('code', escape(lift['global_id']))}",
                 escape(lift["reason"] or "no reason is recorded"),
                 "<br>".join(_blocker(name, names) for name in lift["blocked_by"]) or "–",
+                "–" if lift["needed_by_s"] is None else clock(lift["needed_by_s"]),
             ],
             "bad",
             data_order=str(lift["order"]),
         )
         for lift in chosen
     ]
+    others = sum(lift["by_other_means"] for lift in chosen)
     shown = {order for orders, _ in pictures for order in orders}
     missing = [lift for lift in chosen if lift["order"] not in shown]
     words = f"{counted(len(missing), 'more part')} without a picture: --pictures N draws more." if missing else ""
     return section(
-        f"Infeasible: {counted(len(chosen), 'part')} not lifted",
-        table(("Lift", "Part", "Why", "Blocked by"), rows, class_="words", id_="infeasible"),
+        f"Infeasible: {counted(len(chosen), 'part')} not lifted"
+        + (f", {counted(others, 'part')} to be set by other means" if others else ""),
+        table(("Lift", "Part", "Why", "Blocked by", "Needed by"), rows, class_="words", id_="infeasible"),
         tag("div", "".join(html for _, html in pictures), "pictures"),
         paragraph(words, "faint") if words else "",
         id="infeasible-parts",

@@ -44,7 +44,7 @@ def scene_of_blocked(site: Site, lifts: Sequence[Lift], blocked: Sequence[Lift])
     """
     first = min(blocked, key=lambda lift: lift.order)
     parts = [site.components[lift.component] for lift in blocked]
-    placed = [lift for lift in lifts if lift.status is Status.PLANNED and lift.order < first.order]
+    placed = [lift for lift in lifts if lift.is_set and lift.order < first.order]
     ids = tuple(dict.fromkeys(name for lift in blocked for name in lift.blocked_by))
     in_the_way, waiting = _in_the_way(site, lifts, placed, ids)
     canvas = site_canvas(site, len(lifts) * 2 + len(in_the_way) + 2 * len(parts))

@@ -13,10 +13,12 @@ from bimvox.errors import InputError
 from bimvox.motion.load_frame import cells_of_axes, load_frame
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
+from bimvox.records.other_means import by_other_means
 from bimvox.rendering.colours import (
     ARRIVED,
     ASSEMBLED,
     IN_TRANSIT,
+    OTHER_MEANS,
     PATH,
     START_BOX,
     TARGET_BOX,
@@ -106,11 +108,16 @@ def no_path_error(site: Site, order: int, lift: Lift | None) -> InputError:
 def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotion]) -> Scene:
     planned = [lift for lift in lifts if lift.status is Status.PLANNED]
     drawn = [lift for lift in planned if lift.path_vox is not None]
-    missing = [site.components[lift.component] for lift in lifts if lift.status is Status.INFEASIBLE]
+    missing = [site.components[lift.component] for lift in lifts if not lift.is_set]
+    others = [target_cells(site.components[lift.component]) for lift in by_other_means(lifts)]
     canvas = site_canvas(site, len(lifts))
     for lift in planned:
         canvas.paint(target_cells(site.components[lift.component]), ASSEMBLED, layer=Layer.ASSEMBLED)
     legend = [*site_legend(site), LegendEntry(f"assembled ({len(planned)})", ASSEMBLED, layer=Layer.ASSEMBLED)]
+    for cells in others:
+        canvas.paint(cells, OTHER_MEANS, layer=Layer.ASSEMBLED)
+    if others:
+        legend.append(LegendEntry(f"set by other means ({len(others)})", OTHER_MEANS, layer=Layer.ASSEMBLED))
     few = len(drawn) <= FEW
     shown = drawn if few else drawn[-1:]
     starts = [(lift.place.shape, lift.place.cell_vox) for lift in shown if lift.place is not None]
@@ -210,7 +217,7 @@ def _others_at(
             found.carried.append((other, at))
             found.loads_m[motion.crane] = top_corners_m(site, site.components[other.component], at)
         # A delivery arrives after all lifts of earlier ones, so the yard holds only this lift's delivery.
-        elif other.place is not None and lift.place is not None and other.place.delivery == lift.place.delivery:
+        elif other.in_yard and lift.place and other.in_yard.delivery == lift.place.delivery:
             found.stored.append(other)
     return found
 

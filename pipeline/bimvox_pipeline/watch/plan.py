@@ -145,7 +145,7 @@ class WatchedPlan:
         plan = self.current.plan if self.current is not None else None
         document = self.document(event, plan, plan, started_s) | {"notes": list(notes)}
         if plan is not None:
-            document["blocked"] = infeasible_lifts(plan)
+            document["blocked"] = infeasible_lifts(plan, self.current.motions.values() if self.current else ())
         return document | ({"message": message} if message else {})
 
     def _about(self, now_ns: int) -> dict[str, str]:

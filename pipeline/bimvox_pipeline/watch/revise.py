@@ -153,7 +153,7 @@ class _Making:
             "changed_cells": self._cells + part.change.cells,
             "obstructions": sorted(self._ids | part.change.ids),
             "pending": [_name(plan, order) for order in sorted(part.current.pending)],
-            "blocked": infeasible_lifts(plan),
+            "blocked": infeasible_lifts(plan, part.current.motions.values()),
         }
         if self._change.policy is not None:
             document["policy"] = self._change.policy

@@ -322,7 +322,7 @@ class Watcher:
         plan.revision, plan.content = plan.revision + 1, content
         plan.current = current_plan_of(planned.plan, planned.motions)
         document = plan.document("planned", planned.plan, None, started_s)
-        more = {"blocked": infeasible_lifts(planned.plan), "remarks": counts_of(record.remarks or ())}
+        more = {"blocked": infeasible_lifts(planned.plan, planned.motions), "remarks": counts_of(record.remarks or ())}
         return document | {"segment": str(segment), **more}
 
     def _retrained(self, started_s: float) -> Iterator[dict[str, Any]]:

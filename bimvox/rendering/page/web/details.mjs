@@ -79,8 +79,9 @@ export class Details {
   _infeasible(lift) {
     const { app } = this;
     return el("div", { class: "warn", role: "note" },
-      el("strong", {}, "INFEASIBLE: not lifted."),
+      el("strong", {}, lift.by_other_means ? "NOT LIFTED: to be set by other means." : "INFEASIBLE: not lifted."),
       el("p", {}, lift.reason ?? "No reason is recorded."),
+      lift.by_other_means ? el("p", {}, `It is needed after all earlier parts of the sequence${lift.needed_by_s === null ? "" : `, by ${clock(lift.needed_by_s)}`}; what rests on it is proven with it in place.`) : null,
       lift.blocked_by.length ? el("p", {}, "Blocked by (red in the view):") : null,
       lift.blocked_by.length ? el("div", { class: "links" }, ...lift.blocked_by.map((id) => this._link(id))) : null,
     ); // prettier-ignore

@@ -47,7 +47,7 @@ export class LiftList {
     const use = lift.governs?.utilisation ?? null;
     const state = el("span", { class: "state" });
     const under = [classWords(part.ifc_class), part.storey].filter(Boolean).join(" · ");
-    const button = el("button", { type: "button", onclick: () => this.app.choose(lift.part, { from: "list" }) }, el("span", {}, nameOf(part)), el("small", {}, bad ? `infeasible · ${under}` : under));
+    const button = el("button", { type: "button", onclick: () => this.app.choose(lift.part, { from: "list" }) }, el("span", {}, nameOf(part)), el("small", {}, bad ? `${lift.by_other_means ? "by other means" : "infeasible"} · ${under}` : under));
     const row = el("tr", { class: bad ? "bad" : null, "data-part": lift.part },
       el("td", {}, state),
       el("td", {}, String(lift.number)),

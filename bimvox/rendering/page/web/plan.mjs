@@ -98,8 +98,8 @@ export class Plan {
       const motion = this.motionOf(lift);
       const there = next !== null && lift.start_m !== null && lift.delivery === next.delivery;
       if (motion === null) {
-        if (lift.status === "planned" && (next === null || lift.order < next.order)) states[lift.part] = ASSEMBLED;
-        else if (there) states[lift.part] = UNBUILT;
+        if (isSet(lift) && (next === null || lift.order < next.order)) states[lift.part] = ASSEMBLED;
+        else if (there && !lift.by_other_means) states[lift.part] = UNBUILT;
       } else if (since(lift) >= motion.assembled_s) states[lift.part] = ASSEMBLED;
       else if (since(lift) >= motion.arrived_s) states[lift.part] = ARRIVED;
       else if (since(lift) >= motion.lifted_s) states[lift.part] = IN_TRANSIT;
@@ -112,8 +112,8 @@ export class Plan {
     const states = new Uint8Array(this.parts.length);
     const now = this.liftAt(time);
     for (const lift of this.lifts) {
-      if (lift.status === "planned" && (now === null || lift.order < now.order)) states[lift.part] = ASSEMBLED;
-      else if (now !== null && lift.start_m !== null && lift.delivery === now.delivery) states[lift.part] = UNBUILT;
+      if (isSet(lift) && (now === null || lift.order < now.order)) states[lift.part] = ASSEMBLED;
+      else if (!lift.by_other_means && now !== null && lift.start_m !== null && lift.delivery === now.delivery) states[lift.part] = UNBUILT;
     }
     if (now !== null) {
       const motion = this.motionOf(now);
@@ -146,6 +146,9 @@ const SORT_KEYS = {
   duration: (plan, lift) => plan.motionOf(lift)?.length_s ?? -1,
   mass: (plan, lift) => plan.parts[lift.part].mass_kg,
 };
+
+/** Whether the part of a lift is in place after its turn, set by the crane or by other means. */
+const isSet = (lift) => lift.status === "planned" || lift.by_other_means;
 
 /** Lifts sorted by a key, ties by order; infeasible ones without a number come last when descending. */
 export function sorted(plan, lifts, key, descending) {

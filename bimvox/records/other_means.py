@@ -1,0 +1,42 @@
+"""The parts that are set by other means than the crane: which, and when they must be in place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion
+
+
+def by_other_means(lifts: Iterable[Lift]) -> tuple[Lift, ...]:
+    """Return the lifts whose parts are set by other means, in order."""
+    return tuple(sorted((lift for lift in lifts if lift.by_other_means), key=lambda lift: lift.order))
+
+
+def needed_by_ns(lifts: Iterable[Lift], motions: Iterable[LiftMotion]) -> dict[int, int | None]:
+    """Return when each part that is set by other means is needed, by order: when the next part is set.
+
+    It must not be there before all earlier parts of the sequence are set. None if no later part has a time.
+
+    Args:
+        lifts: All lifts of a plan.
+        motions: Those of its motions whose time is known.
+    """
+    set_ns = {motion.order: motion.set_ns for motion in motions}
+    return {
+        lift.order: min((at_ns for order, at_ns in set_ns.items() if order > lift.order), default=None)
+        for lift in by_other_means(lifts)
+    }
+
+
+def proven_in_words(count: int) -> str:
+    """Return the verdict about a proven plan of which a number of parts are set by other means."""
+    if not count:
+        return "proven"
+    return f"proven, provided that {'1 part is' if count == 1 else f'{count:,} parts are'} set by other means"
+
+
+def clock(time_ns: int) -> str:
+    """Return a time on the site's clock as hours, minutes and seconds."""
+    whole = round(time_ns / 1e9)
+    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
