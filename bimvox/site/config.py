@@ -416,7 +416,7 @@ class RulesConfig(Table):
     crane_separation_m: Positive = _RULES.crane_separation_m
     """Distance between several cranes and their loads, on plan or in height, at every moment, including while they
     brake."""
-    by_other_means: Flag = True
+    by_other_means: Flag = _RULES.by_other_means
     """Whether a part that the crane cannot set counts as set by other means from its turn on: it is in the way then and
     carries what rests on it. `false`: it is missing, and what rests on it is infeasible too."""
 

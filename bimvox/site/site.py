@@ -87,7 +87,7 @@ class Rules:
     sling_angle_rad: float = pi / 3.0
     critical_share: float = 0.75
     crane_separation_m: float = field(default=2.0, metadata=SPARSE)
-    by_other_means: bool = field(default=False, metadata=SPARSE)
+    by_other_means: bool = field(default=True, metadata=SPARSE)
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)

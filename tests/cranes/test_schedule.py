@@ -18,6 +18,7 @@ from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.records.motion import PhaseName
+from bimvox.records.other_means import by_other_means, needed_by_ns
 
 
 def planned(site):
@@ -116,6 +117,23 @@ def test_a_crane_without_parts_is_not_an_obstacle():
     one_plan = plan_lifts(single, preparation)
     serial = time_plan(one_plan, replay(single, preparation, one_plan))
     assert max(motion.end_ns for motion in motions) <= max(motion.end_ns for motion in serial) + len(serial)
+
+
+def test_a_part_set_by_other_means_is_in_the_way_of_every_crane_from_its_turn_on():
+    site = two_crane_site()
+    plan, motions = two()
+    for name in ("west left", "east left"):
+        preparation = prepare(site)
+        made = plan_lifts(site, preparation, refused={name: "so"})
+        timed = time_lifts(made, replay(site, preparation, made))
+        (left,) = by_other_means(made.lifts)
+        assert site.components[left.component].id == name
+        assert len(timed) == len(plan.lifts) - 1
+        assert verify_plan(made).verified
+        assert verify_motions(made, timed).verified, verify_motions(made, timed).failures
+        later = [motion.set_ns for motion in timed if motion.order > left.order]
+        assert needed_by_ns(made.lifts, timed) == {left.order: min(later)}
+    assert len(motions) == len(plan.lifts)
 
 
 def test_cranes_that_always_obstruct_each_other_are_reported():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 from pathlib import Path
 
@@ -76,6 +77,10 @@ def test_an_infeasible_lift_names_what_blocks_it(site):
     by_id = {lift.component.id: lift for lift in plan.infeasible}
     assert by_id[target.id].blocked_by == ("wall",)
     assert repr(by_id[target.id]).startswith(f"<Lift {by_id[target.id].number} of {target.label}: infeasible: ")
+    assert all(lift.lift.by_other_means for lift in plan.infeasible)
+    rules = dataclasses.replace(site.site.rules, by_other_means=False)
+    strict = dataclasses.replace(site, site=dataclasses.replace(site.site, rules=rules))
+    plan = bimvox.plan(strict, obstructions=bimvox.ObstructionSet.of([wall]), policy="none")
     named = [lift for lift in plan.infeasible if target.id in lift.lift.blocked_by]
     assert named
     assert all(f"{target.name} ({target.id})" in lift.blocked_by == lift.row.blocked_by for lift in named)

@@ -4,13 +4,15 @@ import numpy as np
 from box_sites import box_cells, box_site
 
 from bimvox.planning.assembly import Assembly, Stage, prepare
+from bimvox.planning.occupancy import target_cells
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.rollout import proposer
 from bimvox.planning.search import shortest_path
 from bimvox.policy.generalist.weights import load_generalist
+from bimvox.proof.moment import moments
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Method, Status
-from bimvox.site.site import Blocker
+from bimvox.site.site import Blocker, Rules
 
 PORTAL = [
     ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
@@ -18,6 +20,8 @@ PORTAL = [
     ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
     ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
 ]
+MISSING = Rules(rope=False, by_other_means=False)
+"""A part that cannot be lifted is missing."""
 WALL = ("wall", (8.0, 0.0, 0.0), (8.5, 15.0, 6.0))
 """A wall between yard and building, so that no path has Manhattan length."""
 
@@ -118,8 +122,27 @@ def test_a_path_known_to_be_shortest_is_not_searched_from_the_other_end():
     assert calls["known"] < calls["unknown"]
 
 
-def test_an_obstruction_on_a_target_blocks_that_lift_and_what_rests_on_it():
-    site = box_site(PORTAL)
+def test_a_part_that_cannot_be_lifted_is_set_by_other_means_and_the_rest_is_planned():
+    site = with_obstructions(box_site(PORTAL), ("truck", (1.0, 1.0, 0.0), (1.5, 2.0, 1.0)))
+    plan = plan_of(site)
+    left, *others = (lift_of(plan, name) for name in ("left", "beam", "slab", "right"))
+    assert (left.status, left.blocked_by, left.by_other_means, left.is_set) == (
+        Status.INFEASIBLE,
+        ("truck",),
+        True,
+        True,
+    )
+    assert all(lift.status is Status.PLANNED and not lift.by_other_means for lift in others)
+    assert verify_plan(plan).verified
+    # From its turn on it is in the way, and it never lies in the yard.
+    for moment in moments(plan):
+        here = [thing for thing in moment.present if thing.name == "left"]
+        assert bool(here) == (moment.lift.order > left.order)
+        assert all(np.array_equal(thing.cells, target_cells(site.components[left.component])) for thing in here)
+
+
+def test_without_the_rule_an_obstruction_on_a_target_blocks_what_rests_on_that_part_too():
+    site = box_site(PORTAL, rules=MISSING)
     plan = plan_of(with_obstructions(site, ("truck", (1.0, 1.0, 0.0), (1.5, 2.0, 1.0))))
     left, beam, slab, right = (lift_of(plan, name) for name in ("left", "beam", "slab", "right"))
     assert left.status is Status.INFEASIBLE
@@ -291,7 +314,8 @@ def test_an_explicit_start_wins():
 
 def test_a_hung_part_is_not_set_when_what_it_hangs_on_is_not_in_place():
     """Arms of a pole; without the pole they would float."""
-    site = box_site([("pole", (1.0, 1.0, 0.0), (2.0, 2.0, 3.0)), ("arm", (2.0, 1.0, 1.0), (4.0, 2.0, 1.5))])
+    parts = [("pole", (1.0, 1.0, 0.0), (2.0, 2.0, 3.0)), ("arm", (2.0, 1.0, 1.0), (4.0, 2.0, 1.5))]
+    site = box_site(parts, rules=MISSING)
     assert [lift.status for lift in plan_of(site).lifts] == [Status.PLANNED] * 2
     plan = plan_of(with_obstructions(site, ("truck", (1.0, 1.0, 0.0), (1.4, 1.4, 1.0))))
     assert lift_of(plan, "pole").blocked_by == ("truck",)
@@ -305,7 +329,7 @@ def test_a_part_that_hangs_on_structure_needs_no_other():
 
 
 def test_a_refused_lift_is_infeasible_with_its_reason():
-    site = box_site(PORTAL)
+    site = box_site(PORTAL, rules=MISSING)
     plan = plan_of(site, refused={"left": "it could not be proven"})
     assert lift_of(plan, "left").reason == "it could not be proven"
     assert lift_of(plan, "beam").blocked_by == ("left",)

@@ -805,6 +805,18 @@ def beams_on_a_column_that_is_never_set(log: PlanLog) -> PlanLog:
     return dataclasses.replace(with_plan(spoiled, clashes=(clash,)), motions=motions)
 
 
+def a_column_set_by_nobody(log: PlanLog) -> PlanLog:
+    """The column is infeasible, and called set by other means although the rules of the site forbid that."""
+    order = lift_of(log, "left").order
+    spoiled = with_rules(unplanned(log, "left", "so"), by_other_means=False)
+    spoiled = with_lift(spoiled, "left", by_other_means=True)
+    return dataclasses.replace(spoiled, motions=tuple(m for m in log.motions if m.order != order))
+
+
+def a_beam_lifted_and_set_by_other_means(log: PlanLog) -> PlanLog:
+    return with_lift(log, "beam", by_other_means=True)
+
+
 def everything_unheld(log: PlanLog) -> PlanLog:
     return with_plan(log, unheld=tuple(component.id for component in log.plan.site.components))
 

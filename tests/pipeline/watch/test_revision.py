@@ -23,7 +23,7 @@ from bimvox.policy.choice import NO_POLICY
 from bimvox.progress import SilentProgress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
-from bimvox.records.lift import Lift, Status
+from bimvox.records.lift import Lift, Status, same_path
 from bimvox.revision.current_plan import CurrentPlan, current_plan_of
 from bimvox.revision.request import RevisionRequest
 from bimvox.revision.revise import revise
@@ -135,8 +135,23 @@ def test_the_same_lifts_are_infeasible_as_when_planned_from_scratch(frame, seed)
         assert statuses == [lift.status for lift in scratch.plan.lifts]
 
 
+def test_a_part_blocked_by_an_obstruction_is_set_by_other_means_and_what_rests_on_it_keeps_its_path(frame):
+    log, preparation = frame
+    start = current_plan_of(log.plan, log.motions)
+    component = log.plan.site.components[log.plan.lifts[0].component]
+    low = log.plan.site.frame.corner_of(component.target_vox) + 0.1
+    on_target = ObstructionSet.of([Obstruction("truck", Box(tuple(low), tuple(low + 0.2)))])
+    *_, blocked = revise(start, RevisionRequest(with_obstructions(log.plan.site, on_target, rasterise), preparation))
+    first, *others = blocked.current.plan.lifts
+    assert (first.blocked_by, first.by_other_means) == (("truck",), True)
+    assert all(same_path(was, now) for was, now in zip(log.plan.lifts[1:], others, strict=True))
+
+
 def test_a_removal_brings_infeasible_lifts_back_and_keeps_the_others(frame):
     log, preparation = frame
+    rules = dataclasses.replace(log.plan.site.rules, by_other_means=False)
+    plan = dataclasses.replace(log.plan, site=dataclasses.replace(log.plan.site, rules=rules))
+    log = dataclasses.replace(log, plan=plan)
     start = current_plan_of(log.plan, log.motions)
     component = log.plan.site.components[log.plan.lifts[0].component]
     low = log.plan.site.frame.corner_of(component.target_vox) + 0.1
