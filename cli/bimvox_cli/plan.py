@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox.errors import InputError, listed
-from bimvox.records.other_means import clock, proven_in_words
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
 from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps
 from bimvox_cli.output import fields, open_output, rows, spent
@@ -111,6 +110,8 @@ _SWING = {
 
 
 def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None:
+    from bimvox.records.other_means import clock  # heavy
+
     lifts = document["lifts"]
     cranes = ("crane",) if document["figures"].get("cranes") else ()
     planned = [lift for lift in lifts if lift["status"] == "planned"]
@@ -169,6 +170,8 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
 
 
 def _verdict(document: Mapping[str, Any]) -> str:
+    from bimvox.records.other_means import proven_in_words  # heavy
+
     others = sum(item["by_other_means"] for item in document["infeasible"])
     return f"every planned lift is {proven_in_words(others)}" if document["verified"] else "FAILED"
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox.records.other_means import proven_in_words
 from bimvox_cli.options import Json, Log, Quiet
 from bimvox_cli.output import fields, open_output, rows, spent, written
 from bimvox_cli.remarks import Remarks, show_remarks, verdict
@@ -95,6 +94,8 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
 
 
 def _verdict(document: Mapping[str, Any]) -> str:
+    from bimvox.records.other_means import proven_in_words  # heavy
+
     if not document["lifts"]:
         return "NO: nothing was proven, the log carries no planned lift"
     if not document["verified"]:

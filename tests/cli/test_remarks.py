@@ -51,8 +51,12 @@ def shown(remarks: list[dict], *, every: bool) -> str:
     ],
 )
 def test_green_is_only_what_is_proven_and_clean(proven: bool, remarks: list[dict], words: str, colour: str) -> None:
-    text = verdict("proven", proven=proven, remarks=remarks)
+    text = verdict("proven", {"verified": proven, "remarks": remarks})
     assert (text.plain, text.style) == (words, colour)
+
+
+def test_parts_that_are_set_by_other_means_are_not_green() -> None:
+    assert verdict("proven", {"verified": True, "remarks": []}, others=1).style == "yellow"
 
 
 def test_a_kind_is_counted_and_shown_by_its_first_remark() -> None:

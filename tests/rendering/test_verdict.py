@@ -7,6 +7,7 @@ import dataclasses
 import pytest
 from opened_pages import failed_proof, passed_proof, some_remarks
 
+from bimvox.records.lift import Lift, Status
 from bimvox.records.proof import Check, Verification
 from bimvox.records.remark import Remark, Severity
 from bimvox.rendering.verdict import Light, Verdict, verdict_of
@@ -16,8 +17,11 @@ MINOR = Remark("wind", Severity.MINOR, "text")
 SERIOUS = Remark("floating", Severity.SERIOUS, "text")
 
 
+LIFTS = [Lift(n, n, None, Status.PLANNED) for n in range(3)]
+
+
 def verdict(proof: Verification | None, *remarks: Remark) -> Verdict:
-    return verdict_of(proof, remarks, carried=3, lifts=3)
+    return verdict_of(proof, remarks, carried=3, lifts=LIFTS)
 
 
 @pytest.mark.parametrize("remarks", [(), (NOTE,), (NOTE, NOTE)])
@@ -57,8 +61,16 @@ def test_lifts_proven_against_earlier_obstructions_only_are_a_reservation():
     assert verdict(proof, SERIOUS).proof_light is Light.SERIOUS
 
 
+@pytest.mark.parametrize(("count", "words"), [(1, "1 part is"), (2, "2 parts are")])
+def test_parts_that_are_set_by_other_means_are_a_reservation(count, words):
+    others = [Lift(n, n, None, Status.INFEASIBLE, by_other_means=True) for n in range(count)]
+    found = verdict_of(passed_proof(), (), carried=4, lifts=[*others, *LIFTS[count:], *LIFTS])
+    assert found.proof.startswith(f"proven, provided that {words} set by other means")
+    assert (found.proof_light, found.remarks_light) == (Light.REMARKED, Light.CLEAN)
+
+
 def test_an_extract_says_how_many_lifts_were_proven():
-    assert verdict_of(passed_proof(), (), carried=2, lifts=1200).proof == "✓ proven (2 of 1,200 lifts)"
+    assert verdict_of(passed_proof(), (), carried=2, lifts=LIFTS * 400).proof == "✓ proven (2 of 1,200 lifts)"
 
 
 def test_both_are_in_one_line():
