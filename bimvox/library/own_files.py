@@ -1,7 +1,8 @@
 """Compares the site that a log claims with the site file and the obstruction file that it carries.
 
-Both files are read again. What follows from them without the building model is compared: rules, cranes, zones, areas,
-cell size, obstructions. Ground and masts follow from the site itself.
+Both files are read again. What follows from them and from the parts in the log is compared: rules, cranes, zones,
+areas, cells, what each part's table asks for, obstructions. What the site file leaves to be chosen is chosen again.
+Ground and masts follow from the site itself.
 """
 
 from __future__ import annotations
@@ -12,16 +13,21 @@ from pathlib import Path
 import numpy as np
 
 from bimvox.errors import BimvoxError
+from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.library.compare import equal, same, same_blockers, same_cells, same_cranes, same_fields
 from bimvox.library.obstructions import load_obstructions, rasterise
+from bimvox.library.own_parts import compare_parts, compare_pinned
 from bimvox.library.site import SITE_FILE
+from bimvox.library.site_again import building_of, completed
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.proof import Check
 from bimvox.site.areas import columns_centred_in
 from bimvox.site.build import ground_and_masts, labels_of, with_obstructions
+from bimvox.site.component import IntVec
 from bimvox.site.config import SiteConfig
 from bimvox.site.config_file import parse_site_config
+from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
 from bimvox.site.obstructions.file import without_references
 from bimvox.site.site import HookHeights, Site
@@ -55,7 +61,7 @@ def check_own_files(log: PlanLog) -> Check:
 
 
 def compare_config(check: Check, site: Site, config: SiteConfig, source: str) -> None:
-    """Compare a site with what its site file says. What the file leaves to be chosen is not compared.
+    """Compare a site with its site file, and what the file leaves to be chosen with the choice for the site's parts.
 
     Args:
         check: Receives what was compared.
@@ -64,33 +70,51 @@ def compare_config(check: Check, site: Site, config: SiteConfig, source: str) ->
         source: What to call the file.
 
     Raises:
-        ConfigError: If the file's crane is not consistent.
+        BimvoxError: If the file does not fit the site, or its crane is not consistent.
     """
     same_fields(check, "rules.", site.rules, config.rules.rules(), source)
-    if config.crane is not None:
-        same_cranes(check, site.cranes, cranes_of(config), source)
+    config = compare_pinned(check, site, config, source)
+    building = building_of(site, config)
+    given, config = config, completed(config, site, building)
+    chosen = f"{source}, which leaves it to be chosen"
+    cranes = cranes_of(config)
+    same_cranes(check, site.cranes, cranes, source if given.crane is not None else chosen)
     columns = site.shape[:2]
     for name, found, kinds in (("prohibited", site.prohibited, NO_HOOK), ("no_load", site.no_load, NO_LOAD)):
         wanted = columns_without(kinds, config.zone, site.frame, columns)
         check.look(equal(found, wanted), f"zones: the {name} columns are not those of {source}")
     heights = hook_heights(config.zone, site.frame, columns)
     check.look(_equal_heights(site.hook_heights, heights), f"zones: the hook's limits are not those of {source}")
-    if config.areas.construction is not None:
-        construction = columns_centred_in([config.areas.construction], site.frame, columns)
-        found = site.labels[:, :, 0] == Label.CONSTRUCTION_AREA
-        check.look(bool((found == construction).all()), f"areas.construction is not that of {source}")
-        if config.areas.yard is not None:
-            yard = columns_centred_in(config.areas.yard, site.frame, columns) & ~construction
-            check.look(bool((site.yard == yard).all()), f"areas.yard is not that of {source}")
-    if config.model.voxel_size_m is not None:
-        same(check, "model.voxel_size_m", site.frame.voxel_size_m, config.model.voxel_size_m, source)
+    areas = config.areas
+    assert areas.construction is not None and areas.yard is not None
+    construction = columns_centred_in([areas.construction], site.frame, columns)
+    is_construction = site.labels[:, :, 0] == Label.CONSTRUCTION_AREA
+    own = source if given.areas.construction else chosen
+    check.look(bool((is_construction == construction).all()), f"areas.construction is not that of {own}")
+    yard = columns_centred_in(areas.yard, site.frame, columns) & ~construction
+    own = source if given.areas.yard else chosen
+    check.look(bool((site.yard == yard).all()), f"areas.yard is not that of {own}")
+    own = source if given.model.voxel_size_m else chosen
+    same(check, "model.voxel_size_m", site.frame.voxel_size_m, config.model.voxel_size_m, own)
     yaw_rad = float(np.arctan2(site.site_to_ifc[1, 0], site.site_to_ifc[0, 0]))
     off_rad = abs((yaw_rad - config.model.yaw_rad + np.pi) % (2.0 * np.pi) - np.pi)
     check.look(off_rad <= _SAME, f"model.yaw_rad is {yaw_rad:g}; {source} has {config.model.yaw_rad:g}")
-    if config.model.ground_m is not None:
-        height_m = float(site.site_to_ifc[2, 3])
-        good = abs(height_m - config.model.ground_m) <= 1e-6
-        check.look(good, f"model.ground_m is {height_m:g}; {source} has {config.model.ground_m:g}")
+    height_m, wanted_m = float(site.site_to_ifc[2, 3]), config.model.ground_m
+    assert wanted_m is not None
+    own = source if given.model.ground_m is not None else chosen
+    check.look(abs(height_m - wanted_m) <= 1e-6, f"model.ground_m is {height_m:g} in the log, {wanted_m:g} in {own}")
+    _compare_extent(check, site, site_extent(config, building, *cranes), source)
+    compare_parts(check, site, config, building, source)
+
+
+def _compare_extent(check: Check, site: Site, wanted: tuple[GridFrame, IntVec], source: str) -> None:
+    frame, shape = wanted
+    off_m = np.abs(np.array(site.frame.origin_m) - np.array(frame.origin_m)).max()
+    check.look(
+        bool(off_m <= 1e-6) and site.shape == shape,
+        f"the site is {site.shape} cells from {site.frame.origin_m} m in the log, "
+        f"{shape} cells from {frame.origin_m} m in {source}",
+    )
 
 
 def _compare_obstructions(check: Check, site: Site, name: str, data: bytes) -> None:

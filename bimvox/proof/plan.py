@@ -17,7 +17,7 @@ from bimvox.proof.capacity import shares_of_capacity
 from bimvox.proof.marks import Marks, hits
 from bimvox.proof.moment import Thing, beside, cells_in_common, moments, near_and_far, passed_by
 from bimvox.proof.shape import check_shape, check_structure
-from bimvox.proof.site_rules import check_rope_margin, check_wind, check_zones
+from bimvox.proof.site_rules import check_rope_margin, check_stored, check_wind, check_zones
 from bimvox.proof.space import whole_cells
 from bimvox.proof.stands import check_stands
 from bimvox.proof.triangles import TriangleCheck
@@ -210,6 +210,7 @@ class _Verifier:
             )
         else:
             check.look(bool(self.site.yard[tuple(cells[:, :2].T)].all()), f"{component.id}: stored outside the yard")
+        check_stored(check, component, place)
         size = np.array(erection_size_vox(turned_shape(component.shape, place.turn), place.pose))
         size[2] += place.rise_vox - 1
         low = np.array(place.cell_vox)

@@ -1,4 +1,4 @@
-"""The proof that a lift respects the site's zones and wind limit, independent of the planner."""
+"""The proof that a lift respects the zones, the wind limit and the storage of the site file, without the planner."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.space import whole_cells
-from bimvox.records.lift import Lift
+from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.proof import Check
-from bimvox.site.component import Component
+from bimvox.site.component import Component, StoredPose
 from bimvox.site.site import Site
 
 _TURN = np.radians(15.0)
@@ -104,3 +104,20 @@ def _outline(component: Component, angle_rad: float) -> shapely.Geometry:
     corners = component.mesh.triangles_m
     flat = np.stack([corners @ aside, corners[:, :, 2]], axis=2)
     return shapely.union_all(shapely.polygons(flat), grid_size=_GRID_M)
+
+
+def check_stored(check: Check, component: Component, place: YardPlace) -> None:
+    """Check that a part lies as the site file says, otherwise down if it is upended and upright if it is not."""
+    if component.stored_pose is not None:
+        wanted: tuple[StoredPose, ...] = (component.stored_pose,)
+    else:
+        wanted = (StoredPose.LYING_X, StoredPose.LYING_Y) if component.erected else (StoredPose.AS_BUILT,)
+    check.look(
+        place.pose in wanted,
+        f"{component.label}: is stored {place.pose.value}, not {' or '.join(pose.value for pose in wanted)}",
+    )
+    if component.stored_turn is not None:
+        check.look(
+            place.turn == component.stored_turn,
+            f"{component.label}: is stored turned by {place.turn} quarters, the site file says {component.stored_turn}",
+        )

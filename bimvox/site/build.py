@@ -95,7 +95,7 @@ def build_site(
             if len(cells):
                 blockers.append(Blocker(element.id, "structure", _frozen(cells), element.mesh))
             else:
-                notes.append(f"{element.id}: existing structure outside the site's extent; it is left out")
+                notes.append(left_out(element.id))
         elif element.role is Role.GROUND:
             ignored += 1
     if not components:
@@ -140,6 +140,11 @@ def build_site(
         notes=tuple(notes),
     )
     return with_obstructions(_with_fixed_digests(site), obstructions, rasterise)
+
+
+def left_out(name: str) -> str:
+    """Return the note about a structure outside the site's extent, by its id."""
+    return f"{name}: existing structure outside the site's extent; it is left out"
 
 
 def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Rasterise) -> Site:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Element, Role
+from bimvox.bim.building import Building, Element, Role, TriangleMesh
 from bimvox.bim.site_frame import in_site_frame
 from bimvox.crane.defaults import DEFAULT_CRANES
 from bimvox.crane.reach import allowed_radii_m
@@ -26,6 +27,7 @@ PLANNING_CELLS = 2_500_000
 """Most cells of a site that plans quickly; the finest cell size below this limit is used."""
 
 _BORDER_M = 1.0  # of the construction area around the building
+_ROUNDED_M = 2.0**-20  # about a micrometre; no decimal or inch length lies halfway between two multiples
 _ON_GROUND_M = 1.0  # a slab lies on the ground if its underside is at most this far above the lowest point
 
 
@@ -93,14 +95,45 @@ def complete_config(config: SiteConfig, building: Building, machines: Sequence[T
         InputError: If no crane can serve the site.
     """
     placed, lifted = _placed_and_lifted(config, building)
+    config = complete_with_placed(config, placed, lifted, machines)
+    assert config.model.voxel_size_m is not None
+    lowest = config.model.ground_m
+    ground_m = ground_height_m(building, config.model.voxel_size_m) if lowest is None else lowest
+    return config.model_copy(update={"model": config.model.model_copy(update={"ground_m": ground_m})})
+
+
+def complete_with_placed(
+    config: SiteConfig, placed: Building, lifted: Sequence[Element], machines: Sequence[TowerCrane] = ()
+) -> SiteConfig:
+    """Return a site file with areas, crane and cell size filled in; the height of the ground is left as it is.
+
+    The same parts give the same choice, also if their coordinates were rounded differently: only their position to
+    the micrometre counts.
+
+    Args:
+        config: The site file; its own values stay.
+        placed: The building in the site frame, its lowest point or the given height of the ground at z = 0.
+        lifted: Those of its elements that are lifted.
+        machines: Cranes to choose from; see `complete_config`.
+
+    Raises:
+        SelectionError: If there is nothing to lift.
+        ConfigError: If the site file does not fit the building.
+        InputError: If no crane can serve the site.
+    """
     if not lifted:
         raise SelectionError("nothing to lift: no part of the model is a component", hint="see [model] select")
-    config = _with_areas_and_crane(config, placed, lifted, machines)
+    if config.areas.construction is None or config.areas.yard is None or config.crane is None:
+        there = {element.id for element in lifted}
+        rounded = replace(placed, elements=tuple(map(_rounded, placed.elements)))
+        config = _with_areas_and_crane(config, rounded, [e for e in rounded.elements if e.id in there], machines)
     size_m = config.model.voxel_size_m or planning_voxel_size_m(config, placed)
-    lowest = config.model.ground_m
-    ground_m = ground_height_m(building, size_m) if lowest is None else lowest
-    model = config.model.model_copy(update={"voxel_size_m": size_m, "ground_m": ground_m})
-    return config.model_copy(update={"model": model})
+    return config.model_copy(update={"model": config.model.model_copy(update={"voxel_size_m": size_m})})
+
+
+def _rounded(element: Element) -> Element:
+    vertices_m = np.round(element.mesh.vertices_m / _ROUNDED_M) * _ROUNDED_M + 0.0
+    return replace(element, mesh=TriangleMesh(vertices_m, element.mesh.faces))
 
 
 def _placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building, list[Element]]:

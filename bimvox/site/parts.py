@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import graphlib
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,13 +83,7 @@ def component_of(
         hints: Its order hints.
     """
     shape, target_vox = shape_of(cells)
-    pose = entry.pose if entry else None
-    turn = entry.turn if entry else None
-    start_vox: IntVec | None = None
-    if entry is not None and entry.start is not None:
-        x, y, z = (int(n) for n in frame.cell_of((*entry.start, 0.0)[:3]))
-        start_vox = (x, y, z)
-    erected = is_erected(element) and not turn if pose is None else pose is not StoredPose.AS_BUILT
+    stored = stored_as(element, entry, frame)
     return Component(
         index=index,
         id=element.id,
@@ -100,19 +95,49 @@ def component_of(
         mesh=element.mesh,
         mass_kg=element.mass_kg,
         hook_offset_vox=_hook_offset(element.mesh, target_vox, shape.size_vox, frame, shape.cells),
-        erected=erected,
-        start_vox=start_vox,
-        stored_pose=pose,
-        before=entry.before if entry else (),
-        after=entry.after if entry else (),
+        erected=stored.erected,
+        start_vox=stored.start_vox,
+        stored_pose=stored.stored_pose,
+        before=stored.before,
+        after=stored.after,
         type_name=element.type_name,
         storey=element.storey,
         material=element.material,
         mass_source=element.mass_source,
         hints=hints,
-        stored_turn=turn,
-        sail_area_m2=round(sail_area_m2(element.mesh, tipped=erected), 6),
+        stored_turn=stored.stored_turn,
+        sail_area_m2=round(sail_area_m2(element.mesh, tipped=stored.erected), 6),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class StoredAs:
+    """What the site file says of a component, and whether it is upended; the fields are those of ``Component``."""
+
+    start_vox: IntVec | None
+    stored_pose: StoredPose | None
+    stored_turn: int | None
+    before: tuple[str, ...]
+    after: tuple[str, ...]
+    erected: bool
+
+
+def stored_as(element: Element, entry: ComponentConfig | None, frame: GridFrame) -> StoredAs:
+    """Return how a component is stored, and its place in the order, as the site file says.
+
+    Args:
+        element: In the site frame.
+        entry: Its table in the site file, from `entries_by_id`.
+        frame: Frame of the grid.
+    """
+    if entry is None:
+        return StoredAs(None, None, None, (), (), is_erected(element))
+    start_vox: IntVec | None = None
+    if entry.start is not None:
+        x, y, z = (int(n) for n in frame.cell_of((*entry.start, 0.0)[:3]))
+        start_vox = (x, y, z)
+    erected = is_erected(element) and not entry.turn if entry.pose is None else entry.pose is not StoredPose.AS_BUILT
+    return StoredAs(start_vox, entry.pose, entry.turn, entry.before, entry.after, erected)
 
 
 def is_erected(element: Element) -> bool:

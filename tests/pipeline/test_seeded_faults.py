@@ -97,6 +97,8 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.the_same_with_an_epoch, "ends", r"lift \d \(beam\).*path after the stop begins at"),
     (faults.a_stop_without_a_crane, "unit_moves", "beam: its path starts at .*, not above its place in the yard"),
     (faults.one_cell_without_a_crane, "unit_moves", "beam: its path starts at .*, not above its place in the yard"),
+    (faults.not_upright_as_the_file_says, "yard", "left: is stored lying_., not as_built"),
+    (faults.not_turned_as_the_file_says, "yard", "beam: is stored turned by 0 quarters, the site file says 1"),
     (faults.an_epoch_that_never_ends, "epochs", r"lift 4 \(slab\): the last motion ends at"),
     (faults.an_epoch_to_the_last_moment, "epochs", r"lift 4 \(slab\): the last motion ends at"),
     (faults.a_structure_with_another_surface, "shapes", "wall: its cells reach further than its surface"),

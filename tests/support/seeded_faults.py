@@ -35,8 +35,16 @@ from bimvox.records.lift import Epoch, LeftPath, ModelledClash, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.build import labels_of, with_digests
-from bimvox.site.component import StoredPose
-from bimvox.site.config import ModelConfig, RulesConfig, SiteConfig, ZoneConfig
+from bimvox.site.component import Component, StoredPose
+from bimvox.site.config import (
+    AreasConfig,
+    ComponentConfig,
+    GridConfig,
+    ModelConfig,
+    RulesConfig,
+    SiteConfig,
+    ZoneConfig,
+)
 from bimvox.site.machine import crane_config
 from bimvox.site.shape import shape_of
 from bimvox.site.site import Blocker, Rules, Site, SwingRule
@@ -98,19 +106,55 @@ def log_of(site: Site) -> PlanLog:
     return PlanLog(plan=plan, motions=tuple(motions), attachments={"site.toml": site_file_of(site)})
 
 
-def site_file_of(site: Site) -> bytes:
-    """Return the site file that gives these rules, cranes and zones."""
+def site_file_of(site: Site, **changes: Any) -> bytes:
+    """Return the site file that gives this site: rules, crane, zones, areas, extent and what it asks of parts."""
     rules = dataclasses.asdict(site.rules) | {"swing": site.rules.swing.value}
-    zones = [] if site.prohibited is None else np.argwhere(site.prohibited)
-    low = np.array([site.frame.corner_of((*cell, 0))[:2] for cell in zones]).reshape(-1, 2)
     size_m = site.frame.voxel_size_m
+    (x0, y0, _), (nx, ny, nz) = site.frame.origin_m, site.shape
+    built = site.labels[:, :, 0] == Label.CONSTRUCTION_AREA
+    nowhere = ((x0 - 9.0, y0 - 9.0), (x0 - 8.0, y0 - 9.0), (x0 - 8.0, y0 - 8.0))
     config = SiteConfig(
-        model=ModelConfig(path=Path("boxes.ifc"), voxel_size_m=size_m),
+        model=ModelConfig(path=Path("boxes.ifc"), voxel_size_m=size_m, ground_m=float(site.site_to_ifc[2, 3])),
+        grid=GridConfig(low_m=(x0, y0), high_m=(x0 + nx * size_m, y0 + ny * size_m, (nz - 1) * size_m)),
+        areas=AreasConfig(construction=next(iter(rows_of(site, built)), nowhere), yard=rows_of(site, site.yard)),
         crane=crane_config(site.cranes[0] if site.cranes else None),
+        component=tuple(filter(None, map(entry_of(site), site.components))),
         rules=RulesConfig(**rules),
-        zone=tuple(ZoneConfig(polygon=((x, y), (x + size_m, y), (x + size_m, y + size_m))) for x, y in low.tolist()),
+        zone=tuple(
+            ZoneConfig(polygon=one) for one in ([] if site.prohibited is None else rows_of(site, site.prohibited))
+        ),
     )
-    return site_toml(config).encode()
+    return site_toml(config.model_copy(update=changes)).encode()
+
+
+def rows_of(site: Site, columns: np.ndarray) -> tuple[tuple[tuple[float, float], ...], ...]:
+    """Return rectangles that cover these columns of a site: one if they are a rectangle, otherwise one a column."""
+    found = np.argwhere(columns)
+    if not len(found):
+        return ()
+    low, high = found.min(axis=0), found.max(axis=0)
+    whole = len(found) == np.prod(high - low + 1)
+    boxes = [(low, high)] if whole else [(one, one) for one in found]
+    corners = [[site.frame.corner_of((*n, 0))[:2].tolist() for n in (first, last + 1)] for first, last in boxes]
+    return tuple(((x, y), (a, y), (a, b), (x, b)) for (x, y), (a, b) in corners)
+
+
+def entry_of(site: Site) -> Callable[[Component], ComponentConfig | None]:
+    """Return the table of a part in the site file; None if it needs none."""
+
+    def entry(part: Component) -> ComponentConfig | None:
+        start = part.start_vox and tuple((site.frame.corner_of(part.start_vox) + site.frame.voxel_size_m / 2).tolist())
+        table = ComponentConfig(
+            global_id=part.id,
+            start=start,
+            pose=part.stored_pose,
+            turn=part.stored_turn,
+            before=part.before,
+            after=part.after,
+        )
+        return table if table != ComponentConfig(global_id=part.id) else None
+
+    return entry
 
 
 def index_of(log: PlanLog, name: str) -> int:
@@ -405,6 +449,14 @@ def a_part_rotated(log: PlanLog) -> PlanLog:
 
 def a_part_turned(log: PlanLog) -> PlanLog:
     return with_lift(log, "beam", place=dataclasses.replace(lift_of(log, "beam").place, turn=1))
+
+
+def not_upright_as_the_file_says(log: PlanLog) -> PlanLog:
+    return with_component(log, "left", stored_pose=StoredPose.AS_BUILT, erected=False)
+
+
+def not_turned_as_the_file_says(log: PlanLog) -> PlanLog:
+    return with_component(log, "beam", stored_turn=1)
 
 
 def a_truck_overloaded(log: PlanLog) -> PlanLog:

@@ -1,0 +1,80 @@
+"""The site file that a log carries, with what it leaves to be chosen: chosen again, from the parts in the log."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Building, Element, Role, Source, TriangleMesh
+from bimvox.site.component import Component
+from bimvox.site.config import SiteConfig
+from bimvox.site.guess import complete_with_placed
+from bimvox.site.placement import ground_height_m, lowest_m
+from bimvox.site.site import Site
+
+_COPY = "#"
+"""Separates the GlobalId from the rest of the id of a part whose GlobalId occurs more than once."""
+
+
+def building_of(site: Site, config: SiteConfig) -> Building:
+    """Return the building of a site, in the site frame: parts and structure.
+
+    Of structure only id and surface are known. What the site file pins is a component that is not lifted.
+    """
+    pinned = {entry.global_id for entry in config.component if entry.pinned}
+    fixed = [_fixed(one.id, one.mesh, pinned) for one in site.blockers if one.kind == "structure" and one.mesh]
+    lifted = [_lifted(component) for component in site.components]
+    return Building((*lifted, *fixed), (), Source("", "", "", "m"))
+
+
+def completed(config: SiteConfig, site: Site, building: Building) -> SiteConfig:
+    """Return a site file with areas, crane, cell size and ground filled in, as they follow from the parts of a site.
+
+    Args:
+        config: The site file.
+        site: The site that is said to be made from it.
+        building: Its building, see :func:`building_of`.
+
+    Raises:
+        BimvoxError: If nothing can be chosen for these parts.
+    """
+    placed = building
+    if config.model.ground_m is None:  # the choice is made with the lowest point at z = 0
+        shift_m = np.array([0.0, 0.0, lowest_m(building)])
+        placed = replace(building, elements=tuple(_moved(element, shift_m) for element in building.elements))
+    config = complete_with_placed(config, placed, placed.elements[: len(site.components)])
+    if config.model.ground_m is None:
+        assert config.model.voxel_size_m is not None
+        in_model = replace(building, origin_m=site.site_to_ifc[:3, 3])
+        ground_m = ground_height_m(in_model, config.model.voxel_size_m)
+        config = config.model_copy(update={"model": config.model.model_copy(update={"ground_m": ground_m})})
+    return config
+
+
+def _lifted(component: Component) -> Element:
+    hints = component.hints
+    return Element(
+        id=component.id,
+        global_id=component.global_id,
+        ifc_class=component.ifc_class,
+        name=component.name,
+        mesh=component.mesh,
+        role=Role.COMPONENT,
+        mass_kg=component.mass_kg,
+        mass_source=component.mass_source,
+        assembly=hints.assembly,
+        task=hints.task,
+        task_rank=hints.task_rank,
+    )
+
+
+def _fixed(name: str, mesh: TriangleMesh, pinned: set[str]) -> Element:
+    global_id = name if name in pinned else name.rpartition(_COPY)[0] or name
+    role = Role.COMPONENT if global_id in pinned else Role.STRUCTURE
+    return Element(name, global_id, "", name, mesh, role, 0.0, "")
+
+
+def _moved(element: Element, down_m: NDArray[np.float64]) -> Element:
+    return replace(element, mesh=TriangleMesh(element.mesh.vertices_m - down_m, element.mesh.faces))
