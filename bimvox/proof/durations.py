@@ -7,6 +7,11 @@ from bimvox.records.proof import Check
 from bimvox.site.site import HOOK_ON_S, TRIAL_LIFT_S, Rules
 
 
+def least_ns(rules: Rules) -> int:
+    """Return the least time of a lift: that of the crew, without any motion of the crane."""
+    return round((HOOK_ON_S + TRIAL_LIFT_S + rules.bracing_s + rules.release_s) * 1e9)
+
+
 def check_durations(check: Check, name: str, rules: Rules, motion: LiftMotion) -> None:
     """Check that the crew has the time of the rules to hook on, check the raised part, set it and release it."""
     given_ns = {

@@ -11,12 +11,14 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 
+from bimvox.proof.clock import check_clock
 from bimvox.proof.motion import verify_motions, verify_together
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.space import ALWAYS_NS
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, Verification
+from bimvox.records.reasons import LOAD_IS_HELD
 from bimvox.site.site import Blocker, Site
 
 
@@ -66,8 +68,10 @@ def verify_motions_over_time(
         motions: One per planned lift, in order.
         context: Lifts of the same plan that it does not carry.
     """
+    clock = Check("timeline")
+    check_clock(clock, plan, motions, context)
     if not plan.history:
-        return verify_motions(plan, motions, context)
+        return _together([verify_motions(plan, motions, context), Verification((clock,))])
     found = []
     known = motions if plan.site.has_several_cranes else None
     for from_ns, until_ns, site in epochs_of(plan):
@@ -80,9 +84,8 @@ def verify_motions_over_time(
         found.append(verify_together(plan, motions, context))
     whole = [motion.order for motion in motions]
     planned = sorted(lift.order for lift in plan.lifts if lift.status is Status.PLANNED)
-    timeline = Check("timeline")
-    timeline.look(whole == planned, f"the motions are of lifts {whole}, planned are {planned}")
-    return _together([*found, Verification((timeline,))])
+    clock.look(whole == planned, f"the motions are of lifts {whole}, planned are {planned}")
+    return _together([*found, Verification((clock,))])
 
 
 def _check_epochs(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift]) -> None:
@@ -102,13 +105,28 @@ def _check_epochs(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], c
         check.look(
             bool(context) or not ends_ns, "the plan has past obstructions, but no motion shows when they counted"
         )
-    elif not context and all(lift.status is Status.PLANNED for lift in plan.lifts):
+    elif not any(_may_be_later(plan.site, lift, last) for lift in _left(plan, motions, context)):
+        # With nothing left to lift, nobody notices a change after the last motion.
+        is_done = all(lift.status is Status.PLANNED for lift in (*plan.lifts, *context))
         for until_ns in ends_ns:
             check.look(
-                until_ns < last.end_ns,
-                f"lift {last.number} ({plan.site.components[last.component].id}): the last motion ends at "
+                until_ns < last.end_ns or (until_ns == last.end_ns and not is_done),
+                f"lift {last.number} ({plan.site.components[last.component].label}): the last motion ends at "
                 f"{last.end_ns / 1e9:.3f} s, but past obstructions are claimed until {until_ns / 1e9:.3f} s",
             )
+
+
+def _left(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift]) -> list[Lift]:
+    """Return the lifts without a motion in the log."""
+    timed = {motion.order for motion in motions}
+    return [lift for lift in (*plan.lifts, *context) if lift.order not in timed]
+
+
+def _may_be_later(site: Site, lift: Lift, last: LiftMotion) -> bool:
+    """Return whether a lift that has no motion in the log may be under way after the last motion in it."""
+    if lift.status is Status.PLANNED:
+        return lift.order > last.order or site.has_several_cranes
+    return (lift.reason or "").startswith(LOAD_IS_HELD)
 
 
 def not_current(plan: LiftPlan, motions: Sequence[LiftMotion]) -> tuple[str, ...]:

@@ -23,6 +23,7 @@ from bimvox.site.limits import MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, M
 from bimvox.site.site import Rules, Site
 
 _DAY_S = 86_400.0
+_LONGEST_NS = 3652 * 86_400 * 10**9
 _FAR_M = 1e5
 _HEAVY_KG = 1e8
 _RIGID = 1e-9
@@ -104,6 +105,9 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
         _within(check, f"{name}: bound_s", motion.loaded.bound_s, _Range(0.0, 1e9))
         longer = motion.loaded.bound_s > motion.loaded.duration_s * (1.0 + 1e-6) and not motion.stops_ns
         check.look(not longer, f"{name}: bound_s is longer than its loaded motion")
+        _check_time(check, f"{name}: it ends", motion.end_ns)
+    for number, epoch in enumerate(plan.history):
+        _check_time(check, f"history[{number}]: it ends", epoch.until_ns)
     return check
 
 
@@ -183,6 +187,11 @@ def _check_lift(check: Check, lift: Lift, name: str) -> None:
     _within(check, f"{name}: contact_moves", lift.contact_moves, _MOVES)
     if lift.shortest_moves is not None:
         _within(check, f"{name}: shortest_moves", lift.shortest_moves, _MOVES)
+
+
+def _check_time(check: Check, what: str, time_ns: int) -> None:
+    in_range = 0 <= time_ns <= _LONGEST_NS
+    check.look(in_range, f"{what} at {time_ns / 1e9:.10g} s on the site's clock, not within ten years from its start")
 
 
 def _check_ids(check: Check, what: str, ids: Iterable[str]) -> None:

@@ -78,7 +78,7 @@ def history_after(current: CurrentPlan, request: RevisionRequest, change: Obstru
     if not request.now_ns or not change.ids:
         return history
     until_ns = request.now_ns
-    if len(current.motions) == len(current.plan.lifts):  # nothing happens after the last motion
+    if current.motions and not current.pending and current.held is None:  # nothing happens after the last motion
         until_ns = min(until_ns, max((motion.end_ns for motion in current.motions.values()), default=until_ns))
         if history and history[-1].until_ns >= until_ns:
             return history

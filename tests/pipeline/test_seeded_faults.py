@@ -101,6 +101,36 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.not_turned_as_the_file_says, "yard", "beam: is stored turned by 0 quarters, the site file says 1"),
     (faults.an_epoch_that_never_ends, "epochs", r"lift 4 \(slab\): the last motion ends at"),
     (faults.an_epoch_to_the_last_moment, "epochs", r"lift 4 \(slab\): the last motion ends at"),
+    (
+        faults.an_epoch_after_an_infeasible_end(),
+        "epochs",
+        r"lift 3 \(beam\): the last motion ends at .* s, but past obstructions are claimed until",
+    ),
+    (
+        faults.an_epoch_after_an_infeasible_end(10**18),
+        "values",
+        r"history\[0\]: it ends at 1000000000 s on the site's clock",
+    ),
+    (
+        faults.a_pause_at_a_change,
+        "timeline",
+        r"lift 4 \(slab\): starts at .* s; after the lift before it, it can start",
+    ),
+    (
+        faults.the_last_lift_alone(0),
+        "timeline",
+        r"lift 4 \(slab\): starts at 0.000 s; after the 3 lifts before it that are not in this log, it can start from",
+    ),
+    (
+        faults.the_last_lift_alone(30 * 86_400 * 10**9),
+        "timeline",
+        r"lift 4 \(slab\): starts at 2592000.000 s; after the 3 lifts before it",
+    ),
+    (
+        faults.the_last_lift_alone(4_102_444_800 * 10**9),
+        "values",
+        r"lift 4 \(slab\): it ends at 41024\d+.* s on the site's clock, not within ten years",
+    ),
     (faults.a_structure_with_another_surface, "shapes", "wall: its cells reach further than its surface"),
     (faults.a_hook_aside, "shapes", "beam: its hook, .* is not above its centre of mass"),
     (faults.a_mirrored_model, "values", "site.site_to_ifc is not a move and a turn about the vertical"),
@@ -235,6 +265,11 @@ def test_a_recovered_log_without_motions_proves_nothing(good: PlanLog, tmp_path:
     assert "complete" in failed(document)
     assert "4 of 4 lifts are not in this log" in document["conditions"][0]
     assert "this log was recovered from a damaged one" in document["conditions"][-1]
+
+
+def test_an_extract_at_its_own_time_is_proven(good: PlanLog, tmp_path: Path):
+    document = proven(faults.the_last_lift_alone()(good), tmp_path)
+    assert document["verified"] is True, failed(document)
 
 
 def test_the_command_says_that_nothing_was_proven(

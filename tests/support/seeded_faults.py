@@ -770,6 +770,42 @@ def an_epoch_before_the_last_lift(log: PlanLog) -> PlanLog:
     return with_plan(crated, history=(Epoch(log.motions[-1].start_ns, ()),))
 
 
+def at_time(motion: LiftMotion, start_ns: int) -> LiftMotion:
+    """Return a motion at another time; its samples count from its start."""
+    late_ns = start_ns - motion.start_ns
+    phases = tuple(Phase(one.name, one.start_ns + late_ns, one.end_ns + late_ns) for one in motion.phases)
+    return dataclasses.replace(motion, phases=phases, start_ns=start_ns, end_ns=motion.end_ns + late_ns)
+
+
+def the_last_lift_alone(start_ns: int | None = None) -> Forge:
+    """Return the forgery of an extract with the last lift, which begins at another time."""
+
+    def forge(log: PlanLog) -> PlanLog:
+        alone = log.extract([log.motions[-1].order])
+        (motion,) = alone.motions
+        return alone if start_ns is None else dataclasses.replace(alone, motions=(at_time(motion, start_ns),))
+
+    return forge
+
+
+def a_pause_at_a_change(log: PlanLog) -> PlanLog:
+    """The obstructions change after the third lift, and nothing moves until an hour later."""
+    last = log.motions[-1]
+    motions = (*log.motions[:-1], at_time(last, last.start_ns + 3600 * 10**9))
+    return with_plan(dataclasses.replace(log, motions=motions), history=(Epoch(last.start_ns + 1, ()),))
+
+
+def an_epoch_after_an_infeasible_end(until_ns: int | None = None) -> Forge:
+    """Return the forgery of a log whose last lift is infeasible: the crate came when the others were done."""
+
+    def forge(log: PlanLog) -> PlanLog:
+        shorter = called_infeasible(log, "slab", "it is blocked at its place", ("wall",))
+        ends_ns = shorter.motions[-1].end_ns
+        return with_plan(a_box_on_the_path(shorter), history=(Epoch(until_ns or ends_ns + 1, ()),))
+
+    return forge
+
+
 # What a viewer shows, changed after the plan was written: by topic, a function from bytes of a message to others.
 
 
