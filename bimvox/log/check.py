@@ -23,7 +23,8 @@ from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
 _SAME_M = 1e-6
-_SHA256 = "sha256 "
+SHA256 = "sha256 "
+"""Begins the metadata keys of the digests of attached files."""
 _OVER_BEND = 1e-3
 _ROUNDING = 1e-9
 
@@ -51,14 +52,14 @@ def check_digests(contents: Contents, log: PlanLog) -> Check:
         said = metadata.get(key, "")
         check.look(said == wanted, f"metadata {key} is {said[:16]!r}, the site's is {wanted[:16]!r}")
     for name, data in log.attachments.items():
-        said = metadata.get(_SHA256 + name, "")
+        said = metadata.get(SHA256 + name, "")
         check.look(
             said in ("", hashlib.sha256(data).hexdigest()),
             f"attached {name}: digest mismatch with the metadata",
         )
     for key in metadata:
-        if key.startswith(_SHA256):
-            name = key.removeprefix(_SHA256)
+        if key.startswith(SHA256):
+            name = key.removeprefix(SHA256)
             check.look(
                 name in log.attachments, f"attached {name}: the metadata has its digest, but the file is missing"
             )

@@ -30,6 +30,9 @@ FIRST_PLAN = "first_plan"
 PENDING = "pending_lifts"
 """Metadata key: orders of planned lifts that are proven only in a later segment, as a JSON list."""
 
+NOW_NS = "simulated_ns"
+"""Metadata key: the time on the site's clock when a revision of a plan that is carried out was made."""
+
 
 def segment_of(
     whole: PlanLog,

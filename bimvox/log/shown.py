@@ -11,10 +11,12 @@ from typing import Any
 from google.protobuf.message import DecodeError as ProtobufError
 
 from bimvox.log import schema as topics
+from bimvox.log.check import SHA256
 from bimvox.log.mcap.reader import Contents, LogMessage
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import blocks_of, metadata_of, own_attachments
 from bimvox.log.schema import topics_of
+from bimvox.log.segments import FIRST_PLAN, NOW_NS, PENDING
 from bimvox.records.proof import Check
 from bimvox.version import __version__
 
@@ -22,6 +24,9 @@ _SAME = 1e-6
 """Numbers that differ by less, relative or absolute, are the same: an axis is read from a joint and written again."""
 _OF_THE_PROGRAM = frozenset(("bimvox", topics.RECOVERED))
 """Metadata about the program that wrote the log."""
+
+_OF_THE_PLAN = frozenset(("seed", "policy", "policy_steps", "georeference", FIRST_PLAN, PENDING, NOW_NS))
+"""Metadata about how the plan was made, next to the digests of the files that it was made from."""
 
 
 def other_version(contents: Contents) -> str | None:
@@ -41,6 +46,16 @@ def check_shown(contents: Contents, log: PlanLog) -> Check:
     """
     check = Check("shown")
     _check_metadata(check, contents.metadata.get(topics.METADATA, {}), metadata_of(log))
+    if other_version(contents) is None:
+        _check_own_keys(check, contents)
+    check.look(log.revision >= 0, f"metadata revision is {log.revision}; revisions count from 0")
+    for event in log.events:
+        good = event.end_ns >= event.start_ns
+        check.look(
+            good,
+            f"{topics.EVENTS}: the event {event.kind!r} at {event.start_ns / 1e9:.3f} s ends before, at "
+            f"{event.end_ns / 1e9:.3f} s",
+        )
     # A log without remarks is a segment or of an earlier build: `verify` makes and shows them all the same.
     with_remarks = topics.REMARKS_FILE in contents.attachments
     for name, wanted in own_attachments(log, with_remarks=with_remarks):
@@ -58,6 +73,14 @@ def _check_metadata(check: Check, found: Mapping[str, str], wanted: Mapping[str,
         if key in found or key in wanted:
             same = found.get(key) == wanted.get(key)
             check.look(same, f"metadata {key} is {_short(found.get(key))}, the plan gives {_short(wanted.get(key))}")
+
+
+def _check_own_keys(check: Check, contents: Contents) -> None:
+    """Check that a log of this version has no metadata that this version does not write."""
+    for name in sorted(contents.metadata.keys() - {topics.METADATA}):
+        check.look(False, f"metadata record {name!r}: bimvox writes no such record")
+    for key in sorted(contents.metadata.get(topics.METADATA, {}).keys() - topics.OWN_METADATA - _OF_THE_PLAN):
+        check.look(key.startswith(SHA256), f"metadata {_short(key)}: bimvox writes no such key")
 
 
 def _check_attachment(check: Check, name: str, found: bytes | None, wanted: bytes, *, strict: bool) -> None:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.proof.names import check_names
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, turn_to
@@ -95,6 +96,7 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
         if blocker.mesh is not None:
             _finite(check, f"site.blockers[{number}] ({blocker.id}).mesh.vertices_m", blocker.mesh.vertices_m)
     _check_clashes(check, plan)
+    check_names(check, plan, context)
     for lift in plan.lifts:
         _check_lift(check, lift, f"lift {lift.number} ({site.components[lift.component].label})")
     for motion in motions:

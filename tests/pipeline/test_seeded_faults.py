@@ -27,7 +27,7 @@ from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.channels import LogWriter
 from bimvox.log.mcap.reader import read_contents, read_file
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.motion.commands import commands
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
@@ -396,6 +396,39 @@ def test_altered_metadata_and_poses_after_the_last_lift_are_refused(good: PlanLo
     told = document["checks"]["shown"]["failures"]
     assert told[0].startswith("metadata voxel_size_m is '0.1'")
     assert told[1] == f"{topics.LOAD}: 1 messages more than the plan gives, from 1000000.000 s"
+
+
+def test_a_revision_before_the_first_and_an_event_that_ends_early_are_refused(good: PlanLog, tmp_path: Path):
+    proven(dataclasses.replace(good, revision=-3, events=(LogEvent("replan", 5 * 10**9, 10**9, {}),)), tmp_path)
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert failed(document) == {"shown"}
+    assert document["checks"]["shown"]["failures"] == [
+        "metadata revision is -3; revisions count from 0",
+        f"{topics.EVENTS}: the event 'replan' at 5.000 s ends before, at 1.000 s",
+    ]
+
+
+def test_metadata_that_no_version_writes_is_refused(good: PlanLog, tmp_path: Path):
+    proven(good, tmp_path)
+    rewrite(tmp_path, metadata={"approved_by": "the city"})
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert failed(document) == {"shown"}
+    assert document["checks"]["shown"]["failures"] == ["metadata 'approved_by': bimvox writes no such key"]
+
+
+def test_a_metadata_record_beside_ours_is_refused(good: PlanLog, tmp_path: Path):
+    proven(good, tmp_path)
+    contents = read_contents(read_file(tmp_path / "log.mcap"), "log")
+    with (tmp_path / "log.mcap").open("wb") as stream, LogWriter(stream) as writer:
+        for key, values in (*contents.metadata.items(), ("approval", {"by": "the city"})):
+            writer.metadata(key, values)
+        for key, data in contents.attachments.items():
+            writer.attachment(key, data)
+        for m in contents.messages:
+            writer.raw(m.topic, m.sequence, m.time_ns, m.data)
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert failed(document) == {"shown"}
+    assert document["checks"]["shown"]["failures"] == ["metadata record 'approval': bimvox writes no such record"]
 
 
 def assert_each_alone_catches(folder: Path, checks: set[str], patch: pytest.MonkeyPatch) -> None:

@@ -116,7 +116,7 @@ def site_file_of(site: Site, **changes: Any) -> bytes:
     config = SiteConfig(
         model=ModelConfig(path=Path("boxes.ifc"), voxel_size_m=size_m, ground_m=float(site.site_to_ifc[2, 3])),
         grid=GridConfig(low_m=(x0, y0), high_m=(x0 + nx * size_m, y0 + ny * size_m, (nz - 1) * size_m)),
-        areas=AreasConfig(construction=next(iter(rows_of(site, built)), nowhere), yard=rows_of(site, site.yard)),
+        areas=AreasConfig(construction=next(iter(rows_of(site, built)), nowhere), yard=rows_of(site, site.yard) or (nowhere,)),
         crane=crane_config(site.cranes[0] if site.cranes else None),
         component=tuple(filter(None, map(entry_of(site), site.components))),
         rules=RulesConfig(**rules),
@@ -536,6 +536,29 @@ NONSENSE: dict[str, tuple[Forge, str]] = {
     "sling": (lambda log: with_crane(log, sling_m=float("nan")), "sling_m is nan"),
     "vertex": (a_vertex_that_is_nan, "(beam): mesh.vertices_m"),
     "twins": (two_parts_of_one_id, "the id occurs twice"),
+    "one GlobalId": (
+        lambda log: with_component(log, "beam", global_id="slab"),
+        "(beam): its GlobalId 'slab' is not that of its id 'beam'",
+    ),
+    "unheld ghost": (lambda log: with_plan(log, unheld=("ghost",)), "unheld: 'ghost' is not a part of the site"),
+    "before a ghost": (
+        lambda log: with_component(log, "beam", before=("ghost",)),
+        "(beam): before names 'ghost', which is not a part of the site",
+    ),
+    "after a wall": (lambda log: with_component(log, "slab", after=("wall",)), "(slab): after names 'wall', which"),
+    "ghostly kind": (
+        lambda log: with_blocker(log, "spook", [(39, 29, 1)], "ghost"),
+        "fixed object 'spook': there is no kind 'ghost'",
+    ),
+    "planned with a reason": (
+        lambda log: with_lift(log, "beam", reason="it is too heavy"),
+        "lift 3 (beam): it is planned, yet it says why it is not possible",
+    ),
+    "planned and blocked": (lambda log: with_lift(log, "beam", blocked_by=("wall",)), "lift 3 (beam): it is planned"),
+    "blocked by a ghost": (
+        lambda log: unplanned(log, "slab", "it is blocked at its place", ("ghost",)),
+        "lift 4 (slab): it is blocked by 'ghost', which is not on the site",
+    ),
 }
 """Logs that must be refused for a value before anything is proven, each with what the refusal says."""
 

@@ -13,14 +13,13 @@ from bimvox.library.prove import Planned
 from bimvox.library.site import LoadedSite
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_files, held_in
 from bimvox.log.plan_log import LogEvent, PlanLog
-from bimvox.log.segments import FIRST_PLAN, first_plan_of, segment_of
+from bimvox.log.segments import FIRST_PLAN, NOW_NS, first_plan_of, segment_of
 from bimvox.policy.choice import PolicyInUse
 from bimvox.records.lift import LiftPlan
 from bimvox.revision.current_plan import CurrentPlan, RevisionPart, current_plan_of
 from bimvox_pipeline.plan import infeasible_lifts
 from bimvox_pipeline.watch.documents import outcome
 from bimvox_pipeline.watch.log import segments_on_disk
-from bimvox_pipeline.watch.simulate import NOW_NS
 
 
 class WatchedPlan:

@@ -10,9 +10,6 @@ from bimvox.log.colours import ConstructionState
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.revision.current_plan import CurrentPlan
 
-NOW_NS = "simulated_ns"
-"""Metadata key: the time on the site's clock when a revision was made."""
-
 _NS_PER_S = 1_000_000_000
 _ANSWER_S = 3.0
 """Wall-clock time within which a new plan is on disk: a stopped load is held at least that long."""

@@ -14,7 +14,7 @@ from bimvox_pipeline.verify import verify
 from bimvox_pipeline.watch.file_watch import state_of
 from bimvox_pipeline.watch.live import driven_until_ns, live_logs
 from bimvox_pipeline.watch.plan import WatchedPlan
-from bimvox_pipeline.watch.simulate import NOW_NS, PlanClock
+from bimvox_pipeline.watch.simulate import PlanClock
 from bimvox_pipeline.watch.watch import Watcher
 
 from bimvox.crane.kinematics import hook_of
@@ -24,6 +24,7 @@ from bimvox.library.site import load_site
 from bimvox.log import schema as topics
 from bimvox.log.mcap.reader import read_contents, salvage_contents
 from bimvox.log.reader import read_log
+from bimvox.log.segments import NOW_NS
 from bimvox.progress import SilentProgress
 from bimvox.revision.in_transit import last_finished, motion_under_way
 
