@@ -116,7 +116,9 @@ def site_file_of(site: Site, **changes: Any) -> bytes:
     config = SiteConfig(
         model=ModelConfig(path=Path("boxes.ifc"), voxel_size_m=size_m, ground_m=float(site.site_to_ifc[2, 3])),
         grid=GridConfig(low_m=(x0, y0), high_m=(x0 + nx * size_m, y0 + ny * size_m, (nz - 1) * size_m)),
-        areas=AreasConfig(construction=next(iter(rows_of(site, built)), nowhere), yard=rows_of(site, site.yard) or (nowhere,)),
+        areas=AreasConfig(
+            construction=next(iter(rows_of(site, built)), nowhere), yard=rows_of(site, site.yard) or (nowhere,)
+        ),
         crane=crane_config(site.cranes[0] if site.cranes else None),
         component=tuple(filter(None, map(entry_of(site), site.components))),
         rules=RulesConfig(**rules),
