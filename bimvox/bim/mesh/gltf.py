@@ -67,8 +67,7 @@ class _Reader:
             to_world = parent_to_world @ self._placement(node, index)
             if "mesh" in node:
                 self._place(index, node, to_world)
-            children = node.get("children", [])
-            todo += [(child, to_world) for child in reversed(children if isinstance(children, list) else [])]
+            todo += [(child, to_world) for child in reversed(_children(node))]
         if len(self._bodies) == 1 and not self._named:
             self._bodies = [replace(self._bodies[0], name="")]
         return MeshContents(
@@ -81,7 +80,7 @@ class _Reader:
             roots = self._file.item("scenes", self._file.json.get("scene", 0)).get("nodes", [])
             return roots if isinstance(roots, list) else []
         nodes = self._file.items("nodes")
-        children = {child for node in nodes for child in node.get("children", ()) if isinstance(child, int)}
+        children = {child for node in nodes for child in _children(node) if isinstance(child, int)}
         return [index for index in range(len(nodes)) if index not in children]
 
     def _placement(self, node: dict[str, Any], index: int) -> NDArray[np.float64]:
@@ -165,6 +164,11 @@ class _Reader:
         if not faces:
             return None
         return np.concatenate(vertices), np.concatenate(faces).astype(np.int32)
+
+
+def _children(node: dict[str, Any]) -> list[Any]:
+    children = node.get("children")
+    return children if isinstance(children, list) else []
 
 
 def _triangles(order: NDArray[np.int64], mode: int) -> NDArray[np.int64]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.mesh.contents import damaged
-from bimvox.errors import MeshError
+from bimvox.errors import MeshError, cut, shown
 from bimvox.files import read_input, resolved
 
 _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
@@ -37,25 +37,30 @@ class GltfData:
         self.path = path
         self._binary: bytes | None = None
         self._buffers: dict[int, bytes] = {}
+        self._lists: dict[str, list[dict[str, Any]]] = {}
         self.external: list[bytes] = []
         """Contents of the external buffers."""
         self.json = self._parsed(self._glb(data) if data.startswith(_MAGIC) else data)
         version = str(self._of(self.json, "asset", dict).get("version", ""))
         if not version.startswith("2"):
-            raise MeshError(path, f"is glTF {version or 'without a version'}, not 2.0", hint="export it as glTF 2.0")
+            raise MeshError(
+                path, f"is glTF {cut(version) or 'without version'}, not 2.0", hint="export it as glTF 2.0"
+            )
 
     def items(self, key: str) -> list[dict[str, Any]]:
         """Return one of the file's lists of objects; empty if the file does not have it."""
-        found = self.json.get(key, [])
-        if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
-            raise damaged(self.path, f"{key} is not a list of objects")
-        return found
+        if key not in self._lists:
+            found = self.json.get(key, [])
+            if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
+                raise damaged(self.path, f"{key} is not a list of objects")
+            self._lists[key] = found
+        return self._lists[key]
 
     def item(self, key: str, index: Any) -> dict[str, Any]:
         """Return one object of a list."""
         items = self.items(key)
         if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(items):
-            raise damaged(self.path, f"{key}[{index}] is referenced, but there are only {len(items)}")
+            raise damaged(self.path, f"{key}[{shown(index)}] is referenced, but there are only {len(items)}")
         return items[index]
 
     def array(self, index: Any, kind: str) -> NDArray[np.float64] | NDArray[np.int64]:

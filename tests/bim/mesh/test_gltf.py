@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -212,6 +213,19 @@ def test_an_invalid_tree(nodes: list[dict[str, Any]], roots: list[int]) -> None:
     document = tree() | {"nodes": nodes, "scenes": [{"nodes": roots}]}
     with pytest.raises(MeshError, match="two parents, or is its own"):
         read(document)
+
+
+def test_children_that_are_not_a_list_are_none() -> None:
+    document = tree() | {"nodes": [{"mesh": 0, "name": "one", "children": 7}]}
+    del document["scenes"]
+    assert [body.name for body in read(document).bodies] == ["one"]
+
+
+def test_a_tree_of_many_nodes_is_read_in_seconds() -> None:
+    deep = [{"children": [n + 1]} for n in range(50_000)]
+    started_s = time.monotonic()
+    assert len(read(tree() | {"nodes": [*deep, {"mesh": 0}]}).bodies) == 1
+    assert time.monotonic() - started_s < 20.0
 
 
 def test_excessive_repetition_of_a_mesh_is_refused() -> None:
