@@ -17,7 +17,7 @@ from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag, mod
 
 from bimvox.bim.options import MOST_SELECT
 from bimvox.crane.axis_limits import AxisLimits
-from bimvox.errors import ConfigError
+from bimvox.errors import ConfigError, shown
 from bimvox.site.component import StoredPose
 from bimvox.site.limits import MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, MOST_SUPPORT_GAP_M
 from bimvox.site.site import Rules, SwingRule
@@ -58,7 +58,10 @@ def _simple_polygon(corners: tuple[Point2, ...]) -> tuple[Point2, ...]:
     return corners
 
 
-Polygon = Annotated[tuple[Point2, ...], Field(min_length=3), AfterValidator(_simple_polygon)]
+MOST_CORNERS = 10_000
+MOST_AREAS = 1000
+"""The most corners of a polygon, and the most zones and yard areas: no site needs more, and they would take minutes."""
+Polygon = Annotated[tuple[Point2, ...], Field(min_length=3, max_length=MOST_CORNERS), AfterValidator(_simple_polygon)]
 """Corners [x, y] in site metres, in either direction, without repeating the first one."""
 
 
@@ -106,7 +109,7 @@ class AreasConfig(Table):
 
     construction: Polygon | None = None
     """The construction area."""
-    yard: Annotated[tuple[Polygon, ...], Field(min_length=1)] | None = None
+    yard: Annotated[tuple[Polygon, ...], Field(min_length=1, max_length=MOST_AREAS)] | None = None
     """One or more areas where parts are stored, without their overlap with the construction area."""
 
 
@@ -466,7 +469,7 @@ class SiteConfig(Table):
         | None
     ) = None
     component: tuple[ComponentConfig, ...] = ()
-    zone: tuple[ZoneConfig, ...] = ()
+    zone: Annotated[tuple[ZoneConfig, ...], Field(max_length=MOST_AREAS)] = ()
     sequence: SequenceConfig = SequenceConfig()
     rules: RulesConfig = RulesConfig()
     policy: PolicyConfig = PolicyConfig()
@@ -494,10 +497,10 @@ class SiteConfig(Table):
 
     @model_validator(mode="after")
     def _each_component_once(self) -> Self:
-        ids = [entry.global_id for entry in self.component]
-        for number, global_id in enumerate(ids):
-            if global_id in ids[:number]:
-                raise ValueError(f"component[{number}].global_id: {global_id!r} is listed twice")
+        first: dict[str, int] = {}
+        for number, entry in enumerate(self.component):
+            if first.setdefault(entry.global_id, number) != number:
+                raise ValueError(f"component[{number}].global_id: {shown(entry.global_id)} is listed twice")
         return self
 
     @model_validator(mode="after")

@@ -1,3 +1,5 @@
+import time
+
 import pytest
 
 from bimvox.errors import ConfigError
@@ -138,3 +140,30 @@ def test_files_that_cannot_be_used(tmp_path):
     with pytest.raises(ConfigError, match=r"house\.ifc") as caught:
         load_site_config(tmp_path / "a.toml")
     assert caught.value.key == "model.path"
+
+
+def test_many_components_are_checked_in_seconds() -> None:
+    entries = "".join(f'[[component]]\nglobal_id = "part {n}"\n' for n in range(20_000))
+    started_s = time.process_time()
+    said = error_of(MODEL + entries + '[[component]]\nglobal_id = "part 7"\n')
+    assert time.process_time() - started_s < 10.0
+    assert "component[20000].global_id: 'part 7' is listed twice" in str(said)
+
+
+ZONE = '[[zone]]\nkind = "no_load"\npolygon = [[0, 0], [1, 0], [1, 1]]\n'
+CORNERS = ", ".join(f"[{n}, {n * n}]" for n in range(10_001))
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "said"),
+    [
+        (ZONE * 1001, "zone", "at most 1000 values, got 1001"),
+        (f"[[zone]]\npolygon = [{CORNERS}]\n", "zone[0].polygon", "at most 10000 values, got 10001"),
+        (f"[areas]\nconstruction = [{CORNERS}]\n", "areas.construction", "at most 10000 values, got 10001"),
+        (f"[areas]\nyard = [{', '.join(['[[0, 0], [1, 0], [1, 1]]'] * 1001)}]\n", "areas.yard", "at most 1000 values"),
+    ],
+)
+def test_more_areas_and_corners_than_a_site_has_are_refused(text: str, key: str, said: str) -> None:
+    error = error_of(MODEL + text)
+    assert error.key == key
+    assert said in str(error)

@@ -43,9 +43,7 @@ class GltfData:
         self.json = self._parsed(self._glb(data) if data.startswith(_MAGIC) else data)
         version = str(self._of(self.json, "asset", dict).get("version", ""))
         if not version.startswith("2"):
-            raise MeshError(
-                path, f"is glTF {cut(version) or 'without version'}, not 2.0", hint="export it as glTF 2.0"
-            )
+            raise MeshError(path, f"is glTF {cut(version) or 'without version'}, not 2.0", hint="export it as glTF 2.0")
 
     def items(self, key: str) -> list[dict[str, Any]]:
         """Return one of the file's lists of objects; empty if the file does not have it."""

@@ -8,14 +8,20 @@ from numpy.typing import NDArray
 CLIPPED_MOST = 4096
 """A face with more corners than this is always cut as a fan: ear clipping is quadratic."""
 
+WORK = 30_000_000
+"""Comparisons of corners that ear clipping may make for a mesh, and ``WORK_A_CORNER`` more for each corner of it."""
+WORK_A_CORNER = 1000
+_WORK_A_TRY = 500
+"""What a corner that is not an ear costs at least, in such comparisons."""
+
 
 def triangulated(
     vertices: NDArray[np.float64], sizes: NDArray[np.int64], corners: NDArray[np.int64]
 ) -> NDArray[np.int32]:
     """Return the triangles of polygons, in their order, with their orientation.
 
-    If the first corner sees all others, the polygon is cut as a fan, otherwise by ear clipping. Faces with fewer than
-    three corners are dropped.
+    If the first corner sees all others, the polygon is cut as a fan, otherwise by ear clipping. Spirals of which that
+    would take minutes are cut as fans too. Faces with fewer than three corners are dropped.
 
     Args:
         vertices: (V, 3).
@@ -44,9 +50,10 @@ def triangulated(
         seen = np.einsum("ij,ij->i", cross, normals[polygon]) > 0.0
     wrong = np.zeros(len(sizes), dtype=bool)
     wrong[polygon[~seen]] = True
+    work_left = WORK + WORK_A_CORNER * len(corners)
     for index in np.flatnonzero(wrong & (sizes > 3) & (sizes <= CLIPPED_MOST)):
         ring = corners[starts[index] : starts[index] + sizes[index]]
-        ears = _ears(_flat(vertices[ring], normals[index]))
+        ears, work_left = _ears(_flat(vertices[ring], normals[index]), work_left)
         if ears is not None:
             faces[first_cut[index] : first_cut[index] + cuts[index]] = ring[ears]
     return faces.astype(np.int32)
@@ -59,26 +66,32 @@ def _flat(points: NDArray[np.float64], normal: NDArray[np.float64]) -> NDArray[n
     return points[:, [u, v]] if normal[axis] > 0 else points[:, [v, u]]
 
 
-def _ears(points: NDArray[np.float64]) -> NDArray[np.int64] | None:
-    """Return the ears of a counter-clockwise polygon, (n - 2, 3) indices; None if it is not a polygon.
+def _ears(points: NDArray[np.float64], work_left: int) -> tuple[NDArray[np.int64] | None, int]:
+    """Return the ears of a counter-clockwise polygon, (n - 2, 3) indices, and how much work is left.
+
+    There are no ears if it is not a polygon, or if no work is left.
 
     Corners at the same place (the two sides of a bridge to a hole) do not block an ear. If possible, corners on a
     straight line are used by adjacent ears, so that the face still meets its neighbours corner to corner.
     """
     if not np.isfinite(points).all():
-        return None
+        return None, work_left
     ring = list(range(len(points)))
     ears: list[tuple[int, int, int]] = []
     while len(ring) > 3:
-        at = next((place for place in range(len(ring)) if _is_ear(points, ring, place)), None)
+        tried = range(min(len(ring), 1 + max(work_left, 0) // (_WORK_A_TRY + len(ring))))
+        at = next((place for place in tried if _is_ear(points, ring, place)), None)
+        work_left -= (len(tried) if at is None else at) * (_WORK_A_TRY + len(ring))
+        if work_left < 0:
+            return None, work_left
         if at is None:
             straight = [place for place in range(len(ring)) if _turn(points, _three(ring, place)) == 0.0]
             if not straight:
-                return None
+                return None, work_left
             at = straight[0]
         ears.append(_three(ring, at))
         del ring[at]
-    return np.array([*ears, tuple(ring)], dtype=np.int64)
+    return np.array([*ears, tuple(ring)], dtype=np.int64), work_left
 
 
 def _three(ring: list[int], place: int) -> tuple[int, int, int]:

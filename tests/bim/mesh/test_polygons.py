@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bimvox.bim.mesh import polygons
 from bimvox.bim.mesh.polygons import triangulated
 
 L_SHAPE = [(0, 0), (4, 0), (4, 1), (1, 1), (1, 3), (0, 3)]
@@ -62,6 +63,18 @@ def test_corners_on_a_straight_edge_stay_corners() -> None:
     assert (areas > 0).all()
     edges = {tuple(sorted(pair)) for face in faces.tolist() for pair in zip(face, face[1:] + face[:1], strict=True)}
     assert {(0, 1), (1, 2)} <= edges
+
+
+def test_spirals_are_cut_as_fans_once_ear_clipping_has_worked_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    turn = np.linspace(0.0, 20.0 * np.pi, 60)
+    arms = [np.stack([(width + turn) * np.cos(turn), (width + turn) * np.sin(turn)], axis=1) for width in (1.0, 0.5)]
+    spiral = [tuple(corner) for corner in np.concatenate([arms[0], arms[1][::-1]]).tolist()]
+    fan = [[0, n + 1, n + 2] for n in range(len(spiral) - 2)]
+    assert cut(spiral)[0].tolist() != fan
+    monkeypatch.setattr(polygons, "WORK", 0)
+    monkeypatch.setattr(polygons, "WORK_A_CORNER", 10)
+    assert cut(spiral)[0].tolist() == fan
+    assert cut(L_SHAPE)[1].sum() == pytest.approx(shoelace(L_SHAPE))
 
 
 def test_order_and_corner_counts_are_kept() -> None:
