@@ -8,6 +8,7 @@ Ground and masts follow from the site itself.
 from __future__ import annotations
 
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,8 @@ from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 OBSTRUCTIONS = "obstructions."
 """Begins the name of an obstruction file among the files attached to a log."""
 
+_NAMED = ("json", "toml")
+"""Formats of an obstruction file that may name other files."""
 _SAME = 1e-9
 
 
@@ -58,6 +61,16 @@ def check_own_files(log: PlanLog) -> Check:
         if name.startswith(OBSTRUCTIONS):
             _compare_obstructions(check, site, name, log.attachments[name])
     return check
+
+
+def only_as_cells(log: PlanLog) -> tuple[str, ...]:
+    """Return the ids of the obstructions whose mesh or point files are not in the log, so that only cells are known."""
+    found: set[str] = set()
+    for name, data in log.attachments.items():
+        if name.startswith(OBSTRUCTIONS) and name.rpartition(".")[2] in _NAMED:
+            with suppress(BimvoxError):
+                found |= without_references(data, name)[1]
+    return tuple(sorted(found))
 
 
 def compare_config(check: Check, site: Site, config: SiteConfig, source: str) -> None:
@@ -120,7 +133,7 @@ def _compare_extent(check: Check, site: Site, wanted: tuple[GridFrame, IntVec], 
 def _compare_obstructions(check: Check, site: Site, name: str, data: bytes) -> None:
     """Compare the obstructions with those of an attached file."""
     source = f"the attached {name}"
-    named = name.rpartition(".")[2] in ("json", "toml")
+    named = name.rpartition(".")[2] in _NAMED
     refers: frozenset[str] = frozenset()
     with tempfile.TemporaryDirectory() as folder:
         try:

@@ -7,6 +7,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from bimvox.library.own_files import only_as_cells
 from bimvox.library.verify import prove, prove_further, read_whole
 from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import PlanLog
@@ -66,6 +67,13 @@ def _conditions(contents: Contents, record: PlanLog) -> list[str]:
         found.append("this log was recovered from a damaged one: lifts that were lost are not proven")
     if (version := other_version(contents)) is not None:
         found.append(f"the words of /log are those of bimvox {version}: they are not compared")
+    if cells := only_as_cells(record):
+        more = f" and {len(cells) - 3:,} more" if len(cells) > 3 else ""
+        found.append(
+            "obstructions are where their cells in this log are, because the mesh or point files that they came from "
+            "are not in it: "
+            f"{', '.join(cells[:3])}{more}"
+        )
     return found
 
 

@@ -531,6 +531,15 @@ def test_a_log_of_its_own_obstruction_file_is_verified(good: PlanLog, tmp_path: 
     assert document["verified"], failed(document)
 
 
+def test_obstructions_of_files_that_are_not_in_the_log_are_a_condition(good: PlanLog, tmp_path: Path):
+    record = faults.with_blocker(faults.with_a_file_of_a_mesh(good), "truck", [(36, 26, 1)])
+    document = proven(record, tmp_path)
+    assert document["verified"], failed(document)
+    assert any("files that they came from are not in it: truck" in one for one in document["conditions"])
+    plain = proven(faults.with_obstructions_file(good), tmp_path)
+    assert not any("files that they came from" in one for one in plain["conditions"])
+
+
 @pytest.mark.parametrize("repeated", ["attachment", "metadata"])
 def test_what_a_log_has_once_may_not_occur_twice(good: PlanLog, tmp_path: Path, repeated: str):
     proven(good, tmp_path)
