@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from bimvox.proof.capacity import shares_of_capacity
+from bimvox.proof.gate import gate_of
 from bimvox.proof.marks import Marks, hits
 from bimvox.proof.moment import Thing, beside, cells_in_common, moments, near_and_far, passed_by
 from bimvox.proof.shape import check_shape, check_structure
@@ -150,9 +151,7 @@ class _Verifier:
         if not self._resumes(lift):  # otherwise it left the yard on another path, which is proven separately
             self._check_yard(component, place, present)
         self._check_cells(lift, component, path, present)
-        self._check_margin(lift, component, path, present)
-        if "rope_margin" in self.checks:
-            check_rope_margin(self.checks["rope_margin"], self.site, lift, component, self.marks.counts)
+        self._check_margins(lift, component, path)
         self._check_hook(component, path, present)
         self._check_support(component, placed)
 
@@ -284,25 +283,33 @@ class _Verifier:
         for thing in near:
             self.triangles.check_moves(self.checks["triangles"], component, path[first:], thing.solid)
 
-    def _check_margin(
-        self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]
-    ) -> None:
-        """Check that a part keeps the transit clearance between its departure, straight up, and its last moves."""
+    def _check_margins(self, lift: Lift, component: Component, path: NDArray[np.int32]) -> None:
+        """Check that a part and its rope keep the clearances between departure, straight up, and last moves."""
         margin_m = self.site.rules.transit_clearance_m
-        if margin_m <= 0.0:
+        if margin_m <= 0.0 and "rope_margin" not in self.checks:
             return
-        reach = whole_cells(margin_m, self.site.frame)
-        wide = maximum_filter(self.marks.counts, size=2 * reach + 1, mode="constant", cval=0)
-        near: NDArray[np.bool_] = hits(wide, component.shape.cells, path.astype(np.int64))
-        gate = max(0, len(path) - 1 - lift.contact_moves)
-        rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)
-        departure = int(np.argmin(rising & near)) if not (rising & near).all() else len(path)
-        bad = np.flatnonzero(near[departure : gate + 1]) + departure
-        self.checks["margin"].look(
-            not len(bad),
-            f"{component.id}: at placement {bad[:1]} it comes nearer than {margin_m:g} m to something",
-            samples=max(0, gate + 1 - departure),
-        )
+        wide: NDArray[np.uint16] | None = None
+        if margin_m > 0.0:
+            reach = whole_cells(margin_m, self.site.frame)
+            wide = maximum_filter(self.marks.counts, size=2 * reach + 1, mode="constant", cval=0)
+        gate = gate_of(self.site, lift, component, self.marks.counts, wide)
+        if wide is not None:
+            near: NDArray[np.bool_] = hits(wide, component.shape.cells, path.astype(np.int64))
+            rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)
+            departure = int(np.argmin(rising & near)) if not (rising & near).all() else len(path)
+            bad = np.flatnonzero(near[departure : gate + 1]) + departure
+            # Of a load that was stopped, the path may begin in its last moves.
+            self.checks["margin"].look(
+                bool(lift.left) or not near[gate],
+                f"{component.id}: its last moves begin nearer than {margin_m:g} m to something",
+            )
+            self.checks["margin"].look(
+                not len(bad),
+                f"{component.id}: at placement {bad[:1]} it comes nearer than {margin_m:g} m to something",
+                samples=max(0, gate + 1 - departure),
+            )
+        if "rope_margin" in self.checks:
+            check_rope_margin(self.checks["rope_margin"], self.site, lift, component, self.marks.counts, gate)
 
     def _check_hook(self, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
         site, crane = self.site, self.site.crane_of(component)

@@ -74,11 +74,13 @@ def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component
     )
 
 
-def check_rope_margin(check: Check, site: Site, lift: Lift, component: Component, counts: NDArray[np.uint16]) -> None:
+def check_rope_margin(
+    check: Check, site: Site, lift: Lift, component: Component, counts: NDArray[np.uint16], gate: int
+) -> None:
     """Check that in transit, within the clearance in plan, nothing is higher than the end of the hook line.
 
-    Exceptions: the first placements straight up from the yard while something is near, and the last moves. ``counts``
-    is how many things occupy each cell, (X, Y, Z).
+    Exceptions: the first placements straight up from the yard while something is near, and the last moves, which begin
+    at placement ``gate``. ``counts`` is how many things occupy each cell, (X, Y, Z).
     """
     assert lift.path_vox is not None
     path = lift.path_vox
@@ -88,7 +90,6 @@ def check_rope_margin(check: Check, site: Site, lift: Lift, component: Component
         beside = counts[max(0, x - reach) : x + reach + 1, max(0, y - reach) : y + reach + 1, max(0, z) :]
         near[n] = bool(beside.any())
     rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)
-    gate = max(0, len(path) - 1 - lift.contact_moves)
     leaving = np.logical_and.accumulate(rising & near)
     bad = np.flatnonzero((near & ~leaving)[: gate + 1])
     check.look(
