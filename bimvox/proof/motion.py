@@ -31,6 +31,7 @@ from bimvox.proof.ends import check_ends
 from bimvox.proof.hook import HookProof
 from bimvox.proof.load import LoadProof
 from bimvox.proof.moment import Moment, moments
+from bimvox.proof.phase_names import check_phase_names
 from bimvox.proof.space import ALWAYS_NS, RawCells
 from bimvox.proof.swing import SwingProof
 from bimvox.proof.triangles import TriangleCheck
@@ -138,6 +139,7 @@ class _Verifier:
             crane, load, hook, swing = proofs[component.crane]
             self._check_axes(name, crane, moment, motion)
             check_durations(self.checks["timeline"], name, self.site.rules, motion)
+            check_phase_names(self.checks["timeline"], name, motion)
             check_ends(self.checks["ends"], name, self.site, crane, moment, motion, before)
             cells.move_to(moment.present)
             load.check(name, moment, motion)

@@ -503,6 +503,14 @@ def test_a_missing_surface_does_not_count_as_free(good: PlanLog, tmp_path: Path)
     assert "shapes" in failed(proven(faults.with_component(good, "left", mesh=sheet), tmp_path))
 
 
+@pytest.mark.parametrize("name", faults.OTHER_PHASES)
+def test_phases_are_called_what_the_crane_does_in_them(good: PlanLog, tmp_path: Path, name: str):
+    forge, says = faults.OTHER_PHASES[name]
+    document = proven(forge(good), tmp_path)
+    assert failed(document) == {"timeline"}
+    assert any(re.search(says, failure) for failure in document["checks"]["timeline"]["failures"])
+
+
 @pytest.mark.parametrize("name", faults.NONSENSE)
 def test_nothing_is_proven_from_invalid_values(good: PlanLog, tmp_path: Path, name: str):
     forge, says = faults.NONSENSE[name]

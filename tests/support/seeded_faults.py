@@ -653,6 +653,76 @@ def with_phase_of(log: PlanLog, name: PhaseName, length_ns: int) -> PlanLog:
     return dataclasses.replace(log, motions=tuple(motions))
 
 
+def with_carrying(log: PlanLog, *names: PhaseName) -> PlanLog:
+    """Return every lift with other names for the phases in which its load is carried; the first one is longest.
+
+    If there are fewer names than phases, the first lasts as long as the ones left out.
+    """
+    motions = []
+    for motion in log.motions:
+        carrying = [p for p in motion.phases if p.name in (PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER)]
+        first = carrying[: len(carrying) - len(names) + 1]
+        spans = [(first[0].start_ns, first[-1].end_ns), *((p.start_ns, p.end_ns) for p in carrying[len(first) :])]
+        named = [Phase(name, *span) for name, span in zip(names, spans, strict=True)]
+        at = motion.phases.index(carrying[0])
+        phases = (*motion.phases[:at], *named, *motion.phases[at + len(carrying) :])
+        motions.append(dataclasses.replace(motion, phases=phases))
+    return dataclasses.replace(log, motions=tuple(motions))
+
+
+def lowered_from_the_first_moment_of_the_traverse(log: PlanLog) -> PlanLog:
+    motions = []
+    for motion in log.motions:
+        phases = list(motion.phases)
+        at = next(n for n, phase in enumerate(phases) if phase.name is PhaseName.LOWER)
+        start_ns = phases[at - 1].start_ns + 1
+        phases[at - 1] = dataclasses.replace(phases[at - 1], end_ns=start_ns)
+        phases[at] = dataclasses.replace(phases[at], start_ns=start_ns)
+        motions.append(dataclasses.replace(motion, phases=tuple(phases)))
+    return dataclasses.replace(log, motions=tuple(motions))
+
+
+def hoisted_for_a_moment(log: PlanLog) -> PlanLog:
+    motions = []
+    for motion in log.motions:
+        phases = list(motion.phases)
+        at = next(n for n, phase in enumerate(phases) if phase.name is PhaseName.HOIST)
+        end_ns = phases[at].start_ns + 1
+        phases[at] = dataclasses.replace(phases[at], end_ns=end_ns)
+        phases[at + 1] = dataclasses.replace(phases[at + 1], start_ns=end_ns)
+        motions.append(dataclasses.replace(motion, phases=tuple(phases)))
+    return dataclasses.replace(log, motions=tuple(motions))
+
+
+OTHER_PHASES: dict[str, tuple[Forge, str]] = {
+    "traverse called hoist": (
+        lambda log: with_carrying(log, PhaseName.HOIST, PhaseName.LOWER),
+        r"\): it slews or trolleys in its phase hoist, which begins at \d+",
+    ),
+    "hoist called traverse": (
+        lambda log: with_carrying(log, PhaseName.TRAVERSE, PhaseName.LOWER),
+        r"\): in its phase traverse, which begins at .* s, it slews or trolleys only after \d+",
+    ),
+    "all called traverse": (
+        lambda log: with_carrying(log, PhaseName.TRAVERSE),
+        r"\): it is lowered for .* s before it is set, in its phase traverse",
+    ),
+    "all called lower": (
+        lambda log: with_carrying(log, PhaseName.LOWER),
+        r"\): it is hoisted in its phase lower, which begins at \d+",
+    ),
+    "lower at once": (
+        lowered_from_the_first_moment_of_the_traverse,
+        r"\): in its phase lower, which begins at .* s, it is not lowered for \d+",
+    ),
+    "hoist for a moment": (
+        hoisted_for_a_moment,
+        r"\): in its phase traverse, which begins at .* s, it slews or trolleys only after \d+",
+    ),
+}
+"""Logs whose phases are called otherwise than what the crane does in them, each with what ``timeline`` says."""
+
+
 def no_time_to_hook_on(log: PlanLog) -> PlanLog:
     return with_phase_of(log, PhaseName.HOOK_ON, 1000)
 
