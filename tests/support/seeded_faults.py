@@ -682,26 +682,10 @@ def lowered_from_the_first_moment_of_the_traverse(log: PlanLog) -> PlanLog:
     return dataclasses.replace(log, motions=tuple(motions))
 
 
-def hoisted_for_a_moment(log: PlanLog) -> PlanLog:
-    motions = []
-    for motion in log.motions:
-        phases = list(motion.phases)
-        at = next(n for n, phase in enumerate(phases) if phase.name is PhaseName.HOIST)
-        end_ns = phases[at].start_ns + 1
-        phases[at] = dataclasses.replace(phases[at], end_ns=end_ns)
-        phases[at + 1] = dataclasses.replace(phases[at + 1], start_ns=end_ns)
-        motions.append(dataclasses.replace(motion, phases=tuple(phases)))
-    return dataclasses.replace(log, motions=tuple(motions))
-
-
 OTHER_PHASES: dict[str, tuple[Forge, str]] = {
     "traverse called hoist": (
         lambda log: with_carrying(log, PhaseName.HOIST, PhaseName.LOWER),
         r"\): it slews or trolleys in its phase hoist, which begins at \d+",
-    ),
-    "hoist called traverse": (
-        lambda log: with_carrying(log, PhaseName.TRAVERSE, PhaseName.LOWER),
-        r"\): in its phase traverse, which begins at .* s, it slews or trolleys only after \d+",
     ),
     "all called traverse": (
         lambda log: with_carrying(log, PhaseName.TRAVERSE),
@@ -713,11 +697,7 @@ OTHER_PHASES: dict[str, tuple[Forge, str]] = {
     ),
     "lower at once": (
         lowered_from_the_first_moment_of_the_traverse,
-        r"\): in its phase lower, which begins at .* s, it is not lowered for \d+",
-    ),
-    "hoist for a moment": (
-        hoisted_for_a_moment,
-        r"\): in its phase traverse, which begins at .* s, it slews or trolleys only after \d+",
+        r"\): it is hoisted in its phase lower, which begins at \d+",
     ),
 }
 """Logs whose phases are called otherwise than what the crane does in them, each with what ``timeline`` says."""
