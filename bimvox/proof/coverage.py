@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.proof import Check
 
-_ALWAYS = ("complete", "shapes", "unit_moves", "boundary", "cells", "yard")
+_ALWAYS = ("complete", "shapes", "mass", "slings", "unit_moves", "boundary", "cells", "yard")
 _WITH_A_CRANE = (
     "reach",
     "timeline",

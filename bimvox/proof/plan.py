@@ -16,9 +16,11 @@ from scipy.ndimage import maximum_filter
 from bimvox.proof.capacity import shares_of_capacity
 from bimvox.proof.gate import gate_of
 from bimvox.proof.marks import Marks, hits
+from bimvox.proof.mass import check_mass
 from bimvox.proof.moment import Thing, beside, cells_in_common, moments, near_and_far, passed_by
 from bimvox.proof.shape import check_shape, check_structure
 from bimvox.proof.site_rules import check_rope_margin, check_stored, check_wind, check_zones
+from bimvox.proof.slings import check_slings
 from bimvox.proof.space import whole_cells
 from bimvox.proof.stands import check_stands
 from bimvox.proof.triangles import TriangleCheck
@@ -30,6 +32,8 @@ from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turn
 CHECKS = (
     "complete",
     "shapes",
+    "mass",
+    "slings",
     "unit_moves",
     "boundary",
     "cells",
@@ -55,7 +59,7 @@ def verify_plan(
         plan: The plan.
         context: Lifts of the same plan that it does not contain (it is an extract of a log): their parts are where the
             plan sets or stores them, but the lifts are not proven.
-        known_shapes: Indices of components of the same site whose cells are known to cover their triangles. They are
+        known_shapes: Indices of components of the same site whose cells, masses and slings are known to fit. They are
             not checked again; components that pass now are added.
 
     Returns:
@@ -79,7 +83,8 @@ class _Verifier:
             self.checks["rope_margin"] = Check("rope_margin")
         if self.site.cranes and self.site.rules.wind_speed_m_s > 0.0:
             self.checks["wind"] = Check("wind", unit="share of permitted wind")
-        self.checks["triangles"].unit = "m"
+        self.checks["triangles"].unit = self.checks["slings"].unit = "m"
+        self.checks["mass"].unit = "kg/m3"
         self.checks["reach"].unit = "share of capacity"
 
     def run(self) -> Verification:
@@ -156,12 +161,15 @@ class _Verifier:
         self._check_support(component, placed)
 
     def _check_shape(self, component: Component) -> None:
-        check = self.checks["shapes"]
+        """Check a part by itself: its cells, its mass and its slings."""
         if component.index in self.known_shapes:
             return
-        failed = check.failed
-        check_shape(check, component, self.site.frame)
-        if check.failed == failed:
+        own = [self.checks[name] for name in ("shapes", "mass", "slings")]
+        failed = sum(check.failed for check in own)
+        check_shape(own[0], component, self.site.frame)
+        check_mass(own[1], component, self.site.frame.voxel_size_m)
+        check_slings(own[2], self.site, component)
+        if sum(check.failed for check in own) == failed:
             self.known_shapes.add(component.index)
 
     def _check_moves(self, lift: Lift, component: Component, path: NDArray[np.int32], place: YardPlace) -> None:

@@ -35,7 +35,7 @@ from bimvox.records.lift import Epoch, LeftPath, ModelledClash, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.build import labels_of, with_digests
-from bimvox.site.component import Component, StoredPose
+from bimvox.site.component import Component, Lifting, StoredPose
 from bimvox.site.config import (
     AreasConfig,
     ComponentConfig,
@@ -775,6 +775,64 @@ def a_structure_with_another_surface(log: PlanLog) -> PlanLog:
     mesh = box_mesh((8.0, 0.0, 0.0), (8.5, 1.0, 0.5))
     blockers = [dataclasses.replace(b, mesh=mesh) if b.id == "wall" else b for b in log.plan.site.blockers]
     return with_site(log, blockers=tuple(blockers))
+
+
+def thin_columns(low: Sequence[float], high: Sequence[float]) -> TriangleMesh:
+    """Return columns of 1 mm on the edges of a box, and a sheet across it: its outline, but not its body."""
+    edges = [(x, y) for x in (low[0], high[0] - 0.001) for y in (low[1], high[1] - 0.001)]
+    columns = [box_mesh((x, y, low[2]), (x + 0.001, y + 0.001, high[2])) for x, y in edges]
+    corners = np.array([low, (high[0], low[1], low[2]), (high[0], high[1], low[2])])
+    return TriangleMesh.joined([*columns, TriangleMesh(corners, np.array([[0, 1, 2]], np.int32))])
+
+
+def a_part_of_thin_columns(log: PlanLog) -> PlanLog:
+    """The slab's cells stay, but there is almost nothing in them that could touch a neighbour."""
+    return with_component(log, "slab", mesh=thin_columns((1.0, 1.0, 3.4), (5.0, 2.0, 3.6)))
+
+
+def a_structure_of_thin_columns(log: PlanLog) -> PlanLog:
+    mesh = thin_columns(*WALL[1:])
+    blockers = [dataclasses.replace(b, mesh=mesh) if b.id == "wall" else b for b in log.plan.site.blockers]
+    return with_site(log, blockers=tuple(blockers))
+
+
+def a_slab_of_a_milligram(log: PlanLog) -> PlanLog:
+    return with_component(log, "slab", mass_kg=1e-6)
+
+
+def masses_a_thousandth(log: PlanLog) -> PlanLog:
+    parts = [dataclasses.replace(part, mass_kg=part.mass_kg / 1000.0) for part in log.plan.site.components]
+    return with_site(log, components=tuple(parts))
+
+
+def a_slab_of_a_milligram_with_a_hole(log: PlanLog) -> PlanLog:
+    mesh = log.plan.site.components[index_of(log, "slab")].mesh
+    open_mesh = TriangleMesh(mesh.vertices_m, np.delete(mesh.faces, 5, axis=0))
+    return with_component(log, "slab", mass_kg=1e-6, mesh=open_mesh)
+
+
+def a_slab_heavier_than_any_metal(log: PlanLog) -> PlanLog:
+    return with_component(log, "slab", mass_kg=0.8 * 26_000.0)
+
+
+def with_lifting(log: PlanLog, *points_m: tuple[float, float, float], rise_vox: int = 0) -> PlanLog:
+    return with_component(log, "slab", lifting=Lifting(points_m, "anchors", rise_vox))
+
+
+def lifted_from_where_it_is_not(log: PlanLog) -> PlanLog:
+    return with_component(log, "slab", lifting=Lifting(((40.0, 1.5, 3.6),), "centre_of_mass", 0))
+
+
+def lifted_far_from_the_part(log: PlanLog) -> PlanLog:
+    return with_lifting(log, (40.0, 1.5, 3.6), (3.0, 1.5, 3.6), rise_vox=124)
+
+
+def slings_that_are_too_flat(log: PlanLog) -> PlanLog:
+    return with_lifting(log, (1.2, 1.5, 3.6), (4.8, 1.5, 3.6))
+
+
+def slings_longer_than_needed(log: PlanLog) -> PlanLog:
+    return with_component(log, "slab", lifting=Lifting((), "centre_of_mass", 2))
 
 
 def a_hook_aside(log: PlanLog) -> PlanLog:

@@ -13,7 +13,9 @@ SWING = {
 }
 CHECKS = {
     "complete": "every part has exactly one lift, numbered without gaps; infeasible lifts have a reason",
-    "shapes": "a part's cells cover all of its triangles",
+    "shapes": "a part's cells cover all of its triangles, and its mesh fills them",
+    "mass": "a part's mass is that of a material of its volume",
+    "slings": "lifting points are on the part, and the hook is high enough for the slings' angle",
     "unit_moves": "every path goes from the part's place in the yard to its place in the building, one cell per move",
     "boundary": "no path leaves the site",
     "cells": "no cell of the part meets a filled cell, by boolean grids rebuilt for every lift",
@@ -24,7 +26,7 @@ CHECKS = {
     "wind": "the sail area of every part permits the site's wind speed",
     "support": "a part is set after the parts that it rests on",
     "yard": "parts in the yard do not collide, one delivery at a time",
-    "timeline": "lifts follow each other on one clock without gaps, phases in their order",
+    "timeline": "lifts follow each other on one clock without gaps, phases in their order, named by what is done",
     "axis_limits": "no axis exceeds its rate, acceleration or jerk, measured by differences of the samples",
     "axis_range": "the hook stays between minimum radius and jib end, and above the ground",
     "ends": "the motion begins at the part's place in the yard and ends at its place in the building",
