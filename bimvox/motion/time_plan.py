@@ -153,15 +153,17 @@ def empty_hook_move(
 
 
 def carrying_phases(timeline: Timeline, length_ns: int) -> list[tuple[PhaseName, int]]:
-    """Return hoist, traverse and lower of a loaded motion, cut at the starts of moves: names and lengths, ns."""
-    flat = [i for i, move in enumerate(timeline.moves) if not move.is_vertical]
-    down = [i for i, move in enumerate(timeline.moves) if move.is_vertical and move.difference[2] < 0.0]
-    if flat:
-        hoisted = round(timeline.start_s[flat[0]] * NS_PER_S)
-        final = flat[-1] + 1 < len(timeline.moves) and flat[-1] + 1 in down
-        lowers = round(timeline.start_s[flat[-1] + 1] * NS_PER_S) if final else length_ns
-    else:
-        hoisted = lowers = round(timeline.start_s[down[0]] * NS_PER_S) if down else length_ns
+    """Return hoist, traverse and lower of a loaded motion: names and lengths, ns.
+
+    They are cut at the start of the first move that is not vertical, and of the final moves down.
+    """
+    moves = timeline.moves
+    flat = [i for i, move in enumerate(moves) if not move.is_vertical]
+    final = len(moves)
+    while final and moves[final - 1].is_vertical and moves[final - 1].difference[2] < 0.0:
+        final -= 1
+    lowers = round(timeline.start_s[final] * NS_PER_S) if final < len(moves) else length_ns
+    hoisted = round(timeline.start_s[flat[0]] * NS_PER_S) if flat else lowers
     return [
         (PhaseName.HOIST, hoisted),
         (PhaseName.TRAVERSE, lowers - hoisted),

@@ -48,7 +48,9 @@ def check_phase_names(check: Check, name: str, motion: LiftMotion) -> None:
             )
     if last is not None and last.name is not PhaseName.LOWER and _is_followed_by_set(motion, last):
         down_s = _lowered_last_s(motion)
-        check.look(down_s <= _LATE_S, f"{name}: it is lowered for {down_s:.1f} s before it is set, in its phase {last.name}")
+        check.look(
+            down_s <= _LATE_S, f"{name}: it is lowered for {down_s:.1f} s before it is set, in its phase {last.name}"
+        )
 
 
 def _sampled_phases(motion: LiftMotion) -> Iterator[tuple[Phase, NDArray[np.float64], NDArray[np.float64]]]:

@@ -9,6 +9,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.assumptions import assumptions
 from bimvox.remarks.carrying import carried_low, high_utilisation
+from bimvox.remarks.density import density
 from bimvox.remarks.earlier import earlier
 from bimvox.remarks.floating import floating
 from bimvox.remarks.foot import crane_feet
@@ -19,7 +20,8 @@ from bimvox.remarks.subject import Subject
 from bimvox.remarks.transport import transport
 
 _FAMILIES = (
-    machines, crane_feet, floating, overlaps, transport, carried_low, high_utilisation, earlier, rules, assumptions
+    machines, crane_feet, floating, overlaps, density, transport, carried_low, high_utilisation,
+    earlier, rules, assumptions,
 )  # fmt: skip
 """Every rule, in the order in which its remarks are listed within a severity."""
 
