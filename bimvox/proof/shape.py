@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.grid.frame import GridFrame
+from bimvox.proof.filled import unfilled
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Blocker
@@ -59,7 +60,8 @@ def _check_cells(
     if shape is not None:
         inside = ((scaled >= border) & (scaled <= np.array(shape) - border)).all(axis=1)
         points, scaled = points[inside], scaled[inside]
-    bare = points[~_covered(dense, scaled, first.astype(np.int64) - 1, border)]
+    touched = np.zeros_like(dense)
+    bare = points[~_covered(dense, touched, scaled - (first - 1), border)]
     where = f" at ({bare[0][0]:.3f}, {bare[0][1]:.3f}, {bare[0][2]:.3f}) m" if len(bare) else ""
     check.look(not len(bare), f"{name}: its surface{where} lies outside its cells", samples=len(points))
     low, high = (mesh.bounds_m - np.array(frame.origin_m)) / frame.voxel_size_m
@@ -68,6 +70,15 @@ def _check_cells(
     # A surface at a border of cells may fill the cells on both sides of it, or on one.
     reaches = (first < np.floor(low - border)).any() or (last + 1 > np.floor(high + border) + 1).any()
     check.look(not reaches, f"{name}: its cells reach further than its surface")
+    corners = (mesh.triangles_m - np.array(frame.origin_m)) / frame.voxel_size_m - (first - 1)
+    empty = unfilled(dense, touched, mesh, corners, border)
+    at = frame.corner_of(empty[0] + first - 0.5) if len(empty) else first
+    check.look(
+        not len(empty),
+        f"{name}: its mesh does not fill its cells: {len(empty)} of {len(cells)} are neither on its surface "
+        f"nor inside, the first at ({at[0]:.3f}, {at[1]:.3f}, {at[2]:.3f}) m",
+        samples=len(cells),
+    )
 
 
 def _centre_m(mesh: TriangleMesh) -> NDArray[np.float64] | None:
@@ -83,19 +94,20 @@ def _centre_m(mesh: TriangleMesh) -> NDArray[np.float64] | None:
 
 @kernel
 def _covered(
-    dense: NDArray[np.bool_], scaled: NDArray[np.float64], low: NDArray[np.int64], border: float
+    dense: NDArray[np.bool_], touched: NDArray[np.bool_], scaled: NDArray[np.float64], border: float
 ) -> NDArray[np.bool_]:
-    """Return (N,) whether any cell around each point, a border's width to either side, is among the set cells."""
+    """Return (N,) whether any cell around each point, a border's width to either side, is set; mark these cells."""
     covered = np.zeros(scaled.shape[0], np.bool_)
     nx, ny, nz = dense.shape
     for n in range(scaled.shape[0]):
-        for corner in range(8):
-            x = int(np.floor(scaled[n, 0] + border * (2 * (corner // 4) - 1))) - low[0]
-            y = int(np.floor(scaled[n, 1] + border * (2 * (corner // 2 % 2) - 1))) - low[1]
-            z = int(np.floor(scaled[n, 2] + border * (2 * (corner % 2) - 1))) - low[2]
-            if 0 <= x < nx and 0 <= y < ny and 0 <= z < nz and dense[x, y, z]:
-                covered[n] = True
-                break
+        first_x, last_x = int(np.floor(scaled[n, 0] - border)), int(np.floor(scaled[n, 0] + border))
+        first_y, last_y = int(np.floor(scaled[n, 1] - border)), int(np.floor(scaled[n, 1] + border))
+        first_z, last_z = int(np.floor(scaled[n, 2] - border)), int(np.floor(scaled[n, 2] + border))
+        for x in range(max(first_x, 0), min(last_x, nx - 1) + 1):
+            for y in range(max(first_y, 0), min(last_y, ny - 1) + 1):
+                for z in range(max(first_z, 0), min(last_z, nz - 1) + 1):
+                    if dense[x, y, z]:
+                        covered[n] = touched[x, y, z] = True
     return covered
 
 

@@ -87,7 +87,7 @@ def solid_of(mesh: TriangleMesh, tolerance_m: float) -> Solid:
     outward = 1.0 if mesh.signed_volume_m3 >= 0.0 else -1.0
     thick = np.minimum(_thicknesses(triangles, normals, boxes, spans, outward), smallest_m)
     skins = np.maximum(np.minimum(tolerance_m, _SHARE_OF_THICKNESS * thick), FINEST_M) + _ROUNDING_M
-    least, faces = float(skins.min()) - _ROUNDING_M, _merged(mesh)
+    least, faces = float(skins.min()) - _ROUNDING_M, corner_numbers(mesh)
     solid = Solid(
         triangles,
         normals,
@@ -96,7 +96,7 @@ def solid_of(mesh: TriangleMesh, tolerance_m: float) -> Solid:
         boxes,
         spans,
         np.stack([low + least, high - least]),
-        _is_matched(faces),
+        is_matched(faces),
         float(np.average(thick, weights=areas)),
         np.zeros((0, 3)),
         _ends(triangles, faces[proper][order]),
@@ -104,14 +104,14 @@ def solid_of(mesh: TriangleMesh, tolerance_m: float) -> Solid:
     return solid._replace(seed_m=_seed(solid, thick, outward))
 
 
-def _merged(mesh: TriangleMesh) -> NDArray[np.int64]:
+def corner_numbers(mesh: TriangleMesh) -> NDArray[np.int64]:
     """Return (F, 3) the numbers of each triangle's corners; corners closer than 0.1 um have the same number."""
     _, number = np.unique(mesh.vertices_m.round(7), axis=0, return_inverse=True)
     merged: NDArray[np.int64] = number.reshape(-1)[mesh.faces].astype(np.int64)
     return merged
 
 
-def _is_matched(faces: NDArray[np.int64]) -> bool:
+def is_matched(faces: NDArray[np.int64]) -> bool:
     """Return whether every edge is used equally often in both directions."""
     first, second = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     key = np.minimum(first, second) * (int(faces.max()) + 1) + np.maximum(first, second)
@@ -121,7 +121,7 @@ def _is_matched(faces: NDArray[np.int64]) -> bool:
 
 def _ends(triangles: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return (E, 3) middles of the triangles furthest along each axis, both ways, of every connected piece."""
-    pieces = _pieces(faces)
+    pieces = pieces_of(faces)
     middles = triangles.mean(axis=1)
     found = []
     for axis in range(3):
@@ -133,7 +133,7 @@ def _ends(triangles: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[n
 
 
 @kernel
-def _pieces(faces: NDArray[np.int64]) -> NDArray[np.int64]:
+def pieces_of(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return (F,) the number of the connected piece of each triangle: its lowest corner."""
     root = np.arange(faces.max() + 1)
     for f in range(faces.shape[0]):
