@@ -21,7 +21,7 @@ from typing import Any
 
 import typer
 
-from bimvox.errors import BimvoxError, PlanningError
+from bimvox.errors import BimvoxError, PlanningError, cut, shown
 from bimvox.files import reason_of
 from bimvox.rendering.plain import plain
 
@@ -34,6 +34,8 @@ INTERRUPTED = 130
 
 _BEYOND_US = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.ENAMETOOLONG, errno.ELOOP, errno.EROFS})
 """What the system refuses wherever it happens: a full or read-only disk, a path that cannot be."""
+_MOST = 4000
+"""Characters of a message that are printed; a file may contain a name of any length."""
 _CODE_OF_EVENT = {"rejected": BAD_INPUT, "failed": NO_PLAN}
 
 
@@ -65,9 +67,9 @@ def report(error: BaseException, *, as_json: bool) -> int:
         from bimvox_cli.output import print_json
 
         print_json({"error": {"code": code, "message": message, "hint": hint, **evidence, "exit_code": exit_code}})
-    print(f"error: {plain(message)}", file=sys.stderr)
+    print(f"error: {cut(plain(message), _MOST)}", file=sys.stderr)
     if hint:
-        print(f"  hint: {plain(hint)}", file=sys.stderr)
+        print(f"  hint: {cut(plain(hint), _MOST)}", file=sys.stderr)
     if exit_code == FAULT and os.environ.get("BIMVOX_DEBUG", "") not in ("", "0"):
         traceback.print_exception(error, file=sys.stderr)
     return exit_code
@@ -93,6 +95,9 @@ def _described(error: BaseException) -> tuple[str, str, str | None, int, dict[st
     if isinstance(error, MemoryError):
         said = "this needs more memory than there is"
         return "memory", said, "take larger cells, or a smaller site or model", BAD_INPUT, {}
+    if isinstance(error, ValueError) and str(error).startswith("Number of threads specified"):
+        said = f"NUMBA_NUM_THREADS is {shown(os.environ.get('NUMBA_NUM_THREADS'))}, not a number of threads"
+        return "environment", said, "unset it, or give 1 or more", BAD_INPUT, {}
     message = f"sorry, bimvox failed: {type(error).__name__}: {error}".splitlines()[0]
     return "fault", message, "this is a fault of bimvox; BIMVOX_DEBUG=1 shows where", FAULT, {}
 

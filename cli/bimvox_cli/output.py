@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 ROWS_SHOWN = 20
 _WIDTH_OFF_TERMINAL = 160
+_LEAST_WIDTH = 40
 
 
 class Output:
@@ -90,7 +91,10 @@ def console_on(stream: Any) -> Console:
     from rich.console import Console
 
     width = None if stream.isatty() or "COLUMNS" in os.environ else _WIDTH_OFF_TERMINAL
-    return Console(file=stream, markup=False, highlight=False, emoji=False, width=width)
+    console = Console(file=stream, markup=False, highlight=False, emoji=False, width=width)
+    if console.width < _LEAST_WIDTH:  # a terminal that does not know its width says 0, and nothing would be printed
+        console.width = _LEAST_WIDTH
+    return console
 
 
 def print_json(document: Mapping[str, Any]) -> None:

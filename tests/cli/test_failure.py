@@ -73,3 +73,17 @@ def test_json_evidence_holds_no_private_attributes(capsys):
     error._inside = object()
     assert report(error, as_json=True) == 2
     assert "_inside" not in capsys.readouterr().out
+
+
+def test_a_message_of_any_length_is_cut(capsys: pytest.CaptureFixture[str]) -> None:
+    assert report(InputError("a" * 1_000_000, hint="b" * 1_000_000), as_json=False) == 2
+    err = capsys.readouterr().err
+    assert len(err) < 8100
+    assert "a..." in err
+    assert err.endswith("b...\n")
+
+
+def test_a_number_of_threads_that_numba_refuses_is_bad_input(monkeypatch, capsys):
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "0")
+    assert report(ValueError("Number of threads specified must be > 0."), as_json=False) == 2
+    assert "NUMBA_NUM_THREADS is '0'" in capsys.readouterr().err

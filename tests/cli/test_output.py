@@ -146,3 +146,13 @@ def test_a_long_stage_without_a_terminal_prints_lines(monkeypatch: pytest.Monkey
     now[0] = 12.0
     progress.advance(5_000)
     assert stream.getvalue() == "train: 5,000 of 20,000\n"
+
+
+@pytest.mark.parametrize("columns", ["0", "1", "-5", "abc"])
+def test_results_are_shown_whatever_the_width_of_the_terminal(
+    columns: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", columns)
+    with open_output(as_json=False, quiet=False) as output:
+        assert output.result({"kind": "grid"}, facts) == 0
+    assert capsys.readouterr().out.split() == ["kind", "grid"]
