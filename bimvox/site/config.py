@@ -79,10 +79,10 @@ class ModelConfig(Table):
     """Axis of a mesh file that points up. Default: the axis of its format (glTF: y), otherwise z."""
     voxel_size_m: CellSize | None = None
     """Edge length of a planning cell, metres."""
-    yaw_rad: Number = 0.0
+    yaw_rad: Annotated[Number, Field(ge=-1e3, le=1e3)] = 0.0
     """Angle of the site's x axis in the model, counter-clockwise. It aligns the grid with a building that is turned on
     its plot."""
-    ground_m: Number | None = None
+    ground_m: Annotated[Number, Field(ge=-1e6, le=1e6)] | None = None
     """Height in the model that becomes the site's z = 0. Default: the lowest point of components and structure, rounded
     down to a whole cell."""
     assemblies: Literal["whole", "parts"] = "whole"
