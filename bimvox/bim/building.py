@@ -95,6 +95,7 @@ class Element:
         task: Name of the task that sets it, if the file contains a schedule.
         task_rank: Rank of that task among all tasks, from 0.
         lifting_points_m: (x, y, z) of its lifting anchors, metres in the building's frame; empty if none are modelled.
+        predefined_type: Its IFC predefined type in capitals, for example ``HOLLOWCORE``, if any.
     """
 
     id: str
@@ -114,6 +115,7 @@ class Element:
     task: str | None = None
     task_rank: int | None = None
     lifting_points_m: tuple[tuple[float, float, float], ...] = ()
+    predefined_type: str | None = None
 
     @property
     def label(self) -> str:

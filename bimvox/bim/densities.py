@@ -13,10 +13,14 @@ import unicodedata
 
 DEFAULT_DENSITY_KG_M3 = 2400.0
 """For parts of unknown material: plain concrete, which is on the safe side for most parts."""
+STEEL_KG_M3 = 7850.0
 
 _TABLE: tuple[tuple[str, float], ...] = (
     # First match wins: compounds before the words they contain ("Stahlbeton" is concrete, "Betonstahl" is steel).
-    (r"betonst[aå][hl]l?|betonstaal|rebar|reinforcing|reinforcement|bewehrung|wapening|armadura|\bfeb ?\d{3}", 7850.0),
+    (
+        r"betonst[aå][hl]l?|betonstaal|rebar|reinforcing|reinforcement|bewehrung|wapening|armadura|\bfeb ?\d{3}",
+        STEEL_KG_M3,
+    ),
     # Mostly air: a 92 mm stud layer modelled as a solid is not 92 mm of steel.
     (r"\bstuds?\b|furring|st[äa]nderwerk|metal ?stud|(joist|rafter|truss|framing)\b.*\blayer", 100.0),
     (r"porenbeton|gasbeton|cellenbeton|aerated|aircrete|ytong|siporex|b[ée]ton cellulaire|hormig[oó]n celular", 600.0),
@@ -41,7 +45,7 @@ _TABLE: tuple[tuple[str, float], ...] = (
     (
         r"steel|stahl|staal|\bacier|\bacero|acciaio|\baço\b|сталь|\bst[åa]l\b|\bst ?(33|37|44|50|52|60)\b"
         r"|\bs ?(235|275|355|420|450|460|690)|\bfe ?\d{3}|\ba36\b|\ba992\b|metal|métal|\biron|gusseisen|inox",
-        7850.0,
+        STEEL_KG_M3,
     ),
     (r"plaster|gypsum|gips|pl[âa]tre|yeso|cartongesso|drywall", 900.0),
     (r"\bosb\b|plywood|sperrholz|multiplex|contreplaqu[ée]|\bmdf\b|chipboard|spanplatte|particle ?board", 650.0),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from bimvox.errors import InputError
 from bimvox.files import require_input
-from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_fields
+from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_fields, same_rules
 from bimvox.library.obstructions import load_obstructions, obstructed
+from bimvox.library.own_files import rules_for
 from bimvox.library.site import load_site
 from bimvox.progress import Progress
 from bimvox.records.proof import Check
@@ -43,19 +44,22 @@ def check_bound(
         _compare_blockers(check, found, wanted, ("obstruction",))
     if site is None:
         return check
-    held = load_site(site, progress, model=model).site
-    same_fields(check, "rules.", found.rules, held.rules, _YOURS)
+    loaded = load_site(site, progress, model=model)
+    held = loaded.site
+    same_rules(check, found.rules, rules_for(found, loaded.config), _YOURS)
     same_cranes(check, found.cranes, held.cranes, _YOURS)
     same(check, "the frame of the grid", found.frame, held.frame, _YOURS)
     for name in _OF_THE_SITE:
         check.look(equal(getattr(found, name), getattr(held, name)), f"{name} is not that of your files")
     same(check, "the model's sha256", found.source.get("sha256"), held.source.get("sha256"), _YOURS)
-    _compare_parts(check, found.components, held.components)
+    # Logs made before crew times by class do not have predefined types.
+    but = ("index", "shape", "mesh") if found.rules.times else ("index", "shape", "mesh", "predefined_type")
+    _compare_parts(check, found.components, held.components, but)
     _compare_blockers(check, found, held, ("ground", "crane", "structure"))
     return check
 
 
-def _compare_parts(check: Check, found: Sequence[Component], held: Sequence[Component]) -> None:
+def _compare_parts(check: Check, found: Sequence[Component], held: Sequence[Component], but: Collection[str]) -> None:
     theirs, ours = ({part.id: part for part in parts} for parts in (found, held))
     for name in sorted(ours.keys() - theirs.keys()):
         check.look(False, f"{ours[name].label}: this part of your model is not in the log")
@@ -63,7 +67,7 @@ def _compare_parts(check: Check, found: Sequence[Component], held: Sequence[Comp
         if (own := ours.get(name)) is None:
             check.look(False, f"{part.label}: this part is not in your model")
             continue
-        same_fields(check, f"{part.label}: ", part, own, _YOURS, but=("index", "shape", "mesh"))
+        same_fields(check, f"{part.label}: ", part, own, _YOURS, but=but)
         check.look(equal(part.shape.cells, own.shape.cells), f"{part.label}: its cells are not those of your model")
         same_surface = equal(part.mesh.vertices_m, own.mesh.vertices_m) and equal(part.mesh.faces, own.mesh.faces)
         check.look(same_surface, f"{part.label}: its surface is not that of your model")

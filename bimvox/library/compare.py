@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.records.proof import Check
-from bimvox.site.site import Blocker
+from bimvox.site.site import Blocker, Rules
 
 _SHOWN = 120
 _PLACES = np.array([1 << 42, 1 << 21, 1], np.int64)
@@ -28,6 +28,17 @@ def same_fields(check: Check, name: str, found: Any, wanted: Any, source: str, *
     for key in fields(wanted):
         if key.name not in but:
             same(check, f"{name}{key.name}", getattr(found, key.name), getattr(wanted, key.name), source)
+
+
+def same_rules(check: Check, found: Rules, wanted: Rules, source: str) -> None:
+    """Check each rule, and each of the crew's times by class of work."""
+    if found.times is None or wanted.times is None:
+        same_fields(check, "rules.", found, wanted, source)
+        return
+    same_fields(check, "rules.", found, wanted, source, but=("times",))
+    for work in fields(wanted.times):
+        own, other = getattr(found.times, work.name), getattr(wanted.times, work.name)
+        same_fields(check, f"rules.times.{work.name}.", own, other, source)
 
 
 def same_cranes(check: Check, found: Sequence[TowerCrane], wanted: Sequence[TowerCrane], source: str) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import tempfile
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 from bimvox.errors import BimvoxError
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
-from bimvox.library.compare import equal, same, same_blockers, same_cells, same_cranes, same_fields
+from bimvox.library.compare import equal, same, same_blockers, same_cells, same_cranes, same_rules
 from bimvox.library.obstructions import load_obstructions, rasterise
 from bimvox.library.own_parts import compare_parts, compare_pinned
 from bimvox.library.site import SITE_FILE
@@ -28,10 +29,11 @@ from bimvox.site.build import ground_and_masts, labels_of, with_obstructions
 from bimvox.site.component import IntVec
 from bimvox.site.config import SiteConfig
 from bimvox.site.config_file import parse_site_config
+from bimvox.site.crew_times import UNIFORM_TIMES
 from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
 from bimvox.site.obstructions.file import without_references
-from bimvox.site.site import HookHeights, Site
+from bimvox.site.site import HookHeights, Rules, Site
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 
 OBSTRUCTIONS = "obstructions."
@@ -85,7 +87,7 @@ def compare_config(check: Check, site: Site, config: SiteConfig, source: str) ->
     Raises:
         BimvoxError: If the file does not fit the site, or its crane is not consistent.
     """
-    same_fields(check, "rules.", site.rules, config.rules.rules(), source)
+    same_rules(check, site.rules, rules_for(site, config), source)
     config = compare_pinned(check, site, config, source)
     building = building_of(site, config)
     given, config = config, completed(config, site, building)
@@ -127,6 +129,23 @@ def _compare_extent(check: Check, site: Site, wanted: tuple[GridFrame, IntVec], 
         bool(off_m <= 1e-6) and site.shape == shape,
         f"the site is {site.shape} cells from {site.frame.origin_m} m in the log, "
         f"{shape} cells from {frame.origin_m} m in {source}",
+    )
+
+
+def rules_for(site: Site, config: SiteConfig) -> Rules:
+    """Return the rules of a site file as the site of a log must have them.
+
+    A log that was made before crew times by class has one time for all parts. It fits a file that says nothing about
+    times by class; the conditions of the verdict name these times.
+    """
+    rules = config.rules.rules()
+    if site.rules.times is not None or "times" in config.rules.model_fields_set:
+        return rules
+    return replace(
+        rules,
+        times=None,
+        bracing_s=UNIFORM_TIMES.brace_s if rules.bracing_s is None else rules.bracing_s,
+        release_s=UNIFORM_TIMES.release_s if rules.release_s is None else rules.release_s,
     )
 
 

@@ -25,7 +25,8 @@ from bimvox.records.motion import LiftMotion, PhaseName, quarters_of
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import Component, StoredPose
-from bimvox.site.site import HOOK_ON_S, TRIAL_LIFT_S, Site
+from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
+from bimvox.site.site import Site
 
 
 def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[LiftMotion, ...]:
@@ -104,6 +105,7 @@ def _motion(
     assert place is not None
     # The empty hook carries the usual slings, longer ones hooked back; the load moves in its gear, with its own slings.
     empty, rigged = rigged_crane(site, crane, None), rigged_crane(site, crane, component)
+    crew = crew_times(site.rules, component)
     spans: list[tuple[PhaseName, int]] = []
     approach: Trajectory | None = None
     hook_on_vox = hook_on_cell(component, place, space)
@@ -113,7 +115,7 @@ def _motion(
         approach = empty_hook_move(empty, rule, left_vox[-1], hook_on_vox, slew_rad)
         slew_rad = float(approach.slew_rad[-1])
         spans.append((PhaseName.APPROACH, int(approach.time_ns[-1])))
-    spans.append((PhaseName.HOOK_ON, round(HOOK_ON_S * NS_PER_S)))
+    spans.append((PhaseName.HOOK_ON, round(crew.sling_s * NS_PER_S)))
     raise_timeline = _raising(rigged, empty.load, component, place, hook_on_vox, slew_rad)
     raising = delayed(sampled(raise_timeline, 0.0, rigged._replace(pendulum=None)), _total(spans))
     spans.append((PhaseName.RAISE, _length_ns(raising) + round(TRIAL_LIFT_S * NS_PER_S)))
@@ -121,8 +123,8 @@ def _motion(
     timeline, needed_m = drive_path(rigged, space, lift.path_vox, lift.contact_moves, float(raising.slew_rad[-1]))
     loaded = delayed(sampled(timeline, needed_m, rigged), _total(spans))
     spans += carrying_phases(timeline, _length_ns(loaded))
-    spans.append((PhaseName.SET, round(site.rules.bracing_s * NS_PER_S)))
-    spans.append((PhaseName.RELEASE, round(site.rules.release_s * NS_PER_S)))
+    spans.append((PhaseName.SET, round(crew.brace_s * NS_PER_S)))
+    spans.append((PhaseName.RELEASE, round(crew.release_s * NS_PER_S)))
     phases = phases_from(clock_ns, spans)
     return LiftMotion(
         lift.order,

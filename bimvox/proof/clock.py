@@ -28,28 +28,33 @@ def check_clock(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], con
     site, by_order = plan.site, {motion.order: motion for motion in motions}
     planned = [lift for lift in (*plan.lifts, *context) if lift.status is Status.PLANNED]
     planned.sort(key=lambda lift: lift.order)
-    missing = sum(lift.order not in by_order for lift in planned)
+    crew_ns = {
+        lift.order: least_ns(site.rules, site.components[lift.component])
+        for lift in planned
+        if lift.order not in by_order
+    }
     changed_ns = plan.history[-1].until_ns if plan.history else 0
     others_ns = max((motion.end_ns for motion in motions), default=0) if site.has_several_cranes else 0
-    crew_ns = least_ns(site.rules)
     for crane in range(max(1, len(site.cranes))):
-        before_ns, skipped = 0, 0
+        before_ns, skipped = 0, list[int]()
         for lift in planned:
             part = site.components[lift.component]
             if part.crane != crane:
                 continue
             if (motion := by_order.get(lift.order)) is None:
-                skipped += 1
+                skipped.append(lift.order)
                 continue
             check.about, name = part.id, f"lift {lift.number} ({part.label})"
-            least = before_ns + skipped * crew_ns
-            waits = missing if site.has_several_cranes else skipped
-            most = max(before_ns, changed_ns, others_ns) + waits * (crew_ns + _MOST_NS) if skipped else before_ns
-            after = f" the {skipped} lifts before it that are not in this log" if skipped else " the lift before it"
+            least = before_ns + sum(crew_ns[order] for order in skipped)
+            waits_ns = sum(crew_ns[order] + _MOST_NS for order in (crew_ns if site.has_several_cranes else skipped))
+            most = max(before_ns, changed_ns, others_ns) + waits_ns if skipped else before_ns
+            after = (
+                f" the {len(skipped)} lifts before it that are not in this log" if skipped else " the lift before it"
+            )
             check.look(
                 least <= motion.start_ns <= most,
                 f"{name}: starts at {motion.start_ns / 1e9:.3f} s; after{after}, it can start "
                 + (f"from {least / 1e9:.3f} s to {most / 1e9:.3f} s" if skipped else f"at {least / 1e9:.3f} s"),
             )
-            before_ns, skipped = motion.end_ns, 0
+            before_ns, skipped = motion.end_ns, []
     check.about = None

@@ -4,28 +4,49 @@ from __future__ import annotations
 
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.proof import Check
-from bimvox.site.site import HOOK_ON_S, TRIAL_LIFT_S, Rules
+from bimvox.site.component import Component
+from bimvox.site.site import Rules
+from bimvox.site.work import work_of
+
+_TRIAL_LIFT_S = 10.0
+_WITHOUT_CLASSES_S = (60.0, 120.0, 30.0)
+"""What a log without times by class asks for slinging, setting and releasing, unless its rules say otherwise."""
 
 
-def least_ns(rules: Rules) -> int:
+def least_ns(rules: Rules, component: Component) -> int:
     """Return the least time of a lift: that of the crew, without any motion of the crane."""
-    return round((HOOK_ON_S + TRIAL_LIFT_S + rules.bracing_s + rules.release_s) * 1e9)
+    return round((_TRIAL_LIFT_S + sum(_asked_s(rules, component))) * 1e9)
 
 
-def check_durations(check: Check, name: str, rules: Rules, motion: LiftMotion) -> None:
-    """Check that the crew has the time of the rules to hook on, check the raised part, set it and release it."""
+def check_durations(check: Check, name: str, rules: Rules, component: Component, motion: LiftMotion) -> None:
+    """Check that the crew has the time of the rules to hook on, check the raised part, set it and release it.
+
+    The rules give these times by the part's class of work, or one value for all classes.
+    """
+    sling_s, brace_s, release_s = _asked_s(rules, component)
+    what = "" if rules.times is None else f" ({work_of(component)})"
     given_ns = {
         phase: sum(p.end_ns - p.start_ns for p in motion.phases if p.name is phase)
         for phase in (PhaseName.HOOK_ON, PhaseName.RAISE, PhaseName.SET, PhaseName.RELEASE)
     }
     given_ns[PhaseName.RAISE] -= int(motion.raising.time_ns[-1] - motion.raising.time_ns[0])
-    for phase, what, wanted_s in (
-        (PhaseName.HOOK_ON, "hooking on", HOOK_ON_S),
-        (PhaseName.RAISE, "the trial lift", TRIAL_LIFT_S),
-        (PhaseName.SET, "setting", rules.bracing_s),
-        (PhaseName.RELEASE, "releasing", rules.release_s),
+    for phase, act, wanted_s in (
+        (PhaseName.HOOK_ON, "hooking on", sling_s),
+        (PhaseName.RAISE, "the trial lift", _TRIAL_LIFT_S),
+        (PhaseName.SET, "setting", brace_s),
+        (PhaseName.RELEASE, "releasing", release_s),
     ):
         check.look(
             given_ns[phase] >= round(wanted_s * 1e9),
-            f"{name}: {what} takes {given_ns[phase] / 1e9:.6g} s; the rules ask for {wanted_s:g} s",
+            f"{name}: {act} takes {given_ns[phase] / 1e9:.6g} s; the rules ask for {wanted_s:g} s{what}",
         )
+
+
+def _asked_s(rules: Rules, component: Component) -> tuple[float, float, float]:
+    """Return what the rules ask for slinging, setting and releasing a part, seconds."""
+    sling_s, brace_s, release_s = _WITHOUT_CLASSES_S
+    if rules.times is not None:
+        own = getattr(rules.times, work_of(component))
+        sling_s, brace_s, release_s = own.sling_s, own.brace_s, own.release_s
+    brace_s = brace_s if rules.bracing_s is None else rules.bracing_s
+    return sling_s, brace_s, release_s if rules.release_s is None else rules.release_s

@@ -138,7 +138,7 @@ class _Verifier:
                 before = None
             crane, load, hook, swing = proofs[component.crane]
             self._check_axes(name, crane, moment, motion)
-            check_durations(self.checks["timeline"], name, self.site.rules, motion)
+            check_durations(self.checks["timeline"], name, self.site.rules, component, motion)
             check_phase_names(self.checks["timeline"], name, motion)
             check_ends(self.checks["ends"], name, self.site, crane, moment, motion, before)
             cells.move_to(moment.present)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import astuple, fields
-from math import isfinite
+from math import isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -153,8 +153,13 @@ def _check_clashes(check: Check, plan: LiftPlan) -> None:
 
 def _check_rules(check: Check, rules: Rules) -> None:
     for key in fields(Rules):
-        if key.name in _RULES:
-            _within(check, f"site.rules.{key.name}", getattr(rules, key.name), _RULES[key.name])
+        value = getattr(rules, key.name)
+        if key.name in _RULES and not (value is None and rules.times is not None):
+            _within(check, f"site.rules.{key.name}", nan if value is None else value, _RULES[key.name])
+    for work in () if rules.times is None else fields(rules.times):
+        own = getattr(rules.times, work.name)
+        for key in fields(own):
+            _within(check, f"site.rules.times.{work.name}.{key.name}", getattr(own, key.name), _Range(0.0, _DAY_S))
 
 
 def _check_crane(check: Check, crane: TowerCrane) -> None:

@@ -9,8 +9,11 @@ import numpy as np
 
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, metres
+from bimvox.site.component import Component
+from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
 from bimvox.site.part_names import names_by_id, with_names
-from bimvox.site.site import HOOK_ON_S, TRIAL_LIFT_S, SwingRule
+from bimvox.site.site import SwingRule
+from bimvox.site.work import work_of
 
 ASSUMED_MASS = "assumed_mass"
 ASSUMED_CONTACT = "assumed_contact"
@@ -69,14 +72,25 @@ def _of_cranes(subject: Subject) -> Iterator[Remark]:
             f"crane {crane.name!r}: every part hangs on the same rigging of {crane.rigging_mass_kg:g} kg, "
             f"{metres(crane.sling_m)} high, and every lifting point holds",
         )
-    yield _note(
-        ASSUMED_TIMES,
-        f"each lift takes a crew {HOOK_ON_S:g} s to sling, {TRIAL_LIFT_S:g} s of trial lift, {own.bracing_s:g} s to "
-        f"align and brace, and {own.release_s:g} s to take the slings off: nominal values, not measured",
-    )
+    yield from _crew_times(subject)
     yield _note(ASSUMED_HEADING, "tag lines keep the compass heading of a load while the crane slews")
     if own.swing is SwingRule.SHAPED:
         yield _note(ASSUMED_SWING, "a load swings like a point on its rope, without wind and without damping")
+
+
+def _crew_times(subject: Subject) -> Iterator[Remark]:
+    own = subject.site.rules
+    by_work: dict[str, list[Component]] = {}
+    for component in subject.lifted:
+        by_work.setdefault("" if own.times is None else f" ({work_of(component)})", []).append(component)
+    for work in sorted(by_work):
+        crew = crew_times(own, by_work[work][0])
+        yield _note(
+            ASSUMED_TIMES,
+            f"each lift{work} takes a crew {crew.sling_s:g} s to sling, {TRIAL_LIFT_S:g} s of trial lift, "
+            f"{crew.brace_s:g} s to align and brace, and {crew.release_s:g} s to take the slings off: nominal values, "
+            "not measured",
+        )
 
 
 def _note(kind: str, said: str) -> Remark:

@@ -8,6 +8,7 @@ from bimvox.proof.over_time import not_current
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.remarks.subject import name_of
+from bimvox.site.crew_times import crew_times
 from bimvox.site.site import SwingRule
 
 _NAMED = 3
@@ -51,6 +52,12 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
         pairs = [f"{labels.get(one.first, one.first)} and {labels.get(one.second, one.second)}" for one in plan.clashes]
         found.append(f"parts may overlap as deep as they are drawn into each other: {_names(pairs)}")
     if site.cranes:
+        if own.times is None:
+            crew = crew_times(own, site.components[0])
+            found.append(
+                f"every part takes {crew.sling_s:g} s to sling, {crew.brace_s:g} s to set and {crew.release_s:g} s to "
+                "release: the rules of this log give no times by class of work"
+            )
         if not own.wind_speed_m_s:
             found.append("there is no wind")
         if own.swing is SwingRule.OFF:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject
+from bimvox.site.crew_times import crew_times
 from bimvox.site.site import Rules, SwingRule
 
 WIND = "wind"
@@ -27,6 +28,7 @@ def rules(subject: Subject) -> Iterator[Remark]:
     own = subject.site.rules
     if subject.site.cranes:
         yield from _of_cranes(own)
+        yield from _of_crews(subject)
     if own.contact_tolerance_m > MOST_TOLERANCE_M:
         said = f"parts may be set {own.contact_tolerance_m * 1000.0:.0f} mm into each other (rules.contact_tolerance_m)"
         yield Remark(TOLERANCE, Severity.MINOR, f"{said}; {MOST_TOLERANCE_M * 1000.0:.0f} mm is a usual limit")
@@ -44,6 +46,10 @@ def _of_cranes(own: Rules) -> Iterator[Remark]:
     if not own.rope:
         said = "the hoist rope is not considered (rules.rope = false): it may touch what is above a load"
         yield Remark(ROPE, Severity.SERIOUS, said)
-    if own.bracing_s < LEAST_BRACING_S or own.release_s < LEAST_RELEASE_S:
-        said = f"{own.bracing_s:g} s to align and brace a part and {own.release_s:g} s to take its slings off"
-        yield Remark(CREW_TIMES, Severity.MINOR, f"{said} are too short for a crew")
+
+
+def _of_crews(subject: Subject) -> Iterator[Remark]:
+    for crew in sorted({crew_times(subject.site.rules, component) for component in subject.lifted}):
+        if crew.brace_s < LEAST_BRACING_S or crew.release_s < LEAST_RELEASE_S:
+            said = f"{crew.brace_s:g} s to align and brace a part and {crew.release_s:g} s to take its slings off"
+            yield Remark(CREW_TIMES, Severity.MINOR, f"{said} are too short for a crew")

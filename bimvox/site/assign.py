@@ -20,10 +20,9 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import Component
 from bimvox.site.config import SiteConfig
-from bimvox.site.site import HOOK_ON_S, TRIAL_LIFT_S, Rules
+from bimvox.site.crew_times import crew_times
+from bimvox.site.site import Rules
 
-HANDLING_S = HOOK_ON_S + TRIAL_LIFT_S
-"""Hooking on and the trial lift, in addition to the crew's times in the rules and the crane's travel."""
 _ROUNDS = 200
 _SLACK_M = 1e-6
 
@@ -69,7 +68,8 @@ def assigned(
         elif not can[n].any():
             can[n, int(np.argmin(excess_m[n]))] = True
     reach_m = np.stack([_distances_m(crane, places_m) for crane in cranes], axis=1)
-    work_s = np.stack([_work_s(crane, reach_m[:, k], rules) for k, crane in enumerate(cranes)], axis=1)
+    crew_s = np.array([crew_times(rules, component).total_s for component in components])
+    work_s = np.stack([_work_s(crane, reach_m[:, k], crew_s) for k, crane in enumerate(cranes)], axis=1)
     choice = _balanced(can, reach_m, work_s)
     return [replace(component, crane=int(k)) for component, k in zip(components, choice, strict=True)]
 
@@ -125,11 +125,11 @@ def _excess_m(
     return max(outside_m(_distances_m(crane, place_m[None])), outside_m(start_m))
 
 
-def _work_s(crane: TowerCrane, radius_m: NDArray[np.float64], rules: Rules) -> NDArray[np.float64]:
+def _work_s(crane: TowerCrane, radius_m: NDArray[np.float64], crew_s: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (N,) estimated seconds of work for parts set at these radii: a quarter turn and back, and the crew."""
     turn_s = rest_to_rest_s(np.pi / 2.0, crane.slewing)
     trolley_s = np.array([rest_to_rest_s(float(radius) / 2.0, crane.trolley) for radius in radius_m])
-    work_s: NDArray[np.float64] = HANDLING_S + rules.bracing_s + rules.release_s + 2.0 * np.maximum(turn_s, trolley_s)
+    work_s: NDArray[np.float64] = crew_s + 2.0 * np.maximum(turn_s, trolley_s)
     return work_s
 
 

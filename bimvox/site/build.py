@@ -29,6 +29,7 @@ from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, Ob
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import component_of, entries_by_id, first_ids
 from bimvox.site.site import GROUND_ID, Blocker, Rules, Site, SwingRule, mast_id
+from bimvox.site.work import work_of
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 
 Parts = Sequence[tuple[Element, "NDArray[np.int32]"]]
@@ -222,6 +223,7 @@ def _with_fixed_digests(site: Site) -> Site:
             bracing_s=0.0,
             release_s=0.0,
             turn_s=0.0,
+            times=None,
             truckload_kg=0.0,
             wind_speed_m_s=0.0,
             critical_share=0.0,
@@ -250,6 +252,8 @@ def _with_fixed_digests(site: Site) -> Site:
             ]
             for c in site.components
         ],
+        # What decides the crew's times. Logs made before times by class keep their digests.
+        *([[work_of(component) for component in site.components]] if site.rules.times else []),
         [(blocker.id, blocker.kind, blocker.mesh) for blocker in blockers],
         site.site_to_ifc,
         site.source.get("sha256"),  # the file's name and the rest do not affect a plan

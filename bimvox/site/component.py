@@ -121,6 +121,7 @@ class Component:
         mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3); empty if not known.
         hints: Wishes about its position in the order.
         crane: Index in ``Site.cranes`` of the crane that lifts it.
+        predefined_type: Its IFC predefined type in capitals, for example ``HOLLOWCORE``, if any.
     """
 
     index: int
@@ -147,6 +148,7 @@ class Component:
     lifting: Lifting = USUAL_LIFTING
     sail_area_m2: float = 0.0
     crane: int = field(default=0, metadata=SPARSE)
+    predefined_type: str | None = field(default=None, metadata=SPARSE)
 
     def __repr__(self) -> str:
         return f"<Component {self.label}: {self.ifc_class}, {self.mass_kg / 1000:.3g} t>"

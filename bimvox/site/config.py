@@ -6,7 +6,7 @@ Everything except the path of the model is optional; :mod:`bimvox.site.guess` fi
 from __future__ import annotations
 
 import math
-from dataclasses import astuple
+from dataclasses import asdict, astuple, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -19,6 +19,7 @@ from bimvox.bim.options import MOST_SELECT
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.errors import ConfigError, shown
 from bimvox.site.component import StoredPose
+from bimvox.site.crew_times import FIELD_TIMES, CrewTimes, TimesByWork
 from bimvox.site.limits import MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, MOST_SUPPORT_GAP_M
 from bimvox.site.site import Rules, SwingRule
 from bimvox.site.validation import (
@@ -375,6 +376,55 @@ Pause = Annotated[NotNegative, Field(le=86_400.0)]
 Period = Annotated[Positive, Field(le=MOST_SAMPLE_PERIOD_S), AfterValidator(partial(_not_below, 1e-3))]
 
 
+class CrewTimesConfig(Table):
+    """The crew's times for a part of one class of work, while the crane stands. Default: typical of the field."""
+
+    sling_s: Pause | None = None
+    """Time to attach the slings."""
+    brace_s: Pause | None = None
+    """Time to align, fix and brace the part while it hangs on the hook."""
+    release_s: Pause | None = None
+    """Time to remove the slings."""
+
+    @classmethod
+    def of(cls, times: CrewTimes) -> Self:
+        """Return the table of these times."""
+        return cls(**asdict(times))
+
+
+class TimesConfig(Table):
+    """The crew's times by class of work: by the part's IFC class and predefined type, or its shape, and its material.
+
+    The sources of the defaults: section "Crew times" of the documentation of formats.
+    """
+
+    footing: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.footing)
+    """Footings, piles, base slabs."""
+    column: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.column)
+    """Columns, and upright slender parts."""
+    wall: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.wall)
+    """Walls, and thin upright parts."""
+    beam: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.beam)
+    """Beams, and long parts."""
+    slab: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.slab)
+    """Slabs, planks of a floor, and flat parts."""
+    stair: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.stair)
+    """Flights of stairs, ramps and landings."""
+    steel: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.steel)
+    """Every part whose material is steel."""
+    other: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.other)
+    """All other parts."""
+
+    def times(self) -> TimesByWork:
+        """Return the times, those that the file does not give from the defaults."""
+        return TimesByWork(
+            **{
+                name: replace(getattr(FIELD_TIMES, name), **getattr(self, name).model_dump(exclude_none=True))
+                for name in type(self).model_fields
+            }
+        )
+
+
 class RulesConfig(Table):
     """The rules of the site."""
 
@@ -395,10 +445,13 @@ class RulesConfig(Table):
     """Whether the hoist rope above the load must be kept free."""
     sample_period_s: Period = _RULES.sample_period_s
     """Sampling interval of the trajectory in the log."""
-    bracing_s: Pause = _RULES.bracing_s
-    """Time to align, fix and brace a part while it hangs on the hook."""
-    release_s: Pause = _RULES.release_s
-    """Time to remove the slings."""
+    times: TimesConfig = TimesConfig()
+    """The crew's times by class of work."""
+    bracing_s: Pause | None = None
+    """Time to align, fix and brace a part while it hangs on the hook: one value for all classes, instead of ``times``.
+    """
+    release_s: Pause | None = None
+    """Time to remove the slings: one value for all classes, instead of ``times``."""
     turn_s: Pause = _RULES.turn_s
     """Time to turn a hanging part by a quarter (tag lines, or a rotator)."""
     swing: Literal["shaped", "off"] = _RULES.swing.value
@@ -425,7 +478,7 @@ class RulesConfig(Table):
 
     def rules(self) -> Rules:
         """Return the rules as a value for the planner."""
-        return Rules(**(self.model_dump() | {"swing": SwingRule(self.swing)}))
+        return Rules(**(self.model_dump() | {"swing": SwingRule(self.swing), "times": self.times.times()}))
 
 
 class SequenceConfig(Table):

@@ -106,6 +106,7 @@ def component_of(
         mass_source=element.mass_source,
         hints=hints,
         stored_turn=stored.stored_turn,
+        predefined_type=element.predefined_type,
         sail_area_m2=round(sail_area_m2(element.mesh, tipped=stored.erected), 6),
     )
 

@@ -14,7 +14,8 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import Component
-from bimvox.site.sparse import SPARSE
+from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
+from bimvox.site.sparse import SPARSE, absent_means
 
 GROUND_ID = "ground"
 CRANE_ID = "crane"
@@ -28,12 +29,6 @@ def mast_id(crane: TowerCrane, *, several: bool) -> str:
 def is_mast_of(crane: TowerCrane, name: str) -> bool:
     """Return whether a blocker is a crane's own mast."""
     return name in (mast_id(crane, several=False), mast_id(crane, several=True))
-
-
-HOOK_ON_S = 60.0
-"""Attaching the slings. This and the one below are nominal values for a practised crew, not measured ones."""
-TRIAL_LIFT_S = 10.0
-"""Holding the raised part to check that it hangs properly."""
 
 
 class SwingRule(StrEnum):
@@ -53,9 +48,8 @@ class Rules:
         support_gap_m: How far below a part its support may be (grout joints, bearings).
         rope: Whether a hoist rope above the load must be kept free (only with a crane).
         sample_period_s: Spacing of the timed trajectory in the log.
-        bracing_s: Time to align, fix and brace a part on the hook. This and ``release_s`` are nominal values for a
-            practised crew, not measured ones.
-        release_s: Time to remove the slings.
+        bracing_s: Time to align, fix and brace a part of any class on the hook; None: by its class.
+        release_s: Time to remove the slings of a part of any class; None: by its class.
         turn_s: Time to turn a hanging part by a quarter.
         rope_clearance_m: Distance on plan of hook and rope from everything higher, between departure and gate.
         wind_speed_m_s: Wind (gust of 3 s at jib height) in which every lift must be possible; 0: no wind.
@@ -68,6 +62,7 @@ class Rules:
         truckload_kg: Largest mass of a delivery, except for a single heavier part; 0: as much as the yard holds.
         by_other_means: Whether a part that the crane cannot set counts as set by other means from its turn on.
             Otherwise it is missing, and so is everything that rests on it.
+        times: The crew's times by class of work; None: the same for every part, as in logs made before such times.
     """
 
     clearance_m: float = 0.0
@@ -75,8 +70,8 @@ class Rules:
     support_gap_m: float = 0.050
     rope: bool = True
     sample_period_s: float = 0.5
-    bracing_s: float = 120.0
-    release_s: float = 30.0
+    bracing_s: float | None = None
+    release_s: float | None = None
     turn_s: float = 30.0
     transit_clearance_m: float = 0.0
     rope_clearance_m: float = 0.0
@@ -88,6 +83,7 @@ class Rules:
     critical_share: float = 0.75
     crane_separation_m: float = field(default=2.0, metadata=SPARSE)
     by_other_means: bool = field(default=True, metadata=SPARSE)
+    times: TimesByWork | None = field(default=FIELD_TIMES, metadata=absent_means(None))
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)

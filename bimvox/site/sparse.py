@@ -1,4 +1,4 @@
-"""Fields that are written and hashed only if they differ from their default.
+"""Fields that are written and hashed only if they differ from their default, or from another value.
 
 A new field of this kind changes neither the bytes nor the digests of values that do not use it.
 """
@@ -13,8 +13,19 @@ SPARSE = {"sparse": True}
 """``metadata`` of a sparse field; its default must compare by value."""
 
 
+def absent_means(value: object) -> dict[str, object]:
+    """Return the ``metadata`` of a sparse field that is left out at ``value`` instead of at its default.
+
+    It is for a field that older files lack: read from such a file, it has this value.
+    """
+    return SPARSE | {ABSENT: value}
+
+
+ABSENT = "absent"
+
+
 def names_to_write(value: Any) -> tuple[str, ...]:
-    """Return the names of a dataclass's fields, without sparse ones at their default."""
+    """Return the names of a dataclass's fields, without sparse ones at the value at which they are left out."""
     names, sparse = _names_of(type(value))  # type: ignore[arg-type]  # a class is hashable
     if not sparse:
         return names
@@ -32,4 +43,4 @@ def _names_of(kind: type[Any]) -> tuple[tuple[str, ...], tuple[tuple[str, Any], 
 
 def _default(one: Field[Any]) -> Any:
     assert one.default is not MISSING
-    return one.default
+    return one.metadata.get(ABSENT, one.default)

@@ -168,8 +168,6 @@ _RULES = {
     "support_gap_m": "how far below a part its support may be",
     "rope": "keep the hoist rope above the load free",
     "sample_period_s": "sampling interval of the motion in the log",
-    "bracing_s": "time to align, fix and brace a part on the hook",
-    "release_s": "time to remove the slings",
     "turn_s": "time to turn a hanging part by a quarter",
     "swing": '"off": the swing of loads is ignored',
     "truckload_kg": "largest mass of a delivery; 0: as much as the yard holds",
@@ -181,9 +179,25 @@ _RULES = {
 }
 
 
+_FOR_ALL = {
+    "bracing_s": (120, "one brace_s for all classes of work, instead of those below"),
+    "release_s": (30, "one release_s for all classes of work"),
+}
+
+
 def _rules(config: SiteConfig) -> str:
     shown = [key for key in _RULES if key != "crane_separation_m" or len(config.cranes) > 1]
-    return _lines("[rules]", *(_key(key, getattr(config.rules, key), _RULES[key]) for key in shown))
+    rules = config.rules
+    return _lines(
+        "[rules]",
+        *(_key(key, getattr(rules, key), _RULES[key]) for key in shown),
+        *(_key(key, getattr(rules, key)) or f"# {key} = {n}  # {said}" for key, (n, said) in _FOR_ALL.items()),
+        "",
+        "# The crew's times by class of work, in seconds, while the crane stands: to attach the slings; to align, fix",
+        "# and brace the part; to take the slings off. Typical of the field, not measured; sources: docs/formats.md.",
+        "[rules.times]",
+        *(_key(work, getattr(rules.times, work)) for work in type(rules.times).model_fields),
+    )
 
 
 def _sequence(config: SiteConfig, example_ids: Sequence[str]) -> str:

@@ -155,10 +155,12 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.a_wall_out_of_the_labels, "own_files", r"labelled .* AIR, where there is wall"),
     (faults.a_wall_in_the_labels_alone, "own_files", r"labelled .* STRUCTURE, where there is nothing"),
     (faults.no_ground_in_the_labels, "own_files", r"labelled .* AIR, where there is ground"),
-    (faults.no_time_to_hook_on, "timeline", r"lift 2 \(right\): hooking on takes 1e-06 s; the rules ask for 60 s"),
+    (faults.no_time_to_hook_on, "timeline", r"lift 2 \(right\): hooking on takes 1e-06 s; the rules ask for 120 s"),
     (faults.no_trial_lift, "timeline", r"lift \d \(\w+\): the trial lift takes .* s; the rules ask for 10 s"),
-    (faults.no_time_to_set, "timeline", r"lift 4 \(slab\): setting takes 1e-06 s; the rules ask for 120 s"),
-    (faults.no_time_to_release, "timeline", r"lift 4 \(slab\): releasing takes 1e-06 s; the rules ask for 30 s"),
+    (faults.no_time_to_set, "timeline", r"lift 4 \(slab\): setting takes 1e-06 s; the rules ask for 180 s \(slab\)"),
+    (faults.no_time_to_release, "timeline", r"lift 4 \(slab\): releasing takes 1e-06 s; the rules ask for 60 s"),
+    (faults.every_part_set_like_a_slab, "timeline", r"lift 1 \(left\): setting takes 180 s; the rules ask for 720 s"),
+    (faults.no_times_at_all, "values", "site.rules.bracing_s is nan"),
 ]
 """Forged plans, the check that must refuse each, and a sentence that names the fault and the lift."""
 

@@ -34,8 +34,10 @@ from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.site.crew_times import UNIFORM_TIMES
 from bimvox.site.sail import sail_area_m2
 from bimvox.site.site import HookHeights, Rules, Site
+from bimvox.site.work import Work
 from bimvox.stop.choose_stop import manoeuvre
 from bimvox.stop.interrupt import interrupted
 from bimvox.stop.resume import resume, resume_cells
@@ -401,7 +403,17 @@ MUTANTS: dict[str, Mutant] = {
         "swing",
         {f"bimvox.motion.{where}.PLANNED_RESIDUAL_M": times(10.0) for where in ("steady", "timeline")},
     ),
-    "no time to hook on": Mutant(portal, "timeline", {"bimvox.motion.time_plan.HOOK_ON_S": times(0.1)}),
+    "no time to hook on": Mutant(
+        portal,
+        "timeline",
+        {"bimvox.motion.time_plan.crew_times": returning(lambda own: replace(own, sling_s=0.1 * own.sling_s))},
+    ),
+    "a column braced as fast as a slab": Mutant(
+        portal, "timeline", {"bimvox.site.crew_times.work_of": always(Work.SLAB)}
+    ),
+    "one time for all although there are times by class": Mutant(
+        portal, "timeline", {"bimvox.motion.time_plan.crew_times": always(UNIFORM_TIMES)}
+    ),
     "no trial lift": Mutant(portal, "timeline", {"bimvox.motion.time_plan.TRIAL_LIFT_S": times(0.0)}),
     "no time to set": Mutant(
         portal, "timeline", {"bimvox.motion.time_plan.phases_from": given(lengths_ns=shortened(PhaseName.SET))}

@@ -50,7 +50,8 @@ def test_assumptions_are_notes() -> None:
     assert notes["assumed_mass"] == "1 of 1 parts have a mass of unknown origin"
     assert "10 mm" in notes["assumed_contact"]
     assert "500 kg" in notes["assumed_tackle"]
-    assert "120 s to align" in notes["assumed_times"]
+    assert "(column) takes a crew 120 s to sling" in notes["assumed_times"]
+    assert "720 s to align" in notes["assumed_times"]
     assert "swings" in notes["assumed_swing"]
     assert notes["plan_note"] == "part: comes before its storey"
     assert "assumed_ground" in notes

@@ -45,6 +45,7 @@ from bimvox.site.config import (
     SiteConfig,
     ZoneConfig,
 )
+from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.machine import crane_config
 from bimvox.site.shape import shape_of
 from bimvox.site.site import Blocker, Rules, Site, SwingRule
@@ -619,6 +620,14 @@ NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
         keeping_its_files(lambda log: with_rules(log, contact_tolerance_m=0.09)),
         "contact_tolerance_m is 0.09",
     ),
+    "times of a class": (
+        keeping_its_files(lambda log: with_rules(log, times=dataclasses.replace(FIELD_TIMES, column=FIELD_TIMES.slab))),
+        "rules.times.column.brace_s is 180.0 in the log, 720.0 in the attached site.toml",
+    ),
+    "posing as an old log": (
+        keeping_its_files(lambda log: with_rules(log, times=None, bracing_s=120.0, release_s=30.0)),
+        "rules.times is None in the log",
+    ),
     "no file": (lambda log: dataclasses.replace(log, attachments={}), "it carries no site.toml"),
     "no ground": (lambda log: without_blocker(log, "ground"), "fixed object 'ground' is not in the log"),
     "truck of a mesh dropped": (with_a_file_of_a_mesh, "fixed object 'truck' is not in the log"),
@@ -709,6 +718,15 @@ def no_time_to_hook_on(log: PlanLog) -> PlanLog:
 
 def no_time_to_set(log: PlanLog) -> PlanLog:
     return with_phase_of(log, PhaseName.SET, 1000)
+
+
+def every_part_set_like_a_slab(log: PlanLog) -> PlanLog:
+    return with_phase_of(log, PhaseName.SET, 180 * 10**9)
+
+
+def no_times_at_all(log: PlanLog) -> PlanLog:
+    """The log poses as one from before crew times by class, and gives no other times."""
+    return with_rules(log, times=None)
 
 
 def no_time_to_release(log: PlanLog) -> PlanLog:

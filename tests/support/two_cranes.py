@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import fields
 from functools import cache
 
 import numpy as np
@@ -14,6 +15,7 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.site.build import with_digests
+from bimvox.site.crew_times import CrewTimes, TimesByWork
 from bimvox.site.site import Rules, Site
 
 PARTS = [
@@ -36,7 +38,7 @@ def two_crane_site(**rules: float) -> Site:
     components = tuple(
         dataclasses.replace(component, crane=int(component.id.startswith("east"))) for component in site.components
     )
-    own = Rules(bracing_s=10.0, release_s=5.0, **rules)
+    own = Rules(times=TimesByWork(*[CrewTimes(60.0, 10.0, 5.0)] * len(fields(TimesByWork))), **rules)
     return with_digests(dataclasses.replace(site, components=components, cranes=(west, east), rules=own))
 
 

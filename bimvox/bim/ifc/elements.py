@@ -102,6 +102,7 @@ class ElementBuilder:
             task=None if task is None else task.name,
             task_rank=None if task is None else task.rank,
             lifting_points_m=self._lifting_points(group),
+            predefined_type=self._properties.predefined_type(owner),
         )
 
     def connections(self) -> tuple[tuple[str, str], ...]:

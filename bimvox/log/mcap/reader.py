@@ -192,10 +192,12 @@ def salvage_contents(data: bytes, name: Path | str) -> Contents:
     if not data.startswith(MCAP0_MAGIC):
         raise LogFileError(name, "is not an MCAP file, nothing can be recovered: the MCAP signature is missing")
     contents = Contents(room=_room_of(data))
-    at = MAGIC_SIZE
+    at, ended = MAGIC_SIZE, False
     while at < len(data) and not (len(data) - at == MAGIC_SIZE and data.endswith(MCAP0_MAGIC)):
         record, after = _record_at(data, at)
-        if record is not None:
+        # After the data come copies and indexes: what looks like a message there is a damaged record of another kind.
+        ended |= isinstance(record, DataEnd)
+        if record is not None and not (ended and isinstance(record, Message)):
             try:
                 contents.add(record)
             except _BROKEN as error:

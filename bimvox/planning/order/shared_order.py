@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import Axes
 from bimvox.planning.travel import Travel
-from bimvox.site.assign import HANDLING_S
+from bimvox.site.crew_times import crew_times
 from bimvox.site.site import Site
 
 COLUMN, ROW = (slice(None), None), (None, slice(None))
@@ -37,7 +37,7 @@ class Shared:
         for targets, picks, travel in travel_axes:
             self._empty_s.append(np.round(travel.between_s(at(targets, COLUMN), at(picks, ROW))))
             self._loaded_s.append(travel.between_s(picks, targets))
-        self._crew_s = HANDLING_S + site.rules.bracing_s + site.rules.release_s
+        self._crew_s = [crew_times(site.rules, component).total_s for component in site.components]
         self._worked_s = np.zeros(len(travel_axes))
         self._last: dict[int, int] = {}
         self._counted = 0
@@ -60,7 +60,7 @@ class Shared:
         for i in order[self._counted :]:
             k = int(self._crane[i])
             empty_s = float(self._empty_s[k][self._last[k], i]) if k in self._last else 0.0
-            self._worked_s[k] += self._crew_s + empty_s + float(self._loaded_s[k][i])
+            self._worked_s[k] += self._crew_s[i] + empty_s + float(self._loaded_s[k][i])
             self._last[k] = i
         self._counted = len(order)
 

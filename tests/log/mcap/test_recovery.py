@@ -146,6 +146,16 @@ def test_a_bit_flipped_anywhere_costs_no_more_than_its_chunk(data: bytes) -> Non
                 assert saved == whole.messages[:before] + whole.messages[counts[hit] :], position
 
 
+def test_a_damaged_record_after_the_data_is_no_message(data: bytes) -> None:
+    whole = read_contents(data, "log")
+    at = chunks_of(data)[-1][1]
+    while data[at] != 0x04:
+        at += 9 + int.from_bytes(data[at + 1 : at + 9], "little")
+    damaged = bytearray(data)
+    damaged[at] = 0x05  # a channel of the summary becomes a message
+    assert salvage_contents(bytes(damaged), "flipped").messages == whole.messages
+
+
 def records_of(data: bytes, opcode: int) -> list[tuple[int, int]]:
     """Return start and end of every record of a kind in the data section."""
     found, at = [], 8

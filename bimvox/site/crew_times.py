@@ -1,0 +1,99 @@
+"""The crew's times by class of work, with the crane standing: slinging, aligning and bracing, taking the slings off.
+
+The defaults are typical values of the field: together with the crane's motion a precast column or wall takes 12 to 25
+minutes, a slab 5 to 10, and a crane sets 30 to 50 parts a day. How a lift is divided into the three times is
+professional judgement without a source. Of the totals, these sources give:
+
+* slabs: up to 400 m2 of hollow-core slabs a day, 40 to 55 planks (VCON, Hollow-Core Usage Manual); 1,170 m2 in four
+  days (Coreslab, in Construction Trends 4): 9 to 15 minutes a plank at most, with everything that interrupts the work;
+* walls: 30 and more tilt-up panels in a day under good conditions (Concrete Construction, Tilt-up rigging procedures):
+  16 to 20 minutes a panel;
+* columns take as long as walls: both must be held in line, level and plumb at once (C. D. Johnson, Erection of precast
+  concrete, PCI Journal, April 1969);
+* beams, stairs, steel: typical, no source at hand.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from bimvox.site.work import Part, Work, work_of
+
+TRIAL_LIFT_S = 10.0
+"""Holding the raised part to check that it hangs properly; nominal."""
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class CrewTimes:
+    """What the crew takes for one part while the crane stands.
+
+    Attributes:
+        sling_s: Attaching the slings.
+        brace_s: Aligning, fixing and bracing the part while it hangs on the hook.
+        release_s: Taking the slings off.
+    """
+
+    sling_s: float
+    brace_s: float
+    release_s: float
+
+    @property
+    def total_s(self) -> float:
+        """All that the crane stands for in a lift, with the trial lift."""
+        return self.sling_s + TRIAL_LIFT_S + self.brace_s + self.release_s
+
+
+@dataclass(frozen=True, slots=True)
+class TimesByWork:
+    """The crew's times by class of work; the fields are the values of ``Work``."""
+
+    footing: CrewTimes
+    column: CrewTimes
+    wall: CrewTimes
+    beam: CrewTimes
+    slab: CrewTimes
+    stair: CrewTimes
+    steel: CrewTimes
+    other: CrewTimes
+
+
+UNIFORM_TIMES = CrewTimes(60.0, 120.0, 30.0)
+"""The times of every part in logs that were made before times by class, unless their rules say otherwise."""
+
+FIELD_TIMES = TimesByWork(
+    footing=CrewTimes(120.0, 300.0, 60.0),
+    column=CrewTimes(120.0, 720.0, 120.0),
+    wall=CrewTimes(120.0, 900.0, 120.0),
+    beam=CrewTimes(120.0, 300.0, 90.0),
+    slab=CrewTimes(120.0, 180.0, 60.0),
+    stair=CrewTimes(120.0, 300.0, 60.0),
+    steel=CrewTimes(90.0, 300.0, 60.0),
+    other=CrewTimes(120.0, 300.0, 90.0),
+)
+"""The defaults of the site file."""
+
+
+class _Rules(Protocol):
+    @property
+    def times(self) -> TimesByWork | None: ...
+
+    @property
+    def bracing_s(self) -> float | None: ...
+
+    @property
+    def release_s(self) -> float | None: ...
+
+
+def crew_times(rules: _Rules, part: Part) -> CrewTimes:
+    """Return the crew's times for a part: those of its class, unless the rules give one value for all classes."""
+    own = UNIFORM_TIMES if rules.times is None else times_of(rules.times, work_of(part))
+    brace_s = own.brace_s if rules.bracing_s is None else rules.bracing_s
+    release_s = own.release_s if rules.release_s is None else rules.release_s
+    return CrewTimes(own.sling_s, brace_s, release_s)
+
+
+def times_of(times: TimesByWork, work: Work) -> CrewTimes:
+    """Return the times of a class of work."""
+    found: CrewTimes = getattr(times, work.value)
+    return found
