@@ -5,6 +5,9 @@ The thicker part of the pair is eroded, up to a share of its thickness (a thin p
 part takes the rest, up to the same share. Every vertex moves so that each face around it shifts by ``depth_m`` along
 its normal (a mitred offset): for a vertex with unit normals n_f, the least-squares solution of ``n_f . d = -depth_m``,
 exact if at most three planes meet.
+
+A part may consist of several bodies (a column with its bearing pads, an assembly with its anchors). Each is eroded by
+no more than the same share of its own thickness: turned inside out, a thin body would be larger than it is.
 """
 
 from __future__ import annotations
@@ -13,6 +16,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from bimvox.bim.building import TriangleMesh
 
@@ -48,9 +53,9 @@ def eroded_triangles_m(mesh: TriangleMesh, depth_m: float) -> NDArray[np.float64
     """Return the mesh's triangles with the surface moved inward.
 
     Args:
-        mesh: Closed for an exact result; its orientation does not matter. If the mesh is thinner than twice the depth,
-            faces pass each other; the result still lies within ``depth_m`` of the true surface.
-        depth_m: Depth, metres.
+        mesh: Closed for an exact result; its orientation does not matter. If a body of it is thinner in one place than
+            twice the depth, faces pass each other; the result still lies within ``depth_m`` of the true surface.
+        depth_m: Depth, metres; less for bodies that are thin.
 
     Returns:
         (F, 3, 3) float64 triangles.
@@ -70,10 +75,39 @@ def eroded_triangles_m(mesh: TriangleMesh, depth_m: float) -> NDArray[np.float64
     for corner in range(3):
         np.add.at(squares, faces[:, corner], outer)
         np.add.at(sums, faces[:, corner], normals)
-    shift = -outward * depth_m * np.einsum("vij,vj->vi", np.linalg.pinv(squares, rcond=1e-3, hermitian=True), sums)
+    depths_m = _depths_m(vertices, faces, outward, depth_m)
+    shift = -outward * np.einsum("vij,vj->vi", np.linalg.pinv(squares, rcond=1e-3, hermitian=True), sums)
+    shift *= depths_m[:, None]
     length = np.linalg.norm(shift, axis=1)
-    longest = _LONGEST_MITRE * depth_m
+    longest = _LONGEST_MITRE * depths_m
     too_long = length > longest
-    shift[too_long] *= (longest / length[too_long])[:, None]
+    shift[too_long] *= (longest[too_long] / length[too_long])[:, None]
     moved: NDArray[np.float64] = (vertices + shift)[faces[proper]]
     return moved
+
+
+def _depths_m(
+    vertices_m: NDArray[np.float64], faces: NDArray[np.int64], outward: float, depth_m: float
+) -> NDArray[np.float64]:
+    """Return (V,) how far each vertex's faces are moved: less if its body is thin.
+
+    A piece of the surface turned the other way is a cavity, which grows; it has no thickness.
+    """
+    ends = np.concatenate([faces[:, :2], faces[:, 1:]]).T
+    links = coo_array((np.ones(ends.shape[1], np.int8), tuple(ends)), shape=(len(vertices_m), len(vertices_m)))
+    count, body = connected_components(links, directed=False)
+    depths_m = np.full(count, depth_m)
+    of_face = body[faces[:, 0]]
+    for number in range(count) if count > 1 else ():
+        own = faces[of_face == number]
+        piece = TriangleMesh(*_alone(vertices_m, own))
+        if len(own) and outward * piece.signed_volume_m3 >= 0.0:
+            depths_m[number] = min(depth_m, _SHARE_OF_THICKNESS * thickness_m(piece))
+    found: NDArray[np.float64] = depths_m[body]
+    return found
+
+
+def _alone(vertices_m: NDArray[np.float64], faces: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Return the vertices that some faces use, and these faces with the vertices numbered anew."""
+    used, numbers = np.unique(faces, return_inverse=True)
+    return vertices_m[used], numbers.reshape(-1, 3).astype(np.int32)

@@ -47,3 +47,27 @@ def test_no_vertex_moves_farther_than_a_mitre_allows():
     eroded = eroded_triangles_m(needle, 0.01)
     original = needle.triangles_m
     assert np.linalg.norm(eroded - original, axis=2).max() <= 0.03 + 1e-9
+
+
+def _with(*meshes):
+    """Return one mesh of several bodies."""
+    first = np.cumsum([0, *(len(m.vertices_m) for m in meshes[:-1])])
+    faces = np.concatenate([m.faces + n for m, n in zip(meshes, first, strict=True)]).astype(np.int32)
+    return TriangleMesh(np.concatenate([m.vertices_m for m in meshes]), faces)
+
+
+def test_a_thin_body_of_a_thick_part_is_not_turned_inside_out():
+    column, pad = box_mesh((0, 0, 0), (0.4, 0.3, 3.0)), box_mesh((0.1, 0.1, 3.0), (0.102, 0.102, 3.002))
+    eroded = eroded_triangles_m(_with(column, pad), 0.01)
+    of_pad = eroded[len(column.faces) :]
+    assert eroded[: len(column.faces)].max(axis=(0, 1)) == pytest.approx([0.39, 0.29, 2.99])
+    assert (of_pad.min(axis=(0, 1)) > (0.1, 0.1, 3.0)).all()
+    assert (of_pad.max(axis=(0, 1)) < (0.102, 0.102, 3.002)).all()
+
+
+def test_a_cavity_grows_by_the_depth_however_small_it_is():
+    block, cavity = box_mesh((0, 0, 0), (1, 1, 1)), box_mesh((0.5, 0.5, 0.5), (0.504, 0.504, 0.504))
+    hollow = _with(block, TriangleMesh(cavity.vertices_m, cavity.faces[:, ::-1].copy()))
+    inner = eroded_triangles_m(hollow, 0.01)[len(block.faces) :]
+    assert inner.min(axis=(0, 1)) == pytest.approx([0.49] * 3)
+    assert inner.max(axis=(0, 1)) == pytest.approx([0.514] * 3)
