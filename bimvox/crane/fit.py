@@ -1,4 +1,4 @@
-"""Choice of a crane and its base: the smallest default that carries every part where it is needed."""
+"""Choice of a crane and its base: the first machine that carries every mass where it is needed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.crane.defaults import DEFAULT_CRANES, HOOK_BLOCK_M
 from bimvox.crane.fit_luffing import BuiltHeights, highest_hooks_m, pivoted, points_blocked
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
@@ -17,9 +16,15 @@ from bimvox.errors import InputError
 
 MAST_CLEARANCE_M = 1.5
 """Free width between the mast and the building or the yard."""
+HOOK_BLOCK_M = 2.0
+"""Room between the highest hook and the rope exit: hook block and limit switch."""
+MARGIN_M = 0.5
+"""Distance by which points lie inside the radius limits."""
 
 _PITCH_M = 1.0
 _RING_M = 12.0
+_AT_ONCE = 32  # points that are compared at once: most bases fail at the heaviest ones
+_MOST_PAIRS = 1_000_000  # of bases and points: beyond, fewer bases are tried
 _MOST_BASES = 400  # bases at which the jib is checked, those with the lowest utilisation first
 
 
@@ -29,9 +34,9 @@ def fit_crane(
     footprint_m: ArrayLike,
     height_under_hook_m: float,
     *,
+    cranes: Sequence[TowerCrane],
     keep_clear_m: Sequence[ArrayLike] = (),
-    cranes: Sequence[TowerCrane] = DEFAULT_CRANES,
-    margin_m: float = 0.5,
+    margin_m: float = MARGIN_M,
     built: BuiltHeights | None = None,
 ) -> TowerCrane:
     """Return the first crane that serves every point, on the base with the lowest utilisation; deterministic.
@@ -48,8 +53,8 @@ def fit_crane(
         masses_kg: (N,) mass to be carried there, without rigging.
         footprint_m: (K, 2) corners of the building's footprint, a simple polygon.
         height_under_hook_m: Height above the site's z = 0 that the hook must reach.
-        keep_clear_m: Other (K, 2) polygons from which the mast keeps clear (yards).
         cranes: Machines to choose from, the preferred one first; their base and jib height are ignored.
+        keep_clear_m: Other (K, 2) polygons from which the mast keeps clear (yards).
         margin_m: Distance by which every point must lie inside the radius limits.
         built: Heights of the finished building; None if no jib can touch anything.
 
@@ -58,27 +63,114 @@ def fit_crane(
     """
     points = np.asarray(points_m, dtype=np.float64).reshape(-1, 2)
     masses = np.broadcast_to(np.asarray(masses_kg, dtype=np.float64), len(points))
-    areas = [np.asarray(area, dtype=np.float64) for area in (footprint_m, *keep_clear_m)]
     if not len(points):
         raise InputError("no point is given for a crane to reach", hint="give at least one target")
+    heaviest_first = np.argsort(-masses, kind="stable")
+    ground = Ground((footprint_m, *keep_clear_m))
     for machine in cranes:
-        jib = machine.luffing
-        crane = machine if jib is None else pivoted(machine, jib, height_under_hook_m)
-        bases = _bases(areas, MAST_CLEARANCE_M + crane.mast_size_m / 2.0)
-        limits = np.array([allowed_radii_m(crane, float(mass)) for mass in masses])
-        low, high = limits[:, 0] + margin_m, limits[:, 1] - margin_m
-        radii = np.hypot(points[:, 0] - bases[:, 0, None], points[:, 1] - bases[:, 1, None])
-        served = (radii >= low) & (radii <= high)
-        if crane.luffing is not None:
-            served &= highest_hooks_m(crane.luffing, radii) >= height_under_hook_m
-        fitting = np.flatnonzero(served.all(axis=1))
+        crane = _standing(machine, height_under_hook_m)
+        bases = fitting = ground.bases(crane)
+        for first in range(0, len(points), _AT_ONCE):
+            some = heaviest_first[first : first + _AT_ONCE]
+            reached = served(crane, fitting, points[some], masses[some], height_under_hook_m, margin_m)
+            fitting = fitting[reached.all(axis=1)]
+            if not len(fitting):
+                break
         if not len(fitting):
             continue
-        by_use = fitting[np.argsort(np.round((radii[fitting] / high).max(axis=1), 9), kind="stable")]
-        if crane.luffing is None:
-            crane = replace(crane, jib_height_m=float(height_under_hook_m + HOOK_BLOCK_M))
-        return _least_blocked(crane, bases[by_use], points, built)
-    raise _no_crane(cranes[-1], points, masses, bases, radii, served)
+        high = np.array([allowed_radii_m(crane, float(mass))[1] for mass in masses]) - margin_m
+        use = np.round((distances_m(fitting, points) / high).max(axis=1), 9)
+        return _least_blocked(crane, fitting[np.argsort(use, kind="stable")], points, built)
+    reached = served(crane, bases, points, masses, height_under_hook_m, margin_m)
+    raise _no_crane(crane, points, masses, bases, distances_m(bases, points), reached)
+
+
+def fit_most(
+    points_m: NDArray[np.float64],
+    masses_kg: NDArray[np.float64],
+    stores_m: NDArray[np.float64],
+    height_under_hook_m: float,
+    *,
+    crane: TowerCrane,
+    ground: Ground,
+) -> tuple[TowerCrane, int, int] | None:
+    """Return a crane on the base from which it serves most points, their number, and how many its jib reaches.
+
+    Args:
+        points_m: (N, 2) hook positions.
+        masses_kg: (N,) mass to be carried there, without rigging.
+        stores_m: (K, 2) places from which the masses come: one of them must be within reach with the mass.
+        height_under_hook_m: Height above the site's z = 0 that the hook must reach.
+        crane: The machine; its base and jib height are ignored.
+        ground: Where the mast may stand.
+
+    Returns:
+        None if the mast has no place. Ties go to the base that reaches most points, then to the lowest y, then x.
+    """
+    crane = _standing(crane, height_under_hook_m)
+    bases = ground.bases(crane)
+    if not len(bases):
+        return None
+    bases = bases[:: 1 + len(bases) * len(points_m) // _MOST_PAIRS]
+    able = served(crane, bases, points_m, masses_kg, height_under_hook_m, MARGIN_M)
+    from_store = np.full_like(able, not len(stores_m))
+    for store in stores_m:
+        there = np.broadcast_to(store, points_m.shape)
+        from_store |= served(crane, bases, there, masses_kg, height_under_hook_m, MARGIN_M)
+    able &= from_store
+    reach = (distances_m(bases, points_m) <= crane.jib_length_m - MARGIN_M).sum(axis=1)
+    best = np.lexsort((-reach, -able.sum(axis=1)))[0]
+    placed = replace(crane, base_m=(*bases[best].tolist(), 0.0))
+    return placed, int(able[best].sum()), int(reach[best])
+
+
+class Ground:
+    """Where a mast may stand: around the first area, clear of all areas.
+
+    Args:
+        areas_m: (K, 2) polygons: the building's footprint, then the yards.
+    """
+
+    def __init__(self, areas_m: Sequence[ArrayLike]) -> None:
+        self._areas = [np.asarray(area, dtype=np.float64) for area in areas_m]
+        self._known: dict[float, NDArray[np.float64]] = {}
+
+    def bases(self, crane: TowerCrane) -> NDArray[np.float64]:
+        """Return the (B, 2) places for a crane's mast, by y, then x."""
+        clear_m = MAST_CLEARANCE_M + crane.mast_size_m / 2.0
+        if clear_m not in self._known:
+            self._known[clear_m] = _bases(self._areas, clear_m)
+        return self._known[clear_m]
+
+
+def served(
+    crane: TowerCrane,
+    bases_m: NDArray[np.float64],
+    points_m: NDArray[np.float64],
+    masses_kg: NDArray[np.float64],
+    height_under_hook_m: float,
+    margin_m: float,
+) -> NDArray[np.bool_]:
+    """Return (B, N) whether a crane on each base carries each mass at its point, high enough."""
+    different, which = np.unique(masses_kg, return_inverse=True)
+    limits = np.array([allowed_radii_m(crane, float(mass)) for mass in different])[which.ravel()]
+    radii = distances_m(bases_m, points_m)
+    able: NDArray[np.bool_] = (radii >= limits[:, 0] + margin_m) & (radii <= limits[:, 1] - margin_m)
+    if crane.luffing is not None:
+        able &= highest_hooks_m(crane.luffing, radii) >= height_under_hook_m
+    return able
+
+
+def distances_m(bases_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (B, N) distances on plan."""
+    return np.hypot(points_m[:, 0] - bases_m[:, 0, None], points_m[:, 1] - bases_m[:, 1, None])
+
+
+def _standing(machine: TowerCrane, height_under_hook_m: float) -> TowerCrane:
+    """Return a machine on a mast so high that its hook reaches a height."""
+    if machine.luffing is not None:
+        return pivoted(machine, machine.luffing, height_under_hook_m)
+    return replace(machine, jib_height_m=float(height_under_hook_m + HOOK_BLOCK_M))
 
 
 def _least_blocked(
@@ -119,7 +211,7 @@ def _no_crane(
     capacity = max(0.0, capacity_kg(crane.chart, radius) - crane.tackle_kg)
     reached = int(served[best].sum())
     return InputError(
-        f"no default crane serves every point: {crane.name} carries {capacity:.0f} kg at {radius:.1f} m, but "
+        f"no crane serves every point: {crane.name} carries {capacity:.0f} kg at {radius:.1f} m, but "
         f"{masses[worst]:.0f} kg are needed at ({x:.1f}, {y:.1f}); it serves {reached} of {len(points)} points",
         hint="describe your own [crane] in the site file, move the yard closer, or leave the heaviest parts out",
     )

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.luffing import LuffingJib
+from bimvox.crane.override import Override
 from bimvox.crane.working_range import UNLIMITED, SlowZone, WorkingRange
 from bimvox.errors import InputError
+from bimvox.sparse import SPARSE
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +91,8 @@ class TowerCrane:
         luffing: The luffing jib; None for a hammerhead. With it, ``trolley`` and ``hoist`` are limits of the hook's
             radius and height that keep the luffing axis and the winch within their limits. ``jib_height_m`` is the
             highest tip; ``jib_length_m`` and ``min_radius_m`` are the jib's radii.
+        machine: Name of the machine, if ``name`` is the site's own; empty if ``name`` is the machine's.
+        overrides: What the site file changes in the machine.
     """
 
     name: str
@@ -111,6 +115,8 @@ class TowerCrane:
     slow_zones: tuple[SlowZone, ...] = ()
     kind: str = "hammerhead"
     luffing: LuffingJib | None = None
+    machine: str = field(default="", metadata=SPARSE)
+    overrides: tuple[Override, ...] = field(default=(), metadata=SPARSE)
 
     @property
     def highest_hook_m(self) -> float:

@@ -20,7 +20,7 @@ from bimvox.grid.labels import Label
 from bimvox.library.compare import equal, same, same_blockers, same_cells, same_cranes, same_rules
 from bimvox.library.obstructions import load_obstructions, rasterise
 from bimvox.library.own_parts import compare_parts, compare_pinned
-from bimvox.library.site import SITE_FILE
+from bimvox.library.site import MACHINE, SITE_FILE
 from bimvox.library.site_again import building_of, completed
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.proof import Check
@@ -55,8 +55,9 @@ def check_own_files(log: PlanLog) -> Check:
         check.look(False, f"it carries no {SITE_FILE}, so nothing says for which rules and crane it was planned")
     else:
         try:
-            config = parse_site_config(text.decode("utf-8-sig"), SITE_FILE)
-            compare_config(check, site, config, f"the attached {SITE_FILE}")
+            config = parse_site_config(text.decode("utf-8-sig"), SITE_FILE, _machine_files(log))
+            # Logs of earlier versions may change a machine without saying so; remarks say it.
+            compare_config(check, site, config, f"the attached {SITE_FILE}", undeclared=True)
         except (BimvoxError, UnicodeDecodeError) as error:
             check.look(False, f"the attached {SITE_FILE} cannot be used: {error}")
     for name in sorted(log.attachments):
@@ -75,7 +76,12 @@ def only_as_cells(log: PlanLog) -> tuple[str, ...]:
     return tuple(sorted(found))
 
 
-def compare_config(check: Check, site: Site, config: SiteConfig, source: str) -> None:
+def _machine_files(log: PlanLog) -> dict[str, bytes]:
+    """Return the files of machines that a log carries, by the names that its site file gives them."""
+    return {name.removeprefix(MACHINE): data for name, data in log.attachments.items() if name.startswith(MACHINE)}
+
+
+def compare_config(check: Check, site: Site, config: SiteConfig, source: str, *, undeclared: bool = False) -> None:
     """Compare a site with its site file, and what the file leaves to be chosen with the choice for the site's parts.
 
     Args:
@@ -83,6 +89,7 @@ def compare_config(check: Check, site: Site, config: SiteConfig, source: str) ->
         site: The site.
         config: The site file.
         source: What to call the file.
+        undeclared: Whether its cranes may differ from their machines without saying so.
 
     Raises:
         BimvoxError: If the file does not fit the site, or its crane is not consistent.
@@ -92,7 +99,7 @@ def compare_config(check: Check, site: Site, config: SiteConfig, source: str) ->
     building = building_of(site, config)
     given, config = config, completed(config, site, building)
     chosen = f"{source}, which leaves it to be chosen"
-    cranes = cranes_of(config)
+    cranes = cranes_of(config, undeclared=undeclared)
     same_cranes(check, site.cranes, cranes, source if given.crane is not None else chosen)
     columns = site.shape[:2]
     for name, found, kinds in (("prohibited", site.prohibited, NO_HOOK), ("no_load", site.no_load, NO_LOAD)):

@@ -11,7 +11,6 @@ import numpy as np
 
 from bimvox.bim.building import Building
 from bimvox.bim.read import ReadOptions, read_building
-from bimvox.crane.catalogue import machines_called
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 from bimvox.files import require_regular
@@ -26,6 +25,7 @@ from bimvox.site.config import ModelConfig, SiteConfig
 from bimvox.site.config_file import load_site_config, read_site_file
 from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
+from bimvox.site.machine_names import machines_called
 from bimvox.site.placement import place_building
 from bimvox.site.site import Site
 from bimvox.site.template import site_toml
@@ -33,6 +33,8 @@ from bimvox.voxelization.building import voxelize_building
 
 SITE_FILE = "site.toml"
 """Name of the site file among the files attached to a log."""
+MACHINE = "machine."
+"""Begins the name of a machine's file among the files attached to a log."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,7 +98,8 @@ def load_site(path: Path | str, progress: Listener = None, *, model: Path | None
     building = read_building(given.path, options, told.report)
     say_notes(building, told)
     told.stage("site")
-    return _built(guess.complete_config(config, building), building, {SITE_FILE: text}, told)
+    files = {SITE_FILE: text} | {MACHINE + name: data for name, data in config.machine_files.items()}
+    return _built(guess.complete_config(config, building), building, files, told)
 
 
 def guess_site(
@@ -115,7 +118,8 @@ def guess_site(
         building: As read.
         read_with: The options that it was read with, for the site file; default: none.
         voxel_size_m: Edge of a cell in metres; default: guessed.
-        crane: A kind of crane (``hammerhead``, ``luffing``) or a built-in machine; default: a hammerhead.
+        crane: A kind of crane (``hammerhead``, ``luffing``), a machine of the catalogue, or ``fictitious``; default:
+            the smallest hammerhead that serves the site.
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:

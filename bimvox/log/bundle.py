@@ -22,7 +22,7 @@ from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, DecodeError, deco
 from bimvox.log.mcap.encoded import Encoded, json_text
 from bimvox.site.component import Shape
 from bimvox.site.site import Site
-from bimvox.site.sparse import names_to_write
+from bimvox.sparse import names_to_write
 
 _FORMAT = "bimvox-site"
 _VERSION = 1

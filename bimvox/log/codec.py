@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.site.sparse import ABSENT, names_to_write
+from bimvox.sparse import ABSENT, names_to_write
 
 DTYPES = ("bool", "uint8", "int32", "int64", "float32", "float64")
 

@@ -15,7 +15,7 @@ from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, enco
 from bimvox.log.plan_json import lines_of
 from bimvox.records.motion import LiftMotion, Phase
 from bimvox.records.trajectory import Trajectory
-from bimvox.site.sparse import SPARSE
+from bimvox.sparse import SPARSE
 
 
 @dataclass(frozen=True, slots=True)

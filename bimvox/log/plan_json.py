@@ -16,7 +16,7 @@ from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, enco
 from bimvox.records.lift import Epoch, LeftPath, Lift, LiftPlan, ModelledClash, Status, yard_place
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.site import Blocker, Site
-from bimvox.site.sparse import names_to_write
+from bimvox.sparse import names_to_write
 
 _VERSION = 1
 LIFTS_KEPT = 4096

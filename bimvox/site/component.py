@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh, part_name
-from bimvox.site.sparse import SPARSE
+from bimvox.sparse import SPARSE
 
 IntVec = tuple[int, int, int]
 

@@ -6,6 +6,7 @@ Everything except the path of the model is optional; :mod:`bimvox.site.guess` fi
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, astuple, replace
 from functools import partial
 from itertools import pairwise
@@ -17,6 +18,7 @@ from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag, mod
 
 from bimvox.bim.options import MOST_SELECT
 from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.load_chart import LoadChart
 from bimvox.errors import ConfigError, shown
 from bimvox.site.component import StoredPose
 from bimvox.site.crew_times import FIELD_TIMES, CrewTimes, TimesByWork
@@ -158,6 +160,12 @@ Chart = Annotated[tuple[tuple[Positive, Positive], ...], Field(min_length=1), Af
 """[radius in m, capacity in kg] pairs."""
 
 
+def chart_of(pairs: tuple[tuple[float, float], ...]) -> LoadChart:
+    """Return the load chart of [radius in m, capacity in kg] pairs."""
+    radii, capacities = zip(*pairs, strict=True)
+    return LoadChart(radii, capacities)
+
+
 class ReevingConfig(Table):
     """One reeving of the hoist rope."""
 
@@ -221,45 +229,22 @@ class LuffingConfig(Table):
     """Width of the jib."""
 
 
-class CraneConfig(Table):
-    """The crane. Without this table one is chosen; ``kind = "none"`` plans without a crane: no rope, no reach.
+class OverrideConfig(Table):
+    """What a site changes in a machine of the catalogue, on purpose. Every output lists it."""
 
-    Several cranes are an array of tables, ``[[crane]]``, each with its own ``name`` and ``base_m``.
-    """
-
-    kind: Literal["hammerhead", "luffing", "mobile", "none"] = "hammerhead"
-    """Kind of crane. ``luffing``: a tower crane with a luffing jib. ``mobile``: a mobile crane on a fixed pad with a
-    luffing boom. Both use ``jib`` instead of ``jib_height_m``, ``jib_length_m``, ``min_radius_m`` and ``trolley``,
-    which follow from it."""
-    name: Text | None = None
-    """Name of the crane. If it is the name of a built-in machine, missing keys come from that machine."""
-    machine: Text | None = None
-    """Name of a built-in machine, if ``name`` is your own: two cranes may be the same machine."""
-    base_m: Point2or3 | None = None
-    """Foot of the slewing axis [x, y] or [x, y, z], site metres."""
     jib: LuffingConfig | None = None
     """The luffing jib, or the boom."""
-    jib_height_m: Positive | None = None
-    """Height of the trolley's rope exit above the site's z = 0."""
     jib_length_m: Positive | None = None
     """Largest hook radius."""
     min_radius_m: NotNegative | None = None
     """Smallest hook radius."""
     mast_size_m: Positive | None = None
     """Edge of the square mast section."""
-    sling_m: NotNegative | None = None
-    """Height of the slings, from the load's top to the hook."""
-    rigging_mass_kg: NotNegative | None = None
-    """Mass of slings and spreader, added to every load."""
     hook_block_kg: NotNegative | None = None
-    """Mass of the hook block, added to every load. Default: the built-in machine's; 0 if ``chart`` is given."""
-    falls: Annotated[Whole, Field(ge=1)] | None = None
-    """Parts of rope that carry the hook, for the whole job. Default: the reeving that carries most."""
+    """Mass of the hook block, added to every load."""
     gears: tuple[tuple[Positive, Rate], ...] | None = None
     """Hoist rates: [largest mass on the rope in kg, including hook block and rigging; rate in m/s]. Above the last
     mass, the rate of ``hoist`` applies."""
-    working_range: WorkingRangeConfig | None = None
-    """Settings of its limiters."""
     max_wind_m_s: Positive | None = None
     """Wind (gust of 3 s) up to which the crane works; 20 m/s for tower cranes (EN 14439)."""
     slewing: SlewingConfig | None = None
@@ -279,26 +264,63 @@ class CraneConfig(Table):
             return self
         for key in ("chart", "gears", "hook_block_kg"):
             if getattr(self, key) is not None:
-                raise ValueError(f"{key} is given per reeving: leave it out, or leave [[crane.reeving]] out")
+                raise ValueError(f"{key} is given per reeving: leave it out, or leave reeving out")
         counts = [one.falls for one in self.reeving]
         if len(set(counts)) < len(counts):
             raise ValueError("two reevings have the same falls")
-        if self.falls is not None and self.falls not in counts:
-            raise ValueError(f"no reeving has {self.falls} falls; there are {', '.join(map(str, sorted(counts)))}")
         return self
+
+
+class CraneConfig(OverrideConfig):
+    """The crane. Without this table one is chosen; ``kind = "none"`` plans without a crane: no rope, no reach.
+
+    A machine of the catalogue has its data from there. A key that differs from them is an error, unless it stands in
+    ``[crane.override]``. Without ``machine``, and with a ``name`` that the catalogue does not have, the table describes
+    the crane itself, with every key. Several cranes are an array of tables, ``[[crane]]``, each with its own ``name``
+    and ``base_m``.
+    """
+
+    kind: Literal["hammerhead", "luffing", "mobile", "none"] | None = None
+    """Kind of crane. ``luffing``: a tower crane with a luffing jib. ``mobile``: a mobile crane on a fixed pad with a
+    luffing boom. Both use ``jib`` instead of ``jib_height_m``, ``jib_length_m``, ``min_radius_m`` and ``trolley``,
+    which follow from it. Default: the machine's, otherwise ``hammerhead``."""
+    name: Text | None = None
+    """Name of the crane. Default: the machine's. The name of a machine of the catalogue selects that machine."""
+    machine: Text | None = None
+    """Name of a machine of the catalogue (``bimvox cranes`` lists them), or a file next to the site file that describes
+    your own: ``"my-crane.toml"`` (``bimvox schema crane``)."""
+    base_m: Point2or3 | None = None
+    """Foot of the slewing axis [x, y] or [x, y, z], site metres."""
+    jib_height_m: Positive | None = None
+    """Height of the trolley's rope exit above the site's z = 0."""
+    jib_length_m: Positive | None = None
+    """Largest hook radius: one of the machine's jib lengths. Default: the longest."""
+    sling_m: NotNegative | None = None
+    """Height of the slings, from the load's top to the hook."""
+    rigging_mass_kg: NotNegative | None = None
+    """Mass of slings and spreader, added to every load."""
+    falls: Annotated[Whole, Field(ge=1)] | None = None
+    """Parts of rope that carry the hook, for the whole job. Default: the reeving that carries most."""
+    working_range: WorkingRangeConfig | None = None
+    """Settings of its limiters."""
+    override: OverrideConfig | None = None
+    """What differs from the machine, on purpose."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.kind == "none" and len(self.model_fields_set) > 1:
             raise ValueError('kind = "none" allows no other key')
         luffs = self.kind in ("luffing", "mobile")
-        if self.jib is not None and not luffs:
+        if self.jib is not None and self.kind == "hammerhead":
             raise ValueError('jib is for kind = "luffing" and kind = "mobile"')
         for key in ("jib_height_m", "jib_length_m", "min_radius_m", "trolley"):
             if luffs and getattr(self, key) is not None:
                 raise ValueError(f"{key} follows from the jib: leave it out")
         if self.min_radius_m is not None and self.jib_length_m is not None and self.min_radius_m >= self.jib_length_m:
             raise ValueError("min_radius_m must be smaller than jib_length_m")
+        counts = [one.falls for one in self.reeving or ()]
+        if counts and self.falls is not None and self.falls not in counts:
+            raise ValueError(f"no reeving has {self.falls} falls; there are {', '.join(map(str, sorted(counts)))}")
         return self
 
 
@@ -509,6 +531,7 @@ class SiteConfig(Table):
     """A site file."""
 
     _file: Path = PrivateAttr(default=Path("site.toml"))
+    _machine_files: Mapping[str, bytes] = PrivateAttr(default_factory=dict)
     name: Text | None = None
     """Name of the site. Default: the file's name."""
     model: ModelConfig
@@ -531,6 +554,11 @@ class SiteConfig(Table):
     def file(self) -> Path:
         """The file it was read from, for messages."""
         return self._file
+
+    @property
+    def machine_files(self) -> Mapping[str, bytes]:
+        """The files of machines that it names, by name: their bytes."""
+        return self._machine_files
 
     @property
     def cranes(self) -> tuple[CraneConfig, ...]:

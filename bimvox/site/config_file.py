@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from pydantic import ValidationError
 from bimvox.errors import ConfigError
 from bimvox.files import read_input, require_regular, resolved, status_of
 from bimvox.site.config import SiteConfig
+from bimvox.site.machine import MACHINE_FILE
 from bimvox.site.nested import toml_values
 from bimvox.site.validation import first_finding
 
@@ -37,6 +39,7 @@ def load_site_config(path: Path | str, data: bytes | None = None, *, model: Path
     except UnicodeDecodeError as error:
         raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})") from None
     config = parse_site_config(text, path)
+    config._machine_files = {name: _machine_file(path, name) for name in machine_file_names(config)}
     model_path = _model_path(path, config.model.path if model is None else model.absolute())
     if status_of(model_path) is None:
         raise ConfigError(
@@ -79,8 +82,27 @@ def _unreadable(path: Path, message: str, *, hint: str, key: str | None, of: Pat
     return ConfigError(of or path, key, f"{path}: {message}" if of else message, hint=hint)
 
 
-def parse_site_config(text: str, path: Path | str) -> SiteConfig:
-    """Return the content of a site file's text without reading any file; ``path`` is for messages.
+def machine_file_names(config: SiteConfig) -> tuple[str, ...]:
+    """Return the names of the machines' files that a site file names, each once."""
+    named = (crane.machine for crane in config.cranes)
+    return tuple(dict.fromkeys(name for name in named if name is not None and name.endswith(MACHINE_FILE)))
+
+
+def _machine_file(path: Path, name: str) -> bytes:
+    """Return the bytes of a machine's file next to a site file."""
+    of_site = partial(_unreadable, key="crane.machine", of=path)
+    if Path(name).name != name:
+        raise ConfigError(path, "crane.machine", f"{name!r} is not next to the site file", hint="give its name alone")
+    return read_input(path.parent / name, of_site, most_bytes=_MOST_BYTES)
+
+
+def parse_site_config(text: str, path: Path | str, machine_files: Mapping[str, bytes] | None = None) -> SiteConfig:
+    """Return the content of a site file's text without reading any file.
+
+    Args:
+        text: The text.
+        path: Its name, for messages.
+        machine_files: The files of machines that it may name, by name: their bytes.
 
     Raises:
         ConfigError: As :func:`load_site_config`, except for the model file.
@@ -95,4 +117,5 @@ def parse_site_config(text: str, path: Path | str) -> SiteConfig:
         found = first_finding(error, SiteConfig)
         raise ConfigError(path, found.key or None, found.message, available=found.available, hint=found.hint) from None
     config._file = Path(path)
+    config._machine_files = machine_files or {}
     return config

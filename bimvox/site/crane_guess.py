@@ -1,33 +1,88 @@
-"""The crane for a site without one: the smallest suitable built-in machine, otherwise a larger one of the same build.
-
-Hammerheads, unless another kind is requested: the largest built-in one carries more at every radius than any built-in
-luffing crane, so if it does not suffice, they do not either.
-"""
+"""The crane for a site without one: the smallest machine that serves it, and why smaller ones do not."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Element
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.catalogue import BUILT_IN
-from bimvox.crane.defaults import DEFAULT_CRANES
-from bimvox.crane.fit import fit_crane
-from bimvox.crane.fit_luffing import BuiltHeights, built_heights
-from bimvox.crane.load_chart import LoadChart
+from bimvox.crane.fit import Ground, distances_m, fit_crane, fit_most, served
+from bimvox.crane.fit_luffing import BuiltHeights, built_heights, highest_hooks_m
+from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.machine import Machine
+from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.config import Polygon
 from bimvox.site.parts import centre_of_mass_m
 
-LARGER = "scaled"
-"""Part of the name of a machine scaled up from a built-in one: not a real product, so the user must check it."""
-
 _TYPICAL = 75.0
+
+
+@dataclass(frozen=True, slots=True)
+class Unserved:
+    """A part that a crane cannot set.
+
+    Attributes:
+        component: Its id.
+        name: Its name.
+        mass_kg: Its mass.
+        reason: Why: ``carries 3.2 t at 28.4 m``.
+    """
+
+    component: str
+    name: str
+    mass_kg: float
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class CraneFit:
+    """How a machine serves a site, with its best jib and reeving on its best base.
+
+    Attributes:
+        machine: Name of the machine.
+        kind: Its kind.
+        load_moment_tm: Its size.
+        jib_m: Length of its jib.
+        crane: The crane on that base; None if the mast has no place.
+        parts: How many parts there are.
+        unserved: The parts that it cannot set, the largest load moment first.
+        whole_yard: Whether it carries the heaviest part at every corner of the yard.
+        utilisation: Highest share of its capacity, over the parts that it sets; 0 if there is none.
+        radius_m: Largest radius, over the parts that it sets.
+    """
+
+    machine: str
+    kind: str
+    load_moment_tm: float
+    jib_m: float
+    crane: TowerCrane | None
+    parts: int
+    unserved: tuple[Unserved, ...]
+    whole_yard: bool
+    utilisation: float
+    radius_m: float
+
+    @property
+    def serves(self) -> bool:
+        """Whether it sets every part."""
+        return self.crane is not None and not self.unserved
+
+    @property
+    def reason(self) -> str:
+        """Why it does not serve the site; empty if it does."""
+        if self.crane is None:
+            return "its mast has no place around the building, clear of the yard"
+        if self.unserved:
+            worst, more = self.unserved[0], len(self.unserved) - 1
+            others = f", and {more} more" if more else ""
+            return f"{worst.reason}; {worst.name} weighs {worst.mass_kg / 1000.0:.1f} t{others}"
+        return "" if self.whole_yard else "does not carry the heaviest part at every corner of the yard"
 
 
 def guess_crane(
@@ -35,64 +90,67 @@ def guess_crane(
     footprint_m: NDArray[np.float64],
     yards: Sequence[Polygon],
     top_m: float,
-    machines: Sequence[TowerCrane] = (),
-) -> TowerCrane:
-    """Return a crane for a site: the first machine that meets one of these requirements, tried in order.
+    machines: Sequence[Machine],
+) -> tuple[TowerCrane, int]:
+    """Return a crane for a site, and how many parts it cannot set: the first machine that meets one of these, in order.
 
     1. Every part at its place, and the heaviest part at every corner of the yard.
     2. The same, but the heaviest part only in the yard's middle, and a typical one (third quartile) at the corners.
-    3. If no machine is requested: the same by a larger machine of the same build.
-    4. All but the few parts with the largest load moment.
-    5. If every part is too heavy: the reach to every place. The plan then reports what is missing for each part.
+    3. As many parts as any of the machines; the plan then names the others.
+
+    Of a machine, the shortest jib is taken that serves, then the fewest falls: they are the fastest.
 
     Args:
         components: The parts to be lifted, in the site frame.
         footprint_m: (2, 2) lowest and highest corner of the building on plan.
         yards: Polygons of the yard, site metres.
         top_m: Height that the load's top must reach.
-        machines: The requested machines, ascending by size; empty for the built-in hammerheads.
+        machines: The machines to choose from, ascending by size.
 
     Raises:
-        InputError: If no part can be reached.
+        InputError: If no mast has a place.
     """
     site = _site(components, footprint_m, yards, top_m)
-    first = machines or DEFAULT_CRANES
-    crane = site.crane(first, strict=True) or site.crane(first)
-    return _rounded(crane or _serving_most(site, machines or _LARGER_CRANES))
+    for strict in (True, False):
+        for machine in machines:
+            if (crane := site.serving(machine, strict=strict)) is not None:
+                return crane, 0
+    best: tuple[int, int, TowerCrane] | None = None
+    for machine in machines:
+        found = site.most(machine)
+        if found is not None and (best is None or found[:2] > best[:2]):
+            best = found
+    if best is None:
+        raise InputError(
+            "no mast has a place around the building, clear of the yard",
+            hint="give [crane] base_m in the site file, or move the yard",
+        )
+    return best[2], len(components) - best[0]
 
 
-def cranes_that_serve(
-    components: Sequence[Element], footprint_m: NDArray[np.float64], yards: Sequence[Polygon], top_m: float
-) -> tuple[str, ...]:
-    """Return the names of the built-in machines that carry every part from a yard to its place; see `guess_crane`."""
+def compare_cranes(
+    components: Sequence[Element],
+    footprint_m: NDArray[np.float64],
+    yards: Sequence[Polygon],
+    top_m: float,
+    machines: Sequence[Machine],
+) -> Iterator[CraneFit]:
+    """Yield how each of the machines serves a site; the arguments are those of :func:`guess_crane`."""
     site = _site(components, footprint_m, yards, top_m)
-    return tuple(crane.name for crane in BUILT_IN if site.crane((crane,)) is not None)
+    for machine in machines:
+        whole = site.serving(machine, strict=True)
+        crane = whole or site.serving(machine, strict=False)
+        if crane is None and (found := site.most(machine)) is not None:
+            crane = found[2]
+        yield site.fit(machine, crane, whole_yard=whole is not None)
 
 
-def _serving_most(site: _Site, machines: Sequence[TowerCrane]) -> TowerCrane:
-    """Return the first machine that serves all but the fewest parts, or that reaches every place."""
-    left_out = 0
-    while True:
-        if site.crane(machines[-1:], left_out=left_out):
-            crane = site.crane(machines, left_out=left_out)
-            assert crane is not None
-            return crane
-        if left_out == len(site.masses) - 1:
-            crane = replace(site, masses=np.zeros_like(site.masses)).crane(machines[-1:])
-            if crane is None:
-                raise InputError(
-                    f"no crane reaches both the yard and a part's place (the largest one tried: {machines[-1].name})",
-                    hint="put [areas] yard closer to the building, or describe your own [crane]",
-                )
-            return crane
-        left_out = min(max(1, 2 * left_out), len(site.masses) - 1)
-
-
-def _rounded(crane: TowerCrane) -> TowerCrane:
-    """Return the crane with rounded rates; those of a hook under a luffing jib follow from the jib."""
-    if crane.luffing is not None:
-        return replace(crane, slewing=_short(crane.slewing))
-    return replace(crane, slewing=_short(crane.slewing), trolley=_short(crane.trolley), hoist=_short(crane.hoist))
+def fit_here(components: Sequence[Element], yards: Sequence[Polygon], top_m: float, crane: TowerCrane) -> CraneFit:
+    """Return how a crane serves a site from where it stands."""
+    site = _site(components, np.zeros((2, 2)), yards, top_m)
+    length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
+    jib = Machine(crane.machine or crane.name, crane.kind, "", (length_m,), (crane,))
+    return site.fit(jib, crane, whole_yard=site.corners_served(crane))
 
 
 def _site(
@@ -101,14 +159,14 @@ def _site(
     places = np.array([_hook_m(element) for element in components])
     masses = np.array([element.mass_kg for element in components])
     built = built_heights(np.array([element.mesh.bounds_m for element in components]))
-    return _Site(places, masses, footprint_m, [np.array(yard) for yard in yards], top_m, built)
+    return _Site(components, places, masses, footprint_m, [np.array(yard) for yard in yards], top_m, built)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class _Site:
     """What a crane has to serve.
 
-    Attributes:
+    Args:
+        components: The parts.
         places: (N, 2) hook positions of the parts, metres.
         masses: (N,) their masses, kg.
         footprint: (2, 2) the building's bounding box on plan.
@@ -117,77 +175,129 @@ class _Site:
         built: Heights of the finished building.
     """
 
-    places: NDArray[np.float64]
-    masses: NDArray[np.float64]
-    footprint: NDArray[np.float64]
-    yards: Sequence[NDArray[np.float64]]
-    top_m: float
-    built: BuiltHeights
+    def __init__(
+        self,
+        components: Sequence[Element],
+        places: NDArray[np.float64],
+        masses: NDArray[np.float64],
+        footprint: NDArray[np.float64],
+        yards: Sequence[NDArray[np.float64]],
+        top_m: float,
+        built: BuiltHeights,
+    ) -> None:
+        self._components, self._places, self._masses = components, places, masses
+        self._yards, self._top_m, self._built = yards, top_m, built
+        (x0, y0), (x1, y1) = footprint
+        self._footprint = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
+        self._middles = np.array([yard.mean(axis=0) for yard in yards]).reshape(-1, 2)
+        self._ground = Ground((self._footprint, *yards))
 
-    def crane(self, machines: Sequence[TowerCrane], *, strict: bool = False, left_out: int = 0) -> TowerCrane | None:
-        """Return the first machine that serves the site; None if there is none."""
-        places, masses = self._served(left_out)
-        heaviest = float(masses.max())
-        at_corner = heaviest if strict else float(np.percentile(masses, _TYPICAL))
-        points, loads = [places], [masses]
-        for yard in self.yards:
-            points += [yard, yard.mean(axis=0, keepdims=True)]
-            loads += [np.full(len(yard), at_corner), np.array([heaviest])]
-        (x0, y0), (x1, y1) = self.footprint
-        sling_m = max(machine.sling_m for machine in machines)
-        try:
-            return fit_crane(
-                np.concatenate(points),
-                np.concatenate(loads),
-                [[x0, y0], [x1, y0], [x1, y1], [x0, y1]],
-                float(np.ceil((self.top_m + sling_m) * 2) / 2),
-                keep_clear_m=self.yards,
-                cranes=machines,
-                built=self.built,
-            )
-        except InputError:
-            return None
-
-    def _served(self, left_out: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return places and masses without the parts of the largest moment; only the heaviest per square metre."""
-        moments = self.masses * np.hypot(*(self.places - np.mean(np.concatenate(self.yards), axis=0)).T)
-        keep = np.sort(np.argsort(moments, kind="stable")[: len(moments) - left_out])
-        rounded, which = np.unique(np.round(self.places[keep]), axis=0, return_inverse=True)
+    @cached_property
+    def _columns(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Places and masses: only the heaviest part of each square metre."""
+        rounded, which = np.unique(np.round(self._places), axis=0, return_inverse=True)
         heaviest = np.zeros(len(rounded))
-        np.maximum.at(heaviest, which.ravel(), self.masses[keep])
+        np.maximum.at(heaviest, which.ravel(), self._masses)
         return rounded, heaviest
 
+    def serving(self, machine: Machine, *, strict: bool) -> TowerCrane | None:
+        """Return a machine with the shortest jib and the fewest falls that serve everything; None if none do."""
+        places, masses = self._columns
+        points, loads = [places], [masses]
+        heaviest = float(masses.max())
+        for yard in self._yards:
+            points += [yard, yard.mean(axis=0, keepdims=True)]
+            loads += [np.full(len(yard), self._at_corner(strict=strict)), np.array([heaviest])]
+        able = [crane for crane in machine.cranes if crane.chart.capacity_kg[0] >= heaviest + crane.tackle_kg]
+        for crane in able:
+            try:
+                return fit_crane(
+                    np.concatenate(points),
+                    np.concatenate(loads),
+                    self._footprint,
+                    self._height_m(crane),
+                    keep_clear_m=self._yards,
+                    cranes=(crane,),
+                    built=self._built,
+                )
+            except InputError:
+                continue
+        return None
 
-def _larger(reach: float, capacity: float) -> TowerCrane:
-    """Return the largest built-in machine with its jib and load chart scaled."""
-    crane = DEFAULT_CRANES[-1]
-    chart = LoadChart(
-        tuple(round(radius * reach, 2) for radius in crane.chart.radius_m),
-        tuple(round(mass * capacity, 0) for mass in crane.chart.capacity_kg),
-    )
-    return replace(
-        crane,
-        name=f"{crane.name} {LARGER} {reach:g} x {capacity:g}",
-        jib_length_m=round(crane.jib_length_m * reach, 2),
-        chart=chart,
-        gears=tuple((round(mass * capacity, 0), rate) for mass, rate in crane.gears),
-    )
+    def _at_corner(self, *, strict: bool) -> float:
+        masses = self._columns[1]
+        return float(masses.max()) if strict else float(np.percentile(masses, _TYPICAL))
+
+    def most(self, machine: Machine) -> tuple[int, int, TowerCrane] | None:
+        """Return how many parts a machine serves and reaches at most, and the machine with that jib on that base."""
+        best = None
+        for crane in machine.cranes:
+            found = fit_most(
+                self._places, self._masses, self._middles, self._height_m(crane), crane=crane, ground=self._ground
+            )
+            if found is not None and (best is None or found[1:] > best[:2]):
+                best = (*found[1:], found[0])
+        return best
+
+    def corners_served(self, crane: TowerCrane) -> bool:
+        """Return whether a crane carries the heaviest part at every corner of the yard, from where it stands."""
+        corners = np.concatenate([np.zeros((0, 2)), *self._yards])
+        heaviest = np.full(len(corners), self._masses.max())
+        return bool(served(crane, _base(crane), corners, heaviest, self._height_m(crane), 0.0).all())
+
+    def _height_m(self, crane: TowerCrane) -> float:
+        return float(np.ceil((self._top_m + crane.sling_m) * 2) / 2)
+
+    def fit(self, machine: Machine, crane: TowerCrane | None, *, whole_yard: bool) -> CraneFit:
+        """Return how a crane serves the parts from where it stands."""
+        who = (machine.name, machine.kind, machine.load_moment_tm)
+        if crane is None:
+            return CraneFit(*who, max(machine.jibs_m), None, len(self._masses), (), False, 0.0, 0.0)
+        height_m = self._height_m(crane)
+        able = served(crane, _base(crane), self._places, self._masses, height_m, 0.0)[0]
+        from_yard = np.full_like(able, not len(self._middles))
+        for middle in self._middles:
+            there = np.broadcast_to(middle, self._places.shape)
+            from_yard |= served(crane, _base(crane), there, self._masses, height_m, 0.0)[0]
+        radii = distances_m(_base(crane), self._places)[0]
+        used = (self._masses + crane.tackle_kg) / np.maximum(capacity_kg(crane.chart, radii), 1e-9)
+        done = able & from_yard
+        by_moment = np.argsort(-self._masses * np.maximum(radii, 1.0), kind="stable")
+        unserved = tuple(
+            Unserved(
+                self._components[i].id,
+                self._components[i].name or self._components[i].id,
+                float(self._masses[i]),
+                self._reason(crane, float(radii[i]), float(self._masses[i]), at_place=not able[i]),
+            )
+            for i in by_moment[~done[by_moment]].tolist()
+        )
+        length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
+        highest, furthest = (float(values[done].max(initial=0.0)) for values in (used, radii))
+        return CraneFit(*who, length_m, crane, len(radii), unserved, whole_yard, highest, furthest)
+
+    def _reason(self, crane: TowerCrane, radius_m: float, mass_kg: float, *, at_place: bool) -> str:
+        """Return why a crane does not carry a mass to its place, or not from the yard."""
+        where = ""
+        if not at_place:
+            radius_m, where = float(distances_m(_base(crane), self._middles).min()), " in the yard"
+        low_m, high_m = allowed_radii_m(crane, mass_kg)
+        if radius_m < low_m:
+            return f"does not reach below {low_m:.1f} m, but {radius_m:.1f} m is needed{where}"
+        if radius_m > crane.jib_length_m:
+            return f"reaches {crane.jib_length_m:.1f} m of the {radius_m:.1f} m needed{where}"
+        if radius_m > high_m:
+            carries = max(0.0, capacity_kg(crane.chart, radius_m) - crane.tackle_kg)
+            return f"carries {carries / 1000.0:.1f} t at {radius_m:.1f} m{where}"
+        assert crane.luffing is not None
+        highest = float(highest_hooks_m(crane.luffing, np.array([radius_m]))[0])
+        return (
+            f"its hook reaches {highest:.1f} m of the {self._height_m(crane):.1f} m needed at {radius_m:.1f} m{where}"
+        )
 
 
-# Jib and capacity relative to the largest built-in machine, by ascending moment, up to about the largest tower cranes
-# in existence: a jib of 100 m with 80 t at its end.
-_LARGER_CRANES = tuple(
-    _larger(reach, capacity)
-    for reach, capacity in sorted(
-        ((reach, capacity) for reach in (0.5, 0.75, 1.0, 1.35) for capacity in (1.5, 2.5, 5.0, 10.0, 20.0)),
-        key=lambda scale: (scale[0] * scale[1], scale[0]),
-    )
-)
-
-
-def _short(axis: AxisLimits) -> AxisLimits:
-    """Return the limits rounded to four digits: precise enough, and easy to read."""
-    return AxisLimits(*(float(f"{value:.4g}") for value in (axis.rate, axis.acceleration, axis.jerk)))
+def _base(crane: TowerCrane) -> NDArray[np.float64]:
+    return np.array([crane.base_m[:2]])
 
 
 def _hook_m(element: Element) -> NDArray[np.float64]:

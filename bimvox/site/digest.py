@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from bimvox.site.sparse import names_to_write
+from bimvox.sparse import names_to_write
 
 
 class _Hash(Protocol):

@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Element, Role, TriangleMesh
 from bimvox.bim.site_frame import in_site_frame
-from bimvox.crane.defaults import DEFAULT_CRANES
+from bimvox.crane.machine import Machine
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError, InputError, SelectionError
+from bimvox.site.catalogue import catalogue, machine_called, machines_of
 from bimvox.site.config import ComponentConfig, CraneConfig, ModelConfig, Polygon, SiteConfig
-from bimvox.site.crane_guess import cranes_that_serve, guess_crane
+from bimvox.site.crane_guess import CraneFit, compare_cranes, fit_here, guess_crane
 from bimvox.site.extent import site_extent, top_m
-from bimvox.site.machine import crane_config, cranes_of
+from bimvox.site.machine import crane_config, cranes_of, machine_config
 from bimvox.site.parts import entries_by_id
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, ground_height_m, lowest_m
 from bimvox.site.yard_guess import yard_need, yards_next_to
@@ -26,13 +27,14 @@ VOXEL_SIZES_M = (0.1, 0.2, 0.25, 0.5, 1.0)
 PLANNING_CELLS = 2_500_000
 """Most cells of a site that plans quickly; the finest cell size below this limit is used."""
 
+_LARGEST = "hammerhead-75"  # the largest usual crane: a heavier slab on the ground is cast in place
 _BORDER_M = 1.0  # of the construction area around the building
 _ROUNDED_M = 2.0**-20  # about a micrometre; no decimal or inch length lies halfway between two multiples
 _ON_GROUND_M = 1.0  # a slab lies on the ground if its underside is at most this far above the lowest point
 
 
 def guess_site(
-    building: Building, model: ModelConfig, *, name: str | None = None, machines: Sequence[TowerCrane] = ()
+    building: Building, model: ModelConfig, *, name: str | None = None, machines: Sequence[Machine] = ()
 ) -> SiteConfig:
     """Return a complete site file for a building.
 
@@ -40,19 +42,32 @@ def guess_site(
         building: As read with the options of ``model``.
         model: Its ``[model]`` table: the path as the site file is to name it, and the options; the yaw is guessed.
         name: Name of the site; default: the model file's name.
-        machines: Cranes to choose from; empty: see `bimvox.site.crane_guess.guess_crane`.
+        machines: Machines to choose from; empty: the hammerheads of the catalogue.
     """
     model = model.model_copy(update={"yaw_rad": dominant_yaw_rad(building)})
     cast = tuple(ComponentConfig(global_id=element_id, pinned=True) for element_id in cast_in_place(building))
     return complete_config(SiteConfig(name=name or model.path.stem, model=model, component=cast), building, machines)
 
 
-def cranes_that_fit(config: SiteConfig, building: Building) -> tuple[str, ...]:
-    """Return the names of the built-in machines that serve the yard and the parts of a complete site file."""
+def cranes_that_fit(
+    config: SiteConfig, building: Building, machines: Sequence[Machine] = ()
+) -> tuple[CraneFit | None, tuple[CraneFit, ...]]:
+    """Return how the crane of a complete site file serves it, and how each machine would, on its best base.
+
+    Args:
+        config: The site file.
+        building: As read, before it is placed on the site.
+        machines: The machines to compare; empty: those of the catalogue.
+
+    Returns:
+        None for the crane of a site without one. The machines are in the order given, those of the catalogue by size.
+    """
     placed, lifted = _placed_and_lifted(config, building)
     size_m = config.model.voxel_size_m or VOXEL_SIZES_M[0]
-    footprint = built_bounds_m(placed.elements)[:, :2]
-    return cranes_that_serve(lifted, footprint, config.areas.yard or (), top_m(placed) + 2 * size_m)
+    footprint, yards = built_bounds_m(placed.elements)[:, :2], config.areas.yard or ()
+    height_m = top_m(placed) + 2 * size_m
+    own = next((fit_here(lifted, yards, height_m, crane) for crane in cranes_of(config)), None)
+    return own, tuple(compare_cranes(lifted, footprint, yards, height_m, machines or catalogue()))
 
 
 def cast_in_place(building: Building) -> tuple[str, ...]:
@@ -62,7 +77,9 @@ def cast_in_place(building: Building) -> tuple[str, ...]:
     would need an absurd crane, and everything on it would wait. Parts under it (footings) exist before it.
     """
     ground_m = lowest_m(building)
-    most_kg = max(crane.chart.capacity_kg[0] - crane.tackle_kg for crane in DEFAULT_CRANES)
+    largest = machine_called(_LARGEST)
+    assert largest is not None
+    most_kg = largest.usual.chart.capacity_kg[0] - largest.usual.tackle_kg
     parts = [element for element in building.elements if element.role is Role.COMPONENT]
     bounds = {element.id: element.mesh.bounds_m for element in parts}
     heavy = [
@@ -81,13 +98,13 @@ def _is_under(low_high: NDArray[np.float64], slab: NDArray[np.float64]) -> bool:
     return not apart and bool(low_high[1, 2] <= slab[1, 2] + 1e-3)
 
 
-def complete_config(config: SiteConfig, building: Building, machines: Sequence[TowerCrane] = ()) -> SiteConfig:
+def complete_config(config: SiteConfig, building: Building, machines: Sequence[Machine] = ()) -> SiteConfig:
     """Return a site file with all missing keys filled in.
 
     Args:
         config: The site file; its own values stay.
         building: As read, before it is placed on the site.
-        machines: Cranes to choose from if the site file has none; empty: see `guess_crane`.
+        machines: Machines to choose from if the site file has no crane; empty: the hammerheads of the catalogue.
 
     Raises:
         SelectionError: If there is nothing to lift.
@@ -168,7 +185,7 @@ def planning_voxel_size_m(config: SiteConfig, building: Building) -> float:
 
 
 def _with_areas_and_crane(
-    config: SiteConfig, building: Building, lifted: list[Element], machines: Sequence[TowerCrane]
+    config: SiteConfig, building: Building, lifted: list[Element], machines: Sequence[Machine]
 ) -> SiteConfig:
     footprint = built_bounds_m(building.elements)[:, :2]
     areas = config.areas
@@ -184,8 +201,11 @@ def _with_areas_and_crane(
     else:
         candidates = [areas.yard]
     if wants_crane:
-        yards, crane = _best_with_crane(candidates, lifted, footprint, top_m(building) + 2 * rough_m, machines)
-        chosen: CraneConfig | tuple[CraneConfig, ...] | None = crane_config(crane)
+        able = machines or machines_of("hammerhead")
+        yards, crane = _best_with_crane(candidates, lifted, footprint, top_m(building) + 2 * rough_m, able)
+        chosen: CraneConfig | tuple[CraneConfig, ...] | None = (
+            crane_config(crane) if machine_called(crane.name) is None else machine_config(crane)
+        )
     else:
         yards = max(candidates, key=lambda these: min((_reached(crane, these, lifted) for crane in cranes), default=0))
         chosen = config.crane
@@ -197,20 +217,21 @@ def _best_with_crane(
     lifted: list[Element],
     footprint: NDArray[np.float64],
     height_m: float,
-    machines: Sequence[TowerCrane],
+    machines: Sequence[Machine],
 ) -> tuple[tuple[Polygon, ...], TowerCrane]:
     """Return the yard that needs the smallest crane, and that crane; ties go to the earlier yard."""
-    best: tuple[float, tuple[Polygon, ...], TowerCrane] | None = None
+    best: tuple[tuple[int, float], tuple[Polygon, ...], TowerCrane] | None = None
     failed: InputError | None = None
     for yards in candidates:
         try:
-            crane = guess_crane(lifted, footprint, yards, height_m, machines)
+            crane, unserved = guess_crane(lifted, footprint, yards, height_m, machines)
         except InputError as error:
             failed = error
             continue
-        moment = max(radius * mass for radius, mass in zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True))
-        if best is None or moment < best[0]:
-            best = (moment, yards, crane)
+        machine = next(one for one in machines if one.name == crane.name)
+        score = (unserved, machine.load_moment_tm)
+        if best is None or score < best[0]:
+            best = (score, yards, crane)
     if best is None:
         assert failed is not None
         raise failed

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from bimvox.crane.luffing import LuffingJib
-from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
 from bimvox.crane.rigging import with_luffing_jib
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
-from bimvox.site.config import CraneConfig, LuffAxisConfig, LuffingConfig, SiteConfig
+from bimvox.site.catalogue import machines_of
+from bimvox.site.config import CraneConfig, LuffAxisConfig, LuffingConfig, SiteConfig, TravelConfig
 
 _LENGTHS = (
     "pivot_height_m", "pivot_offset_m", "length_m", "luff_rad",
@@ -18,32 +19,31 @@ _LENGTHS = (
 )  # fmt: skip
 
 
-def luffing_machine(config: SiteConfig, given: CraneConfig) -> TowerCrane:
-    """Return the built-in machine that a site file names; the smallest of its kind if it names none.
+def own_luffing_crane(config: SiteConfig, given: CraneConfig, values: Mapping[str, Any]) -> TowerCrane:
+    """Return the crane that a table describes with every key; ``values`` are those that it has in common.
 
     Raises:
-        ConfigError: If there is no machine of that name and kind.
+        ConfigError: If a key is missing, or the jib is not consistent.
     """
-    machines = LUFFING_CRANES if given.kind == "luffing" else MOBILE_CRANES
-    named = given.machine or given.name
-    if named is None:
-        return machines[0]
-    machine = next((crane for crane in machines if crane.name == named), None)
-    if machine is not None:
-        return replace(machine, name=given.name or named)
-    if _is_complete(given):
-        return replace(machines[0], name=given.name or named)
-    names = [crane.name for crane in machines]
-    raise config.error(
-        "crane.machine" if given.machine else "crane.name",
-        f"{named!r} is not a built-in machine of kind {given.kind!r}, and not every key is given",
-        available=names,
-        hint=f"built-in machines: {', '.join(names)}; your own machine needs every key of [crane] and [crane.jib]",
-    )
+    assert given.kind is not None
+    names = [machine.name for machine in machines_of(given.kind)]
+    if not _is_complete(given):
+        raise config.error(
+            "crane.name",
+            f"{given.name!r} is not a machine of kind {given.kind!r}, and not every key is given",
+            available=names,
+            hint=f"machines of the catalogue: {', '.join(names)}; your own machine is a file: "
+            'machine = "my-crane.toml"',
+        )
+    own = {key: value for key, value in values.items() if key not in ("trolley", "hoist")}
+    crane = replace(machines_of(given.kind)[0].usual, **own)
+    return with_jib(config, crane, given.jib, given.hoist)
 
 
-def with_jib(config: SiteConfig, crane: TowerCrane, given: CraneConfig) -> TowerCrane:
-    """Return a crane with the jib of a site file, and everything that follows from it.
+def with_jib(
+    config: SiteConfig, crane: TowerCrane, given: LuffingConfig | None, hoist: TravelConfig | None
+) -> TowerCrane:
+    """Return a crane with the keys of a jib and of its winch, and everything that follows from them.
 
     Raises:
         ConfigError: If the jib is not consistent.
@@ -51,12 +51,12 @@ def with_jib(config: SiteConfig, crane: TowerCrane, given: CraneConfig) -> Tower
     jib = crane.luffing
     assert jib is not None
     values: dict[str, Any] = {}
-    if given.jib is not None:
-        values = given.jib.model_dump(include=set(_LENGTHS), exclude_none=True)
-        if given.jib.luffing is not None:
-            values["limits"] = given.jib.luffing.limits()
-    if (winch := given.hoist) is not None:
-        values["winch"] = winch.limits()
+    if given is not None:
+        values = given.model_dump(include=set(_LENGTHS), exclude_none=True)
+        if given.luffing is not None:
+            values["limits"] = given.luffing.limits()
+    if hoist is not None:
+        values["winch"] = hoist.limits()
     try:
         return with_luffing_jib(crane, replace(jib, **values))
     except InputError as error:

@@ -3,42 +3,65 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Sequence
 from dataclasses import MISSING, asdict, fields, replace
-from typing import Any
+from typing import Any, Literal
 
-from bimvox.crane.defaults import DEFAULT_CRANES, DEFAULT_REEVINGS
-from bimvox.crane.load_chart import LoadChart
+from bimvox.crane.difference import differences
+from bimvox.crane.machine import Machine, carries_most
+from bimvox.crane.override import Override
 from bimvox.crane.rigging import with_reeving
 from bimvox.crane.tower_crane import Reeving, TowerCrane
 from bimvox.crane.working_range import UNLIMITED, SlowZone, WorkingRange
 from bimvox.errors import ConfigError
-from bimvox.site.config import CraneConfig, SiteConfig, SlewingConfig, TravelConfig, WorkingRangeConfig
-from bimvox.site.luffing_machine import jib_config, luffing_machine, with_jib
+from bimvox.site.catalogue import catalogue, machine_called, machines_of
+from bimvox.site.config import (
+    CraneConfig,
+    LuffingConfig,
+    OverrideConfig,
+    SiteConfig,
+    SlewingConfig,
+    TravelConfig,
+    WorkingRangeConfig,
+    chart_of,
+)
+from bimvox.site.luffing_machine import jib_config, own_luffing_crane, with_jib
+from bimvox.site.machine_file import machine_of, reeving_of
+
+MACHINE_FILE = ".toml"
+"""Ends the name of a file that describes a machine."""
 
 _SLOW = 0.5
-# Keys that a table and a ``TowerCrane`` have in common.
-_SAME_KEYS = {
-    *("jib_height_m", "jib_length_m", "min_radius_m", "mast_size_m", "sling_m", "rigging_mass_kg"),
-    *("hook_block_kg", "falls", "gears", "max_wind_m_s"),
-}
+# Keys that a table and a ``TowerCrane`` have in common: those of the site, and those of the machine.
+_SITE_KEYS = {"jib_height_m", "sling_m", "rigging_mass_kg"}
+_MACHINE_KEYS = {"jib_length_m", "min_radius_m", "mast_size_m", "hook_block_kg", "gears", "max_wind_m_s"}
+_AXES = ("slewing", "trolley", "hoist")
 
 
-def cranes_of(config: SiteConfig) -> tuple[TowerCrane, ...]:
+def cranes_of(config: SiteConfig, *, undeclared: bool = False) -> tuple[TowerCrane, ...]:
     """Return the cranes of a site file; empty if it has none.
 
-    Missing keys come from the built-in machine of that name.
+    The data of a machine of the catalogue, or of a machine's file, come from there.
+
+    Args:
+        config: The site file.
+        undeclared: Whether keys outside of ``[crane.override]`` may differ from the machine, as in logs of earlier
+            versions.
 
     Raises:
-        ConfigError: If a key is missing and the name is not a built-in machine, or if the machine is not consistent.
+        ConfigError: If a key is missing and the name is not a machine's, if a key differs from the machine, or if the
+            crane is not consistent.
     """
     if len(config.cranes) < 2:
-        crane = crane_of(config)
+        crane = crane_of(config, undeclared=undeclared)
         return () if crane is None else (crane,)
     cranes = []
     for number, given in enumerate(config.cranes):
         try:
-            crane = crane_of(config.model_copy(update={"crane": given}))
+            crane = crane_of(config.model_copy(update={"crane": given}), undeclared=undeclared)
         except ConfigError as error:
+            if error.path != config.file:
+                raise
             own = error.message.removeprefix(f"{error.path}: {error.key}").lstrip(": ")
             key = f"crane[{number}]{(error.key or '').removeprefix('crane')}"
             raise config.error(key, own, available=error.available, hint=error.hint) from None
@@ -47,52 +70,220 @@ def cranes_of(config: SiteConfig) -> tuple[TowerCrane, ...]:
     return tuple(cranes)
 
 
-def crane_of(config: SiteConfig) -> TowerCrane | None:
+def crane_of(config: SiteConfig, *, undeclared: bool = False) -> TowerCrane | None:
     """Return the (first) crane of a site file, None if it has none; see :func:`cranes_of`."""
     given = config.one_crane
     if given is None or given.kind == "none":
         return None
-    values = _values(given)
-    if given.kind != "hammerhead":
-        return _luffing(config, given, values)
-    named = given.machine or given.name
-    machine = next((crane for crane in DEFAULT_CRANES if crane.name == named), None)
-    missing = [key.name for key in fields(TowerCrane) if key.default is MISSING and key.name not in values]
-    if machine is None and missing:
-        names = [crane.name for crane in DEFAULT_CRANES]
-        near = difflib.get_close_matches(named or "", names, n=1)
-        own_name = given.machine or (given.name and not near)
-        raise config.error(
-            f"crane.{missing[0]}",
-            f"is missing, and {named!r} is not a built-in machine" if named else "is missing",
-            available=names,
-            hint=f'{"machine" if own_name else "name"} = "{near[0] if near else names[0]}" would fill in '
-            "the missing keys; "
-            f"built-in machines: {', '.join(names)}",
-        )
-    if machine is not None and "base_m" not in values:
-        raise config.error("crane.base_m", "is missing", hint="add the crane's position, or leave [crane] out")
-    crane = replace(_reeved(config, machine, given), **values) if machine else TowerCrane(**values)
-    if (chosen := _reeving_given(given)) is not None:
-        crane = with_reeving(crane, chosen)
+    machine = _machine(config, given)
+    crane = _described(config, given) if machine is None else _of_machine(config, given, machine, undeclared=undeclared)
     crane = replace(crane, slow_zones=_slow_zones(config))
     if crane.min_radius_m >= crane.jib_length_m:
         raise config.error("crane.min_radius_m", f"must be smaller than the jib of {crane.jib_length_m:g} m")
-    if crane.jib_height_m - crane.sling_m <= crane.base_m[2]:
+    if crane.luffing is None and crane.jib_height_m - crane.sling_m <= crane.base_m[2]:
         raise config.error("crane.jib_height_m", "leaves no room for the slings above the crane's foot")
     return crane
 
 
-def _luffing(config: SiteConfig, given: CraneConfig, values: dict[str, Any]) -> TowerCrane:
-    """Return a luffing crane: radii, height and limits of the hook follow from the jib."""
-    machine = luffing_machine(config, given)
-    if "base_m" not in values:
-        raise config.error("crane.base_m", "is missing", hint="add the crane's position")
-    own = {key: value for key, value in values.items() if key not in ("name", "trolley", "hoist")}
-    crane = replace(machine, **own)
-    if (chosen := _reeving_given(given)) is not None:
-        crane = with_reeving(crane, replace(chosen, trolley_rate_m_s=None))
-    return with_jib(config, replace(crane, slow_zones=_slow_zones(config)), given)
+def _machine(config: SiteConfig, given: CraneConfig) -> Machine | None:
+    """Return the machine that a table names, from its file or from the catalogue; None if it describes the crane."""
+    named = given.machine or given.name
+    if given.machine is not None and given.machine.endswith(MACHINE_FILE):
+        machine = _own_machine(config, given.machine)
+    elif named is None and given.kind in ("luffing", "mobile"):
+        machine = machines_of(given.kind)[0]
+    else:
+        found = machine_called(named)
+        if found is None and (given.machine is not None or given.override is not None):
+            raise _unknown(config, given)
+        if found is None:
+            return None
+        machine = found
+    if given.kind is not None and given.kind != machine.kind:
+        raise config.error(
+            "crane.machine" if given.machine else "crane.name",
+            f"{machine.name!r} is not a machine of kind {given.kind!r}",
+            available=[one.name for one in machines_of(given.kind)],
+            hint=f"it is of kind {machine.kind!r}: leave kind out, or name another machine",
+        )
+    return machine
+
+
+def _own_machine(config: SiteConfig, name: str) -> Machine:
+    """Return the machine of a file next to the site file."""
+    text = config.machine_files.get(name)
+    if text is None:
+        raise config.error("crane.machine", f"the machine's file {name!r} is not there")
+    machine = machine_of(text, config.file.parent / name)
+    if machine_called(machine.name) is not None:
+        raise ConfigError(
+            config.file.parent / name,
+            "name",
+            f"{machine.name!r} is a machine of the catalogue",
+            hint="give your machine its own name",
+        )
+    return machine
+
+
+def _unknown(config: SiteConfig, given: CraneConfig) -> ConfigError:
+    """Return the error about a table that names no machine of the catalogue."""
+    named = given.machine or given.name
+    names = [one.name for one in catalogue() if given.kind in (None, one.kind)]
+    near = difflib.get_close_matches(named or "", names, n=1)
+    wanted = f'machine = "{near[0] if near else names[0]}"'
+    return config.error(
+        "crane.machine" if given.machine else "crane.override",
+        f"{given.machine!r} is not a machine of the catalogue" if given.machine else "names no machine that it changes",
+        available=names,
+        hint=f'{wanted}? `bimvox cranes` lists all; your own machine is a file: machine = "my-crane.toml"',
+    )
+
+
+def _of_machine(config: SiteConfig, given: CraneConfig, machine: Machine, *, undeclared: bool) -> TowerCrane:
+    """Return a crane that is a machine of the catalogue or of a file, with what the site changes."""
+    if given.base_m is None:
+        raise config.error("crane.base_m", "is missing", hint="add the crane's position, or leave [crane] out")
+    entry = replace(_configured(config, given, machine), **_of_site(given))
+    if given.name is not None and given.name != machine.name:
+        entry = replace(entry, name=given.name, machine=machine.name)
+    if entry.luffing is not None and given.jib is not None:
+        # The mast of a luffing tower crane carries the pivot and the counterweight: their height is the site's.
+        heights = given.jib.model_dump(include={"pivot_height_m", "tail_low_m"}, exclude_none=True)
+        entry = with_jib(config, entry, LuffingConfig(**heights) if machine.kind == "luffing" else None, None)
+    crane = _changed(config, entry, given, anew=undeclared)
+    if not undeclared and (found := differences(crane, entry)):
+        raise _contradicted(config, machine, entry, found)
+    if given.override is None:
+        return crane
+    changed = _changed(config, crane, given.override, falls=given.falls)
+    return replace(changed, overrides=differences(changed, crane))
+
+
+def _configured(config: SiteConfig, given: CraneConfig, machine: Machine) -> TowerCrane:
+    """Return the machine with the jib and the reeving that a table asks for."""
+    length = given.jib_length_m
+    if machine.kind != "hammerhead" and given.jib is not None:
+        length = given.jib.length_m
+    usual = machine.with_jib(max(machine.lengths_m))
+    cranes = usual if length is None else machine.with_jib(length) or usual
+    if given.falls is None:
+        return carries_most(cranes)
+    for crane in cranes:
+        if crane.falls == given.falls:
+            return crane
+    override = given.override or OverrideConfig()
+    if any(table.chart is not None or table.reeving is not None for table in (given, override)):
+        return carries_most(cranes)
+    falls = sorted(crane.falls for crane in cranes)
+    raise config.error(
+        "crane.falls",
+        f"{machine.name} has no reeving of {given.falls} falls",
+        available=[str(count) for count in falls],
+        hint=f"it has {' and '.join(map(str, falls))}; another reeving needs its own chart in [crane.override]",
+    )
+
+
+def _contradicted(config: SiteConfig, machine: Machine, entry: TowerCrane, found: Sequence[Override]) -> ConfigError:
+    """Return the error about keys that differ from the machine without being declared."""
+    keys = " and ".join([", ".join(one.key for one in found[:-1]), found[-1].key] if len(found) > 1 else [found[0].key])
+    what = f"{machine.name} with a jib of {entry.jib_length_m:g} m and {entry.falls} falls"
+    lengths = ", ".join(f"{length:g}" for length in machine.lengths_m)
+    return config.error(
+        f"crane.{found[0].key}",
+        f"contradicts the machine {what}: {'; '.join(map(str, found))}",
+        hint=f"remove {keys} from [crane], name the machine that you mean, or move what differs on purpose to "
+        f"[crane.override]; {machine.name} has jibs of {lengths} m",
+    )
+
+
+def _changed(
+    config: SiteConfig, crane: TowerCrane, table: OverrideConfig, *, falls: int | None = None, anew: bool = False
+) -> TowerCrane:
+    """Return a crane with the machine's keys that a table gives.
+
+    Args:
+        config: The site file.
+        crane: The crane.
+        table: ``[crane]`` or ``[crane.override]``.
+        falls: The parts of rope, which select one of several reevings.
+        anew: Whether a chart without hook block and gears has none, as in logs of earlier versions.
+    """
+    if isinstance(table, CraneConfig):
+        falls = table.falls
+    values: dict[str, Any] = {}
+    if crane.luffing is None and table.jib is not None:
+        raise config.error("crane.jib", f"{crane.machine or crane.name} has no luffing jib")
+    if crane.luffing is not None:
+        for key in ("jib_length_m", "min_radius_m", "trolley"):
+            if getattr(table, key) is not None:
+                raise config.error(f"crane.{key}", "follows from the jib: leave it out")
+    if (reeving := _reeving_of(table, falls)) is not None:
+        crane = with_reeving(crane, reeving)
+    elif table.chart is not None:
+        values = ({"hook_block_kg": 0.0, "gears": ()} if anew else {}) | {"chart": chart_of(table.chart)}
+        values |= {} if falls is None else {"falls": falls}
+    values |= table.model_dump(include=_MACHINE_KEYS, exclude_none=True)
+    if crane.luffing is None:
+        crane = replace(crane, **values, **_axes_of(table))
+    else:
+        crane = replace(crane, **values, **{key: axis for key, axis in _axes_of(table).items() if key == "slewing"})
+        crane = with_jib(config, crane, table.jib, table.hoist)
+    return crane
+
+
+def _described(config: SiteConfig, given: CraneConfig) -> TowerCrane:
+    """Return a crane that a table describes with every key."""
+    values: dict[str, Any] = {"hook_block_kg": 0.0, "gears": (), "name": given.name or "crane"}
+    values |= given.model_dump(include=_MACHINE_KEYS | {"falls"}, exclude_none=True) | _of_site(given) | _axes_of(given)
+    if (chosen := _reeving_of(given, given.falls)) is not None:
+        values["chart"] = chosen.chart
+    elif given.chart is not None:
+        values["chart"] = chart_of(given.chart)
+    if given.kind in ("luffing", "mobile"):
+        crane = own_luffing_crane(config, given, values)
+    else:
+        missing = [key.name for key in fields(TowerCrane) if key.default is MISSING and key.name not in values]
+        missing = [key for key in missing if key not in ("overrides", "machine")]
+        if missing:
+            raise _incomplete(config, given, missing[0])
+        crane = TowerCrane(**values)
+    if chosen is not None:
+        crane = with_reeving(crane, chosen if crane.luffing is None else replace(chosen, trolley_rate_m_s=None))
+    return crane
+
+
+def _incomplete(config: SiteConfig, given: CraneConfig, missing: str) -> ConfigError:
+    names = [machine.name for machine in machines_of("hammerhead")]
+    near = difflib.get_close_matches(given.name or "", names, n=1)
+    return config.error(
+        f"crane.{missing}",
+        f"is missing, and the catalogue has no machine {given.name!r}" if given.name else "is missing",
+        available=names,
+        hint=f'{"name" if near else "machine"} = "{near[0] if near else names[0]}" would fill in the missing keys; '
+        f"machines of the catalogue: {', '.join(names)}",
+    )
+
+
+def _of_site(given: CraneConfig) -> dict[str, Any]:
+    """Return the given keys that belong to the site, not to the machine."""
+    values = given.model_dump(include=_SITE_KEYS, exclude_none=True)
+    if given.base_m is not None:
+        values["base_m"] = (given.base_m[0], given.base_m[1], given.base_m[2] if len(given.base_m) == 3 else 0.0)
+    if given.working_range is not None:
+        values["working_range"] = WorkingRange(**given.working_range.model_dump())
+    return values
+
+
+def _axes_of(table: OverrideConfig) -> dict[str, Any]:
+    return {key: axis.limits() for key in _AXES if (axis := getattr(table, key)) is not None}
+
+
+def _reeving_of(table: OverrideConfig, falls: int | None) -> Reeving | None:
+    """Return the reeving in use of a table: the one with the given falls, otherwise the one that carries most."""
+    if table.reeving is None:
+        return None
+    one = next((r for r in table.reeving if r.falls == falls), None)
+    return reeving_of(one or max(table.reeving, key=lambda r: (r.chart[0][1], r.falls)))
 
 
 def _slow_zones(config: SiteConfig) -> tuple[SlowZone, ...]:
@@ -104,13 +295,14 @@ def _slow_zones(config: SiteConfig) -> tuple[SlowZone, ...]:
 
 
 def crane_config(crane: TowerCrane | None) -> CraneConfig:
-    """Return the complete site-file table of a crane."""
+    """Return the complete site-file table of a crane, every key of it; see :func:`machine_config`."""
     if crane is None:
         return CraneConfig(kind="none")
     luffing, limiters = crane.luffing, crane.working_range
-    keys = _SAME_KEYS - ({"jib_height_m", "jib_length_m", "min_radius_m"} if luffing else set())
+    keys = _SITE_KEYS | _MACHINE_KEYS | {"falls"}
+    keys -= {"jib_height_m", "jib_length_m", "min_radius_m"} if luffing else set()
     return CraneConfig(
-        kind="hammerhead" if luffing is None else "mobile" if crane.kind == "mobile" else "luffing",
+        kind=_kind(crane),
         name=crane.name,
         base_m=crane.base_m,
         jib=None if luffing is None else jib_config(luffing),
@@ -123,51 +315,18 @@ def crane_config(crane: TowerCrane | None) -> CraneConfig:
     )
 
 
-def _values(given: CraneConfig) -> dict[str, Any]:
-    """Return the given keys as values for ``TowerCrane``."""
-    values = given.model_dump(include=_SAME_KEYS, exclude_none=True) | {"name": given.name or "crane"}
-    if given.base_m is not None:
-        values["base_m"] = (given.base_m[0], given.base_m[1], given.base_m[2] if len(given.base_m) == 3 else 0.0)
-    for key, axis in (("slewing", given.slewing), ("trolley", given.trolley), ("hoist", given.hoist)):
-        if axis is not None:
-            values[key] = axis.limits()
-    if given.working_range is not None:
-        values["working_range"] = WorkingRange(**given.working_range.model_dump())
-    chosen = _reeving_given(given)
-    if chosen is not None:
-        values["chart"] = chosen.chart
-    elif given.chart is not None:
-        # Your own chart is your own reeving: it takes nothing from the built-in machine's reeving.
-        values = {"hook_block_kg": 0.0, "gears": (), **values, "chart": _chart(given.chart)}
-    return values
+def machine_config(crane: TowerCrane) -> CraneConfig:
+    """Return the site-file table of a machine as the catalogue has it: its name, jib and reeving, and its place."""
+    table = CraneConfig(kind=_kind(crane), machine=crane.name, base_m=crane.base_m, falls=crane.falls)
+    if (jib := crane.luffing) is None:
+        return table.model_copy(update={"jib_height_m": crane.jib_height_m, "jib_length_m": crane.jib_length_m})
+    own = LuffingConfig(length_m=jib.length_m)
+    if crane.kind == "luffing":
+        own = LuffingConfig(length_m=jib.length_m, pivot_height_m=jib.pivot_height_m, tail_low_m=jib.tail_low_m)
+    return table.model_copy(update={"jib": own})
 
 
-def _reeving_given(given: CraneConfig) -> Reeving | None:
-    """Return the reeving in use: the one with the given ``falls``, otherwise the one that carries most."""
-    if given.reeving is None:
-        return None
-    one = next((r for r in given.reeving if r.falls == given.falls), None)
-    one = one or max(given.reeving, key=lambda r: (r.chart[0][1], r.falls))
-    return Reeving(one.falls, _chart(one.chart), one.hook_block_kg, one.trolley_rate_m_s, one.gears)
-
-
-def _reeved(config: SiteConfig, machine: TowerCrane, given: CraneConfig) -> TowerCrane:
-    """Return a built-in machine with the given ``falls``."""
-    if given.falls is None or given.chart is not None or given.reeving is not None:
-        return machine
-    known = DEFAULT_REEVINGS[machine.name]
-    for reeving in known:
-        if reeving.falls == given.falls:
-            return with_reeving(machine, reeving)
-    falls = [reeving.falls for reeving in known]
-    raise config.error(
-        "crane.falls",
-        f"{machine.name} has no reeving of {given.falls} falls",
-        available=[str(count) for count in falls],
-        hint=f"it has {' and '.join(map(str, sorted(falls)))}; another reeving needs its own chart",
-    )
-
-
-def _chart(pairs: tuple[tuple[float, float], ...]) -> LoadChart:
-    radii, capacities = zip(*pairs, strict=True)
-    return LoadChart(radii, capacities)
+def _kind(crane: TowerCrane) -> Literal["hammerhead", "luffing", "mobile"]:
+    if crane.luffing is None:
+        return "hammerhead"
+    return "mobile" if crane.kind == "mobile" else "luffing"

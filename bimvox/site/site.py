@@ -15,7 +15,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
-from bimvox.site.sparse import SPARSE, absent_means
+from bimvox.sparse import SPARSE, absent_means
 
 GROUND_ID = "ground"
 CRANE_ID = "crane"

@@ -9,11 +9,12 @@ from bimvox.site.config import (
     AreasConfig,
     ComponentConfig,
     CraneConfig,
+    OverrideConfig,
     Polygon,
     SiteConfig,
     ZoneConfig,
 )
-from bimvox.site.crane_guess import LARGER
+from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.validation import Table
 
 _HEAD = """\
@@ -23,19 +24,20 @@ _HEAD = """\
 """
 
 
-def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = ()) -> str:
+def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_notes: Sequence[str] = ()) -> str:
     """Return the text of a site file; :func:`bimvox.site.config_file.load_site_config` reads the same values back.
 
     Args:
         config: Its content, with the model's path as it is to be written.
         example_ids: Ids of components, used in the commented-out examples.
+        crane_notes: Lines about the choice of the crane, written as comments.
     """
     sections = [
         _HEAD + (f"\nname = {_value(config.name)}\n" if config.name else ""),
         _model(config),
         _grid(config),
         _areas(config.areas),
-        *(_crane(crane, several=len(config.cranes) > 1) for crane in config.cranes),
+        *(_crane(crane, crane_notes, several=len(config.cranes) > 1) for crane in config.cranes),
         _components(config.component, example_ids),
         _zones(config.zone, config.areas.yard),
         _sequence(config, example_ids),
@@ -79,31 +81,43 @@ def _areas(areas: AreasConfig) -> str:
     )
 
 
-def _crane(crane: CraneConfig, *, several: bool) -> str:
+def _crane(crane: CraneConfig, notes: Sequence[str], *, several: bool) -> str:
     if crane.kind == "none":
         return _lines("[crane]", 'kind = "none"  # no crane: no rope, no reach, no load chart')
-    lines: list[object] = ["[[crane]]" if several else "[crane]", _key("kind", crane.kind, 'or "none"')]
-    if crane.name:
-        lines += [
-            LARGER in crane.name and "# Larger than the built-in machines, which cannot serve this site: check it.",
-            _key("name", crane.name),
-            _key("machine", crane.machine, "built-in machine"),
-        ]
-    lines += [
+    lines: list[object] = [
+        *(f"# {note}" for note in notes),
+        "[[crane]]" if several else "[crane]",
+        _key("kind", crane.kind, 'or "none"'),
+        (crane.name or "").startswith(FICTITIOUS) and "# FICTITIOUS: this machine does not exist. Name a real one.",
+        _key("name", crane.name),
+        _key("machine", crane.machine, "of the catalogue, or a file next to this one"),
         _key("base_m", crane.base_m, "foot of the slewing axis"),
         _key("jib_height_m", crane.jib_height_m, "height of the rope exit above z = 0"),
-        _key("jib_length_m", crane.jib_length_m, "largest hook radius"),
-        _key("min_radius_m", crane.min_radius_m, "smallest hook radius"),
-        _key("mast_size_m", crane.mast_size_m, "edge of the square mast"),
+        _key("jib_length_m", crane.jib_length_m, "largest hook radius: one of the machine's jib lengths"),
         _key("sling_m", crane.sling_m, "height of the slings, from the load's top to the hook"),
         _key("rigging_mass_kg", crane.rigging_mass_kg, "slings and spreader, added to every load"),
-        _key("hook_block_kg", crane.hook_block_kg, "hook block, added to every load"),
         _key("falls", crane.falls, "parts of rope that carry the hook, for the whole job"),
+        _key("working_range", crane.working_range, "limiters"),
+        *_machine_keys(crane),
+    ]
+    if crane.override is not None:
+        lines += ["# What differs from the machine, on purpose; every output lists it.", "[crane.override]"]
+        lines += _machine_keys(crane.override)
+    return _lines(*lines)
+
+
+def _machine_keys(crane: OverrideConfig) -> list[object]:
+    """Return the lines of the keys that belong to a machine."""
+    own = not isinstance(crane, CraneConfig)
+    lines: list[object] = [
+        own and _key("jib_length_m", crane.jib_length_m, "largest hook radius"),
+        _key("min_radius_m", crane.min_radius_m, "smallest hook radius"),
+        _key("mast_size_m", crane.mast_size_m, "edge of the square mast"),
+        _key("hook_block_kg", crane.hook_block_kg, "hook block, added to every load"),
         _key("max_wind_m_s", crane.max_wind_m_s, "wind (gust) up to which it works"),
         *(_key(name, getattr(crane, name)) for name in ("slewing", "trolley", "hoist")),
         crane.jib and "# Luffing jib; radii, height and limits of the hook follow from it.",
         _key("jib", crane.jib),
-        _key("working_range", crane.working_range, "limiters"),
         crane.gears and _key("gears", crane.gears, "[largest mass on the rope in kg, m/s]"),
     ]
     if crane.reeving:
@@ -112,7 +126,7 @@ def _crane(crane: CraneConfig, *, several: bool) -> str:
     if crane.chart:
         lines += ["# Load chart: [radius in m, capacity in kg], load and rigging together.", "chart = ["]
         lines += [f"  {_value(pair)}," for pair in crane.chart] + ["]"]
-    return _lines(*lines)
+    return lines
 
 
 def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) -> str:

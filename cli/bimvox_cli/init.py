@@ -31,7 +31,8 @@ def init(
             "--crane",
             envvar="BIMVOX_CRANE",
             metavar="NAME",
-            help="Crane to propose: a kind (hammerhead, luffing, mobile) or a built-in machine. Default: a hammerhead.",
+            help="Crane to propose: a kind (hammerhead, luffing, mobile) or a machine of `bimvox cranes`. Default: the "
+            "smallest hammerhead that serves. fictitious: also machines that do not exist.",
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", "-f", help="Replace an existing site file.")] = False,

@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from bimvox_cli import failure
+from bimvox_cli.cranes import cranes
 from bimvox_cli.experiment import experiment
 from bimvox_cli.export import export
 from bimvox_cli.init import init
@@ -61,7 +62,7 @@ def main(
         raise typer.Exit(failure.BAD_INPUT)
 
 
-for _command in (voxelize, inspect, init, train, plan, sweep, watch, export, verify, render, report, schema):
+for _command in (voxelize, inspect, init, cranes, train, plan, sweep, watch, export, verify, render, report, schema):
     app.command(context_settings=HELP_NAMES)(_command)
 app.add_typer(policy, name="policy", context_settings=HELP_NAMES)
 app.add_typer(experiment, name="experiment", context_settings=HELP_NAMES)

@@ -12,7 +12,8 @@ from bimvox_cli.output import print_json
 
 def schema(
     name: Annotated[
-        Literal["site", "obstructions", "sweep", "grid", "log"], typer.Argument(metavar="FORMAT", help="The format.")
+        Literal["site", "crane", "obstructions", "sweep", "grid", "log"],
+        typer.Argument(metavar="FORMAT", help="The format."),
     ],
     json: Json = False,
 ) -> None:

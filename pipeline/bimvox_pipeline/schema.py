@@ -13,7 +13,7 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
     """Return the schema of a format.
 
     Args:
-        name: ``site``, ``obstructions``, ``sweep``, ``grid`` or ``log``.
+        name: ``site``, ``crane``, ``obstructions``, ``sweep``, ``grid`` or ``log``.
         plain_values: Return the log's schema as a document instead of the text of a ``.proto`` file.
 
     Returns:
@@ -26,6 +26,10 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
         from bimvox.site.config import site_json_schema
 
         return site_json_schema()
+    if name == "crane":
+        from bimvox.site.machine_file import machine_json_schema
+
+        return machine_json_schema()
     if name == "obstructions":
         from bimvox.site.obstructions.file import obstructions_json_schema
 
@@ -40,7 +44,7 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
         from bimvox_pipeline.log_schema import log_schema, log_schema_json
 
         return log_schema_json() if plain_values else log_schema()
-    raise InputError(f"there is no format {name!r}", hint="known formats: site, obstructions, sweep, grid, log")
+    raise InputError(f"there is no format {name!r}", hint="known formats: site, crane, obstructions, sweep, grid, log")
 
 
 def _grid_json_schema() -> dict[str, Any]:

@@ -11,6 +11,7 @@ from bimvox.errors import FileError
 from bimvox.files import check_output, default_output, require_input, write_atomically
 from bimvox.library.building import say_notes
 from bimvox.progress import Progress
+from bimvox_pipeline.cranes import choice_notes, smaller_machines, unserved_document
 
 
 def init(
@@ -30,7 +31,7 @@ def init(
         out: Site file; default: the model's name with ``.site.toml``, in the current folder.
         options: How to read the model.
         voxel_size_m: Cell size for planning; default: guessed.
-        crane: A kind of crane or a built-in machine to propose; default: a hammerhead.
+        crane: A kind of crane, a machine of the catalogue, or ``fictitious``; default: a hammerhead.
         force: Replace an existing site file, which may contain the planner's edits.
         progress: Receives the stages.
 
@@ -39,13 +40,13 @@ def init(
 
     Raises:
         FileError: If the site file exists and ``force`` is not given.
-        InputError: If there is no built-in crane with that name.
+        InputError: If the catalogue has no such crane.
     """
     from bimvox.bim.building import Role
     from bimvox.bim.read import read_building
-    from bimvox.crane.catalogue import machines_called
     from bimvox.site.config import ModelConfig
     from bimvox.site.guess import cranes_that_fit, guess_site
+    from bimvox.site.machine_names import machines_called
     from bimvox.site.template import site_toml
 
     machines = () if crane is None else machines_called(crane)
@@ -71,11 +72,16 @@ def init(
         name=model.stem,
         machines=machines,
     )
-    chosen = config.one_crane
-    others = [name for name in cranes_that_fit(config, building) if chosen is None or name != chosen.name]
+    progress.stage("cranes")
+    own, fits = cranes_that_fit(config, building)
+    assert own is not None
+    smaller = smaller_machines(own, fits)
+    notes = choice_notes(own, smaller)
     examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
-    write_atomically(target, site_toml(config, example_ids=examples).encode(), inputs=[model])
+    write_atomically(target, site_toml(config, example_ids=examples, crane_notes=notes).encode(), inputs=[model])
     progress.finish()
+    for note in notes:
+        progress.note(note)
     pinned = [entry.global_id for entry in config.component if entry.pinned]
     roles = [element.role for element in building.elements]
     if pinned:
@@ -89,8 +95,10 @@ def init(
         "voxel_size_m": config.model.voxel_size_m,
         "components": roles.count(Role.COMPONENT) - len(pinned),
         "structure": roles.count(Role.STRUCTURE) + len(pinned),
-        "crane": chosen.name if chosen is not None and chosen.kind != "none" else None,
-        "other_cranes": others,
+        "crane": own.machine,
+        "other_cranes": [fit.machine for fit in fits if fit.serves and fit.machine != own.machine],
+        "smaller_cranes": [{"machine": fit.machine, "reason": fit.reason} for fit in smaller],
+        "cannot_lift": unserved_document(own),
         "notes": list(building.notes),
         "seconds": progress.seconds,
     }

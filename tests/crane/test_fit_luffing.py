@@ -2,11 +2,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from named_cranes import default_luffing_crane
+from named_cranes import LUFFING_CRANES, MOBILE_CRANES, default_luffing_crane
 
 from bimvox.crane.fit import fit_crane
 from bimvox.crane.fit_luffing import built_heights, highest_hooks_m, pivoted, points_blocked
-from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
 from bimvox.errors import InputError
 
 BUILDING = np.array([[0.0, 0.0], [16.0, 0.0], [16.0, 8.0], [0.0, 8.0]])
@@ -38,7 +37,7 @@ def test_a_mobile_crane_must_get_its_hook_up_there():
     radii = np.hypot(*(POINTS - np.array(crane.base_m[:2])).T)
     assert (highest_hooks_m(crane.luffing, radii) >= 12.0).all()
     assert pivoted(crane, crane.luffing, 99.0) is crane
-    with pytest.raises(InputError, match="no default crane serves every point"):
+    with pytest.raises(InputError, match="no crane serves every point"):
         fit_crane(POINTS, 1000.0, BUILDING, 60.0, keep_clear_m=[YARD], cranes=MOBILE_CRANES)
 
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from named_cranes import HAMMERHEADS
 
-from bimvox.crane.defaults import DEFAULT_CRANES
 from bimvox.crane.load_chart import LoadChart, capacity_kg, max_radius_m, utilisation
 from bimvox.errors import InputError
 
@@ -57,7 +57,7 @@ def test_a_real_value_between_two_points():
     assert utilisation(chart, np.array([40.0, 41.0]), 5_000.0).tolist() == [1.0, np.inf]
 
 
-@pytest.mark.parametrize("crane", DEFAULT_CRANES, ids=lambda crane: crane.name)
+@pytest.mark.parametrize("crane", HAMMERHEADS, ids=lambda crane: crane.name)
 def test_default_charts_are_charts_and_reach_the_end_of_the_jib(crane):
     assert crane.chart.radius_m[-1] == crane.jib_length_m
 

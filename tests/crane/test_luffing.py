@@ -5,12 +5,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from named_cranes import default_luffing_crane
+from named_cranes import LUFFING_CRANES, MOBILE_CRANES, default_luffing_crane
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.kinematics import axes_of_joints, joint_limits, joint_names, joints_of
 from bimvox.crane.luffing import HOIST_SHARE, LuffingJib, luff_of_radius, radius_limits, radius_of_luff, tip_height_m
-from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
 from bimvox.crane.rigging import rigged, winch_limits
 from bimvox.errors import InputError
 

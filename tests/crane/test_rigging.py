@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from named_cranes import default_crane
+from named_cranes import HAMMERHEADS, default_crane, reevings
 
-from bimvox.crane.defaults import DEFAULT_CRANES, DEFAULT_REEVINGS
 from bimvox.crane.load_chart import LoadChart, capacity_kg
 from bimvox.crane.rigging import hoist_limits, rigged, with_reeving
 from bimvox.crane.tower_crane import Reeving
@@ -13,7 +12,7 @@ from bimvox.errors import InputError
 PER_MIN = 1.0 / 60.0
 
 
-@given(st.floats(0.0, 30_000.0), st.floats(0.0, 30_000.0), st.sampled_from(DEFAULT_CRANES))
+@given(st.floats(0.0, 30_000.0), st.floats(0.0, 30_000.0), st.sampled_from(HAMMERHEADS))
 def test_a_heavier_load_is_never_hoisted_faster(one_kg, other_kg, crane):
     light, heavy = sorted((one_kg, other_kg))
     assert hoist_limits(crane, heavy).rate <= hoist_limits(crane, light).rate
@@ -26,9 +25,9 @@ def test_the_hook_block_counts_for_the_gear():
     assert rigged(crane, 0.0, 1.5).sling_m == crane.sling_m + 1.5
 
 
-@pytest.mark.parametrize("crane", DEFAULT_CRANES, ids=lambda crane: crane.name)
+@pytest.mark.parametrize("crane", HAMMERHEADS, ids=lambda crane: crane.name)
 def test_a_reeving_changes_what_it_says_and_nothing_else(crane):
-    for reeving in DEFAULT_REEVINGS[crane.name]:
+    for reeving in reevings(crane.name):
         other = with_reeving(crane, reeving)
         assert with_reeving(other, reeving) == other
         assert (other.falls, other.chart, other.hook_block_kg) == (reeving.falls, reeving.chart, reeving.hook_block_kg)
@@ -37,12 +36,12 @@ def test_a_reeving_changes_what_it_says_and_nothing_else(crane):
             crane.jib_length_m,
             crane.rigging_mass_kg,
         )
-    assert with_reeving(crane, DEFAULT_REEVINGS[crane.name][0]) == crane
+    assert with_reeving(crane, reevings(crane.name)[0]) == crane
 
 
 @pytest.mark.parametrize("name", ["hammerhead-65", "hammerhead-75"])
 def test_two_falls_carry_half_as_much_twice_as_fast(name):
-    four, two = DEFAULT_REEVINGS[name]
+    four, two = reevings(name)
     assert (four.falls, two.falls) == (4, 2)
     assert two.chart.capacity_kg[0] == four.chart.capacity_kg[0] / 2
     assert two.gears[0][1] == pytest.approx(2 * four.gears[0][1], abs=1e-3)

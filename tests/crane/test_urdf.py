@@ -3,15 +3,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from named_cranes import default_crane
+from named_cranes import HAMMERHEADS, LUFFING_CRANES, MOBILE_CRANES, default_crane
 
-from bimvox.crane.defaults import DEFAULT_CRANES
 from bimvox.crane.kinematics import hook_of, joint_names, joints_of
-from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
 from bimvox.crane.urdf import urdf
 
 
-@pytest.mark.parametrize("crane", DEFAULT_CRANES, ids=lambda crane: crane.name)
+@pytest.mark.parametrize("crane", HAMMERHEADS, ids=lambda crane: crane.name)
 def test_it_is_one_tree_of_known_links(crane):
     robot = ET.fromstring(urdf(crane))
     links = [link.get("name") for link in robot.findall("link")]
@@ -68,7 +66,7 @@ def _hook_by_urdf(robot: ET.Element, values: dict[str, float]) -> np.ndarray:
     return at
 
 
-@pytest.mark.parametrize("crane", [DEFAULT_CRANES[0], *LUFFING_CRANES, *MOBILE_CRANES], ids=lambda crane: crane.name)
+@pytest.mark.parametrize("crane", [HAMMERHEADS[0], *LUFFING_CRANES, *MOBILE_CRANES], ids=lambda crane: crane.name)
 def test_the_robot_puts_its_hook_where_the_crane_does(crane):
     crane = replace(crane, base_m=(3.0, -4.0, 0.25))
     axes = np.array([[0.7, 0.5 * (crane.min_radius_m + crane.jib_length_m), 4.0]])

@@ -8,16 +8,25 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.bim.building import Role
-from bimvox.crane.catalogue import machines_called
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.errors import ConfigError, SelectionError
 from bimvox.site.build import PlacedModel, build_site
-from bimvox.site.config import AreasConfig, ComponentConfig, CraneConfig, GridConfig, ModelConfig, SiteConfig
-from bimvox.site.crane_guess import LARGER
+from bimvox.site.catalogue import machine_called
+from bimvox.site.config import (
+    AreasConfig,
+    ComponentConfig,
+    CraneConfig,
+    GridConfig,
+    ModelConfig,
+    OverrideConfig,
+    SiteConfig,
+)
 from bimvox.site.extent import site_extent
+from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.guess import PLANNING_CELLS, VOXEL_SIZES_M, cast_in_place, complete_config, cranes_that_fit, guess_site
 from bimvox.site.machine import crane_config, crane_of
+from bimvox.site.machine_names import machines_called
 from bimvox.site.parts import centre_of_mass_m
 from bimvox.site.placement import place_building
 
@@ -85,7 +94,7 @@ def test_parts_too_heavy_for_any_crane_still_give_a_site_file_to_edit():
     crane = crane_of(config)
     placed, _ = place_building(config, storeys)
     base = np.array(crane.base_m[:2])
-    assert LARGER in crane.name
+    assert machine_called(crane.name) is not None
     for element in placed.elements:
         radius = float(np.hypot(*(centre_of_mass_m(element.mesh)[:2] - base)))
         assert crane.min_radius_m <= radius <= crane.jib_length_m
@@ -96,7 +105,7 @@ def test_areas_keep_apart():
     building = shapely.box(-0.5, -0.5, 8.5, 5.5)
     construction = shapely.Polygon(HOUSE.areas.construction)
     (yard,) = (shapely.Polygon(corners) for corners in HOUSE.areas.yard)
-    half = HOUSE.crane.mast_size_m / 2
+    half = crane_of(HOUSE).mast_size_m / 2
     mast = shapely.Point(HOUSE.crane.base_m[:2]).buffer(half, cap_style="square")
     assert construction.contains(building.buffer(0.99, join_style="mitre"))
     assert construction.distance(yard) >= 1.0 - 1e-9
@@ -171,7 +180,8 @@ def test_without_a_crane_none_is_guessed():
 
 def test_a_given_crane_draws_the_yard_to_its_side():
     for base, axis, sign in (((4.0, 9.0), 1, 1), ((4.0, -4.0), 1, -1)):
-        crane = CraneConfig(name="hammerhead-30", base_m=base, jib_length_m=11.0, chart=((11.0, 9e4),))
+        changed = OverrideConfig(jib_length_m=11.0, chart=((11.0, 9e4),))
+        crane = CraneConfig(machine="hammerhead-30", base_m=base, override=changed)
         config = complete_config(SiteConfig(model=ModelConfig(path="a.ifc"), crane=crane), frame_house())
         middle = np.mean(config.areas.yard[0], axis=0)
         assert np.sign(middle[axis] - 2.5) == sign
@@ -193,9 +203,13 @@ def test_a_turned_building_is_planned_square_to_itself():
     np.testing.assert_allclose(placed.bounds_m, frame_house().bounds_m, atol=1e-6)
 
 
-def test_parts_too_heavy_for_the_built_in_machines_get_a_larger_one_that_is_named_so():
-    config = guess_site(tower(2, 60_000.0), ModelConfig(path="a.ifc"))
-    assert LARGER in config.crane.name
+def test_a_machine_that_does_not_exist_is_proposed_only_on_request_and_is_called_fictitious():
+    real = guess_site(tower(2, 60_000.0), ModelConfig(path="a.ifc")).crane
+    assert machine_called(real.machine) is not None
+    config = guess_site(tower(2, 60_000.0), ModelConfig(path="a.ifc"), machines=machines_called(FICTITIOUS))
+    assert config.crane.name.startswith(FICTITIOUS)
+    light = guess_site(tower(2), ModelConfig(path="a.ifc"), machines=machines_called(FICTITIOUS))
+    assert machine_called(light.crane.machine) is not None
     crane = crane_of(config)
     assert capacity_kg(crane.chart, 15.0) >= 60_000.0
 
@@ -216,24 +230,27 @@ def test_a_crane_of_another_kind_is_proposed_on_request(kind):
 
 
 def test_the_other_suitable_machines_are_named():
-    names = cranes_that_fit(HOUSE, frame_house())
-    assert HOUSE.crane.name in names
-    assert {"luffing-40", "mobile-60t"} <= set(names)
+    def names(config, building):
+        return {fit.machine for fit in cranes_that_fit(config, building)[1] if fit.serves}
+
+    assert {HOUSE.crane.machine, "luffing-40", "mobile-60t"} <= names(HOUSE, frame_house())
     heavy = tower(2, 9000.0)
-    assert "mobile-60t" not in cranes_that_fit(guess_site(heavy, ModelConfig(path="a.ifc")), heavy)
+    assert "mobile-60t" not in names(guess_site(heavy, ModelConfig(path="a.ifc")), heavy)
 
 
 def test_a_machine_that_cannot_carry_everything_is_still_proposed_on_request():
     heavy = tower(2, 60_000.0)
     assert (
-        guess_site(heavy, ModelConfig(path="a.ifc"), machines=machines_called("mobile-60t")).crane.name == "mobile-60t"
+        guess_site(heavy, ModelConfig(path="a.ifc"), machines=machines_called("mobile-60t")).crane.machine
+        == "mobile-60t"
     )
 
 
 def test_a_part_that_nothing_can_lift_does_not_stop_the_others():
     building = building_of(*tower(2).elements, box_element("rock", (0, 2, 0), (3, 5, 3), mass_kg=9e6))
-    crane = crane_of(guess_site(building, ModelConfig(path="a.ifc")))
-    assert crane.name == crane_of(guess_site(tower(2), ModelConfig(path="a.ifc"))).name or LARGER in crane.name
+    config = guess_site(building, ModelConfig(path="a.ifc"))
+    (rock,) = cranes_that_fit(config, building)[0].unserved
+    assert (rock.component, rock.mass_kg) == ("rock", 9e6)
 
 
 def test_pinned_parts_and_unknown_ids():

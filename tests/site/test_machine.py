@@ -3,13 +3,13 @@ from math import cos, radians, sin
 
 import pytest
 from box_sites import test_crane as some_crane
-from named_cranes import default_crane, default_luffing_crane
+from named_cranes import HAMMERHEADS, LUFFING_CRANES, MOBILE_CRANES, default_crane, default_luffing_crane
+from own_machine import machine_text
 
-from bimvox.crane.defaults import DEFAULT_CRANES
-from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError
-from bimvox.site.config import CraneConfig, LuffingConfig, ModelConfig, ReevingConfig, SiteConfig
+from bimvox.site.config import CraneConfig, LuffingConfig, ModelConfig, OverrideConfig, ReevingConfig, SiteConfig
+from bimvox.site.config_file import parse_site_config
 from bimvox.site.machine import crane_config, crane_of
 
 
@@ -24,7 +24,7 @@ def test_none_is_none():
 
 
 @pytest.mark.parametrize(
-    "crane", [some_crane(), *DEFAULT_CRANES, *LUFFING_CRANES, *MOBILE_CRANES], ids=lambda crane: crane.name
+    "crane", [some_crane(), *HAMMERHEADS, *LUFFING_CRANES, *MOBILE_CRANES], ids=lambda crane: crane.name
 )
 def test_a_crane_goes_through_the_file_unchanged(crane):
     config = SiteConfig(model=ModelConfig(path="a.ifc"), crane=crane_config(crane))
@@ -56,7 +56,7 @@ def test_the_nearest_built_in_machine_is_named():
     ("values", "key"),
     [
         ({"name": "hammerhead-30"}, "crane.base_m"),
-        ({"name": "hammerhead-30", "base_m": (0.0, 0.0), "jib_length_m": 2.0}, "crane.min_radius_m"),
+        ({"name": "hammerhead-30", "base_m": (0.0, 0.0), "override": {"jib_length_m": 2.0}}, "crane.min_radius_m"),
         ({"name": "hammerhead-30", "base_m": (0.0, 0.0, 30.0)}, "crane.jib_height_m"),
     ],
 )
@@ -73,17 +73,88 @@ REEVINGS = (
 
 
 def test_the_requested_reeving_is_used_otherwise_the_one_that_carries_most():
-    two = crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), reeving=REEVINGS, falls=2))
+    two = crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), override=OverrideConfig(reeving=REEVINGS), falls=2))
     assert (two.falls, two.hook_block_kg, two.gears, two.trolley.rate) == (2, 90.0, (), 1.2)
-    four = crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), reeving=REEVINGS))
+    four = crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), override=OverrideConfig(reeving=REEVINGS)))
     assert (four.falls, four.chart.capacity_kg, four.gears) == (4, (6000.0, 800.0), ((2000.0, 0.8),))
     built_in = crane_of(site(name="hammerhead-65", base_m=(0.0, 0.0), falls=2))
     assert (built_in.falls, built_in.chart.capacity_kg[0]) == (2, 5000.0)
 
 
-def test_a_given_chart_brings_no_gears_or_hook_block_of_the_built_in_machine():
-    own = crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), chart=((10.0, 3000.0),)))
+def test_in_logs_of_earlier_versions_a_chart_brings_no_gears_or_hook_block_of_the_machine():
+    own = crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), chart=((10.0, 3000.0),)), undeclared=True)
     assert (own.gears, own.hook_block_kg, own.tackle_kg) == ((), 0.0, own.rigging_mass_kg)
+
+
+@pytest.mark.parametrize("name", ["hammerhead-45", "hammerhead-65", "flat-top-120"])
+@pytest.mark.parametrize("falls", [2, 4])
+def test_the_full_table_of_another_machine_contradicts_a_name(name, falls):
+    """``init`` of earlier versions wrote every key; changing the name or the falls alone is an error, not ignored."""
+    full = crane_config(default_crane("hammerhead-75", (1.0, 2.0, 0.0))).model_dump(exclude_none=True)
+    with pytest.raises(ConfigError, match=f"contradicts the machine {name}") as caught:
+        crane_of(site(**(full | {"name": name, "falls": falls}) if name != "hammerhead-45" else full | {"name": name}))
+    assert "chart 20.0 t instead of" in caught.value.message
+    assert "[crane.override]" in str(caught.value.hint)
+    with pytest.raises(ConfigError, match="contradicts the machine hammerhead-75") as caught:
+        crane_of(site(**(full | {"falls": 2})))
+    assert "chart" in caught.value.message
+
+
+def test_the_full_table_of_the_machine_itself_is_no_contradiction():
+    for name in ("hammerhead-65", "luffing-55", "mobile-60t"):
+        crane = default_luffing_crane(name)
+        found = crane_of(site(**crane_config(crane).model_dump(exclude_none=True)))
+        assert (found, found.overrides) == (crane, ())
+
+
+def test_what_differs_on_purpose_is_an_override_that_is_listed():
+    changed = OverrideConfig(jib_length_m=27.0, hook_block_kg=90.0, chart=((10.0, 3000.0), (27.0, 2000.0)))
+    crane = crane_of(site(machine="hammerhead-30", base_m=(0.0, 0.0), override=changed))
+    assert (crane.jib_length_m, crane.hook_block_kg, crane.chart.capacity_kg) == (27.0, 90.0, (3000.0, 2000.0))
+    assert crane.gears == default_crane("hammerhead-30").gears
+    listed = {one.key: (one.catalogue, one.site) for one in crane.overrides}
+    assert listed["jib_length_m"] == ("30 m", "27 m")
+    assert listed["hook_block_kg"] == ("150 kg", "90 kg")
+    assert set(listed) == {"jib_length_m", "hook_block_kg", "chart"}
+    assert crane_of(site(machine="hammerhead-30", base_m=(0.0, 0.0), override=OverrideConfig())).overrides == ()
+
+
+def test_a_crane_with_a_name_of_its_own_keeps_its_machines_name():
+    crane = crane_of(site(name="west", machine="hammerhead-30", base_m=(0.0, 0.0), jib_length_m=18.0))
+    assert (crane.name, crane.machine, crane.jib_length_m) == ("west", "hammerhead-30", 18.0)
+    with pytest.raises(ConfigError, match=r"not a machine of the catalogue") as caught:
+        crane_of(site(name="west", machine="hammerhead-31", base_m=(0.0, 0.0)))
+    assert 'machine = "hammerhead-30"' in str(caught.value.hint)
+
+
+def test_an_override_needs_a_machine():
+    with pytest.raises(ConfigError, match="names no machine") as caught:
+        crane_of(site(name="mine", base_m=(0.0, 0.0), override=OverrideConfig(jib_length_m=20.0)))
+    assert caught.value.key == "crane.override"
+
+
+def test_a_jib_that_the_machine_does_not_have_is_refused_with_those_that_it_has():
+    with pytest.raises(ConfigError, match="jib 22 m instead of 30 m") as caught:
+        crane_of(site(machine="hammerhead-30", base_m=(0.0, 0.0), jib_length_m=22.0))
+    assert caught.value.key == "crane.jib_length_m"
+    assert "18, 24, 30 m" in str(caught.value.hint)
+
+
+OWN = machine_text("LX 280", "hammerhead-45")
+
+
+def test_ones_own_machine_is_a_file_next_to_the_site_file():
+    text = '[model]\npath = "a.ifc"\n[crane]\nmachine = "lx.toml"\nbase_m = [1, 2]\njib_length_m = 40\n'
+    config = parse_site_config(text, "s.toml", {"lx.toml": OWN})
+    crane = crane_of(config)
+    assert (crane.name, crane.jib_length_m) == ("LX 280", 40.0)
+    with pytest.raises(ConfigError, match=r"'lx\.toml' is not there"):
+        crane_of(parse_site_config(text, "s.toml"))
+    with pytest.raises(ConfigError, match="contradicts the machine LX 280"):
+        crane_of(parse_site_config(text + "hook_block_kg = 1\n", "s.toml", {"lx.toml": OWN}))
+    with pytest.raises(ConfigError, match="is a machine of the catalogue") as caught:
+        crane_of(parse_site_config(text, "s.toml", {"lx.toml": machine_text("flat-top-75", "hammerhead-45")}))
+    assert (caught.value.path.name, caught.value.key) == ("lx.toml", "name")
 
 
 def test_a_reeving_that_a_built_in_machine_lacks_is_refused():
@@ -108,6 +179,15 @@ def test_reevings_that_contradict_each_other_are_refused(values, said):
 def test_a_luffing_crane_follows_from_its_jib():
     crane = crane_of(site(kind="luffing", base_m=(1.0, 2.0), jib=LuffingConfig(length_m=30.0, pivot_height_m=20.0)))
     assert crane.kind == "luffing" and crane.name == "luffing-40"
+    assert crane == crane_of(
+        site(machine="luffing-40", base_m=(1.0, 2.0), jib=LuffingConfig(length_m=30.0, pivot_height_m=20.0))
+    )
+    with pytest.raises(ConfigError, match="jib 42 m instead of 40 m") as caught:
+        crane_of(site(machine="luffing-40", base_m=(1.0, 2.0), jib=LuffingConfig(length_m=42.0)))
+    assert caught.value.key == "crane.jib.length_m"
+    override = OverrideConfig(jib=LuffingConfig(length_m=42.0))
+    longer = crane_of(site(machine="luffing-40", base_m=(1.0, 2.0), override=override))
+    assert [one.key for one in longer.overrides] == ["jib.length_m"]
     assert crane.jib_length_m == pytest.approx(1.5 + 30.0 * cos(radians(20.0)))
     assert crane.jib_height_m == pytest.approx(20.0 + 30.0 * sin(radians(83.0)))
     mobile = crane_of(site(kind="mobile", name="mobile-100t", base_m=(1.0, 2.0)))
@@ -127,11 +207,12 @@ def test_keys_of_another_kind_are_refused(values, said):
 
 
 def test_a_luffing_machine_that_is_not_known_needs_every_key():
-    with pytest.raises(ConfigError, match="not a built-in machine of kind") as caught:
+    with pytest.raises(ConfigError, match="not a machine of kind") as caught:
         crane_of(site(kind="mobile", name="luffing-40", base_m=(0.0, 0.0)))
     assert caught.value.key == "crane.name"
     with pytest.raises(ConfigError, match="luffing range of"):
-        crane_of(site(kind="mobile", base_m=(0.0, 0.0), jib=LuffingConfig(luff_rad=(0.5, 1.6))))
+        override = OverrideConfig(jib=LuffingConfig(luff_rad=(0.5, 1.6)))
+        crane_of(site(kind="mobile", base_m=(0.0, 0.0), override=override))
 
 
 @pytest.mark.parametrize(("name", "key"), [("west", "machine"), ("hammerhed-30", "name")])
@@ -139,4 +220,5 @@ def test_a_crane_with_its_own_name_must_name_its_machine_too(name, key):
     config = SiteConfig(model=ModelConfig(path="a.ifc"), crane=CraneConfig(name=name, base_m=(0.0, 0.0)))
     with pytest.raises(ConfigError, match="is missing") as caught:
         crane_of(config)
-    assert str(caught.value.hint).startswith(f'{key} = "hammerhead-30"')
+    wanted = {"machine": "flat-top-75", "name": "hammerhead-30"}[key]
+    assert str(caught.value.hint).startswith(f'{key} = "{wanted}"')

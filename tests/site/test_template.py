@@ -2,14 +2,15 @@ import tomllib
 from pathlib import Path
 
 from box_buildings import frame_house
+from named_cranes import LUFFING_CRANES, MOBILE_CRANES
 
-from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
 from bimvox.site.component import StoredPose
 from bimvox.site.config import (
     ComponentConfig,
     CraneConfig,
     GridConfig,
     ModelConfig,
+    OverrideConfig,
     PolicyConfig,
     ReevingConfig,
     RulesConfig,
@@ -47,6 +48,7 @@ def full() -> SiteConfig:
         crane=CraneConfig(
             name="hammerhead-30", base_m=(1.0, 2.0), falls=4, max_wind_m_s=15.0,
             working_range=WorkingRangeConfig(slew_rad=(0.5, 3.5), radius_m=(4.0, 20.0), highest_hook_m=18.0),
+            override=OverrideConfig(jib_length_m=28.0, max_wind_m_s=12.0, gears=((500.0, 1.0),), chart=((9.0, 800.0),)),
             reeving=(
                 ReevingConfig(falls=2, chart=((10.0, 3000.0), (20.0, 1500.0)), hook_block_kg=9.0, gears=((50.0, 2.0),)),
                 ReevingConfig(falls=4, chart=((10.0, 6000.0),), trolley_rate_m_s=0.5),
@@ -99,6 +101,14 @@ def test_it_is_commented_and_says_when_a_crane_is_out_of_the_ordinary():
     for key, value in tomllib.loads(text)["model"].items():
         (line,) = (one for one in text.splitlines() if one.startswith(f"{key} = "))
         assert " # " in line, (key, value)
-    assert "check it" not in text
-    larger = config.crane.model_copy(update={"name": "hammerhead-75 scaled 1 x 5"})
-    assert "check it" in site_toml(config.model_copy(update={"crane": larger}))
+    assert "FICTITIOUS" not in text
+    larger = config.crane.model_copy(update={"name": "fictitious hammerhead-75 scaled 1 x 5"})
+    assert "FICTITIOUS: this machine does not exist" in site_toml(config.model_copy(update={"crane": larger}))
+
+
+def test_a_machine_of_the_catalogue_is_its_name_jib_and_falls_and_why_no_smaller_one():
+    config = guess_site(frame_house(), ModelConfig(path="house.ifc"))
+    text = site_toml(config, crane_notes=("flat-top-1 does not serve this site: it is too small",))
+    crane = tomllib.loads(text)["crane"]
+    assert set(crane) == {"kind", "machine", "base_m", "jib_height_m", "jib_length_m", "falls"}
+    assert "# flat-top-1 does not serve this site: it is too small\n[crane]\n" in text

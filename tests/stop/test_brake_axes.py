@@ -9,11 +9,11 @@ from box_sites import box_site, test_crane
 from crane_rooms import FRAME, crane_room
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from named_cranes import HAMMERHEADS
 from ruckig import ControlInterface, InputParameter, Ruckig
 from ruckig import Trajectory as RuckigTrajectory
 
 from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.defaults import SLEWING
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import InputError, PlanningError
 from bimvox.motion.drive import drive_path
@@ -34,6 +34,8 @@ from bimvox.stop.interrupt import cut_short, interrupted
 from bimvox.stop.resume import resume, resume_cells
 
 number = st.floats(0.05, 5.0)
+
+SLEWING = HAMMERHEADS[0].slewing
 
 
 @settings(max_examples=200, deadline=None)

@@ -6,9 +6,24 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
-from bimvox.crane.catalogue import BUILT_IN
 from bimvox.crane.kinematics import hook_of, nearest_turn, pose_of
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.tower_crane import CranePose, Reeving, TowerCrane
+from bimvox.site.catalogue import catalogue, machine_called
+
+HAMMERHEADS = tuple(machine_called(f"hammerhead-{length}").usual for length in (30, 45, 65, 75))
+LUFFING_CRANES = tuple(machine_called(f"luffing-{length}").usual for length in (40, 55))
+MOBILE_CRANES = tuple(machine_called(f"mobile-{size}t").usual for size in (60, 100))
+BUILT_IN = tuple(machine.usual for machine in catalogue())
+"""Machines of the catalogue with their longest jib, and the reeving that carries most."""
+
+
+def reevings(name: str) -> tuple[Reeving, ...]:
+    """Return the reevings of a machine with its longest jib, the one that carries most first."""
+    machine = machine_called(name)
+    cranes = sorted(machine.with_jib(max(machine.lengths_m)), key=lambda crane: -crane.chart.capacity_kg[0])
+    return tuple(
+        Reeving(crane.falls, crane.chart, crane.hook_block_kg, crane.trolley.rate, crane.gears) for crane in cranes
+    )
 
 
 def default_crane(
@@ -21,8 +36,7 @@ def default_crane(
 
 def default_luffing_crane(name: str) -> TowerCrane:
     """Return a built-in crane as it is, on the origin."""
-    (crane,) = (crane for crane in BUILT_IN if crane.name == name)
-    return crane
+    return machine_called(name).usual
 
 
 def crane_pose(crane: TowerCrane, hook_m: ArrayLike, near_slew_rad: float | None = None) -> CranePose:

@@ -1,0 +1,111 @@
+"""``bimvox cranes``: how each machine of the catalogue serves a site."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bimvox.crane.machine import Machine
+    from bimvox.progress import Progress
+    from bimvox.site.crane_guess import CraneFit
+
+
+def cranes(site: Path | None, *, crane: str | None = None, progress: Progress) -> dict[str, Any]:
+    """Compare the machines of the catalogue, on a site or by themselves.
+
+    Args:
+        site: The site file; None lists the machines.
+        crane: A kind of crane, or a machine of the catalogue; default: all machines.
+        progress: Receives the stages.
+
+    Returns:
+        The document of ``bimvox cranes --json``.
+
+    Raises:
+        ConfigError: If the site file is wrong.
+        InputError: If the catalogue has no such crane, or the model cannot be used.
+    """
+    from bimvox.site.catalogue import catalogue
+    from bimvox.site.machine_names import machines_called
+
+    machines = catalogue() if crane is None else machines_called(crane)
+    if site is None:
+        return {"site": None, "machines": [_machine_document(machine) for machine in machines]}
+    from bimvox.bim.read import ReadOptions, read_building
+    from bimvox.files import require_input
+    from bimvox.site.config_file import load_site_config
+    from bimvox.site.guess import complete_config, cranes_that_fit
+
+    stated = load_site_config(require_input(site))
+    model = stated.model
+    options = ReadOptions(select=model.select, unit=model.unit, up=model.up, assemblies=model.assemblies)
+    building = read_building(model.path, options, progress.report)
+    progress.stage("compare")
+    own, fits = cranes_that_fit(complete_config(stated, building), building, machines)
+    progress.finish()
+    return {
+        "site": str(site),
+        "own": None if own is None else fit_document(own),
+        "machines": [fit_document(fit) for fit in fits],
+        "seconds": progress.seconds,
+    }
+
+
+def _machine_document(machine: Machine) -> dict[str, Any]:
+    """Return the facts of a machine."""
+    usual = machine.usual
+    return {
+        "machine": machine.name,
+        "kind": machine.kind,
+        "load_moment_tm": round(machine.load_moment_tm, 1),
+        "jib_lengths_m": list(machine.lengths_m),
+        "falls": sorted({crane.falls for crane in machine.cranes}),
+        "largest_capacity_kg": max(crane.chart.capacity_kg[0] for crane in machine.cranes),
+        "capacity_at_jib_end_kg": usual.chart.capacity_kg[-1],
+        "about": machine.about,
+    }
+
+
+def fit_document(fit: CraneFit) -> dict[str, Any]:
+    """Return how a machine serves a site, for the JSON documents."""
+    crane = fit.crane
+    return {
+        "machine": fit.machine,
+        "kind": fit.kind,
+        "load_moment_tm": round(fit.load_moment_tm, 1),
+        "jib_length_m": round(fit.jib_m, 3),
+        "falls": None if crane is None else crane.falls,
+        "base_m": None if crane is None else list(crane.base_m),
+        "serves": fit.serves,
+        "parts": fit.parts,
+        "parts_served": 0 if crane is None else fit.parts - len(fit.unserved),
+        "highest_utilisation": round(fit.utilisation, 4),
+        "largest_radius_m": round(fit.radius_m, 3),
+        "whole_yard": fit.whole_yard,
+        "cannot_lift": unserved_document(fit),
+        "reason": fit.reason,
+    }
+
+
+def unserved_document(fit: CraneFit) -> list[dict[str, Any]]:
+    """Return the parts that a machine cannot set, for the JSON documents."""
+    return [
+        {"component": part.component, "name": part.name, "mass_kg": part.mass_kg, "reason": part.reason}
+        for part in fit.unserved
+    ]
+
+
+def smaller_machines(own: CraneFit, fits: Sequence[CraneFit]) -> list[CraneFit]:
+    """Return the smaller machines of the same kind that do not serve a site, the smallest first."""
+    return [fit for fit in fits if fit.kind == own.kind and fit.load_moment_tm < own.load_moment_tm and fit.reason]
+
+
+def choice_notes(own: CraneFit, smaller: Sequence[CraneFit]) -> list[str]:
+    """Return lines about the choice of a crane: why smaller machines do not serve, and what it cannot set itself."""
+    lines = [f"{fit.machine} does not serve this site: {fit.reason}" for fit in smaller]
+    if own.unserved:
+        lines.append(f"{own.machine} sets most of the parts; no machine sets all. By other means:")
+        lines += [f"  {part.name}, {part.mass_kg / 1000.0:.1f} t: {own.machine} {part.reason}" for part in own.unserved]
+    return lines

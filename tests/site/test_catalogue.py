@@ -1,0 +1,110 @@
+"""The catalogue: real entries of several sizes, each figure with its source."""
+
+from __future__ import annotations
+
+import re
+from importlib import resources
+
+import numpy as np
+import pytest
+
+from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.machine import Machine
+from bimvox.site.catalogue import catalogue, machine_called, machines_of
+
+FILES = {
+    file.name: file.read_text(encoding="utf-8")
+    for file in (resources.files("bimvox") / "crane" / "catalogue").iterdir()
+}
+
+
+def named(machine: Machine) -> str:
+    return machine.name
+
+
+def test_it_holds_machines_of_several_sizes_jibs_and_kinds_the_smallest_first():
+    sizes = [machine.load_moment_tm for machine in catalogue()]
+    assert len(catalogue()) >= 12
+    assert sizes == sorted(sizes)
+    assert sizes[0] < 100 < 600 < sizes[-1]
+    assert sum(len(machine.lengths_m) > 1 for machine in catalogue()) >= 12
+    assert {machine.kind for machine in catalogue()} == {"hammerhead", "luffing", "mobile"}
+    assert [machine.kind for machine in machines_of("mobile")] == ["mobile", "mobile"]
+
+
+def test_a_machine_is_found_by_its_name():
+    assert [machine_called(machine.name) for machine in catalogue()] == list(catalogue())
+    assert machine_called("hammerhead-31") is None
+    assert machine_called(None) is None
+
+
+@pytest.mark.parametrize("text", FILES.values(), ids=FILES.keys())
+def test_every_figure_has_a_source_that_the_file_explains(text):
+    head = text[: text.index("\nname = ")]
+    explained = set(re.findall(r"\[\d\]", head))
+    keys = [line for line in text.splitlines() if re.match(r"\s*\w+ = [\d\[{]", line) and "lengths_m" not in line]
+    assert len(keys) > 8
+    inside = ""
+    for line in text[len(head) :].splitlines():
+        inside = line if line.startswith("[") else inside
+        if line in keys and "falls" not in line:
+            own, of_section = (re.findall(r"\[\d\]", one.partition("  # ")[2]) for one in (line, inside))
+            sources = own or of_section
+            assert sources, f"{line!r} has no source"
+            assert explained.issuperset(sources), line
+    assert "not a maker's" in head
+    assert "maker" not in text[len(head) :]
+
+
+@pytest.mark.parametrize("machine", [m for m in catalogue() if m.name.startswith("flat-top")], ids=named)
+def test_a_derived_chart_follows_the_stated_rule(machine):
+    """(capacity + 5.5 % of the largest load) x radius is constant along one jib, and more on a shorter one."""
+    most = max(crane.chart.capacity_kg[0] for crane in machine.cranes)
+    moments = []
+    for crane in machine.cranes:
+        radii, masses = (np.array(values) for values in (crane.chart.radius_m, crane.chart.capacity_kg))
+        assert radii[-1] == crane.jib_length_m
+        moment = (masses[-1] + 0.055 * most) * radii[-1]
+        if len(radii) > 1:
+            np.testing.assert_allclose((masses + 0.055 * most) * radii, moment, rtol=0.01)
+        assert masses[0] == most * crane.falls / 4
+        if crane.falls == 4:
+            moments.append(moment)
+    assert moments == sorted(moments, reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "jib_m", "ends"),
+    [
+        ("flat-top-75", 52.0, ((52.0, 1100.0),)),
+        ("flat-top-120", 60.0, ((60.0, 1500.0),)),
+        ("flat-top-155", 65.0, ((65.0, 1750.0),)),
+        ("flat-top-260", 30.0, ((20.9, 12_500.0), (30.0, 8500.0))),
+        ("flat-top-260", 65.0, ((65.0, 2300.0),)),
+        ("flat-top-290", 70.0, ((70.0, 3200.0),)),
+        ("flat-top-290", 75.0, ((75.0, 2500.0),)),
+        ("flat-top-335", 75.0, ((75.0, 3400.0),)),
+        ("flat-top-800", 80.0, ((80.0, 7500.0), (22.0, 32_000.0))),
+        ("flat-top-1150", 80.0, ((80.0, 11_100.0),)),
+        ("luffing-145", 40.0, ((24.0, 6000.0), (40.0, 2500.0))),
+    ],
+)
+def test_published_ends_are_as_published(name, jib_m, ends):
+    crane = max(machine_called(name).with_jib(jib_m), key=lambda one: one.falls)
+    for radius_m, mass_kg in ends:
+        assert capacity_kg(crane.chart, radius_m) == pytest.approx(mass_kg, rel=0.01)
+
+
+def test_names_of_earlier_versions_are_the_same_machines():
+    assert {
+        name: (crane.chart.capacity_kg[0], crane.chart.capacity_kg[-1], crane.jib_length_m)
+        for name in ("hammerhead-30", "hammerhead-45", "hammerhead-65", "hammerhead-75", "luffing-40", "mobile-60t")
+        for crane in (machine_called(name).usual,)
+    } == {
+        "hammerhead-30": (5000.0, 2600.0, 30.0),
+        "hammerhead-45": (8000.0, 2350.0, 45.0),
+        "hammerhead-65": (10_000.0, 2100.0, 65.0),
+        "hammerhead-75": (20_000.0, 4000.0, 75.0),
+        "luffing-40": (8000.0, 2850.0, pytest.approx(39.0877, abs=1e-4)),
+        "mobile-60t": (14_000.0, 1300.0, pytest.approx(31.4271, abs=1e-4)),
+    }
