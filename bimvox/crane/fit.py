@@ -153,7 +153,7 @@ def served(
 ) -> NDArray[np.bool_]:
     """Return (B, N) whether a crane on each base carries each mass at its point, high enough."""
     different, which = np.unique(masses_kg, return_inverse=True)
-    limits = np.array([allowed_radii_m(crane, float(mass)) for mass in different])[which.ravel()]
+    limits = np.array([allowed_radii_m(crane, float(mass)) for mass in different]).reshape(-1, 2)[which.ravel()]
     radii = distances_m(bases_m, points_m)
     able: NDArray[np.bool_] = (radii >= limits[:, 0] + margin_m) & (radii <= limits[:, 1] - margin_m)
     if crane.luffing is not None:

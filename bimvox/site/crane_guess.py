@@ -39,6 +39,9 @@ class Unserved:
     mass_kg: float
     reason: str
 
+    def __str__(self) -> str:
+        return f"{self.reason}; {self.name} weighs {self.mass_kg / 1000.0:.1f} t"
+
 
 @dataclass(frozen=True, slots=True)
 class CraneFit:
@@ -52,7 +55,7 @@ class CraneFit:
         crane: The crane on that base; None if the mast has no place.
         parts: How many parts there are.
         unserved: The parts that it cannot set, the largest load moment first.
-        whole_yard: Whether it carries the heaviest part at every corner of the yard.
+        yard: Why it does not carry the heaviest part at every corner of the yard; empty if it does.
         utilisation: Highest share of its capacity, over the parts that it sets; 0 if there is none.
         radius_m: Largest radius, over the parts that it sets.
     """
@@ -64,7 +67,7 @@ class CraneFit:
     crane: TowerCrane | None
     parts: int
     unserved: tuple[Unserved, ...]
-    whole_yard: bool
+    yard: str
     utilisation: float
     radius_m: float
 
@@ -79,10 +82,9 @@ class CraneFit:
         if self.crane is None:
             return "its mast has no place around the building, clear of the yard"
         if self.unserved:
-            worst, more = self.unserved[0], len(self.unserved) - 1
-            others = f", and {more} more" if more else ""
-            return f"{worst.reason}; {worst.name} weighs {worst.mass_kg / 1000.0:.1f} t{others}"
-        return "" if self.whole_yard else "does not carry the heaviest part at every corner of the yard"
+            more = len(self.unserved) - 1
+            return f"{self.unserved[0]}" + (f", and {more} more" if more else "")
+        return self.yard
 
 
 def guess_crane(
@@ -138,11 +140,10 @@ def compare_cranes(
     """Yield how each of the machines serves a site; the arguments are those of :func:`guess_crane`."""
     site = _site(components, footprint_m, yards, top_m)
     for machine in machines:
-        whole = site.serving(machine, strict=True)
-        crane = whole or site.serving(machine, strict=False)
+        crane = site.serving(machine, strict=True) or site.serving(machine, strict=False)
         if crane is None and (found := site.most(machine)) is not None:
             crane = found[2]
-        yield site.fit(machine, crane, whole_yard=whole is not None)
+        yield site.fit(machine, crane)
 
 
 def fit_here(components: Sequence[Element], yards: Sequence[Polygon], top_m: float, crane: TowerCrane) -> CraneFit:
@@ -150,7 +151,7 @@ def fit_here(components: Sequence[Element], yards: Sequence[Polygon], top_m: flo
     site = _site(components, np.zeros((2, 2)), yards, top_m)
     length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
     jib = Machine(crane.machine or crane.name, crane.kind, "", (length_m,), (crane,))
-    return site.fit(jib, crane, whole_yard=site.corners_served(crane))
+    return site.fit(jib, crane)
 
 
 def _site(
@@ -239,61 +240,66 @@ class _Site:
                 best = (*found[1:], found[0])
         return best
 
-    def corners_served(self, crane: TowerCrane) -> bool:
-        """Return whether a crane carries the heaviest part at every corner of the yard, from where it stands."""
-        corners = np.concatenate([np.zeros((0, 2)), *self._yards])
-        heaviest = np.full(len(corners), self._masses.max())
-        return bool(served(crane, _base(crane), corners, heaviest, self._height_m(crane), 0.0).all())
-
     def _height_m(self, crane: TowerCrane) -> float:
         return float(np.ceil((self._top_m + crane.sling_m) * 2) / 2)
 
-    def fit(self, machine: Machine, crane: TowerCrane | None, *, whole_yard: bool) -> CraneFit:
+    def fit(self, machine: Machine, crane: TowerCrane | None) -> CraneFit:
         """Return how a crane serves the parts from where it stands."""
         who = (machine.name, machine.kind, machine.load_moment_tm)
         if crane is None:
-            return CraneFit(*who, max(machine.jibs_m), None, len(self._masses), (), False, 0.0, 0.0)
-        height_m = self._height_m(crane)
-        able = served(crane, _base(crane), self._places, self._masses, height_m, 0.0)[0]
+            return CraneFit(*who, max(machine.jibs_m), None, len(self._masses), (), "", 0.0, 0.0)
+        able = self._served(crane, self._places)
         from_yard = np.full_like(able, not len(self._middles))
         for middle in self._middles:
-            there = np.broadcast_to(middle, self._places.shape)
-            from_yard |= served(crane, _base(crane), there, self._masses, height_m, 0.0)[0]
+            from_yard |= self._served(crane, np.broadcast_to(middle, self._places.shape))
         radii = distances_m(_base(crane), self._places)[0]
         used = (self._masses + crane.tackle_kg) / np.maximum(capacity_kg(crane.chart, radii), 1e-9)
         done = able & from_yard
+        in_yard = float(distances_m(_base(crane), self._middles).min(initial=np.inf))
         by_moment = np.argsort(-self._masses * np.maximum(radii, 1.0), kind="stable")
-        unserved = tuple(
-            Unserved(
-                self._components[i].id,
-                self._components[i].name or self._components[i].id,
-                float(self._masses[i]),
-                self._reason(crane, float(radii[i]), float(self._masses[i]), at_place=not able[i]),
-            )
+        unserved = [
+            self._unserved(i, crane, in_yard if able[i] else float(radii[i]), " in the yard" if able[i] else "")
             for i in by_moment[~done[by_moment]].tolist()
-        )
+        ]
         length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
         highest, furthest = (float(values[done].max(initial=0.0)) for values in (used, radii))
-        return CraneFit(*who, length_m, crane, len(radii), unserved, whole_yard, highest, furthest)
+        yard = self._corner(crane)
+        return CraneFit(*who, length_m, crane, len(radii), tuple(unserved), yard, highest, furthest)
 
-    def _reason(self, crane: TowerCrane, radius_m: float, mass_kg: float, *, at_place: bool) -> str:
-        """Return why a crane does not carry a mass to its place, or not from the yard."""
-        where = ""
-        if not at_place:
-            radius_m, where = float(distances_m(_base(crane), self._middles).min()), " in the yard"
+    def _served(self, crane: TowerCrane, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return (N,) whether a crane carries each part's mass at a point."""
+        able: NDArray[np.bool_] = served(crane, _base(crane), points, self._masses, self._height_m(crane), 0.0)[0]
+        return able
+
+    def _corner(self, crane: TowerCrane) -> str:
+        """Return why a crane does not carry the heaviest part at every corner of the yard; empty if it does."""
+        heaviest = int(np.argmax(self._masses))
+        corners = np.concatenate([np.zeros((0, 2)), *self._yards])
+        masses = np.full(len(corners), self._masses[heaviest])
+        able = served(crane, _base(crane), corners, masses, self._height_m(crane), 0.0)[0]
+        if able.all():
+            return ""
+        radii = distances_m(_base(crane), corners)[0][~able]
+        return str(self._unserved(heaviest, crane, float(radii.max()), " in the yard's corner"))
+
+    def _unserved(self, part: int, crane: TowerCrane, radius_m: float, where: str) -> Unserved:
+        """Return why a crane does not carry a part at a radius."""
+        element, mass_kg = self._components[part], float(self._masses[part])
+        reason = self._reason(crane, radius_m, mass_kg) + where
+        return Unserved(element.id, element.name or element.id, mass_kg, reason)
+
+    def _reason(self, crane: TowerCrane, radius_m: float, mass_kg: float) -> str:
         low_m, high_m = allowed_radii_m(crane, mass_kg)
         if radius_m < low_m:
-            return f"does not reach below {low_m:.1f} m, but {radius_m:.1f} m is needed{where}"
+            return f"does not reach below {low_m:.1f} m, but {radius_m:.1f} m is needed"
         if radius_m > crane.jib_length_m:
-            return f"reaches {crane.jib_length_m:.1f} m of the {radius_m:.1f} m needed{where}"
+            return f"reaches {crane.jib_length_m:.1f} m of the {radius_m:.1f} m needed"
         if radius_m > high_m:
             carries = max(0.0, capacity_kg(crane.chart, radius_m) - crane.tackle_kg)
-            return f"carries {carries / 1000.0:.1f} t at {radius_m:.1f} m{where}"
+            return f"carries {carries / 1000.0:.1f} t at {radius_m:.1f} m"
         assert crane.luffing is not None
         highest = float(highest_hooks_m(crane.luffing, np.array([radius_m]))[0])
-        return (
-            f"its hook reaches {highest:.1f} m of the {self._height_m(crane):.1f} m needed at {radius_m:.1f} m{where}"
-        )
+        return f"its hook reaches {highest:.1f} m of the {self._height_m(crane):.1f} m needed at {radius_m:.1f} m"
 
 
 def _base(crane: TowerCrane) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox.errors import InputError, listed
+from bimvox_cli.crane_fields import crane_fields
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
 from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps
 from bimvox_cli.output import fields, open_output, rows, spent
@@ -161,6 +162,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
             ("log", document["log"]),
             ("lifts", f"{len(planned):,} of {len(lifts):,} planned"),
             ("proof", verdict(_verdict(document), document, others=others)),
+            *crane_fields(document["cranes"]),
             *figure_fields(document["figures"]),
             ("policy", _policy(document["policy"])),
             ("retrained", _retrained(document.get("retrained"))),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bimvox_cli.crane_fields import crane_fields
 from bimvox_cli.options import Json, Log, Quiet
 from bimvox_cli.output import fields, open_output, rows, spent, written
 from bimvox_cli.remarks import Remarks, show_remarks, verdict
@@ -87,6 +88,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
         [
             ("lifts", f"{document['lifts']:,}{impossible}{carried}"),
             ("verified", verdict(_verdict(document), document, others=document["by_other_means"])),
+            *crane_fields(document["cranes"]),
             ("provided that", "\n".join(document["conditions"]) if document["verified"] else None),
             ("took", spent(document["seconds"])),
         ],

@@ -16,6 +16,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "bimvox init sample_models/frame.ifc -o my.site.toml",
         'bimvox init sample_models/frame.ifc --select "IfcColumn" -o columns.site.toml --json',
     ),
+    "cranes": ("bimvox cranes", "bimvox cranes frame.site.toml --crane hammerhead --json"),
     "train": ("bimvox train frame.site.toml --steps 2000 --seed 1 --json",),
     "plan": (
         "bimvox plan frame.site.toml -o frame.mcap",
@@ -38,7 +39,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "bimvox render frame.mcap -o frame.html --no-proof --json",
     ),
     "report": ("bimvox report frame.mcap -o frame.report.html --json",),
-    "schema": ("bimvox schema site", "bimvox schema log --json"),
+    "schema": ("bimvox schema site", "bimvox schema crane", "bimvox schema log --json"),
     "policy": ("bimvox policy list --json",),
     "experiment": ("bimvox experiment paper -o results --seeds 1 --mode ours --quick",),
 }
@@ -52,6 +53,7 @@ READ_ON: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     "inspect": (("formats", "formats.md"),),
     "init": (("the site file", "formats/site.md"), ("tutorial", "tutorial.md")),
+    "cranes": (("cranes", "cranes.md"), ("the crane file", "formats/crane.md")),
     "train": (("policies", "formats.md"),),
     "plan": (("tutorial", "tutorial.md"), ("the site file", "formats/site.md"), ("the log", "formats/log.md")),
     "sweep": (("many sites", "fleets.md"), ("the sweep file", "formats/sweep.md")),

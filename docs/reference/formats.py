@@ -19,6 +19,7 @@ def format_pages() -> dict[str, str]:
     pages = {}
     for name, title in (
         ("site", "Site file"),
+        ("crane", "Crane file"),
         ("obstructions", "Obstruction file"),
         ("sweep", "Sweep file"),
         ("grid", "Grid file"),

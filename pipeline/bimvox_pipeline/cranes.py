@@ -83,7 +83,6 @@ def fit_document(fit: CraneFit) -> dict[str, Any]:
         "parts_served": 0 if crane is None else fit.parts - len(fit.unserved),
         "highest_utilisation": round(fit.utilisation, 4),
         "largest_radius_m": round(fit.radius_m, 3),
-        "whole_yard": fit.whole_yard,
         "cannot_lift": unserved_document(fit),
         "reason": fit.reason,
     }

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from bimvox.crane.identity import identity
 from bimvox.files import check_output, default_output, require_input
 from bimvox.library.log import write_log_file
 from bimvox.library.plan import plan as plan_site
@@ -88,6 +89,7 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
         )
     return {
         "verified": True,
+        "cranes": [identity(crane) for crane in site.cranes],
         "policy": policy.to_dict(),
         "figures": figures_document(plan_figures(proven.plan, proven.motions)),
         "lifts": lifts,

@@ -7,6 +7,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from bimvox.crane.identity import identity
 from bimvox.library.own_files import only_as_cells
 from bimvox.library.verify import prove, prove_further, read_whole
 from bimvox.log.mcap.reader import Contents
@@ -45,6 +46,7 @@ def verify(
         "log": str(log),
         "verified": proof.verified,
         "bound_to": [name for name, file in given.items() if file is not None],
+        "cranes": [identity(crane) for crane in record.plan.site.cranes],
         "checks": _as_json(proof.checks),
         "conditions": _conditions(contents, record),
         "remarks": [remark.to_dict() for remark in record.remarks or ()],

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.identity import identity
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.luffing import LuffingJib, luff_of_radius
 from bimvox.crane.tower_crane import CranePose, TowerCrane
@@ -58,14 +59,13 @@ def crane_record(crane: TowerCrane, blob: Blob) -> dict[str, Any]:
     centres, owners = on_joints(lambda parts: np.array([block.centre_m for block in parts.blocks]))
     blocks = drawn[0].blocks
     return {
-        "name": crane.name,
+        **identity(crane),
         "kind": crane.kind,
         "luffing": None
         if jib is None
         else {"pivot_offset_m": jib.pivot_offset_m, "pivot_height_m": jib.pivot_height_m, "length_m": jib.length_m},
         "base_m": list(crane.base_m),
         "jib_height_m": crane.jib_height_m,
-        "jib_length_m": crane.jib_length_m,
         "min_radius_m": crane.min_radius_m,
         "mast_size_m": crane.mast_size_m,
         "sling_m": crane.sling_m,

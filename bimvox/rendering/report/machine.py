@@ -60,6 +60,8 @@ def _crane(
     jib = f"{machine['jib_length_m']:.4g} m long, {machine['jib_height_m']:.4g} m high"
     own = [
         ("Crane", f"<b>{escape(machine['name'])}</b>, foot at x, y, z {base} m"),
+        ("Machine", escape(machine["machine"]) if machine["machine"] != machine["name"] else ""),
+        ("Override", _overrides(machine["overrides"])),
         ("Luffing", _luffing_words(machine["luffing"])),
         ("Jib", f"{jib}, hook from {machine['min_radius_m']:.4g} m"),
         ("Rigging", f"{rigging} t, slings {machine['sling_m']:g} m high"),
@@ -82,6 +84,12 @@ def _crane(
         title, terms(own), tag("table", tag("tbody", chart), "chartrow"), tag("div", drawn, "sheet"),
         paragraph(note, "faint"),
     )  # fmt: skip
+
+
+def _overrides(found: Sequence[dict[str, str]]) -> str:
+    """Return what the site file changes in the machine; empty if it changes nothing."""
+    changed = (f"{one['key']}: {one['site']} instead of {one['catalogue']}" for one in found)
+    return escape("; ".join(changed))
 
 
 def _working_range(given: dict[str, Any]) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.identity import identity
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.figures import hook_travel_m
 from bimvox.records.lift import Lift, Status
@@ -140,17 +141,15 @@ def _site(site: Site) -> dict[str, Any]:
 
 def _crane(crane: TowerCrane) -> dict[str, Any]:
     return {
-        "name": crane.name,
+        **identity(crane),
         "kind": crane.kind,
         "luffing": _luffing(crane),
         "base_m": list(crane.base_m),
         "jib_height_m": crane.jib_height_m,
-        "jib_length_m": crane.jib_length_m,
         "min_radius_m": crane.min_radius_m,
         "sling_m": crane.sling_m,
         "rigging_mass_kg": crane.rigging_mass_kg,
         "hook_block_kg": crane.hook_block_kg,
-        "falls": crane.falls,
         "gears": [list(gear) for gear in crane.gears],
         "max_wind_m_s": crane.max_wind_m_s,
         "working_range": {

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bimvox.crane.identity import identity
 from bimvox_pipeline.inspect.map_frame import ifc_to_map
 
 if TYPE_CHECKING:
@@ -71,9 +72,8 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
 
 def _crane(crane: TowerCrane) -> dict[str, Any]:
     return {
-        "name": crane.name,
+        **identity(crane),
         "base_m": list(crane.base_m),
-        "jib_length_m": crane.jib_length_m,
         "jib_height_m": crane.jib_height_m,
         "capacity_at_jib_end_t": crane.chart.capacity_kg[-1] / 1000,
         "largest_capacity_t": crane.chart.capacity_kg[0] / 1000,

@@ -162,6 +162,13 @@ export class Details {
     return parts;
   }
 
+  /** What the site file changes in the machines. */
+  _overrides() {
+    return cranesOf(this.app.document).flatMap((crane) =>
+      crane.overrides.map((one) => [`Override, ${crane.name}`, `${one.key}: ${one.site} instead of ${one.catalogue}`]),
+    );
+  }
+
   /** For several cranes: name, lifts, and share of the time that each works. */
   _cranes() {
     const { plan, document } = this.app;
@@ -215,6 +222,7 @@ export class Details {
         ["Crane time", revision.timed ? span(revision.ends_s - revision.begins_s) : "no crane: nominal times, 1 s per move"],
         ["Crane", cranesOf(app.document).length > 1 ? null : app.document.crane?.name],
         ...this._cranes(),
+        ...this._overrides(),
         ["Rigging", app.document.crane ? tonnes(app.document.crane.rigging_mass_kg) : null],
         ["Mass lifted", tonnes(app.plan.lifts.filter((lift) => lift.status === "planned").reduce((sum, lift) => sum + app.parts[lift.part].mass_kg, 0))],
         ["Found by", [...shares].map(([method, count]) => `${METHODS[method] ?? method} ${count}`).join(", ")],
