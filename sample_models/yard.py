@@ -10,6 +10,8 @@ from sample_models.mesh_files import Body, glb_bytes, stl_text
 CONTAINER_M = (6.058, 2.438, 2.591)
 """Outer size of a 20-foot container (ISO 668, 1CC)."""
 RIBS, RIB_DEPTH_M = 5, 0.036
+WALL_M = 0.02
+"""Least thickness of walls, floor and lid: at the default density of a mesh, a container weighs about 5 t."""
 GAP_M = 0.112
 """Gap between neighbouring containers: the row's pitch is 2.55 m."""
 
@@ -32,7 +34,7 @@ def yard_bodies() -> tuple[Body, ...]:
     places = [(20.0, 4.0 + pitch * i, 0.0) for i in range(4)] + [
         (20.0, 4.0 + pitch * i, CONTAINER_M[2]) for i in (0, 1)
     ]
-    vertices, faces = _container()
+    vertices, faces = _joined(_container(), _cavity())
     containers = [Body(f"container-{i}", "container-20ft", vertices, faces, at) for i, at in enumerate(places, start=1)]
     excavator = Body("excavator", "excavator", *_excavator(), (13.0, 8.0, 0.0))
     ground = Body("ground", "ground", *_box((0, 0, -0.2), (40, 30, 0)))
@@ -73,6 +75,13 @@ def _container() -> Mesh:
     lid = [[(n + i, n + i + 1, 2 * n - 2 - i), (n + i, 2 * n - 2 - i, 2 * n - 1 - i)] for i in range(half - 1)]
     floor = [[(i + 1, i, n - 2 - i), (n - 2 - i, i, n - 1 - i)] for i in range(half - 1)]
     return vertices, np.array([t for pair in (*sides, *lid, *floor) for t in pair], dtype=np.int32)
+
+
+def _cavity() -> Mesh:
+    """Return the inside of a container, facing inwards: walls, floor and lid have a mass of their own."""
+    (length, width, height), wall = CONTAINER_M, WALL_M + RIB_DEPTH_M
+    vertices, faces = _box((WALL_M, wall, WALL_M), (length - WALL_M, width - wall, height - WALL_M))
+    return vertices, faces[:, ::-1]
 
 
 def _rib(pitch_m: float, slope_m: float) -> list[tuple[float, float]]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bimvox.site.component import Component, IntVec, Shape, StoredPose
 from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape, turning_columns
 from bimvox.site.site import Blocker, Site
-from bimvox.site.sparse import SPARSE
+from bimvox.sparse import SPARSE
 
 
 class Method(StrEnum):

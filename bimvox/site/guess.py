@@ -120,7 +120,7 @@ def complete_config(config: SiteConfig, building: Building, machines: Sequence[M
 
 
 def complete_with_placed(
-    config: SiteConfig, placed: Building, lifted: Sequence[Element], machines: Sequence[TowerCrane] = ()
+    config: SiteConfig, placed: Building, lifted: Sequence[Element], machines: Sequence[Machine] = ()
 ) -> SiteConfig:
     """Return a site file with areas, crane and cell size filled in; the height of the ground is left as it is.
 

@@ -48,9 +48,12 @@ def test_bodies_are_closed_and_face_outwards(samples: Path, name: str) -> None:
     for body, mesh in bodies_of(samples / name).items():
         mesh.merge_vertices()
         assert mesh.is_watertight, body
-        assert all(shell.volume > 0 for shell in mesh.split(only_watertight=False)), body
-    corrugated = bodies_of(samples / name)["container-3"].volume / np.prod(CONTAINER_M)
-    assert 0.95 < corrugated < 1.0
+        volumes = sorted(shell.volume for shell in mesh.split(only_watertight=False))
+        cavities = [volume for volume in volumes if volume < 0]
+        assert len(cavities) == body.startswith("container"), body
+        if cavities:
+            assert 0.95 < volumes[-1] / np.prod(CONTAINER_M) < 1.0
+            assert 1.0 < mesh.volume < 3.0  # walls: about 5 t at the default density
 
 
 def test_stacked_containers_stand_exactly_on_those_below() -> None:
