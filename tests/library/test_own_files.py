@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from named_cranes import BUILT_IN
 
 import bimvox
-from bimvox.crane.catalogue import BUILT_IN
 from bimvox.grid.labels import Label
 from bimvox.library.own_files import check_own_files
 from bimvox.log.plan_log import PlanLog
