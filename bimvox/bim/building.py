@@ -23,6 +23,13 @@ class Role(StrEnum):
     """Terrain."""
 
 
+class Casting(StrEnum):
+    """Where a concrete part is cast, as its source states it."""
+
+    PRECAST = "precast"
+    IN_SITU = "in_situ"
+
+
 def part_name(id_: str, *names: str) -> str:
     """Return the first name that is not empty, with the id in brackets; the id alone if there is no other name."""
     name = next(filter(None, names), id_)
@@ -96,6 +103,7 @@ class Element:
         task_rank: Rank of that task among all tasks, from 0.
         lifting_points_m: (x, y, z) of its lifting anchors, metres in the building's frame; empty if none are modelled.
         predefined_type: Its IFC predefined type in capitals, for example ``HOLLOWCORE``, if any.
+        casting: Whether its source states that it is precast, or cast in place; None if it states neither.
     """
 
     id: str
@@ -116,6 +124,7 @@ class Element:
     task_rank: int | None = None
     lifting_points_m: tuple[tuple[float, float, float], ...] = ()
     predefined_type: str | None = None
+    casting: Casting | None = None
 
     @property
     def label(self) -> str:

@@ -273,7 +273,7 @@ class CraneLiftMaker:
     def other_means_since(self, before: Lift, until: Lift | None) -> list[NDArray[np.int32]]:
         """Return cells of parts that come by other means after a lift, before another; nobody knows when they come."""
         last = len(self.plan.lifts) if until is None else until.order
-        coming = (one for one in self.plan.lifts if one.by_other_means and before.order < one.order < last)
+        coming = (one for one in self.plan.lifts if one.is_set_otherwise and before.order < one.order < last)
         return [target_cells(self.site.components[one.component]) for one in coming]
 
     def _early(

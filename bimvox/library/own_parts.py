@@ -11,6 +11,7 @@ from bimvox.site.assign import assigned
 from bimvox.site.build import left_out
 from bimvox.site.component import Component, OrderHints
 from bimvox.site.config import SiteConfig
+from bimvox.site.means import means_of
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import entries_by_id, first_ids, stored_as
 from bimvox.site.site import Site
@@ -64,8 +65,11 @@ def compare_parts(check: Check, site: Site, config: SiteConfig, building: Buildi
     elements = building.elements[: len(site.components)]
     entries = entries_by_id(config, building.elements)
     hints = order_hints(config, elements, first_ids(config, elements), ())
+    means = means_of(elements, entries, config.means)
     for part, element in zip(site.components, elements, strict=True):
         check.about = part.id
+        same(check, f"{part.label}: means", part.means, means[part.id].means, source)
+        same(check, f"{part.label}: means_reason", part.means_reason, means[part.id].why, source)
         wanted = stored_as(element, entries.get(part.id), site.frame)
         same_fields(check, f"{part.label}: ", part, wanted, source)
         _compare_hints(check, part, hints[part.id], config, source)

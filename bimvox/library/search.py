@@ -22,7 +22,7 @@ from bimvox.proof.motion import verify_motions
 from bimvox.proof.over_time import begins_ns, epochs_of
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.space import ALWAYS_NS
-from bimvox.records.lift import Lift, Status
+from bimvox.records.lift import NOT_LIFTED, Lift, Status
 from bimvox.records.proof import Check, Verification
 from bimvox.records.reasons import LOAD_IS_HELD, OF_A_STOP, OF_THE_PATH
 from bimvox.site.site import Site
@@ -110,7 +110,9 @@ class _Searched:
                 self._assembly.skip(lift.component)
             else:
                 self._check.about = self._site.components[lift.component].id
-                if not is_planned:
+                if lift.status in NOT_LIFTED:
+                    self._assembly.skip(lift.component)
+                elif not is_planned:
                     self._look_infeasible(lift)
                 elif lift.left:
                     self._look_redirected(lift)

@@ -11,6 +11,7 @@ from bimvox.bim.building import Building, Element, Role, Source, TriangleMesh
 from bimvox.site.component import Component
 from bimvox.site.config import SiteConfig
 from bimvox.site.guess import complete_with_placed
+from bimvox.site.means import Means
 from bimvox.site.placement import ground_height_m, lowest_m
 from bimvox.site.site import Site
 
@@ -44,7 +45,10 @@ def completed(config: SiteConfig, site: Site, building: Building) -> SiteConfig:
     if config.model.ground_m is None:  # the choice is made with the lowest point at z = 0
         shift_m = np.array([0.0, 0.0, lowest_m(building)])
         placed = replace(building, elements=tuple(_moved(element, shift_m) for element in building.elements))
-    config = complete_with_placed(config, placed, placed.elements[: len(site.components)])
+    lifted = [
+        element for element, part in zip(placed.elements, site.components, strict=False) if part.means is Means.CRANE
+    ]
+    config = complete_with_placed(config, placed, lifted)
     if config.model.ground_m is None:
         assert config.model.voxel_size_m is not None
         in_model = replace(building, origin_m=site.site_to_ifc[:3, 3])
@@ -67,6 +71,7 @@ def _lifted(component: Component) -> Element:
         assembly=hints.assembly,
         task=hints.task,
         task_rank=hints.task_rank,
+        casting=component.casting,
     )
 
 

@@ -12,7 +12,8 @@ from bimvox.errors import listed
 from bimvox.log import schema as topics
 from bimvox.log.mcap.messages import pairs, stamp
 from bimvox.log.plan_log import LogEvent, PlanLog
-from bimvox.records.lift import Status
+from bimvox.records.lift import NOT_LIFTED, Status
+from bimvox.records.not_lifted import not_lifted_groups
 from bimvox.records.other_means import clock, needed_by_ns
 from bimvox.records.remark import Remark, Severity
 from bimvox.records.track import LoadTrack
@@ -45,7 +46,13 @@ def log_messages(
         for order, ns in needed_by_ns(lifts, record.motions).items()
     }
     planned = sum(lift.status is Status.PLANNED for lift in lifts)
-    yield _line(start_ns, Log.INFO, f"{site.name}: {planned} of {len(lifts)} lifts planned")
+    wanted = sum(lift.status not in NOT_LIFTED for lift in lifts)
+    yield _line(start_ns, Log.INFO, f"{site.name}: {planned} of {wanted} lifts planned")
+    for group in not_lifted_groups(site, lifts, record.motions):
+        by = "" if group.needed_by_ns is None else f", needed by {clock(group.needed_by_ns)}"
+        where = "" if group.storey is None else f" of {group.storey}"
+        what = f"{group.kind}{where}: {len(group.lifts)} parts, {group.mass_kg / 1000.0:.2f} t"
+        yield _line(start_ns, Log.INFO, f"{group.means.value.replace('_', ' ')}: {what}{by}")
     if record.context:
         yield _line(start_ns, Log.INFO, f"this is an extract: {len(plan.lifts)} of {len(lifts)} lifts")
     for remark in remarks:

@@ -22,9 +22,10 @@ from bimvox.planning.propose import Propose, Transit
 from bimvox.planning.rollout import lifts_at_once
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
 from bimvox.progress import Report
-from bimvox.records.lift import Lift, LiftPlan, Method, Status, YardPlace
+from bimvox.records.lift import Lift, LiftPlan, Method, Status, YardPlace, not_lifted
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import IntVec
+from bimvox.site.means import Means
 from bimvox.site.site import Site
 
 _FIRST_LIMIT = 4_096
@@ -65,6 +66,10 @@ def plan_lifts(
     lifts: list[Lift] = []
     asked: list[tuple[Stage, Lift]] = []
     for number, index in enumerate(order):
+        if site.components[index].means is not Means.CRANE:
+            assembly.finish(index, placed=True)
+            lifts.append(not_lifted(site.components[index], number))
+            continue
         if kept is not None and index in kept:
             assembly.skip(index)
             assembly.finish(index, placed=kept[index].is_set)
@@ -80,12 +85,16 @@ def plan_lifts(
         lifts.append(lift)
         if policies and isinstance(stage, Stage) and lift.path_vox is not None and lift is not before.get(index):
             asked.append((stage, lift))
-        if len(asked) == lifts_at_once(site.shape) or number == len(order) - 1:
+        if len(asked) == lifts_at_once(site.shape):
             for proposed in _proposed(asked, policies):
                 lifts[proposed.order] = proposed
             asked.clear()
         if progress is not None:
             progress("lifts", number + 1 - len(asked), len(order))
+    for proposed in _proposed(asked, policies) if asked else ():
+        lifts[proposed.order] = proposed
+    if progress is not None:
+        progress("lifts", len(order), len(order))
     sequence = preparation.sequence
     unheld = tuple(site.components[i].id for i in sequence.unheld)
     return LiftPlan(site, tuple(lifts), preparation.contacts.clashes, sequence.notes, unheld)

@@ -28,6 +28,7 @@ from bimvox.site.collision import HOOK_FORBIDDEN
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.hook_room import hook_room
 from bimvox.site.margin import margin_vox
+from bimvox.site.means import Means
 from bimvox.site.shape import erection_size_vox, turned_hook, turned_shape, turning_columns
 from bimvox.site.site import Site
 
@@ -47,13 +48,16 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
         Per component (by index) its place; None if it does not fit into the empty yard, turned or not.
     """
     empty = _open_yard(site)
-    given = [index for index in order if site.components[index].start_vox is not None]
+    lifted = (index for index in order if site.components[index].means is Means.CRANE)
+    given = [index for index in lifted if site.components[index].start_vox is not None]
     places: list[YardPlace | None] = [None] * len(site.components)
     free, delivery, load_kg = _without_given(site, empty, given), 0, list[float]()
     times = [_YardTimes(site, travel) for travel in travels]
     before: dict[int, Component] = {}
     for index in order:
         component = site.components[index]
+        if component.means is not Means.CRANE:
+            continue
         fresh = _without_given(site, empty, given) if load_kg else free
         if load_kg and 0.0 < site.rules.truckload_kg < sum(load_kg) + component.mass_kg:
             free, delivery, load_kg = fresh, delivery + 1, []

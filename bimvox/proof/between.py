@@ -36,10 +36,11 @@ class EmptyWay(NamedTuple):
 
 
 def one_way(site: Site, moment: Moment, motion: LiftMotion) -> tuple[EmptyWay, ...]:
-    """Return the approach of a site's only crane, with what is on the site just before the lift."""
+    """Return the approach of a site's only crane, with what is on the site when the hook leaves the part before."""
     if motion.approach is None or moment.before is None:
         return ()
-    present, place = moment.present, moment.lift.place
+    present = tuple(thing for thing in moment.present if thing not in moment.arrived)
+    place = moment.lift.place
     if place is not None:
         own = place.shape.cells + np.array(place.cell_vox, np.int32)
         present = (*present, Thing(site.components[moment.lift.component].id, own, NO_SOLID))
@@ -113,7 +114,7 @@ class Between:
         if motion is not None:
             return motion.set_ns < end_ns
         earlier = [one.order for one in self._lifts if one.order < lift.order and one.status is Status.PLANNED]
-        if lift.order <= since or not lift.by_other_means or any(order not in self._motions for order in earlier):
+        if lift.order <= since or not lift.is_set_otherwise or any(order not in self._motions for order in earlier):
             return lift.order <= since
         return all(self._motions[order].released_ns < end_ns for order in earlier)
 

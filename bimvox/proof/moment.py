@@ -68,12 +68,15 @@ class Moment:
         before: The planned lift before it; None for the first.
         present: Fixed things, parts in place, and parts of the same delivery that wait in the yard; not its own part.
         placed: Indices of the components in place.
+        arrived: Those of the present things that came by other means than the crane since the lift before it. They come
+            after the hook has left the part before: they are not in the way of its approach.
     """
 
     lift: Lift
     before: Lift | None
     present: tuple[Thing, ...]
     placed: frozenset[int]
+    arrived: frozenset[Thing] = frozenset()
 
 
 def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
@@ -89,6 +92,7 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
     standing: list[Thing] = []
     placed: set[int] = set()
     before: Lift | None = None
+    arrived: list[Thing] = []
     delivery = 0
     for lift in lifts:
         if lift.place is not None:
@@ -102,10 +106,13 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
             waiting = [
                 thing for other, thing in delivered[delivery] if other is not lift and other.component not in placed
             ]
-            yield Moment(lift, before, (*fixed, *standing, *waiting), frozenset(placed))
+            yield Moment(lift, before, (*fixed, *standing, *waiting), frozenset(placed), frozenset(arrived))
         placed.add(lift.component)
         standing.append(set_thing(site, lift))
-        before = lift if is_planned else before
+        if is_planned:
+            before, arrived = lift, []
+        else:
+            arrived.append(standing[-1])
 
 
 def _delivered(site: Site, lifts: Sequence[Lift], delivery: int) -> Iterator[tuple[Lift, Thing]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status
 from bimvox.records.proof import Check
 
 _KINDS = frozenset(("ground", "crane", "structure", "obstruction"))
@@ -38,10 +38,10 @@ def check_names(check: Check, plan: LiftPlan, context: Collection[Lift]) -> None
         check.look(blocker.kind in _KINDS, f"fixed object {blocker.id!r}: there is no kind {blocker.kind!r}")
     for lift in (*plan.lifts, *context):
         name = f"lift {lift.number} ({site.components[lift.component].label})"
-        refused = lift.reason is not None or lift.blocked_by
+        why = site.components[lift.component].means_reason if lift.status in NOT_LIFTED else None
         check.look(
-            lift.status is Status.INFEASIBLE or not refused,
-            f"{name}: it is planned, yet it says why it is not possible",
+            lift.status is Status.INFEASIBLE or (lift.reason == why and not lift.blocked_by),
+            f"{name}: it is {lift.status.value}, yet it says why it is not possible",
         )
         for other in lift.blocked_by:
             check.look(other in known, f"{name}: it is blocked by {other!r}, which is not on the site")

@@ -24,9 +24,10 @@ from bimvox.proof.slings import check_slings
 from bimvox.proof.space import whole_cells
 from bimvox.proof.stands import check_stands
 from bimvox.proof.triangles import TriangleCheck
-from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
+from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.site.component import Component, StoredPose
+from bimvox.site.means import Means
 from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
 
 CHECKS = (
@@ -135,6 +136,11 @@ class _Verifier:
             check.look(good or lift.path_vox is None, f"{self._name(lift)}: its path and its status disagree")
             if lift.status is Status.INFEASIBLE:
                 check.look(bool(lift.reason), f"{self._name(lift)}: infeasible without a reason")
+            means = self.site.components[lift.component].means
+            check.look(
+                lift.status.value == means.value if lift.status in NOT_LIFTED else means is Means.CRANE,
+                f"{self._name(lift)}: its means is {means.value}, but its lift is {lift.status.value}",
+            )
             allowed = lift.status is Status.INFEASIBLE and self.site.rules.by_other_means
             check.look(
                 allowed or not lift.by_other_means,

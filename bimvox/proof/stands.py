@@ -43,7 +43,7 @@ def check_stands(
         component = site.components[lift.component]
         thing = set_thing(site, lift)
         cells = thing.cells
-        if lift.order in proven or lift.by_other_means or component.id in unheld:
+        if lift.order in proven or lift.is_set_otherwise or component.id in unheld:
             _hold(held, cells)
             continue
         check.about = component.id

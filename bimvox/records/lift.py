@@ -28,6 +28,13 @@ class Status(StrEnum):
 
     PLANNED = "planned"
     INFEASIBLE = "infeasible"
+    IN_SITU = "in_situ"
+    """No lift of the crane: its part is cast, or built up, in its place when it is its turn."""
+    BY_HAND = "by_hand"
+    """No lift of the crane: a few people set its part when it is its turn."""
+
+
+NOT_LIFTED = frozenset((Status.IN_SITU, Status.BY_HAND))
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
@@ -76,6 +83,11 @@ class YardPlace:
         return cells
 
 
+def not_lifted(component: Component, order: int) -> Lift:
+    """Return the entry in the sequence of a part that is no lift of the crane."""
+    return Lift(component.index, order, None, Status(component.means.value), reason=component.means_reason)
+
+
 def yard_place(
     component: Component, delivery: int, pose: StoredPose, cell_vox: IntVec, *, turn: int = 0, rise_vox: int = 1
 ) -> YardPlace:
@@ -117,7 +129,7 @@ class Lift:
         shortest_moves: The fewest unit moves possible under the same rules; None if infeasible, or if no longer known:
             the path was kept when something on the site changed.
         contact_moves: How many of the last placements were cleared by the narrow phase.
-        reason: Why it is infeasible, in one sentence.
+        reason: Why it is infeasible, or no lift of the crane, in one sentence.
         blocked_by: Ids of what blocks it.
         left: Earlier paths of the load, if it was stopped in transit; in order.
         by_other_means: Whether the part of an infeasible lift counts as set by other means than the crane: from its
@@ -140,13 +152,18 @@ class Lift:
 
     @property
     def is_set(self) -> bool:
-        """Whether its part is in place after its turn, set by the crane or by other means."""
-        return self.status is Status.PLANNED or self.by_other_means
+        """Whether its part is in place after its turn, set by the crane or otherwise."""
+        return self.status is not Status.INFEASIBLE or self.by_other_means
+
+    @property
+    def is_set_otherwise(self) -> bool:
+        """Whether its part is in place after its turn, but not set by the crane."""
+        return self.is_set and self.status is not Status.PLANNED
 
     @property
     def in_yard(self) -> YardPlace | None:
         """Where its part waits in the yard; None if it never lies there."""
-        return None if self.by_other_means else self.place
+        return None if self.is_set_otherwise else self.place
 
     @property
     def number(self) -> int:
@@ -231,7 +248,7 @@ class LiftPlan:
 
     Attributes:
         site: The planned site.
-        lifts: One per component, ascending ``order``; infeasible ones included.
+        lifts: One per component, ascending ``order``; those that are infeasible, or no lift of the crane, included.
         clashes: Pairs that overlap in the model; such a pair may overlap by no more than the model does.
         notes: Notes for the reader (unsupported parts, interlocked groups ...), one sentence each.
         unheld: Ids of parts that are set before anything that could support them: their support is not in the model.

@@ -14,9 +14,10 @@ def by_other_means(lifts: Iterable[Lift]) -> tuple[Lift, ...]:
 
 
 def needed_by_ns(lifts: Iterable[Lift], motions: Iterable[LiftMotion]) -> dict[int, int | None]:
-    """Return when each part that is set by other means is needed, by order: when the next part is set.
+    """Return when each part that the crane does not set is needed, by order: when the next part is set.
 
-    It must not be there before all earlier parts of the sequence are set. None if no later part has a time.
+    Those are the parts that are set by other means or by hand, or cast in place. None of them may be there before all
+    earlier parts of the sequence are set. None if no later part has a time.
 
     Args:
         lifts: All lifts of a plan.
@@ -25,7 +26,8 @@ def needed_by_ns(lifts: Iterable[Lift], motions: Iterable[LiftMotion]) -> dict[i
     set_ns = {motion.order: motion.set_ns for motion in motions}
     return {
         lift.order: min((at_ns for order, at_ns in set_ns.items() if order > lift.order), default=None)
-        for lift in by_other_means(lifts)
+        for lift in lifts
+        if lift.is_set_otherwise
     }
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from bimvox.proof.over_time import not_current
-from bimvox.records.lift import Lift, LiftPlan
+from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.remarks.subject import name_of
 from bimvox.site.crew_times import crew_times
 from bimvox.site.site import SwingRule
 
 _NAMED = 3
+_TURN = "when it is their turn: after the hook has left the part before, and before the next part is set"
 
 
 def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()) -> tuple[str, ...]:
@@ -41,8 +42,13 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
     lifts = sorted((*plan.lifts, *context), key=lambda lift: lift.order)
     say(
         [site.components[lift.component].id for lift in lifts if lift.by_other_means],
-        "parts are set by other means when it is their turn: after all earlier parts of the sequence, before all later",
+        f"parts are set by other means {_TURN}",
     )
+    for status, done in ((Status.IN_SITU, "cast in place"), (Status.BY_HAND, "set by hand")):
+        say(
+            [site.components[lift.component].id for lift in lifts if lift.status is status],
+            f"parts are {done} {_TURN}",
+        )
     say(
         [site.components[lift.component].id for lift in lifts if not lift.is_set],
         "infeasible parts are not there while the others are lifted, or are set by other means out of their way",

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
-
-from bimvox.bim.building import TriangleMesh
 from bimvox.proof.kept import kept
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, about, metres, tonnes
 from bimvox.site.component import Component
+from bimvox.site.limits import FEW_HANDS_KG, ROAD_HEIGHT_M, ROAD_KG, ROAD_LENGTH_M, ROAD_WIDTH_M
+from bimvox.site.upright_box import sizes_m
 
 TRANSPORT = "transport"
 HAND_LOAD = "hand_load"
@@ -28,19 +25,8 @@ TRUCK_HEIGHT_M = 2.8
 PANEL_HEIGHT_M, PANEL_LENGTH_M, PANEL_WIDTH_M = 3.65, 9.5, 1.5
 """A panel that stands between the wheels of an inloader, whose floor is 0.35 m above the road (data sheets)."""
 
-ROAD_KG = 70_000.0
-"""The heaviest precast girders that go by road as a single load (professional judgement)."""
-ROAD_LENGTH_M = 40.0
-"""The longest girders on a steered dolly (professional judgement)."""
-ROAD_WIDTH_M = 5.5
-"""Wider than two lanes of a main road less their margins (professional judgement)."""
-ROAD_HEIGHT_M = 4.0
-"""4.7 m under most bridges less a low bed's deck of 0.7 m (professional judgement)."""
-
 HAND_KG = 25.0
 """What one person lifts close to the body: HSE, Manual handling at work (INDG143), figure 1."""
-FEW_HANDS_KG = 75.0
-"""What three people or a small hoist handle; a crane lifts such parts by the bundle (professional judgement)."""
 
 
 def transport(subject: Subject) -> Iterator[Remark]:
@@ -58,7 +44,7 @@ def transport(subject: Subject) -> Iterator[Remark]:
 
 def _by_road(component: Component) -> Remark | None:
     """Return a remark about a part that no ordinary lorry carries; it is loaded on the side that suits best."""
-    length_m, width_m, height_m = sizes_m(component.mesh)
+    length_m, width_m, height_m = _sizes_m(component.mesh)
     said = []
     panel = length_m <= PANEL_LENGTH_M and width_m <= PANEL_HEIGHT_M and height_m <= PANEL_WIDTH_M
     if component.mass_kg > TRUCK_KG:
@@ -80,29 +66,4 @@ def _by_road(component: Component) -> Remark | None:
     return about(component, TRANSPORT, Severity.MINOR, f"{what}: a special transport with a permit")
 
 
-@kept
-def sizes_m(mesh: TriangleMesh) -> tuple[float, float, float]:
-    """Return the edges of a part's smallest upright box, the longest first; it may be turned about the vertical."""
-    low, high = mesh.bounds_m
-    outline = _outline(mesh.vertices_m[:, :2])
-    edges = np.roll(outline, -1, axis=0) - outline
-    lengths = np.hypot(*edges.T)
-    along = edges[lengths > 0.0] / lengths[lengths > 0.0, None]
-    if len(along):
-        first = outline @ along.T
-        second = outline @ np.stack([-along[:, 1], along[:, 0]])
-        spans = np.stack([np.ptp(first, axis=0), np.ptp(second, axis=0)])
-        plan = spans[:, int(np.argmin(np.round(spans.prod(axis=0), 6)))]
-    else:
-        plan = (high - low)[:2]
-    x, y, z = sorted((*plan.tolist(), float(high[2] - low[2])), reverse=True)
-    return x, y, z
-
-
-def _outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the corners of the convex outline of (N, 2) points; of their box if they are on a line."""
-    try:
-        return np.asarray(points[ConvexHull(points).vertices], np.float64)
-    except (QhullError, ValueError):
-        (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
-        return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+_sizes_m = kept(sizes_m)

@@ -13,7 +13,7 @@ from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.planner import plan_lift, proposed_again, unplanned_lift
 from bimvox.planning.rounds import Refused
 from bimvox.proof.footprint import CellMask, examined_by
-from bimvox.records.lift import Lift, Status
+from bimvox.records.lift import NOT_LIFTED, Lift, Status
 from bimvox.revision.crane_work import CraneWork
 from bimvox.revision.current_plan import CurrentPlan
 from bimvox.revision.draft import RevisionDraft
@@ -83,6 +83,8 @@ class Replanning:
         self.touched.come_to(was)
         assembly.skip(was.component)
         lift = self.work.begun(self, was)
+        if lift is None and was.status in NOT_LIFTED:
+            lift = was
         if lift is None:
             lift = self._lift(assembly, was)
             if lift.status is Status.PLANNED:

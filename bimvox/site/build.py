@@ -12,7 +12,6 @@ from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.outline import highest_point_m
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import SelectionError
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.site.areas import columns_centred_in
@@ -23,6 +22,7 @@ from bimvox.site.config import SiteConfig
 from bimvox.site.crane_checks import check_cranes, crane_key
 from bimvox.site.digest import digest_of
 from bimvox.site.lifting import hung
+from bimvox.site.means import Means, means_of, nothing_to_lift
 from bimvox.site.obstructions.cells import Rasterise, cells_of_all, obstruction_cells
 from bimvox.site.obstructions.crowd import blockers_of
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet, Points
@@ -83,6 +83,7 @@ def build_site(
     entries = entries_by_id(config, (element for element, _ in parts))
     lifted = [e for e, _ in parts if e.role is Role.COMPONENT and not (e.id in entries and entries[e.id].pinned)]
     hints = order_hints(config, lifted, first_ids(config, lifted), model.connections)
+    means = means_of(lifted, entries, config.means)
     components: list[Component] = []
     blockers = [_ground(shape)]
     notes: list[str] = []
@@ -91,7 +92,9 @@ def build_site(
         entry = entries.get(element.id)
         if element.role is Role.COMPONENT and not (entry and entry.pinned):
             check_component(config, element, cells, frame, shape)
-            components.append(component_of(len(components), element, cells, entry, frame, hints[element.id]))
+            components.append(
+                component_of(len(components), element, cells, entry, frame, hints[element.id], means[element.id])
+            )
         elif element.role in (Role.COMPONENT, Role.STRUCTURE):
             if len(cells):
                 blockers.append(Blocker(element.id, "structure", _frozen(cells), element.mesh))
@@ -99,8 +102,8 @@ def build_site(
                 notes.append(left_out(element.id))
         elif element.role is Role.GROUND:
             ignored += 1
-    if not components:
-        raise SelectionError("nothing to lift: no part of the model is a component", hint="see [model] select")
+    if not any(component.means is Means.CRANE for component in components):
+        raise nothing_to_lift(components)
     if ignored:
         notes.append(f"{ignored} terrain element(s) are left out: the ground is taken as flat at z = 0")
     check_cranes(config, cranes, rules.crane_separation_m)
@@ -112,7 +115,7 @@ def build_site(
     columns = (shape[0], shape[1])
     construction = columns_centred_in([config.areas.construction] if config.areas.construction else [], frame, columns)
     yard = columns_centred_in(config.areas.yard or (), frame, columns) & ~construction
-    check_yard(config, yard, components, shape)
+    check_yard(config, yard, [one for one in components if one.means is Means.CRANE], shape)
     elements = {element.id: element for element, _ in parts}
     components = [
         hung(

@@ -8,7 +8,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import TriangleMesh, part_name
+from bimvox.bim.building import Casting, TriangleMesh, part_name
+from bimvox.site.means import Means
 from bimvox.sparse import SPARSE
 
 IntVec = tuple[int, int, int]
@@ -122,6 +123,9 @@ class Component:
         hints: Wishes about its position in the order.
         crane: Index in ``Site.cranes`` of the crane that lifts it.
         predefined_type: Its IFC predefined type in capitals, for example ``HOLLOWCORE``, if any.
+        means: How it gets to its place: lifted by the crane, cast there, or set by hand.
+        means_reason: Why the crane does not lift it; empty if it does.
+        casting: Whether its source states that it is precast, or cast in place.
     """
 
     index: int
@@ -149,6 +153,9 @@ class Component:
     sail_area_m2: float = 0.0
     crane: int = field(default=0, metadata=SPARSE)
     predefined_type: str | None = field(default=None, metadata=SPARSE)
+    means: Means = field(default=Means.CRANE, metadata=SPARSE)
+    means_reason: str = field(default="", metadata=SPARSE)
+    casting: Casting | None = field(default=None, metadata=SPARSE)
 
     def __repr__(self) -> str:
         return f"<Component {self.label}: {self.ifc_class}, {self.mass_kg / 1000:.3g} t>"

@@ -22,7 +22,16 @@ from bimvox.crane.load_chart import LoadChart
 from bimvox.errors import ConfigError, shown
 from bimvox.site.component import StoredPose
 from bimvox.site.crew_times import FIELD_TIMES, CrewTimes, TimesByWork
-from bimvox.site.limits import MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, MOST_SUPPORT_GAP_M
+from bimvox.site.limits import (
+    FEW_HANDS_KG,
+    MOST_CONTACT_TOLERANCE_M,
+    MOST_SAMPLE_PERIOD_S,
+    MOST_SUPPORT_GAP_M,
+    ROAD_HEIGHT_M,
+    ROAD_KG,
+    ROAD_LENGTH_M,
+    ROAD_WIDTH_M,
+)
 from bimvox.site.site import Rules, SwingRule
 from bimvox.site.validation import (
     ONE,
@@ -349,11 +358,17 @@ class ComponentConfig(Table):
     """Whether it already exists, so that it is not lifted."""
     crane: Text | None = None
     """Name of the crane that lifts it, if the site has several. Default: chosen by its place in the building."""
+    means: Literal["crane", "in_situ", "by_hand"] | None = None
+    """How it gets to its place: lifted by the crane, cast (or built up) there, or set by hand. Default: decided by
+    ``[means]``."""
 
     @model_validator(mode="after")
     def _liftable(self) -> Self:
-        if self.pinned and (self.start or self.pose or self.turn or self.before or self.after or self.crane):
-            raise ValueError("a pinned part is not lifted: remove its start, pose, turn, before, after and crane")
+        given = self.start or self.pose or self.turn or self.before or self.after or self.crane or self.means
+        if self.pinned and given:
+            raise ValueError(
+                "a pinned part is not lifted: remove its start, pose, turn, before, after, crane and means"
+            )
         return self
 
 
@@ -503,6 +518,21 @@ class RulesConfig(Table):
         return Rules(**(self.model_dump() | {"swing": SwingRule(self.swing), "times": self.times.times()}))
 
 
+class MeansConfig(Table):
+    """What the crane lifts, and what is cast in place or set by hand. Size, mass and casting method decide."""
+
+    heaviest_kg: Positive = ROAD_KG
+    """A heavier part of concrete that is not stated to be precast is cast in place: no road takes it."""
+    longest_m: Positive = ROAD_LENGTH_M
+    """The same for its longest side,"""
+    widest_m: Positive = ROAD_WIDTH_M
+    """for its second side,"""
+    highest_m: Positive = ROAD_HEIGHT_M
+    """and for its shortest side."""
+    lift_from_kg: NotNegative = FEW_HANDS_KG
+    """A lighter part is set by hand, in a bundle with others of its storey and kind. 0: every part is a lift."""
+
+
 class SequenceConfig(Table):
     """Wishes about the erection sequence. Geometry takes precedence: the parts that a part needs come before it."""
 
@@ -547,6 +577,7 @@ class SiteConfig(Table):
     component: tuple[ComponentConfig, ...] = ()
     zone: Annotated[tuple[ZoneConfig, ...], Field(max_length=MOST_AREAS)] = ()
     sequence: SequenceConfig = SequenceConfig()
+    means: MeansConfig = MeansConfig()
     rules: RulesConfig = RulesConfig()
     policy: PolicyConfig = PolicyConfig()
 

@@ -13,12 +13,13 @@ from bimvox.bim.site_frame import in_site_frame
 from bimvox.crane.machine import Machine
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import GridTooLargeError, InputError, SelectionError
+from bimvox.errors import GridTooLargeError, InputError
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
-from bimvox.site.config import ComponentConfig, CraneConfig, ModelConfig, Polygon, SiteConfig
+from bimvox.site.config import CraneConfig, ModelConfig, Polygon, SiteConfig
 from bimvox.site.crane_guess import CraneFit, compare_cranes, fit_here, guess_crane
 from bimvox.site.extent import site_extent, top_m
 from bimvox.site.machine import crane_config, cranes_of, machine_config
+from bimvox.site.means import Means, means_of, nothing_to_lift
 from bimvox.site.parts import entries_by_id
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, ground_height_m, lowest_m
 from bimvox.site.yard_guess import yard_need, yards_next_to
@@ -27,10 +28,8 @@ VOXEL_SIZES_M = (0.1, 0.2, 0.25, 0.5, 1.0)
 PLANNING_CELLS = 2_500_000
 """Most cells of a site that plans quickly; the finest cell size below this limit is used."""
 
-_LARGEST = "hammerhead-75"  # the largest usual crane: a heavier slab on the ground is cast in place
 _BORDER_M = 1.0  # of the construction area around the building
 _ROUNDED_M = 2.0**-20  # about a micrometre; no decimal or inch length lies halfway between two multiples
-_ON_GROUND_M = 1.0  # a slab lies on the ground if its underside is at most this far above the lowest point
 
 
 def guess_site(
@@ -45,8 +44,7 @@ def guess_site(
         machines: Machines to choose from; empty: the hammerheads of the catalogue.
     """
     model = model.model_copy(update={"yaw_rad": dominant_yaw_rad(building)})
-    cast = tuple(ComponentConfig(global_id=element_id, pinned=True) for element_id in cast_in_place(building))
-    return complete_config(SiteConfig(name=name or model.path.stem, model=model, component=cast), building, machines)
+    return complete_config(SiteConfig(name=name or model.path.stem, model=model), building, machines)
 
 
 def cranes_that_fit(
@@ -68,34 +66,6 @@ def cranes_that_fit(
     height_m = top_m(placed) + 2 * size_m
     own = next((fit_here(lifted, yards, height_m, crane) for crane in cranes_of(config)), None)
     return own, tuple(compare_cranes(lifted, footprint, yards, height_m, machines or catalogue()))
-
-
-def cast_in_place(building: Building) -> tuple[str, ...]:
-    """Return the ids of slabs on the ground that no built-in crane could lift at any radius, and of what is under them.
-
-    Such a slab is modelled in one piece because it is cast in situ, so it exists before the first lift. As a lift it
-    would need an absurd crane, and everything on it would wait. Parts under it (footings) exist before it.
-    """
-    ground_m = lowest_m(building)
-    largest = machine_called(_LARGEST)
-    assert largest is not None
-    most_kg = largest.usual.chart.capacity_kg[0] - largest.usual.tackle_kg
-    parts = [element for element in building.elements if element.role is Role.COMPONENT]
-    bounds = {element.id: element.mesh.bounds_m for element in parts}
-    heavy = [
-        element.id
-        for element in parts
-        if element.ifc_class.startswith("IfcSlab")
-        and element.mass_kg > most_kg
-        and bounds[element.id][0, 2] <= ground_m + _ON_GROUND_M
-    ]
-    cast = [name for name in bounds if name in heavy or any(_is_under(bounds[name], bounds[slab]) for slab in heavy)]
-    return tuple(cast) if len(cast) < len(parts) else ()
-
-
-def _is_under(low_high: NDArray[np.float64], slab: NDArray[np.float64]) -> bool:
-    apart = (low_high[0, :2] >= slab[1, :2]).any() or (low_high[1, :2] <= slab[0, :2]).any()
-    return not apart and bool(low_high[1, 2] <= slab[1, 2] + 1e-3)
 
 
 def complete_config(config: SiteConfig, building: Building, machines: Sequence[Machine] = ()) -> SiteConfig:
@@ -138,8 +108,6 @@ def complete_with_placed(
         ConfigError: If the site file does not fit the building.
         InputError: If no crane can serve the site.
     """
-    if not lifted:
-        raise SelectionError("nothing to lift: no part of the model is a component", hint="see [model] select")
     if config.areas.construction is None or config.areas.yard is None or config.crane is None:
         there = {element.id for element in lifted}
         rounded = replace(placed, elements=tuple(map(_rounded, placed.elements)))
@@ -160,7 +128,11 @@ def _placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building
     placed, _ = in_site_frame(building, ground_m=ground_local_m, yaw_rad=config.model.yaw_rad)
     entries = entries_by_id(config, placed.elements)
     pinned = {element_id for element_id, entry in entries.items() if entry.pinned}
-    lifted = [one for one in placed.elements if one.role is Role.COMPONENT and one.id not in pinned]
+    parts = [one for one in placed.elements if one.role is Role.COMPONENT and one.id not in pinned]
+    means = means_of(parts, entries, config.means)
+    lifted = [one for one in parts if means[one.id].means is Means.CRANE]
+    if not lifted:
+        raise nothing_to_lift(list(means.values()))
     return placed, lifted
 
 

@@ -13,6 +13,7 @@ from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import NO_HINTS, Component, IntVec, OrderHints, StoredPose
 from bimvox.site.config import ComponentConfig, SiteConfig
+from bimvox.site.means import LIFTED, Reasoned
 from bimvox.site.sail import sail_area_m2
 from bimvox.site.shape import shape_of
 from bimvox.site.validation import nearest
@@ -71,6 +72,7 @@ def component_of(
     entry: ComponentConfig | None,
     frame: GridFrame,
     hints: OrderHints = NO_HINTS,
+    means: Reasoned = LIFTED,
 ) -> Component:
     """Return the component of an element.
 
@@ -81,6 +83,7 @@ def component_of(
         entry: Its table in the site file.
         frame: Frame of the grid.
         hints: Its order hints.
+        means: How it gets to its place, and why.
     """
     shape, target_vox = shape_of(cells)
     stored = stored_as(element, entry, frame)
@@ -108,6 +111,9 @@ def component_of(
         stored_turn=stored.stored_turn,
         predefined_type=element.predefined_type,
         sail_area_m2=round(sail_area_m2(element.mesh, tipped=stored.erected), 6),
+        means=means.means,
+        means_reason=means.why,
+        casting=element.casting,
     )
 
 

@@ -41,6 +41,7 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_note
         _components(config.component, example_ids),
         _zones(config.zone, config.areas.yard),
         _sequence(config, example_ids),
+        _means(config),
         _rules(config),
         _policy(config),
     ]
@@ -140,12 +141,15 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
             '# pose = "as_built"      # or "lying_x", "lying_y": stored lying and upended before the lift',
             f"# after = {_value([second])}  # set later than these parts; `before`: set earlier",
             "# turn = 1               # stored with a quarter turn, counter-clockwise; turned back while it hangs",
+            '# means = "in_situ"       # cast in place; "by_hand"; "crane": lifted whatever [means] says',
             "# pinned = true          # it already exists (only without the keys above)",
         ]
     for entry in entries:
         lines += ["[[component]]", _key("global_id", entry.global_id)]
         lines += [_key(name, getattr(entry, name)) for name in ("start", "pose", "turn")]
-        lines += [getattr(entry, name) and _key(name, getattr(entry, name)) for name in ("before", "after", "crane")]
+        lines += [
+            getattr(entry, name) and _key(name, getattr(entry, name)) for name in ("before", "after", "crane", "means")
+        ]
         lines += [entry.pinned and _key("pinned", True, "it already exists: cast in situ, or built before")]
     return _lines(*lines)
 
@@ -190,6 +194,15 @@ _RULES = {
     "sling_angle_rad": "largest angle between two legs of a sling",
     "critical_share": "share of the capacity above which a lift is critical",
     "crane_separation_m": "distance between cranes, also while they brake",
+    "by_other_means": "a part that the crane cannot set counts as set by other means; false: it is missing",
+}
+
+_MEANS = {
+    "heaviest_kg": "heavier concrete is cast in place, if it is not stated to be precast",
+    "longest_m": "the same for its longest side",
+    "widest_m": "for its second side",
+    "highest_m": "for its shortest side",
+    "lift_from_kg": "lighter parts are set by hand, in bundles",
 }
 
 
@@ -212,6 +225,11 @@ def _rules(config: SiteConfig) -> str:
         "[rules.times]",
         *(_key(work, getattr(rules.times, work)) for work in type(rules.times).model_fields),
     )
+
+
+def _means(config: SiteConfig) -> str:
+    note = "# What is lifted, and what is cast in place or set by hand ([[component]] means decides for one part)."
+    return _lines(note, "[means]", *(_key(key, getattr(config.means, key), _MEANS[key]) for key in _MEANS))
 
 
 def _sequence(config: SiteConfig, example_ids: Sequence[str]) -> str:

@@ -154,13 +154,30 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
         ],
         title=f"infeasible: {len(document['infeasible']):,}" + (", to be set by other means" if others else ""),
     )
+    rows(
+        console,
+        ("means", "storey", "kind", "parts", "t", "why", "needed by"),
+        [
+            (
+                group["means"].replace("_", " "),
+                group["storey"],
+                group["kind"],
+                group["parts"],
+                round(group["mass_kg"] / 1000.0, 2),
+                group["reason"],
+                None if group["needed_by_s"] is None else clock(round(group["needed_by_s"] * 1e9)),
+            )
+            for group in document["not_lifted"]
+        ],
+        title=f"no lifts of the crane: {sum(group['parts'] for group in document['not_lifted_groups']):,}",
+    )
     show_remarks(console, document["remarks"], every=every)
     console.print()
     fields(
         console,
         [
             ("log", document["log"]),
-            ("lifts", f"{len(planned):,} of {len(lifts):,} planned"),
+            ("lifts", f"{len(planned):,} of {len(planned) + len(document['infeasible']):,} planned"),
             ("proof", verdict(_verdict(document), document, others=others)),
             *crane_fields(document["cranes"]),
             *figure_fields(document["figures"]),

@@ -17,6 +17,7 @@ from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
+from bimvox.records.not_lifted import not_lifted_groups
 from bimvox.records.other_means import needed_by_ns
 
 
@@ -94,6 +95,7 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
         "figures": figures_document(plan_figures(proven.plan, proven.motions)),
         "lifts": lifts,
         "infeasible": infeasible_lifts(proven.plan, proven.motions),
+        "not_lifted": [one.to_dict() for one in not_lifted_groups(site, proven.plan.lifts, proven.motions)],
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": round(c.depth_m, 4), "at_least": c.at_least}
             for c in proven.plan.clashes

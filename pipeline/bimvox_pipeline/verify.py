@@ -15,6 +15,8 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.schema import METADATA, RECOVERED
 from bimvox.log.shown import other_version
 from bimvox.progress import Progress
+from bimvox.records.lift import Status
+from bimvox.records.not_lifted import not_lifted_groups
 from bimvox.records.other_means import by_other_means
 from bimvox.records.proof import Check
 from bimvox.remarks.conditions import conditions_of
@@ -52,7 +54,8 @@ def verify(
         "remarks": [remark.to_dict() for remark in record.remarks or ()],
         "not_current": _lifts_as_json(record, proof.not_current),
         "lifts": len(record.planned),
-        "infeasible_lifts": len(record.plan.lifts) - len(record.planned),
+        "infeasible_lifts": sum(lift.status is Status.INFEASIBLE for lift in record.plan.lifts),
+        "not_lifted": [one.to_dict() for one in not_lifted_groups(record.plan.site, record.all_lifts, record.motions)],
         "by_other_means": len(by_other_means(record.all_lifts)),
         "left_out": len(record.context),
         "revision": record.revision,

@@ -19,6 +19,7 @@ from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.records.motion import PhaseName
 from bimvox.records.other_means import by_other_means, needed_by_ns
+from bimvox.site.means import Means
 
 
 def planned(site):
@@ -134,6 +135,18 @@ def test_a_part_set_by_other_means_is_in_the_way_of_every_crane_from_its_turn_on
         later = [motion.set_ns for motion in timed if motion.order > left.order]
         assert needed_by_ns(made.lifts, timed) == {left.order: min(later)}
     assert len(motions) == len(plan.lifts)
+
+
+def test_what_is_cast_in_place_keeps_the_motions_of_several_cranes_proven():
+    site = two_crane_site()
+    parts = tuple(
+        dataclasses.replace(one, means=Means.IN_SITU, means_reason="so") if one.id == "east left" else one
+        for one in site.components
+    )
+    plan, motions = planned(dataclasses.replace(site, components=parts))
+    assert [lift.status for lift in plan.lifts].count(Status.IN_SITU) == 1
+    assert verify_plan(plan).verified
+    assert verify_motions(plan, motions).verified
 
 
 def test_cranes_that_always_obstruct_each_other_are_reported():

@@ -89,6 +89,11 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.a_clash_called_deeper, "triangles", "slab and beam: listed as drawn into each other deeper"),
     (faults.beams_on_a_column_that_is_never_set, "support", "beam: rests on left, which is not in place"),
     (faults.beams_on_a_column_that_is_never_set, "triangles", "beam and left: listed as drawn into each other deeper"),
+    (
+        faults.a_beam_called_cast_in_place,
+        "own_files",
+        "beam: means is in_situ in the log, crane in the attached",
+    ),
     (faults.a_column_set_by_nobody, "complete", "left: set by other means, but it is planned or the site's rules do"),
     (faults.a_beam_lifted_and_set_by_other_means, "complete", "beam: set by other means, but it is planned or"),
     (faults.everything_unheld, "support", "left: listed as held by nothing in the model, but the ground carries it"),

@@ -1,6 +1,7 @@
 import dataclasses
 
 import numpy as np
+import pytest
 from box_sites import box_cells, box_site
 
 from bimvox.planning.assembly import Assembly, Stage, prepare
@@ -12,6 +13,8 @@ from bimvox.policy.generalist.weights import load_generalist
 from bimvox.proof.moment import moments
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Method, Status
+from bimvox.records.not_lifted import not_lifted_groups
+from bimvox.site.means import Means
 from bimvox.site.site import Blocker, Rules
 
 PORTAL = [
@@ -20,6 +23,10 @@ PORTAL = [
     ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
     ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
 ]
+LIKE = {
+    **dict.fromkeys(("beam", "slab", "right"), lambda means: {}),
+    "left": lambda means: {"means": means, "means_reason": "so"},
+}
 MISSING = Rules(rope=False, by_other_means=False)
 """A part that cannot be lifted is missing."""
 WALL = ("wall", (8.0, 0.0, 0.0), (8.5, 15.0, 6.0))
@@ -139,6 +146,33 @@ def test_a_part_that_cannot_be_lifted_is_set_by_other_means_and_the_rest_is_plan
         here = [thing for thing in moment.present if thing.name == "left"]
         assert bool(here) == (moment.lift.order > left.order)
         assert all(np.array_equal(thing.cells, target_cells(site.components[left.component])) for thing in here)
+
+
+@pytest.mark.parametrize("means", [Means.IN_SITU, Means.BY_HAND])
+def test_what_is_no_lift_of_the_crane_is_there_from_its_turn_on(means):
+    parts = [(*part[:3], {**(part[3] if len(part) > 3 else {}), **LIKE[part[0]](means)}) for part in PORTAL]
+    site = box_site(parts)
+    plan = plan_of(site)
+    left, *others = (lift_of(plan, name) for name in ("left", "beam", "slab", "right"))
+    assert (left.status.value, left.reason, left.place, left.is_set) == (means.value, "so", None, True)
+    assert all(lift.status is Status.PLANNED for lift in others)
+    assert verify_plan(plan).verified
+    for moment in moments(plan):
+        assert ("left" in {thing.name for thing in moment.present}) == (moment.lift.order > left.order)
+        assert bool(moment.arrived) == (moment.lift.order == left.order + 1)
+    (group,) = not_lifted_groups(site, plan.lifts, ())
+    assert (group.means, group.lifts, group.needed_by_ns) == (means, (left,), None)
+
+
+def test_a_lift_that_is_called_cast_in_place_is_refused():
+    site = box_site(PORTAL)
+    plan = plan_of(site)
+    lifts = tuple(
+        dataclasses.replace(lift, status=Status.IN_SITU, path_vox=None) if lift.order == 0 else lift
+        for lift in plan.lifts
+    )
+    failures = verify_plan(dataclasses.replace(plan, lifts=lifts)).failures
+    assert any("its means is crane, but its lift is in_situ" in failure for failure in failures)
 
 
 def test_without_the_rule_an_obstruction_on_a_target_blocks_what_rests_on_that_part_too():

@@ -40,6 +40,7 @@ from bimvox.site.config import (
     AreasConfig,
     ComponentConfig,
     GridConfig,
+    MeansConfig,
     ModelConfig,
     RulesConfig,
     SiteConfig,
@@ -47,6 +48,7 @@ from bimvox.site.config import (
 )
 from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.machine import crane_config
+from bimvox.site.means import Means
 from bimvox.site.shape import shape_of
 from bimvox.site.site import Blocker, Rules, Site, SwingRule
 from bimvox.site.template import site_toml
@@ -116,6 +118,7 @@ def site_file_of(site: Site, **changes: Any) -> bytes:
     nowhere = ((x0 - 9.0, y0 - 9.0), (x0 - 8.0, y0 - 9.0), (x0 - 8.0, y0 - 8.0))
     config = SiteConfig(
         model=ModelConfig(path=Path("boxes.ifc"), voxel_size_m=size_m, ground_m=float(site.site_to_ifc[2, 3])),
+        means=MeansConfig(lift_from_kg=0.0),
         grid=GridConfig(low_m=(x0, y0), high_m=(x0 + nx * size_m, y0 + ny * size_m, (nz - 1) * size_m)),
         areas=AreasConfig(
             construction=next(iter(rows_of(site, built)), nowhere), yard=rows_of(site, site.yard) or (nowhere,)
@@ -1054,6 +1057,12 @@ def a_column_set_by_nobody(log: PlanLog) -> PlanLog:
 
 def a_beam_lifted_and_set_by_other_means(log: PlanLog) -> PlanLog:
     return with_lift(log, "beam", by_other_means=True)
+
+
+def a_beam_called_cast_in_place(log: PlanLog) -> PlanLog:
+    """A beam that the crane could lift is left out of the proof as cast in place."""
+    spoiled = with_component(unplanned(log, "beam", "so"), "beam", means=Means.IN_SITU, means_reason="so")
+    return with_lift(spoiled, "beam", status=Status.IN_SITU)
 
 
 def everything_unheld(log: PlanLog) -> PlanLog:

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Element, Role, TriangleMesh
+from bimvox.bim.building import Casting, Element, Role, TriangleMesh
 from bimvox.bim.ifc.anchors import anchors_without_mesh, points_of_group
 from bimvox.bim.ifc.assembly import Aggregation, Extent, Group
+from bimvox.bim.ifc.casting import casting_by_words, stated_casting
 from bimvox.bim.ifc.class_roles import CURTAIN_TYPES, UNKNOWN, role_of_class
 from bimvox.bim.ifc.open import OpenedIfc
 from bimvox.bim.ifc.properties import Properties, weakest
@@ -103,6 +104,7 @@ class ElementBuilder:
             task_rank=None if task is None else task.rank,
             lifting_points_m=self._lifting_points(group),
             predefined_type=self._properties.predefined_type(owner),
+            casting=self._casting(group, (str(owner.Name or ""), self._properties.type_name(owner), material)),
         )
 
     def connections(self) -> tuple[tuple[str, str], ...]:
@@ -137,6 +139,14 @@ class ElementBuilder:
                 return self._tasks[step_id]
         inside = [self._tasks[step_id] for step_id in group.members if step_id in self._tasks]
         return max(inside, key=lambda task: task.rank) if inside else None
+
+    def _casting(self, group: Group, words: tuple[str | None, ...]) -> Casting | None:
+        """Return how a group is cast: by the properties of its owner or members, otherwise by words."""
+        for step_id in (group.owner, *group.members):
+            stated = stated_casting(self._properties.sets_of(self._file.by_id(step_id)))
+            if stated is not None:
+                return stated
+        return casting_by_words(words)
 
     def _lifting_points(self, group: Group) -> tuple[tuple[float, float, float], ...]:
         """Return the anchors of its members, and those of the assembly above it if that has only one part."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -14,12 +13,6 @@ HAND_CARRIED_KG = 5.0
 INSULATION_KG_M3 = 60.0
 """A part whose mean density is below this is a layer of insulation or air modelled as a slab, wall or plate: it is
 laid by hand. (The lightest layer that is lifted is a stud layer, about 100 kg/m3.)"""
-
-_CAST = re.compile(
-    r"cast[ -]?in[ -]?(situ|place)|\bin[ -]?situ\b|cast[ -]?on[ -]?site|poured|ortbeton|in het werk gestort"
-    r"|coul[ée] en place|in opera\b|vaciado in situ|\bcip\b",
-    re.IGNORECASE,
-)
 
 
 def by_default(elements: list[Element], notes: list[str]) -> list[Element]:
@@ -33,16 +26,7 @@ def by_default(elements: list[Element], notes: list[str]) -> list[Element]:
     elements = _fitted(
         elements, notes, _is_insulation, f"insulation and air (under {INSULATION_KG_M3:g} kg/m3), treated as fittings"
     )
-    elements = _fitted(elements, notes, _is_light, f"parts under {HAND_CARRIED_KG:g} kg, treated as fittings")
-    cast = sum(element.role is Role.COMPONENT and is_cast_in_place(element) for element in elements)
-    if cast:
-        notes.append(f"parts lifted although their material or type says cast in place: {cast}; select what is precast")
-    return elements
-
-
-def is_cast_in_place(element: Element) -> bool:
-    """Return whether an element's material, type or name states that it is cast in situ."""
-    return any(_CAST.search(text) for text in (element.material, element.type_name, element.name) if text)
+    return _fitted(elements, notes, _is_light, f"parts under {HAND_CARRIED_KG:g} kg, treated as fittings")
 
 
 def _promoted(elements: list[Element], notes: list[str]) -> list[Element]:

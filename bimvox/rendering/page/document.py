@@ -168,7 +168,7 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
         "sha256": revision.sha256,
         "digest": site.digest,
         "planned": len(planned),
-        "infeasible": len(revision.lifts) - len(planned),
+        "infeasible": revision.infeasible,
         "carried": len(revision.plan.lifts),
         "begins_s": min((track.start_ns for track in revision.tracks), default=0) / 1e9,
         "ends_s": max((track.end_ns for track in revision.tracks), default=0) / 1e9,

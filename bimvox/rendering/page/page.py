@@ -78,7 +78,7 @@ def _summary(source: PageSource) -> str:
     """Return the plan in a sentence, for readers without scripts."""
     shown = source.revisions[-1]
     planned = sum(lift.path_vox is not None for lift in shown.lifts)
-    words = f"{counted(planned, 'lift')} planned, {len(shown.lifts) - planned} infeasible"
+    words = f"{counted(planned, 'lift')} planned, {shown.infeasible} infeasible"
     if shown.motions:
         words += f", {hours(max(motion.end_ns for motion in shown.motions))} of crane time"
     return f"{words}; {shown.verdict.line}. Log {shown.log}, SHA-256 {shown.sha256}."

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from bimvox.records.lift import Lift, LiftPlan
+from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
 from bimvox.records.remark import Remark
@@ -46,6 +46,11 @@ class Revision:
     def lifts(self) -> tuple[Lift, ...]:
         """All lifts, carried or not, in ascending order."""
         return tuple(sorted((*self.plan.lifts, *self.context), key=lambda lift: lift.order))
+
+    @property
+    def infeasible(self) -> int:
+        """How many lifts are infeasible."""
+        return sum(lift.status is Status.INFEASIBLE for lift in self.lifts)
 
     @property
     def conditions(self) -> tuple[str, ...]:

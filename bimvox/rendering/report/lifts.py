@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from bimvox.records.not_lifted import HOW
 from bimvox.records.remark import Severity
 from bimvox.rendering.plain import escape
 from bimvox.rendering.report.html import number, row, table, tag
@@ -54,7 +55,7 @@ def critical_first(lifts: Sequence[dict[str, Any]], critical: Sequence[int]) -> 
 
 def _row(lift: dict[str, Any], remarks: Sequence[dict[str, Any]], proof_made: bool) -> str:
     crane = f", crane {lift['crane'] + 1}" if "crane" in lift else ""  # on a site with several
-    classes = ["critical"] * lift["critical"] + ["bad"] * (lift["status"] != "planned")
+    classes = ["critical"] * lift["critical"] + ["bad"] * (lift["status"] == "infeasible")
     cells = [
         number(lift["order"], str(lift["number"]), "order"),
         f"<b>{escape(named(lift))}</b>{crane}<br>{tag('code', escape(lift['global_id']))}",
@@ -126,7 +127,9 @@ def _status(lift: dict[str, Any], remarks: Sequence[dict[str, Any]], proof_made:
     serious = sum(remark["severity"] == Severity.SERIOUS for remark in remarks)
     minor = sum(remark["severity"] == Severity.MINOR for remark in remarks)
     lines = [f"<b>✕ {escape(lift['status'])}</b>"]
-    if lift["status"] == "planned":
+    if lift["status"] in HOW:
+        lines = [HOW[lift["status"]]]
+    elif lift["status"] == "planned":
         lines = [escape(lift["status"]), _proof(lift, proof_made, clean=not serious + minor)]
     if serious:
         lines.append(f"⚠\ufe0e {serious} serious" + (f", {minor} minor" if minor else ""))

@@ -74,6 +74,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             figures.overview.html() if figures.overview else "",
             remarks(record),
             sections.infeasible(record, [(figure.orders, figure.html()) for figure in figures.blocked]),
+            sections.not_lifted(record),
             sections.critical(record),
             sections.lifts(record),
             sections.gantt(record),

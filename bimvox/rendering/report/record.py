@@ -13,6 +13,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.figures import hook_travel_m
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.not_lifted import not_lifted_groups
 from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
 from bimvox.rendering.page.source import Revision
 from bimvox.site.site import Site
@@ -33,8 +34,8 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         critical_share: Share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
 
     Returns:
-        ``log, site, crane, totals, methods, lifts, critical, infeasible, deliveries, verdict, conditions, proof,
-        remarks, inputs, clashes, notes``; ``critical`` are orders of lifts, the highest utilisation first;
+        ``log, site, crane, totals, methods, lifts, critical, infeasible, not_lifted, deliveries, verdict, conditions,
+        proof, remarks, inputs, clashes, notes``; ``critical`` are orders of lifts, the highest utilisation first;
         ``infeasible`` orders of lifts, causes first: those blocked only by other infeasible ones come last.
     """
     site = revision.plan.site
@@ -61,6 +62,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "lifts": lifts,
         "critical": [lift["order"] for lift in critical],
         "infeasible": _causes_first(lifts),
+        "not_lifted": [one.to_dict() for one in not_lifted_groups(site, revision.lifts, revision.motions)],
         "deliveries": _deliveries(lifts),
         "verdict": revision.verdict.to_dict(),
         "conditions": list(revision.conditions),
@@ -192,7 +194,7 @@ def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "lifts": len(lifts),
         "planned": len(planned),
-        "infeasible": len(lifts) - len(planned),
+        "infeasible": revision.infeasible,
         "carried": len(revision.plan.lifts),
         "critical": sum(lift["critical"] for lift in lifts),
         "proven": sum(lift["proven"] is True for lift in lifts),

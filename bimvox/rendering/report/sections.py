@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from bimvox.records.not_lifted import HOW
 from bimvox.rendering.plain import escape
 from bimvox.rendering.report.gantt import crane_chart, gantt_charts
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
@@ -112,6 +113,33 @@ def infeasible(record: dict[str, Any], pictures: Sequence[tuple[tuple[int, ...],
         tag("div", "".join(html for _, html in pictures), "pictures"),
         paragraph(words, "faint") if words else "",
         id="infeasible-parts",
+    )
+
+
+def not_lifted(record: dict[str, Any]) -> str:
+    """Return what the crane does not lift, by means, storey and kind; parts that are set by hand come as a bundle."""
+    groups = record["not_lifted"]
+    if not groups:
+        return ""
+    rows = [
+        row(
+            [
+                escape(HOW[group["means"]]),
+                escape(group["storey"] or "–"),
+                escape(group["kind"]),
+                str(group["parts"]),
+                tonnes(group["mass_kg"]),
+                escape(group["reason"] or ""),
+                "–" if group["needed_by_s"] is None else clock(group["needed_by_s"]),
+            ]
+        )
+        for group in groups
+    ]
+    head = ("Means", "Storey", "Kind", "Parts", "Mass, t", "Why", "Needed by")
+    parts = sum(group["parts"] for group in groups)
+    table_ = table(head, rows, class_="words", id_="not-lifted")
+    return section(
+        f"Not lifted singly: {counted(parts, 'part')} cast in place or set by hand", table_, id="not-lifted-parts"
     )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bimvox.bim.building import Element, Role, TriangleMesh
-from bimvox.bim.ifc.lifted_parts import by_default, is_cast_in_place
+from bimvox.bim.ifc.lifted_parts import by_default
 from bimvox.bim.read import ReadOptions, read_building
 
 from ..conftest import IfcMaker
@@ -51,25 +51,6 @@ def test_light_parts_are_fittings() -> None:
     found, said = roles([element("slab"), element("nut", 0.2)])
     assert found["nut"] is Role.FITTING
     assert "insulation" in said
-
-
-@pytest.mark.parametrize(
-    ("text", "cast"),
-    [
-        ("Concrete - Cast-in-Place Concrete", True),
-        ("Cast in situ", True),
-        ("Ortbeton C25/30", True),
-        ("Béton coulé en place", True),
-        ("Concrete - Precast Concrete", False),
-        ("Steel S235, cast iron", False),
-        ("Insitute wall", False),
-    ],
-)
-def test_what_is_cast_in_place_is_reported(text: str, cast: bool) -> None:
-    assert is_cast_in_place(element("slab", material=text)) is cast
-    found, said = roles([element("slab", material=text), element("beam")])
-    assert found["slab"] is Role.COMPONENT
-    assert ("cast in place: 1" in said) is cast
 
 
 def test_curtain_panels_and_what_exists_in_a_file(maker: type[IfcMaker], tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 // Details of the chosen part and of the whole plan.
 import { byId, el, fill, terms } from "./dom.mjs";
 import { cranesOf } from "./cranes.mjs";
-import { HOT } from "./plan.mjs";
+import { HOT, HOW } from "./plan.mjs";
 import { extent } from "./overlays.mjs";
 import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, fixed, metres, nameOf, percent, point, span, tonnes, whole } from "./words.mjs";
 
@@ -52,11 +52,12 @@ export class Details {
     const lift = app.plan.ofPart[index];
     const motion = lift && app.plan.motionOf(lift);
     const bad = lift?.status !== "planned";
+    const other = HOW[lift?.status];
     const use = lift?.governs;
     return [
       el("h2", {}, nameOf(part)),
       el("p", {}, `${classWords(part.ifc_class)}${lift ? `, lift ${lift.number} of ${app.plan.lifts.length}` : ""}`),
-      lift ? (bad ? this._infeasible(lift) : this._proof(lift)) : null,
+      lift ? (other ? this._notLifted(lift, other) : bad ? this._infeasible(lift) : this._proof(lift)) : null,
       ...app.remarks.about(index).map((remark) => el("p", { class: `aside ${remark.severity}` }, el("strong", {}, `${remark.severity === "note" ? "Note" : `Remark, ${remark.severity}`}: `), remark.text)),
       motion ? el("p", { class: "links" }, el("button", { type: "button", onclick: () => app.seek(lift.begins_s) }, `Go to this lift, ${clock(lift.begins_s)}`)) : null,
       el("h3", {}, "Part"),
@@ -74,6 +75,14 @@ export class Details {
       ]),
       ...(lift && !bad ? this._lift(lift, motion, use) : []),
     ];
+  }
+
+  _notLifted(lift, words) {
+    const by = lift.needed_by_s === null ? "" : `, by ${clock(lift.needed_by_s)}`;
+    return el("div", { class: "aside", role: "note" },
+      el("strong", {}, `No lift of the crane: ${words}.`),
+      el("p", {}, `${lift.reason}. It is needed after all earlier parts of the sequence${by}.`),
+    ); // prettier-ignore
   }
 
   _infeasible(lift) {
@@ -265,7 +274,7 @@ export class Details {
 
   _infeasibleList() {
     const { app } = this;
-    const bad = app.plan.lifts.filter((lift) => lift.status !== "planned");
+    const bad = app.plan.lifts.filter((lift) => lift.status === "infeasible");
     if (!bad.length) return [];
     return [el("h3", {}, "Infeasible"), el("div", { class: "links" }, ...bad.map((lift) => el("button", { type: "button", class: "hot", onclick: () => app.choose(lift.part) }, `✕ ${nameOf(app.parts[lift.part])}`)))];
   }

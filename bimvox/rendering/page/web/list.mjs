@@ -1,6 +1,6 @@
 // The list of lifts: search, sorting, and current states.
 import { byId, el, fill } from "./dom.mjs";
-import { HOT, sorted } from "./plan.mjs";
+import { HOT, HOW, sorted } from "./plan.mjs";
 import { STATES, classWords, counted, nameOf, percent, shortClock } from "./words.mjs";
 
 const GLYPHS = ["", "•", "▲", "✓", "✓"];
@@ -42,12 +42,13 @@ export class LiftList {
 
   _row(plan, lift) {
     const part = this.app.parts[lift.part];
-    const bad = lift.status !== "planned";
+    const bad = lift.status === "infeasible";
+    const other = HOW[lift.status];
     const motion = plan.motionOf(lift);
     const use = lift.governs?.utilisation ?? null;
     const state = el("span", { class: "state" });
     const under = [classWords(part.ifc_class), part.storey].filter(Boolean).join(" · ");
-    const button = el("button", { type: "button", onclick: () => this.app.choose(lift.part, { from: "list" }) }, el("span", {}, nameOf(part)), el("small", {}, bad ? `${lift.by_other_means ? "by other means" : "infeasible"} · ${under}` : under));
+    const button = el("button", { type: "button", onclick: () => this.app.choose(lift.part, { from: "list" }) }, el("span", {}, nameOf(part)), el("small", {}, bad ? `${lift.by_other_means ? "by other means" : "infeasible"} · ${under}` : other ? `${other} · ${under}` : under));
     const row = el("tr", { class: bad ? "bad" : null, "data-part": lift.part },
       el("td", {}, state),
       el("td", {}, String(lift.number)),
@@ -65,7 +66,7 @@ export class LiftList {
     const states = app.states;
     for (const lift of app.plan.lifts) {
       const found = this.rows.get(lift.part);
-      const value = lift.status !== "planned" ? "x" : states[lift.part];
+      const value = lift.status === "infeasible" ? "x" : states[lift.part];
       if (!found || found.value === value) continue;
       found.value = value;
       found.state.className = `state s${value}`;

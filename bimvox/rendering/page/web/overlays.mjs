@@ -97,7 +97,7 @@ export class Overlays {
     for (const other of plan.lifts) {
       const part = this.scene.parts[other.part];
       const near = other === lift || other.part === chosen;
-      const bad = other.status !== "planned";
+      const bad = other.status === "infeasible";
       if (bad && layers.boxes) box(part.target_m, part.size_m, { rgba: INK.bad, width: near ? 2.6 : 1.6, dash: 9 });
       else if (layers.targets && !near) box(part.target_m, part.size_m, { rgba: INK.waiting, width: 1 });
       if (!near || !layers.boxes) continue;

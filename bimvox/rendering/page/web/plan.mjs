@@ -99,7 +99,7 @@ export class Plan {
       const there = next !== null && lift.start_m !== null && lift.delivery === next.delivery;
       if (motion === null) {
         if (isSet(lift) && (next === null || lift.order < next.order)) states[lift.part] = ASSEMBLED;
-        else if (there && !lift.by_other_means) states[lift.part] = UNBUILT;
+        else if (there && waits(lift)) states[lift.part] = UNBUILT;
       } else if (since(lift) >= motion.assembled_s) states[lift.part] = ASSEMBLED;
       else if (since(lift) >= motion.arrived_s) states[lift.part] = ARRIVED;
       else if (since(lift) >= motion.lifted_s) states[lift.part] = IN_TRANSIT;
@@ -113,7 +113,7 @@ export class Plan {
     const now = this.liftAt(time);
     for (const lift of this.lifts) {
       if (isSet(lift) && (now === null || lift.order < now.order)) states[lift.part] = ASSEMBLED;
-      else if (!lift.by_other_means && now !== null && lift.start_m !== null && lift.delivery === now.delivery) states[lift.part] = UNBUILT;
+      else if (waits(lift) && now !== null && lift.start_m !== null && lift.delivery === now.delivery) states[lift.part] = UNBUILT;
     }
     if (now !== null) {
       const motion = this.motionOf(now);
@@ -147,8 +147,14 @@ const SORT_KEYS = {
   mass: (plan, lift) => plan.parts[lift.part].mass_kg,
 };
 
-/** Whether the part of a lift is in place after its turn, set by the crane or by other means. */
-const isSet = (lift) => lift.status === "planned" || lift.by_other_means;
+/** Whether the part of a lift is in place after its turn, set by the crane or otherwise. */
+const isSet = (lift) => lift.status !== "infeasible" || lift.by_other_means;
+
+/** Whether the part of a lift lies in the yard before its turn. */
+const waits = (lift) => lift.status === "planned" || !isSet(lift);
+
+/** What a part is that the crane does not lift. */
+export const HOW = { in_situ: "cast in place", by_hand: "set by hand" };
 
 /** Lifts sorted by a key, ties by order; infeasible ones without a number come last when descending. */
 export function sorted(plan, lifts, key, descending) {

@@ -1,0 +1,92 @@
+"""What is a lift of the crane, what is cast in place, and what is set by hand."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+from box_buildings import box_element
+
+from bimvox.bim.building import Casting
+from bimvox.errors import SelectionError
+from bimvox.site.config import ComponentConfig, MeansConfig
+from bimvox.site.means import Means, means_of, nothing_to_lift
+
+BEAM = box_element("beam", (0, 0, 3), (6, 0.3, 3.5), ifc_class="IfcBeam")
+DECK = box_element("deck", (0, 0, 3.3), (30, 20, 3.6), ifc_class="IfcSlab")
+SLAB = box_element("slab", (0, 0, 0), (30, 20, 0.3), ifc_class="IfcSlab")
+FOOTING = box_element("footing", (2, 2, -0.5), (4, 4, 0.1), ifc_class="IfcSlab")
+LINTEL = box_element("lintel", (0, 0, 2), (1.2, 0.1, 2.1), mass_kg=30.0)
+
+
+def works(*elements, entries=(), **limits):
+    found = means_of(elements, {entry.global_id: entry for entry in entries}, MeansConfig(**limits))
+    return {name: one.means for name, one in found.items()}
+
+
+def cast(element, casting):
+    return dataclasses.replace(element, casting=casting)
+
+
+def test_a_usual_part_is_lifted():
+    assert works(BEAM) == {"beam": Means.CRANE}
+
+
+def test_what_the_file_states_about_casting_decides():
+    found = means_of([BEAM, cast(dataclasses.replace(BEAM, id="poured"), Casting.IN_SITU)], {}, MeansConfig())
+    assert found["poured"] == (Means.IN_SITU, "the building file says that it is cast in place")
+    assert works(BEAM, cast(DECK, Casting.PRECAST))["deck"] is Means.CRANE
+
+
+@pytest.mark.parametrize(
+    ("high", "says"),
+    [
+        ((30, 20, 3.6), "it weighs 432.0 t, the limit is 70 t"),
+        ((12, 6, 3.45), "it is 6.0 m wide, the limit is 5.5 m"),
+        ((41, 0.4, 3.6), "it is 41.0 m long, the limit is 40 m"),
+    ],
+)
+def test_concrete_beyond_what_goes_by_road_is_cast_in_place(high, says):
+    part = box_element("part", (0, 0, 3.3), high, ifc_class="IfcSlab")
+    found = means_of([BEAM, part], {}, MeansConfig())["part"]
+    assert found.means is Means.IN_SITU
+    assert found.why.startswith(says)
+
+
+def test_steel_of_that_size_is_lifted_or_refused_but_not_cast():
+    truss = dataclasses.replace(BEAM, id="truss", mass_kg=7850.0 * 6 * 0.3 * 0.5 * 12, mass_source="density")
+    assert works(BEAM, truss)["truss"] is Means.CRANE
+
+
+def test_what_is_under_a_slab_on_the_ground_that_is_cast_in_place_is_cast_too():
+    assert works(BEAM, SLAB, FOOTING) == {"beam": Means.CRANE, "slab": Means.IN_SITU, "footing": Means.IN_SITU}
+    assert works(BEAM, DECK, box_element("stool", (2, 2, 0), (4, 4, 3)))["stool"] is Means.CRANE
+    assert works(BEAM, SLAB, cast(FOOTING, Casting.PRECAST))["footing"] is Means.CRANE
+
+
+def test_what_a_few_people_carry_is_set_by_hand():
+    assert works(BEAM, LINTEL)["lintel"] is Means.BY_HAND
+    assert works(BEAM, LINTEL, lift_from_kg=30.0)["lintel"] is Means.CRANE
+
+
+def test_a_model_at_toy_scale_or_with_one_material_for_all_is_lifted():
+    assert works(LINTEL) == {"lintel": Means.CRANE}
+    assert works(cast(BEAM, Casting.IN_SITU)) == {"beam": Means.CRANE}
+    assert works(DECK) == {"deck": Means.CRANE}
+
+
+def test_the_site_file_overrides_everything():
+    entries = [ComponentConfig(global_id="deck", means="crane"), ComponentConfig(global_id="beam", means="by_hand")]
+    assert works(BEAM, DECK, LINTEL, entries=entries, lift_from_kg=0.0) == {
+        "beam": Means.BY_HAND,
+        "deck": Means.CRANE,
+        "lintel": Means.CRANE,
+    }
+
+
+def test_a_model_in_which_nothing_is_lifted_says_what_is():
+    entries = {"deck": ComponentConfig(global_id="deck", means="in_situ")}
+    found = list(means_of([DECK], entries, MeansConfig()).values())
+    assert isinstance(nothing_to_lift(found), SelectionError)
+    assert "1 parts are cast in place and 0 are set by hand" in str(nothing_to_lift(found))
+    assert "no part of the model is a component" in str(nothing_to_lift([]))
