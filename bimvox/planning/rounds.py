@@ -52,8 +52,9 @@ def refusals(proof: Verification) -> dict[str, str]:
     reasons: dict[str, str] = {}
     for check in proof.checks:
         for component in sorted(check.culprits):
-            failure = next((f for f in check.failures if component in f), check.failures[0])
-            reasons.setdefault(component, f"{NOT_PROVEN}{check.name}: {failure}")
+            # Only the first failures are kept: none of them may be this lift's.
+            failure = next((f": {f}" for f in check.failures if component in f), "")
+            reasons.setdefault(component, f"{NOT_PROVEN}{check.name}{failure}")
     if not proof.verified and not reasons:
         raise VerificationError(
             f"the plan could not be proven, so it was not written: {proof.failures[0]}",

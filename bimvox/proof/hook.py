@@ -78,10 +78,11 @@ class HookProof(LiftProof):
         if bad.any():
             n = int(np.argmax(bad))
             met = ", ".join(things_over(present, placements, n, np.zeros(3, np.int64)))
+            what = empty.what
             if left is not None and leaving[n]:
                 # The hook cannot leave the set point of the previous part: that lift fails, not this one.
-                check.about = left.id
-            when = f"{name}: on its {empty.what}, at {time_s[n]:.2f} s"
+                check.about, what = left.id, f"{what} from {left.id}"
+            when = f"{name}: on its {what}, at {time_s[n]:.2f} s"
             check.look(False, f"{when}, the empty hook or its rope meets {met}")
 
     def _check_jib(self, name: str, present: Sequence[Thing], axes: NDArray[np.float64]) -> None:

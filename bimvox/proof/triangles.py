@@ -26,6 +26,7 @@ from bimvox.site.component import Component
 
 _SPACING_M = 0.02
 _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
+_UNDER_ROPE_M = 1e-6  # the rope starts this far above its foot: it may touch the top of the part that it hangs from
 _MEASURED_M = 0.002  # a listed depth may differ from the measured one by this
 _INTERLOCKED_M = 2.0  # a shorter move must be listed as the way out
 _SHEET_M = 1e-6  # anything thinner is a sheet and has no inside
@@ -177,6 +178,7 @@ class TriangleCheck:
         low, high = self._boxes[other]
         if (foot_m[:2] - _ROPE_M > high[:2]).any() or (foot_m[:2] + _ROPE_M < low[:2]).any():
             return True
+        foot_m[2] += _UNDER_ROPE_M
         top_m = max(high[2], foot_m[2]) + 1.0
         rope = fcl.CollisionObject(fcl.Box(_ROPE_M, _ROPE_M, top_m - foot_m[2]))
         rope.setTranslation(np.array([foot_m[0], foot_m[1], (foot_m[2] + top_m) / 2]))

@@ -3,7 +3,8 @@
 import pytest
 
 from bimvox.errors import VerificationError
-from bimvox.planning.rounds import proven_in_rounds
+from bimvox.planning.rounds import proven_in_rounds, refusals
+from bimvox.records.proof import Check, Verification
 
 
 def test_what_fails_is_refused_in_the_next_round():
@@ -37,3 +38,14 @@ def test_lifts_that_fail_one_after_the_other_end_the_rounds():
         VerificationError, match="lifts still fail their proof, so nothing was written; the last one is part 11"
     ):
         proven_in_rounds(lambda refused: {f"part {len(refused)}": "it fails"}, "written")
+
+
+def test_a_lift_is_not_refused_with_the_failure_of_another():
+    check = Check("motion_cells")
+    for n in range(100):
+        check.about = "beam" if n < 50 else "wall"
+        check.look(False, f"{check.about}: meets slab")
+    assert refusals(Verification((check,))) == {
+        "beam": "its lift could not be proven: motion_cells: beam: meets slab",
+        "wall": "its lift could not be proven: motion_cells",
+    }

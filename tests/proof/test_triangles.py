@@ -49,3 +49,14 @@ def test_a_part_may_be_on_the_far_side_of_what_it_is_drawn_into(plan):
     beyond = np.array([[3.0, 0.0, 0.0], [2.03, 0.0, 0.0]])
     TriangleCheck(plan).check_way(check, plan.site.components[0], beyond, 2)
     assert check.passed
+
+
+def test_a_rope_may_touch_the_top_of_the_part_that_it_hangs_from():
+    site = box_site([("beam", (1.0, 1.0, 0.0), (4.0, 1.4, 1.0)), ("wall", (1.0, 0.8, 0.0), (4.0, 1.0, 3.0))])
+    beam = site.components[0]
+    triangles = TriangleCheck(LiftPlan(site, ()))
+    top_m = float(beam.mesh.bounds_m[1, 2])
+    foot_m = site.frame.origin_m[2] + site.frame.voxel_size_m * (beam.target_vox[2] + beam.hook_offset_vox[2])
+    flush = np.array([0.0, 0.0, top_m - foot_m])
+    assert triangles.rope_is_clear(beam, flush, 0)
+    assert not triangles.rope_is_clear(beam, flush - (0.0, 0.0, 0.001), 0)

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.planning.contact.enclosed import enclosed
 from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m, thickness_m
 from bimvox.planning.contact.sweep import blocked_steps, crossings_above
 from bimvox.planning.contact.triangle_object import collision_object
@@ -176,7 +177,7 @@ class Contacts:
                     continue
                 part, other = (self._bvh_of(triangles) for triangles in self.pair_m(first, second))
                 part.setTranslation(np.zeros(3))
-                if not fcl.collide(part, other):
+                if not fcl.collide(part, other) and not enclosed(*self.pair_m(first, second)):
                     continue
                 way_m = self._way_out_as_drawn_m(first, second, part, other)
                 part.setTranslation(np.zeros(3))
@@ -204,7 +205,7 @@ class Contacts:
         """
         depths_m = pair_depths_m(first, second, self._thickness_m, min(self._tolerance_m, _LEAST_GAP_M))
         one, other = (self.eroded_m(*solid) for solid in zip((first, second), depths_m, strict=True))
-        return bool(fcl.collide(self._bvh_of(one), self._bvh_of(other)))
+        return bool(fcl.collide(self._bvh_of(one), self._bvh_of(other))) or enclosed(one, other)
 
     def _way_out_as_drawn_m(
         self, first: int, second: int, part: fcl.CollisionObject, other: fcl.CollisionObject
@@ -229,10 +230,14 @@ class Contacts:
                     point_m = self._triangles[first][0].mean(axis=0) + moved_m
                     outside = crossings_above(self._triangles[second], point_m) % 2 == 0
                     part.setTranslation(moved_m)
-                    if outside and not fcl.collide(part, other):
+                    if outside and not fcl.collide(part, other) and not self._still_enclosed(first, second, moved_m):
                         shortest_m, way_m = out_m, moved_m
                         break
         return self._apart_by_boxes_m(first, second) if way_m is None else way_m
+
+    def _still_enclosed(self, first: int, second: int, moved_m: NDArray[np.float64]) -> bool:
+        part, other = self.pair_m(first, second)
+        return enclosed(part + moved_m, other)
 
     def _apart_by_boxes_m(self, first: int, second: int) -> NDArray[np.float64] | None:
         """Return the move that takes the boxes of two parts apart, less what their surfaces do not need.

@@ -1,7 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from box_sites import box_site
 
+from bimvox.bim.building import TriangleMesh
 from bimvox.planning.contact.pairs import Contacts
 
 
@@ -61,3 +64,29 @@ def test_moves_meet_only_beyond_the_tolerance():
     assert contacts.meets_on_move(0, np.zeros(3), 1, 0, 1, 0.5, 4).any()
     assert not contacts.meets_on_move(0, np.array([0.009, 0, 0]), 1, 2, 1, 0.5, 4).any()
     assert contacts.meets_on_move(0, np.array([0.011, 0, 0]), 1, 2, 1, 0.5, 4).any()
+
+
+def test_a_part_drawn_inside_another_is_listed_and_may_leave_as_deep_as_it_is_drawn():
+    """Their surfaces do not cross: an anchor in a wall, 50 mm under its top."""
+    site = box_site([("wall", (1.0, 1.0, 0.0), (4.0, 1.4, 3.0)), ("anchor", (2.0, 1.19, 2.9), (2.02, 1.21, 2.95))])
+    contacts = Contacts(site)
+    (clash,) = contacts.clashes
+    assert (clash.first, clash.second) == ("wall", "anchor")
+    assert clash.depth_m == pytest.approx(0.1, abs=0.0015)  # from its underside to the wall's top
+    assert contacts.way_out_m(1, 0) == pytest.approx([0.0, 0.0, 0.1], abs=0.0015)
+    assert not contacts.meets_on_move(1, np.zeros(3), 0, 2, 1, 0.5, 4).any()
+    assert contacts.meets_on_move(1, np.zeros(3), 0, 2, -1, 0.5, 4).any()
+
+
+def test_parts_in_the_hollow_of_another_are_not_drawn_into_it():
+    """What lies between the legs of a channel is outside, although its box holds it."""
+    site = box_site([("a", (1.0, 1.0, 0.0), (4.0, 1.4, 3.0)), ("b", (2.0, 1.5, 1.0), (2.2, 1.6, 1.2))])
+    legs = [box_site([("leg", low, high)]).components[0].mesh for low, high in _LEGS]
+    faces = np.concatenate([mesh.faces + 8 * n for n, mesh in enumerate(legs)]).astype(np.int32)
+    channel = TriangleMesh(np.concatenate([mesh.vertices_m for mesh in legs]), faces)
+    first, second = site.components
+    site = replace(site, components=(replace(first, mesh=channel), second))
+    assert not Contacts(site).clashes
+
+
+_LEGS = (((1.0, 1.0, 0.0), (4.0, 1.4, 3.0)), ((1.0, 1.7, 0.0), (4.0, 2.1, 3.0)))
