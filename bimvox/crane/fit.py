@@ -31,12 +31,10 @@ _MOST_BASES = 400  # bases at which the jib is checked, those with the lowest ut
 def fit_crane(
     points_m: ArrayLike,
     masses_kg: ArrayLike,
-    footprint_m: ArrayLike,
+    ground: Ground,
     height_under_hook_m: float,
     *,
     cranes: Sequence[TowerCrane],
-    keep_clear_m: Sequence[ArrayLike] = (),
-    margin_m: float = MARGIN_M,
     built: BuiltHeights | None = None,
 ) -> TowerCrane:
     """Return the first crane that serves every point, on the base with the lowest utilisation; deterministic.
@@ -51,11 +49,9 @@ def fit_crane(
     Args:
         points_m: (N, 2) hook positions on plan: targets and yard corners.
         masses_kg: (N,) mass to be carried there, without rigging.
-        footprint_m: (K, 2) corners of the building's footprint, a simple polygon.
+        ground: Where the mast may stand.
         height_under_hook_m: Height above the site's z = 0 that the hook must reach.
         cranes: Machines to choose from, the preferred one first; their base and jib height are ignored.
-        keep_clear_m: Other (K, 2) polygons from which the mast keeps clear (yards).
-        margin_m: Distance by which every point must lie inside the radius limits.
         built: Heights of the finished building; None if no jib can touch anything.
 
     Raises:
@@ -66,22 +62,21 @@ def fit_crane(
     if not len(points):
         raise InputError("no point is given for a crane to reach", hint="give at least one target")
     heaviest_first = np.argsort(-masses, kind="stable")
-    ground = Ground((footprint_m, *keep_clear_m))
     for machine in cranes:
         crane = _standing(machine, height_under_hook_m)
         bases = fitting = ground.bases(crane)
         for first in range(0, len(points), _AT_ONCE):
             some = heaviest_first[first : first + _AT_ONCE]
-            reached = served(crane, fitting, points[some], masses[some], height_under_hook_m, margin_m)
+            reached = served(crane, fitting, points[some], masses[some], height_under_hook_m, MARGIN_M)
             fitting = fitting[reached.all(axis=1)]
             if not len(fitting):
                 break
         if not len(fitting):
             continue
-        high = np.array([allowed_radii_m(crane, float(mass))[1] for mass in masses]) - margin_m
+        high = np.array([allowed_radii_m(crane, float(mass))[1] for mass in masses]) - MARGIN_M
         use = np.round((distances_m(fitting, points) / high).max(axis=1), 9)
         return _least_blocked(crane, fitting[np.argsort(use, kind="stable")], points, built)
-    reached = served(crane, bases, points, masses, height_under_hook_m, margin_m)
+    reached = served(crane, bases, points, masses, height_under_hook_m, MARGIN_M)
     raise _no_crane(crane, points, masses, bases, distances_m(bases, points), reached)
 
 

@@ -189,9 +189,8 @@ class _Site:
         self._components, self._places, self._masses = components, places, masses
         self._yards, self._top_m, self._built = yards, top_m, built
         (x0, y0), (x1, y1) = footprint
-        self._footprint = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
         self._middles = np.array([yard.mean(axis=0) for yard in yards]).reshape(-1, 2)
-        self._ground = Ground((self._footprint, *yards))
+        self._ground = Ground(([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], *yards))
 
     @cached_property
     def _columns(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -215,9 +214,8 @@ class _Site:
                 return fit_crane(
                     np.concatenate(points),
                     np.concatenate(loads),
-                    self._footprint,
+                    self._ground,
                     self._height_m(crane),
-                    keep_clear_m=self._yards,
                     cranes=(crane,),
                     built=self._built,
                 )

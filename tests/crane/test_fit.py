@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from named_cranes import HAMMERHEADS
 
-from bimvox.crane.fit import HOOK_BLOCK_M, MAST_CLEARANCE_M, distance_to_polygon_m, fit_crane
+from bimvox.crane.fit import HOOK_BLOCK_M, MAST_CLEARANCE_M, Ground, distance_to_polygon_m, fit_crane
 from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.errors import InputError
@@ -15,7 +15,7 @@ YARD = np.array([[25.0, 0.0], [35.0, 0.0], [35.0, 12.0], [25.0, 12.0]])
 
 def test_the_smallest_crane_that_serves_every_point_is_chosen_clear_of_everything():
     points = np.concatenate([BUILDING, YARD])
-    crane = fit_crane(points, 1500.0, BUILDING, 18.0, keep_clear_m=[YARD], cranes=HAMMERHEADS)
+    crane = fit_crane(points, 1500.0, Ground((BUILDING, YARD)), 18.0, cranes=HAMMERHEADS)
     assert crane.name == "hammerhead-30"
     assert crane.jib_height_m == 18.0 + HOOK_BLOCK_M
     radii = np.hypot(*(points - np.array(crane.base_m[:2])).T)
@@ -30,19 +30,19 @@ def test_the_smallest_crane_that_serves_every_point_is_chosen_clear_of_everythin
 
 def test_heavier_parts_need_a_larger_crane_and_the_same_input_gives_the_same_one():
     points, masses = np.concatenate([BUILDING, YARD]), [9000.0] * 4 + [1000.0] * 4
-    crane = fit_crane(points, masses, BUILDING, 18.0, keep_clear_m=[YARD], cranes=HAMMERHEADS)
+    crane = fit_crane(points, masses, Ground((BUILDING, YARD)), 18.0, cranes=HAMMERHEADS)
     assert crane.name == "hammerhead-75"
-    assert fit_crane(points, masses, BUILDING, 18.0, keep_clear_m=[YARD], cranes=HAMMERHEADS) == crane
+    assert fit_crane(points, masses, Ground((BUILDING, YARD)), 18.0, cranes=HAMMERHEADS) == crane
 
 
 def test_what_no_crane_can_carry_is_reported_with_point_and_mass():
     with pytest.raises(InputError, match=r"60000 kg are needed at \(20\.0, 12\.0\)") as caught:
-        fit_crane(BUILDING, [1000.0, 1000.0, 60_000.0, 1000.0], BUILDING, 10.0, cranes=HAMMERHEADS)
+        fit_crane(BUILDING, [1000.0, 1000.0, 60_000.0, 1000.0], Ground((BUILDING,)), 10.0, cranes=HAMMERHEADS)
     assert "hammerhead-75" in str(caught.value)
     with pytest.raises(InputError, match="no place for the mast"):
-        fit_crane(BUILDING, 100.0, BUILDING, 10.0, keep_clear_m=[BUILDING * 20.0 - 150.0], cranes=HAMMERHEADS)
+        fit_crane(BUILDING, 100.0, Ground((BUILDING, BUILDING * 20.0 - 150.0)), 10.0, cranes=HAMMERHEADS)
     with pytest.raises(InputError, match="no point"):
-        fit_crane(np.zeros((0, 2)), [], BUILDING, 10.0, cranes=HAMMERHEADS)
+        fit_crane(np.zeros((0, 2)), [], Ground((BUILDING,)), 10.0, cranes=HAMMERHEADS)
 
 
 @settings(max_examples=50, deadline=None)

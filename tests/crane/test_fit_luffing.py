@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from named_cranes import LUFFING_CRANES, MOBILE_CRANES, default_luffing_crane
 
-from bimvox.crane.fit import fit_crane
+from bimvox.crane.fit import Ground, fit_crane
 from bimvox.crane.fit_luffing import built_heights, highest_hooks_m, pivoted, points_blocked
 from bimvox.errors import InputError
 
@@ -22,7 +22,7 @@ def test_a_height_map_is_the_highest_of_its_boxes():
 
 
 def test_a_luffing_tower_crane_is_as_high_as_it_must_be():
-    low, high = (fit_crane(POINTS, 1000.0, BUILDING, h, keep_clear_m=[YARD], cranes=LUFFING_CRANES) for h in (9.2, 30))
+    low, high = (fit_crane(POINTS, 1000.0, Ground((BUILDING, YARD)), h, cranes=LUFFING_CRANES) for h in (9.2, 30))
     assert (low.name, high.name) == ("luffing-40", "luffing-40")
     assert low.luffing.tail_low_m == 9.5
     assert high.luffing.pivot_height_m - low.luffing.pivot_height_m == pytest.approx(20.5)
@@ -33,12 +33,12 @@ def test_a_luffing_tower_crane_is_as_high_as_it_must_be():
 
 
 def test_a_mobile_crane_must_get_its_hook_up_there():
-    crane = fit_crane(POINTS, 1000.0, BUILDING, 12.0, keep_clear_m=[YARD], cranes=MOBILE_CRANES)
+    crane = fit_crane(POINTS, 1000.0, Ground((BUILDING, YARD)), 12.0, cranes=MOBILE_CRANES)
     radii = np.hypot(*(POINTS - np.array(crane.base_m[:2])).T)
     assert (highest_hooks_m(crane.luffing, radii) >= 12.0).all()
     assert pivoted(crane, crane.luffing, 99.0) is crane
     with pytest.raises(InputError, match="no crane serves every point"):
-        fit_crane(POINTS, 1000.0, BUILDING, 60.0, keep_clear_m=[YARD], cranes=MOBILE_CRANES)
+        fit_crane(POINTS, 1000.0, Ground((BUILDING, YARD)), 60.0, cranes=MOBILE_CRANES)
 
 
 def test_a_mobile_crane_stands_where_its_boom_is_over_every_place():
@@ -49,6 +49,6 @@ def test_a_mobile_crane_stands_where_its_boom_is_over_every_place():
     points = np.array([[6.0, 2.0], [6.0, 6.0], [14.0, 4.0], [7.0, -10.0]])
     behind = replace(default_luffing_crane("mobile-60t"), base_m=(-6.0, 4.0, 0.0))
     assert points_blocked(behind, behind.luffing, points, built) > 0
-    crane = fit_crane(points, 1000.0, BUILDING, 12.0, cranes=MOBILE_CRANES, built=built)
+    crane = fit_crane(points, 1000.0, Ground((BUILDING,)), 12.0, cranes=MOBILE_CRANES, built=built)
     assert points_blocked(crane, crane.luffing, points, built) == 0
     assert crane.base_m[0] > 3.0
