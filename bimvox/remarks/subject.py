@@ -45,8 +45,9 @@ class Subject:
 
     @cached_property
     def in_place(self) -> tuple[Component, ...]:
-        """The parts that are in place after the last lift, those of the context included."""
-        return tuple(self.site.components[lift.component] for lift in self.lifts)
+        """The parts that are in place after the last lift, lifted or set otherwise, those of the context included."""
+        there = (lift for lift in (*self.plan.lifts, *self.context) if lift.is_set)
+        return tuple(self.site.components[lift.component] for lift in sorted(there, key=lambda lift: lift.order))
 
 
 def name_of(component: Component) -> str:

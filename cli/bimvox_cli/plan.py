@@ -125,7 +125,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
                 *(lift[name] for name in cranes),
                 lift.get("name") or lift.get("ifc_class"),
                 lift["component"],
-                lift["method"] or lift["status"],
+                lift["method"] or lift["status"].replace("_", " "),
                 lift["moves"],
                 lift["shortest_moves"],
                 lift["duration_s"],
@@ -169,7 +169,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
             )
             for group in document["not_lifted"]
         ],
-        title=f"no lifts of the crane: {sum(group['parts'] for group in document['not_lifted_groups']):,}",
+        title=f"no lifts of the crane: {sum(group['parts'] for group in document['not_lifted']):,}",
     )
     show_remarks(console, document["remarks"], every=every)
     console.print()

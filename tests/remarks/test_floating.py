@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from remarked_plans import named, of_kind, plan_of
 
 from bimvox.records.lift import Lift, LiftPlan, Status
@@ -38,6 +40,13 @@ def test_a_joint_is_not_a_gap_but_a_decimetre_is() -> None:
 
 def test_what_rests_on_a_refused_part_floats() -> None:
     assert set(named(plan_of([COLUMN, BEAM], refused=["column"]), "floats")) == {"beam"}
+
+
+def test_what_rests_on_a_part_that_is_set_otherwise_does_not_float() -> None:
+    plan = plan_of([COLUMN, BEAM], refused=["column"])
+    lifts = (dataclasses.replace(plan.lifts[0], by_other_means=True), *plan.lifts[1:])
+    assert plan.site.components[lifts[0].component].id == "column"
+    assert not named(dataclasses.replace(plan, lifts=lifts), "floats")
 
 
 def test_a_model_that_is_rounded_down_to_a_cell_stands_on_the_ground() -> None:

@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import InputError
 from bimvox.motion.load_frame import cells_of_axes, load_frame
-from bimvox.records.lift import Lift, Status
+from bimvox.records.lift import NOT_LIFTED, Lift, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.records.other_means import by_other_means
 from bimvox.rendering.colours import (
     ARRIVED,
     ASSEMBLED,
+    CAST_IN_PLACE,
     IN_TRANSIT,
     OTHER_MEANS,
     PATH,
+    SET_BY_HAND,
     START_BOX,
     TARGET_BOX,
     UNBUILT,
@@ -97,6 +98,13 @@ def scene_of_plan(
     return _under_way(site, lifts, lift, motion, moment.share, others)
 
 
+_OTHERWISE = {
+    Status.IN_SITU: ("cast in place", CAST_IN_PLACE),
+    Status.BY_HAND: ("set by hand", SET_BY_HAND),
+    Status.INFEASIBLE: ("set by other means", OTHER_MEANS),
+}
+
+
 def no_path_error(site: Site, order: int, lift: Lift | None) -> InputError:
     """Return the error for the lift of an order that has no path; None if the plan has no such lift."""
     component = site.components[lift.component] if lift else None
@@ -109,15 +117,16 @@ def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotio
     planned = [lift for lift in lifts if lift.status is Status.PLANNED]
     drawn = [lift for lift in planned if lift.path_vox is not None]
     missing = [site.components[lift.component] for lift in lifts if not lift.is_set]
-    others = [target_cells(site.components[lift.component]) for lift in by_other_means(lifts)]
     canvas = site_canvas(site, len(lifts))
     for lift in planned:
         canvas.paint(target_cells(site.components[lift.component]), ASSEMBLED, layer=Layer.ASSEMBLED)
     legend = [*site_legend(site), LegendEntry(f"assembled ({len(planned)})", ASSEMBLED, layer=Layer.ASSEMBLED)]
-    for cells in others:
-        canvas.paint(cells, OTHER_MEANS, layer=Layer.ASSEMBLED)
-    if others:
-        legend.append(LegendEntry(f"set by other means ({len(others)})", OTHER_MEANS, layer=Layer.ASSEMBLED))
+    for status, (words, colour) in _OTHERWISE.items():
+        otherwise = [lift for lift in lifts if lift.status is status and lift.is_set]
+        for lift in otherwise:
+            canvas.paint(target_cells(site.components[lift.component]), colour, layer=Layer.ASSEMBLED)
+        if otherwise:
+            legend.append(LegendEntry(f"{words} ({len(otherwise)})", colour, layer=Layer.ASSEMBLED))
     few = len(drawn) <= FEW
     shown = drawn if few else drawn[-1:]
     starts = [(lift.place.shape, lift.place.cell_vox) for lift in shown if lift.place is not None]
@@ -136,7 +145,8 @@ def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotio
     ends = {motions[lift.order].crane: motions[lift.order].loaded for lift in drawn if lift.order in motions}
     poses = {crane: CranePose(*loaded.axes[-1].tolist()) for crane, loaded in ends.items()}
     crane_time = f", {hours(max(m.end_ns for m in motions.values()))} of crane time" if motions else ""
-    caption = f"{len(planned):,} of {counted(len(lifts), 'part')} placed{crane_time}"
+    wanted = sum(lift.status not in NOT_LIFTED for lift in lifts)
+    caption = f"{len(planned):,} of {counted(wanted, 'part')} placed{crane_time}"
     return painted_scene(site, canvas, site_cranes(site, poses), strokes, legend, site.name, caption)
 
 
