@@ -57,6 +57,7 @@ class OrderHints:
         storey_rank: Number of its storey, counted from the lowest.
         assembly: GlobalId of the assembly that it was part of.
         connected: Ids of the parts to which the building file connects it.
+        rank: Rank of its class within a level: the lower ones are set first. None if levels do not matter.
     """
 
     first: bool = False
@@ -67,6 +68,7 @@ class OrderHints:
     storey_rank: int | None = None
     assembly: str | None = None
     connected: tuple[str, ...] = ()
+    rank: int | None = field(default=None, metadata=SPARSE)
 
 
 NO_HINTS = OrderHints()

@@ -533,13 +533,38 @@ class MeansConfig(Table):
     """A lighter part is set by hand, in a bundle with others of its storey and kind. 0: every part is a lift."""
 
 
+Rank = Annotated[Whole, Field(ge=0, le=100)]
+
+
+class RanksConfig(Table):
+    """The order of the classes of parts within a level, lower ranks first; equal ranks in any order."""
+
+    footing: Rank = 0
+    """Footings, piles, base slabs."""
+    column: Rank = 1
+    """Columns."""
+    wall: Rank = 1
+    """Walls and panels."""
+    beam: Rank = 2
+    """Beams."""
+    slab: Rank = 3
+    """Slabs, planks and roofs."""
+    stair: Rank = 3
+    """Stairs, ramps and landings."""
+    other: Rank = 3
+    """All other parts."""
+
+
 class SequenceConfig(Table):
     """Wishes about the erection sequence. Geometry takes precedence: the parts that a part needs come before it."""
 
     first: tuple[Text, ...] = ()
     """Ids of components that are set before all others, together with the parts that they need."""
     storeys: Flag = True
-    """Whether a storey is finished before the next one begins, as far as geometry permits."""
+    """Whether a storey is finished before the next one begins, as far as geometry permits: columns and walls that stand
+    on a floor come after the beams, slabs and stairs of that floor."""
+    ranks: RanksConfig = RanksConfig()
+    """The order of the classes of parts within a storey."""
     schedule: Flag = True
     """Whether the order of the tasks in the building file is kept, as far as geometry permits."""
 

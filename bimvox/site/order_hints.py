@@ -10,6 +10,7 @@ import shapely
 from bimvox.bim.building import Element
 from bimvox.site.component import OrderHints
 from bimvox.site.config import SiteConfig
+from bimvox.site.work import kind_of
 
 
 def order_hints(
@@ -46,5 +47,6 @@ def order_hints(
             storey_rank=rank[element.storey_height_m] if by_storey and element.storey_height_m is not None else None,
             assembly=element.assembly,
             connected=tuple(sorted(partners.get(element.id, ()))),
+            rank=getattr(config.sequence.ranks, kind_of(element)) if config.sequence.storeys else None,
         )
     return hints

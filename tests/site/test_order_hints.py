@@ -2,7 +2,7 @@ import pytest
 from box_buildings import box_element
 
 from bimvox.errors import ConfigError
-from bimvox.site.config import ModelConfig, SequenceConfig, SiteConfig, ZoneConfig
+from bimvox.site.config import ModelConfig, RanksConfig, SequenceConfig, SiteConfig, ZoneConfig
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import first_ids
 
@@ -47,3 +47,17 @@ def test_an_unknown_first_part_is_named_by_its_key():
     assert hints_of(first=("c",))["c"].first
     with pytest.raises(ConfigError, match=r"sequence.first\[1\]: no component has the id 'd'"):
         hints_of(first=("c", "d"))
+
+
+def test_a_part_has_the_rank_of_its_class_unless_storeys_are_left_out():
+    ranks = RanksConfig(column=7, beam=4)
+    post = box_element("post", (0, 0, 0), (0.4, 0.4, 3), ifc_class="IfcColumn")
+    beam = box_element("beam", (0, 0, 3), (6, 0.4, 3.5), ifc_class="IfcBeam")
+    for sequence, wanted in (
+        (SequenceConfig(ranks=ranks), [7, 4]),
+        (SequenceConfig(), [1, 2]),
+        (SequenceConfig(ranks=ranks, storeys=False), [None, None]),
+    ):
+        config = SiteConfig(model=ModelConfig(path="a.ifc"), sequence=sequence)
+        hints = order_hints(config, [post, beam], frozenset(), [])
+        assert [hints[name].rank for name in ("post", "beam")] == wanted

@@ -1,8 +1,9 @@
 """Erection stages: the preferred order of the parts, as far as geometry permits.
 
-Preferences rank: ``first`` in the site file, its assembly zones, the schedule in the building file, storeys. Every part
-has a stage. A part that another one needs comes no later than that one's stage. So a preference never contradicts
-geometry: if it would, the part comes earlier, and a note names both.
+Preferences rank: ``first`` in the site file, its assembly zones, the schedule in the building file, storeys, and within
+a storey the classes of parts: footings, columns and walls, beams, slabs and stairs, then what stands on that floor.
+Every part has a stage. A part that another one needs comes no later than that one's stage. So a preference never
+contradicts geometry: if it would, the part comes earlier, and a note names both.
 """
 
 from __future__ import annotations
@@ -12,13 +13,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from bimvox.planning.order.graph import OrderGraph
+from bimvox.planning.order.levels import levels_of
 from bimvox.site.component import Component
+from bimvox.site.work import kind_of
 
-_KINDS = ("first", "zone", "task", "storey")
+_KINDS = ("first", "zone", "task", "storey", "rank")
+_CALLED = {"rank": "class"}
 _NAMED = 10
 _SAME_M = 0.1
 
-Stage = tuple[int, int, int, int]
+Stage = tuple[int, int, int, int, int]
 
 
 def stages(components: Sequence[Component], graph: OrderGraph) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
@@ -36,13 +40,16 @@ def stages(components: Sequence[Component], graph: OrderGraph) -> tuple[tuple[St
 def _preferred(components: Sequence[Component]) -> list[Stage]:
     zones = 1 + max((c.hints.zone for c in components if c.hints.zone is not None), default=-1)
     tasks = 1 + max((c.hints.task_rank for c in components if c.hints.task_rank is not None), default=-1)
-    storeys = _storeys(components)
+    ranked = any(c.hints.rank is not None for c in components)
+    levels = levels_of(components) if ranked else None
+    storeys = _storeys(components) if levels is None else levels
     return [
         (
             0 if c.hints.first else 1,
             zones if c.hints.zone is None else c.hints.zone,
             tasks if c.hints.task_rank is None else c.hints.task_rank,
             storeys[n],
+            0 if levels is None else c.hints.rank or 0,
         )
         for n, c in enumerate(components)
     ]
@@ -81,14 +88,20 @@ def _notes(
         elif kind == "task":
             task = f"task {own.hints.task!r}" if own.hints.task is not None else "no task"
             where = f"({task}) is set before task {other.hints.task!r}, against the schedule in the building file"
-        else:
+        elif kind == "storey" and own.storey != other.storey:
             where = f"(storey {own.storey!r}) is set with storey {other.storey!r}"
+        else:
+            found[kind].append(
+                f"{own.label} ({kind_of(own)}) comes before its turn: {other.label} ({kind_of(other)}) needs it"
+            )
+            continue
         found[kind].append(f"{own.label} {where}: {other.label} needs it")
     notes = []
     for kind in _KINDS[1:]:
         notes += found[kind][:_NAMED]
         if len(found[kind]) > _NAMED:
             notes.append(
-                f"{len(found[kind]) - _NAMED} more parts come earlier than their {kind}, because others need them"
+                f"{len(found[kind]) - _NAMED} more parts come earlier than their {_CALLED.get(kind, kind)}, "
+                "because others need them"
             )
     return tuple(notes)

@@ -1,0 +1,56 @@
+"""The level of every part, from the feet of columns and walls.
+
+Columns and walls with feet at about the same height stand on one level. All other parts belong to the level whose
+columns and walls carry them: their top is at the feet of the next level, or above the last. So a floor is finished
+before what stands on it. The storeys of the file are not asked: some files keep a slab in the storey whose floor it is,
+others in the storey below.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bimvox.site.component import Component
+from bimvox.site.work import Work, kind_of
+
+_STEP_M = 0.5
+"""Feet further apart than this are on different levels."""
+_SPAN_M = 1.5
+"""The feet of one level differ by no more than this."""
+_SUNK_M = 0.4
+"""A column or wall may stand this much below the top of the floor that it stands on: in a pocket, or past its edge."""
+_UPRIGHT = (Work.COLUMN, Work.WALL)
+
+
+def levels_of(components: Sequence[Component]) -> list[int] | None:
+    """Return the level of every part, from 0; -1 for what the lowest columns and walls stand on.
+
+    None if there is neither a column nor a wall.
+    """
+    feet_m = [float(component.mesh.bounds_m[0, 2]) for component in components]
+    upright = [kind_of(component) in _UPRIGHT for component in components]
+    bounds = _bounds_m([foot_m for foot_m, stands in zip(feet_m, upright, strict=True) if stands])
+    if not bounds:
+        return None
+    lowest_m, highest_m = np.array(bounds).T
+    found = []
+    for component, foot_m, stands in zip(components, feet_m, upright, strict=True):
+        if stands:
+            found.append(int(np.searchsorted(lowest_m, foot_m, side="right")) - 1)
+        else:
+            top_m = float(component.mesh.bounds_m[1, 2])
+            found.append(int(np.searchsorted(highest_m, top_m - _SUNK_M, side="left")) - 1)
+    return found
+
+
+def _bounds_m(feet_m: Sequence[float]) -> list[tuple[float, float]]:
+    """Return the lowest and the highest foot of each level, ascending."""
+    found: list[tuple[float, float]] = []
+    for foot_m in sorted(feet_m):
+        if found and foot_m - found[-1][1] <= _STEP_M and foot_m - found[-1][0] <= _SPAN_M:
+            found[-1] = (found[-1][0], foot_m)
+        else:
+            found.append((foot_m, foot_m))
+    return found
