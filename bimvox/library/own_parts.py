@@ -84,6 +84,8 @@ def compare_parts(check: Check, site: Site, config: SiteConfig, building: Buildi
 def _compare_hints(check: Check, part: Component, wanted: OrderHints, config: SiteConfig, source: str) -> None:
     for key in _OF_THE_FILE:
         same(check, f"{part.label}: hints.{key}", getattr(part.hints, key), getattr(wanted, key), source)
+    if part.hints.rank is not None:  # logs made before ranks of classes have none
+        same(check, f"{part.label}: hints.rank", part.hints.rank, wanted.rank, source)
     if not config.sequence.storeys:
         same(check, f"{part.label}: hints.storey_rank", part.hints.storey_rank, None, source)
     if not config.sequence.schedule:

@@ -68,6 +68,8 @@ def _lifted(component: Component) -> Element:
         role=Role.COMPONENT,
         mass_kg=component.mass_kg,
         mass_source=component.mass_source,
+        material=component.material,
+        predefined_type=component.predefined_type,
         assembly=hints.assembly,
         task=hints.task,
         task_rank=hints.task_rank,

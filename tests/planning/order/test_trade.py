@@ -14,8 +14,10 @@ from bimvox.bim.read import read_building
 from bimvox.library.site import LoadedSite, guess_site, load_site
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.choose_order import order_and_yard
+from bimvox.planning.order.graph import order_graph
 from bimvox.planning.order.relations import precedence
 from bimvox.planning.order.sequence import ErectionSequence, Sequencer
+from bimvox.planning.order.stages import stages
 from bimvox.site.component import OrderHints
 from bimvox.site.site import Site
 
@@ -128,4 +130,6 @@ def test_storeys_can_be_left_out(prefab: LoadedSite, tmp_path: Path) -> None:
     (tmp_path / "prefab.site.toml").write_text(prefab.to_toml().replace("storeys = true", "storeys = false"))
     site = load_site(tmp_path / "prefab.site.toml").site
     assert {component.hints.rank for component in site.components} == {None}
-    assert upper_parts_before_their_floor(site, sequence_of(site).order)[1]
+    contacts = Contacts(site)
+    kept, _ = stages(site.components, order_graph(site, precedence(site, contacts), contacts))
+    assert len(set(kept)) == 1
