@@ -32,7 +32,11 @@ def planned(store: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path
     folder = tmp_path_factory.mktemp("frame")
     model = folder / "frame.ifc"
     shutil.copy(SAMPLES / "frame.ifc", model)
-    init(model, folder / "frame.site.toml", voxel_size_m=0.5, progress=SilentProgress())
+    init(model, folder / "frame.site.toml", voxel_size_m=0.5, crane="hammerhead-30", progress=SilentProgress())
+    site = folder / "frame.site.toml"
+    # Its longest jib, and 1 m more rope: the tests of stops look for loads that swing.
+    text = site.read_text().replace("jib_length_m = 18", "jib_length_m = 30")
+    site.write_text(text.replace("jib_height_m = 15", "jib_height_m = 16"))
     document = plan(folder / "frame.site.toml", folder / "frame.mcap", steps=STEPS, progress=SilentProgress())
     return folder, document
 
