@@ -25,6 +25,8 @@ from bimvox.planning.contact.sweep import rope_meets
 from bimvox.site.site import Site
 
 _FAR_M = 10_000.0
+_BY_ROPE_M = 0.05
+"""What is farther from the hook line than this cannot be in the rope's way."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,10 +65,14 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
         low, high = boxes[i]
         over = ((boxes[:, 0, :2] < high[:2]) & (boxes[:, 1, :2] > low[:2])).all(axis=1)
         over[i] = False
-        above = np.flatnonzero(over & (boxes[:, 1, 2] > low[2]))
         below = np.flatnonzero(over & (boxes[:, 0, 2] < low[2] + gap_m) & (boxes[:, 1, 2] > low[2] - gap_m))
         foot_m = _hook_foot_m(site, i)
-        descent.append(tuple(int(j) for j in above if j < count and _blocks(site, contacts, i, int(j), foot_m)))
+        # The hook line is the middle of a column of cells: beside a narrow part, not over it.
+        from_m, to_m = foot_m[:2] - _BY_ROPE_M, foot_m[:2] + _BY_ROPE_M
+        by_rope = ((boxes[:, 0, :2] < to_m) & (boxes[:, 1, :2] > from_m)).all(axis=1)
+        above = np.flatnonzero((over | by_rope) & (boxes[:, 1, 2] > low[2]))
+        others = (int(j) for j in above if j < count and j != i)
+        descent.append(tuple(j for j in others if _blocks(site, contacts, i, j, foot_m)))
         # Solids under the outline whose top may be near one of the part's undersides.
         near_below = np.flatnonzero(over & (boxes[:, 0, 2] < high[2]) & (boxes[:, 1, 2] > low[2] - gap_m))
         held = [int(j) for j in near_below if _met(contacts, i, int(j), -1, gap_m)]

@@ -175,3 +175,12 @@ def test_what_would_block_the_rope_comes_later():
     ring = ("frame", (1.0, 1.0, 0.0), (3.0, 3.0, 0.5))
     site = box_site([ring, ("cap", (1.8, 1.8, 3.0), (2.6, 2.6, 3.2))], crane=test_crane(base=(8.0, 8.0, 0.0)))
     assert order_of(site)[0].descent[0] == (1,)
+
+
+def test_what_would_block_the_rope_beside_a_narrow_part_comes_later():
+    """The hook line is the middle of a column of cells, here in the wall beside the beam."""
+    beam, wall = ("beam", (1.3, 1.0, 0.0), (1.45, 4.0, 0.5)), ("wall", (1.1, 1.0, 0.0), (1.29, 4.0, 3.0))
+    site = box_site([wall, beam], crane=test_crane(base=(8.0, 8.0, 0.0)))
+    relations, sequence = order_of(site)
+    assert relations.descent[1] == (0,)
+    assert names(site, sequence) == ["beam", "wall"]
