@@ -10,6 +10,7 @@ from bimvox.library.own_files import check_own_files
 from bimvox.library.plan_value import Plan
 from bimvox.library.search import with_search
 from bimvox.log.check import check_commands, check_digests, check_load_poses
+from bimvox.log.mcap.form_check import form_faults
 from bimvox.log.mcap.reader import Contents, read_contents, read_file
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import log_of
@@ -95,7 +96,9 @@ def read_whole(log: Path, progress: Progress) -> tuple[Contents, PlanLog]:
         LogFileError: If it is missing, damaged, or not a log of bimvox.
     """
     progress.stage("read")
-    contents = read_contents(read_file(log), log)
+    data = read_file(log)
+    contents = read_contents(data, log)
+    contents.misleading = form_faults(data)
     record = log_of(contents, log)
     if record.context:
         progress.note(f"this log is an extract: {len(record.plan.lifts)} of {len(record.all_lifts)} lifts are in it")

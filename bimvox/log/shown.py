@@ -45,6 +45,8 @@ def check_shown(contents: Contents, log: PlanLog) -> Check:
         log: Its meaning.
     """
     check = Check("shown")
+    for fault in contents.misleading:
+        check.look(False, f"{fault}: other readers show something else")
     _check_metadata(check, contents.metadata.get(topics.METADATA, {}), metadata_of(log))
     if other_version(contents) is None:
         _check_own_keys(check, contents)

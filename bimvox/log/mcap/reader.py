@@ -6,7 +6,7 @@ import re
 import struct
 import zlib
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -28,8 +28,8 @@ RECOVER_HINT = "bimvox export --recover FILE saves every complete part of a dama
 
 _MOST_UNPACKED, _MOST_PACKED = 64 << 20, 100
 """All chunks of a file may claim this many bytes, and this many more for each byte of the file; ours claim 4."""
-_FOOTER_BYTES = 1 + 8 + 8 + 8 + 4
 _PREFIX = struct.Struct("<BQ")
+_FOOTER = struct.Struct("<BQQQI")  # opcode, length, start of the summary, start of its offsets, checksum
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 _ZSTD = b"\x04\x00\x00\x00zstd"
 _HEAD_RECORD = re.compile(b"[" + bytes((Opcode.ATTACHMENT, Opcode.METADATA)) + b"]")
@@ -78,6 +78,7 @@ class Contents:
         messages: In the order of the file.
         lost: What could not be read, one sentence each; empty for a sound file.
         topics: Keep only messages on these, and on the corresponding ones of further cranes; None keeps all.
+        misleading: What the file tells other readers that is not so, one sentence each; only looked for by a proof.
         room: How many bytes the chunks that are still to come may claim.
     """
 
@@ -88,6 +89,7 @@ class Contents:
     messages: list[LogMessage] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
     topics: frozenset[str] | None = None
+    misleading: tuple[str, ...] = ()
     room: int = _MOST_UNPACKED
 
     def add(self, record: Any) -> None:
@@ -109,7 +111,7 @@ class Contents:
         elif isinstance(record, Message):
             self._add_message(record.channel_id, record.sequence, record.log_time, record.data)
         elif isinstance(record, Chunk):
-            body = _chunk_body(record, self.room)
+            body = chunk_body(record, self.room)
             self.room -= len(body)
             self._add_chunk(body)
 
@@ -163,7 +165,7 @@ def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None =
     """
     if not data.startswith(MCAP0_MAGIC):
         raise LogFileError(name, "is not an MCAP file: it does not begin with the MCAP signature")
-    if not data.endswith(MCAP0_MAGIC) or len(data) < 2 * MAGIC_SIZE + _FOOTER_BYTES:
+    if not data.endswith(MCAP0_MAGIC) or len(data) < 2 * MAGIC_SIZE + _FOOTER.size:
         raise LogFileError(name, "is truncated: the signature at its end is missing", hint=RECOVER_HINT)
     contents = Contents(topics=topics, room=_room_of(data))
     try:
@@ -220,7 +222,7 @@ def _room_of(data: bytes) -> int:
     return _MOST_UNPACKED + _MOST_PACKED * len(data)
 
 
-def _chunk_body(chunk: Chunk, most_bytes: int) -> bytes:
+def chunk_body(chunk: Chunk, most_bytes: int) -> bytes:
     """Return a chunk's records, decompressed; the size is checked before, the checksum after."""
     if chunk.uncompressed_size > most_bytes:
         raise ValueError(
@@ -241,6 +243,9 @@ def _chunk_body(chunk: Chunk, most_bytes: int) -> bytes:
 def _check_summary(data: bytes, footer: Footer) -> None:
     """Raise if the summary at the end, which other readers rely on, was changed."""
     end = len(data) - MAGIC_SIZE - 4
+    last = _FOOTER.pack(Opcode.FOOTER, _FOOTER.size - _PREFIX.size, *astuple(footer)) + MCAP0_MAGIC
+    if not data.endswith(last):
+        raise ValueError("something follows its footer")
     if footer.summary_start and zlib.crc32(data[footer.summary_start : end]) != footer.summary_crc:
         raise ValueError("checksum mismatch in its summary")
 
@@ -277,7 +282,7 @@ def _record_at(data: bytes, at: int) -> tuple[Any, int | None]:
             return None, None
         record = _READERS[opcode](ReadDataStream(BytesIO(body)))
         if isinstance(record, Chunk):
-            _chunk_body(record, _room_of(data))
+            chunk_body(record, _room_of(data))
     except _BROKEN:
         return None, None
     return record, after
