@@ -2,7 +2,7 @@
 
 The planner uses a summed-area table and an exact sweep. This module uses neither: it counts what is in each raw cell,
 in a plain grid kept between lifts, and tests the triangles with a collision library (FCL) at fine samples.
-Infeasible lifts are not checked. But no part may rest on a part that they do not set.
+Infeasible lifts are not checked, only the cells of their parts, and no part may rest on a part that they do not set.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from bimvox.proof.stands import check_stands
 from bimvox.proof.triangles import TriangleCheck
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
+from bimvox.records.reasons import NOT_ITS_CELLS
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.means import Means
 from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
@@ -97,9 +98,21 @@ class _Verifier:
         check_stands(self.checks["stands"], self.site, self.lifts, unheld=self.plan.unheld, proven=proven)
         for blocker in self.site.blockers:
             check_structure(self.checks["shapes"], blocker, self.site.frame, self.site.shape)
+        self._check_not_lifted()
         for moment in moments(self.plan, self.context):
             self._check_lift(moment.lift, moment.present, moment.placed)
         return Verification(tuple(self.checks.values()))
+
+    def _check_not_lifted(self) -> None:
+        """Check the cells of parts that are not lifted: set by other means, or in the yard, they are in the way."""
+        check = self.checks["shapes"]
+        for lift in self.lifts:
+            component = self.site.components[lift.component]
+            refused = (lift.reason or "").startswith(NOT_ITS_CELLS)
+            if lift.status is Status.INFEASIBLE and not refused and component.index not in self.known_shapes:
+                check.about = component.id
+                check_shape(check, component, self.site.frame)
+        check.about = None
 
     def _check_deliveries(self) -> None:
         """Check that deliveries come in order, and that none is heavier than a truck's load, except a single part."""
@@ -141,6 +154,7 @@ class _Verifier:
                 lift.status.value == means.value if lift.status in NOT_LIFTED else means is Means.CRANE,
                 f"{self._name(lift)}: its means is {means.value}, but its lift is {lift.status.value}",
             )
+        for lift in self.lifts:
             allowed = lift.status is Status.INFEASIBLE and self.site.rules.by_other_means
             check.look(
                 allowed or not lift.by_other_means,

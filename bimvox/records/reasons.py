@@ -13,6 +13,9 @@ HOOK_MET = (
 )
 LOAD_IS_HELD = "it is held "
 
+NOT_ITS_CELLS = f"{NOT_PROVEN}shapes: "
+"""The lift was refused because the part's cells do not fit its surface: they are taken as they are, a condition."""
+
 OF_THE_PATH = (NOT_PROVEN, NOT_DRIVEN)
 """A path was found, but it, or its motion, was refused."""
 OF_A_STOP = (HOOK_CANNOT_LEAVE, HOOK_MET, LOAD_IS_HELD)

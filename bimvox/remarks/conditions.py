@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 from bimvox.proof.over_time import not_current
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
+from bimvox.records.reasons import NOT_ITS_CELLS
 from bimvox.remarks.subject import name_of
 from bimvox.site.crew_times import crew_times
 from bimvox.site.site import SwingRule
@@ -52,6 +53,10 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
     say(
         [site.components[lift.component].id for lift in lifts if not lift.is_set],
         "infeasible parts are not there while the others are lifted, or are set by other means out of their way",
+    )
+    say(
+        [site.components[lift.component].id for lift in lifts if (lift.reason or "").startswith(NOT_ITS_CELLS)],
+        "parts that are not lifted are where their cells are, although these do not fit their surfaces",
     )
     say(plan.unheld, "parts are held by something that is not in the model until their neighbours are set")
     if plan.clashes:

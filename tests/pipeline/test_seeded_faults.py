@@ -153,6 +153,13 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.slings_that_are_too_flat, "slings", r"slab: its slings raise the hook by 0 cells; .* need \d+"),
     (faults.slings_longer_than_needed, "slings", r"slab: its slings raise the hook by 2 cells; .* need 0"),
     (faults.a_hook_aside, "shapes", "beam: its hook, .* is not above its centre of mass"),
+    (faults.one_cell_by_other_means, "shapes", r"left: its surface at .* m lies outside its cells"),
+    (faults.a_sheet_by_other_means, "shapes", "left: its cells reach further than its surface"),
+    (
+        faults.set_by_other_means_and_lifted_elsewhere,
+        "complete",
+        "beam: set by other means, but it is planned or the site's rules do not",
+    ),
     (faults.a_mirrored_model, "values", "site.site_to_ifc is not a move and a turn about the vertical"),
     (faults.a_scaled_model, "values", "site.site_to_ifc is not a move and a turn about the vertical"),
     (faults.a_model_on_its_head, "values", "site.site_to_ifc is not a move and a turn about the vertical"),
@@ -294,6 +301,16 @@ def test_an_extract_at_its_own_time_is_proven(good: PlanLog, tmp_path: Path):
     assert document["verified"] is True, failed(document)
 
 
+def test_cells_of_a_part_set_by_other_means_that_were_refused_are_a_condition(good: PlanLog, tmp_path: Path):
+    document = proven(faults.retimed(faults.a_column_by_other_means(good)), tmp_path)
+    assert document["verified"] is True, failed(document)
+    assert not any("do not fit" in condition for condition in document["conditions"])
+    document = proven(faults.cells_that_do_not_fit_and_say_so(good), tmp_path)
+    assert document["verified"] is True, failed(document)
+    told = "parts that are not lifted are where their cells are, although these do not fit their surfaces: left"
+    assert told in document["conditions"]
+
+
 def test_the_command_says_that_nothing_was_proven(
     good: PlanLog, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
@@ -374,6 +391,26 @@ def test_a_message_that_shows_something_else_is_refused(good: PlanLog, tmp_path:
     document = verify(tmp_path / "log.mcap", progress=SilentProgress())
     assert failed(document) == {"shown"}
     assert document["checks"]["shown"]["failures"][0].startswith(f"{topic}: at ")
+
+
+@pytest.mark.parametrize("name", faults.OTHER_READERS)
+def test_a_file_that_other_readers_understand_otherwise_is_refused(good: PlanLog, tmp_path: Path, name: str):
+    spoil, says = faults.OTHER_READERS[name]
+    proven(good, tmp_path)
+    data = (tmp_path / "log.mcap").read_bytes()
+    (tmp_path / "log.mcap").write_bytes(spoil(data))
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert failed(document) == {"shown"}
+    assert any(says in failure for failure in document["checks"]["shown"]["failures"]), document["checks"]["shown"]
+
+
+def test_a_second_log_behind_the_first_is_refused(good: PlanLog, tmp_path: Path):
+    proven(good, tmp_path)
+    data = (tmp_path / "log.mcap").read_bytes()
+    whole = faults.file_of(faults.records_of(data), (0, 0))
+    (tmp_path / "log.mcap").write_bytes(whole + data[8:])
+    with pytest.raises(LogFileError, match="something follows its footer"):
+        verify(tmp_path / "log.mcap", progress=SilentProgress())
 
 
 @pytest.mark.parametrize("name", faults.ATTACHED)

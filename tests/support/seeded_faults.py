@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import struct
+import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import astuple
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import zstandard
 from box_sites import box_cells, box_mesh, box_site, test_crane
 from foxglove_schemas_protobuf.Event_pb2 import Event
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
@@ -21,6 +25,9 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.VoxelGrid_pb2 import VoxelGrid
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Chunk
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.crane.axis_limits import AxisLimits
@@ -1008,6 +1015,128 @@ ATTACHED: dict[str, Callable[[bytes], bytes]] = {
 }
 
 
+# What other readers are told: records of the file, rewritten with checksums that fit. Messages stay as they are.
+
+Record = tuple[int, bytes]
+_MAGIC = b"\x89MCAP0\r\n"
+
+
+def records_of(data: bytes) -> list[Record]:
+    """Return every record of an MCAP file: its kind, and its content."""
+    at, found = len(_MAGIC), []
+    while at < len(data) - len(_MAGIC):
+        kind, length = struct.unpack_from("<BQ", data, at)
+        at += 9
+        found.append((kind, data[at : at + length]))
+        at += length
+    return found
+
+
+def file_of(records: Sequence[Record], summary: tuple[int, int] | None = None) -> bytes:
+    """Return an MCAP file of these records; the footer points at the summary, or says that it is elsewhere."""
+    body, start, offsets = bytearray(_MAGIC), 0, 0
+    for kind, content in records:
+        if kind == Opcode.SUMMARY_OFFSET and not offsets:
+            offsets = len(body)
+        if kind == Opcode.FOOTER:
+            start, offsets = (start, offsets) if summary is None else summary
+            body += struct.pack("<BQQQ", kind, 20, start, offsets)
+            body += struct.pack("<I", zlib.crc32(body[start:]) if start else 0)
+            continue
+        body += struct.pack("<BQ", kind, len(content)) + (bytes(4) if kind == Opcode.DATA_END else content)
+        if kind == Opcode.DATA_END:
+            start = len(body)
+    return bytes(body) + _MAGIC
+
+
+def _with(data: bytes, kind: int, change: Callable[[bytes], bytes]) -> bytes:
+    """Return a file with the records of a kind changed."""
+    return file_of([(one, change(content) if one == kind else content) for one, content in records_of(data)])
+
+
+def _other_media_types(content: bytes) -> bytes:
+    content = content[:-4].replace(b"application/json", b"application/jsox")
+    return content + struct.pack("<I", zlib.crc32(content))
+
+
+def _in_chunks(change: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
+    """Return a change of what all chunks hold; it must keep the length, so that the indices still fit."""
+
+    def spoil(content: bytes) -> bytes:
+        chunk = Chunk.read(ReadDataStream(BytesIO(content)))
+        inner = change(zstandard.decompress(chunk.data))
+        head = struct.pack("<QQQI", *struct.unpack_from("<QQ", content), len(inner), zlib.crc32(inner))
+        return head + struct.pack("<I", 0) + struct.pack("<Q", len(inner)) + inner
+
+    return spoil
+
+
+def _other_field_names(data: bytes) -> bytes:
+    """Viewers would show the trolley's rate under another name."""
+
+    def rename(content: bytes) -> bytes:
+        return content.replace(b"trolley_rate_m_s", b"telfer_rate__m_s")
+
+    return file_of(
+        [
+            (kind, _in_chunks(rename)(content) if kind == Opcode.CHUNK else rename(content))
+            for kind, content in records_of(data)
+            if kind not in (Opcode.CHUNK_INDEX, Opcode.SUMMARY_OFFSET)
+        ]
+    )
+
+
+def _published_later(data: bytes) -> bytes:
+    def late(inner: bytes) -> bytes:
+        out, at = bytearray(inner), 0
+        while at < len(inner):
+            kind, length = struct.unpack_from("<BQ", inner, at)
+            if kind == Opcode.MESSAGE:
+                out[at + 9 + 14 : at + 9 + 22] = struct.pack("<Q", 10**15)
+            at += 9 + length
+        return bytes(out)
+
+    return _with(data, Opcode.CHUNK, _in_chunks(late))
+
+
+OTHER_READERS: dict[str, tuple[Callable[[bytes], bytes], str]] = {
+    "no summary": (lambda data: file_of(records_of(data), (0, 0)), "its footer does not point at its summary"),
+    "offsets nowhere": (lambda data: file_of(records_of(data), (0, 777)), "its footer does not point at its summary"),
+    "summary at the header": (lambda data: file_of(records_of(data), (8, 777)), "its footer does not point at"),
+    "statistics": (
+        lambda data: _with(data, Opcode.STATISTICS, lambda content: struct.pack("<Q", 7) + content[8:]),
+        "its summary has another statistics than the file",
+    ),
+    "chunks at another time": (
+        lambda data: _with(data, Opcode.CHUNK_INDEX, lambda content: struct.pack("<QQ", 0, 1) + content[16:]),
+        "its summary has another chunk index than the file",
+    ),
+    "a chunk left out": (
+        lambda data: file_of([r for r in records_of(data) if r[0] != Opcode.CHUNK_INDEX]),
+        "its summary has another chunk index than the file",
+    ),
+    "messages left out": (
+        lambda data: _with(data, Opcode.MESSAGE_INDEX, lambda content: content[:2] + struct.pack("<I", 0)),
+        "a chunk's messages are not those of its index",
+    ),
+    "no messages in the index": (
+        lambda data: file_of([r for r in records_of(data) if r[0] != Opcode.MESSAGE_INDEX]),
+        "a chunk's messages are not all in its index",
+    ),
+    "an attachment elsewhere": (
+        lambda data: _with(data, Opcode.ATTACHMENT_INDEX, lambda content: struct.pack("<Q", 8) + content[8:]),
+        "its summary has another attachment index than the file",
+    ),
+    "a media type": (
+        lambda data: _with(data, Opcode.ATTACHMENT, _other_media_types),
+        "the attachment 'remarks.json' has another media type or time than bimvox's",
+    ),
+    "published later": (_published_later, "a message is published at another time than it is logged"),
+    "names of fields": (_other_field_names, "/crane/command: its messages have another schema than bimvox's"),
+}
+"""Files that other readers would understand otherwise, each with what the refusal says."""
+
+
 def touching_called_a_clash(log: PlanLog) -> PlanLog:
     clash = ModelledClash("slab", "beam", 1e-9, (0.0, 0.0, 1e-9))
     return with_plan(log, clashes=(*log.plan.clashes, clash))
@@ -1063,6 +1192,44 @@ def a_beam_called_cast_in_place(log: PlanLog) -> PlanLog:
     """A beam that the crane could lift is left out of the proof as cast in place."""
     spoiled = with_component(unplanned(log, "beam", "so"), "beam", means=Means.IN_SITU, means_reason="so")
     return with_lift(spoiled, "beam", status=Status.IN_SITU)
+
+
+def a_column_by_other_means(log: PlanLog) -> PlanLog:
+    """No fault: the column is too heavy, and stands when it is its turn."""
+    return with_lift(
+        unplanned(log, "left", "governing radius 12.0 m, at its place: 9000 kg"), "left", by_other_means=True
+    )
+
+
+def retimed(log: PlanLog) -> PlanLog:
+    """Return a log with the motions of its plan."""
+    site = log.plan.site
+    return dataclasses.replace(log, motions=time_plan(log.plan, replay(site, prepare(site), log.plan)))
+
+
+def one_cell_by_other_means(log: PlanLog) -> PlanLog:
+    """Nobody lifts the column, and it is in nobody's way: it has only one cell."""
+    part = log.plan.site.components[index_of(log, "left")]
+    shape, target = shape_of(part.shape.cells[:1] + np.array(part.target_vox))
+    return with_component(retimed(a_column_by_other_means(log)), "left", shape=shape, target_vox=target)
+
+
+def a_sheet_by_other_means(log: PlanLog) -> PlanLog:
+    """The column has its cells, but nothing that could touch a neighbour."""
+    mesh = box_mesh((1.0, 1.4, 0.0), (1.01, 1.41, 2.98))
+    return with_component(retimed(a_column_by_other_means(log)), "left", mesh=mesh)
+
+
+def cells_that_do_not_fit_and_say_so(log: PlanLog) -> PlanLog:
+    """The reason that the planner gives if the proof refuses the cells of a part."""
+    return with_lift(one_cell_by_other_means(log), "left", reason="its lift could not be proven: shapes: left: so")
+
+
+def set_by_other_means_and_lifted_elsewhere(log: PlanLog) -> PlanLog:
+    """An extract whose other lifts are both planned and set by other means."""
+    alone = log.extract([log.motions[-1].order])
+    context = tuple(dataclasses.replace(lift, by_other_means=True) for lift in alone.context)
+    return dataclasses.replace(alone, context=context)
 
 
 def everything_unheld(log: PlanLog) -> PlanLog:
