@@ -42,6 +42,7 @@ class PlanLog:
         revision: Number of the plan among those for the same site; 0 for the first.
         events: Spans other than lifts and phases.
         context: Lifts of the same plan that the log, an extract, does not carry; they have no paths.
+        recovered: Whether it was recovered from a damaged log, of which something was lost.
     """
 
     plan: LiftPlan
@@ -51,6 +52,7 @@ class PlanLog:
     revision: int = 0
     events: tuple[LogEvent, ...] = ()
     context: tuple[Lift, ...] = ()
+    recovered: bool = False
 
     @property
     def all_lifts(self) -> tuple[Lift, ...]:

@@ -92,6 +92,7 @@ def _assemble(contents: Contents, metadata: dict[str, str], path: Path, *, parti
         revision=int(metadata.get("revision", "0")),
         events=tuple(events),
         context=context,
+        recovered=partial,
     )
     return _whole_lifts_only(log) if partial and topics.MOTION_FILE in contents.attachments else log
 

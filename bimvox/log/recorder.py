@@ -165,6 +165,8 @@ def metadata_of(record: PlanLog) -> dict[str, str]:
         "clock": "since the start of the first lift" if record.motions else "nominal, 1 s a unit move",
         "extract": str(bool(record.context)).lower(),
     }
+    if record.recovered:
+        own[topics.RECOVERED] = "true"
     return {key: str(value) for key, value in own.items()} | dict(record.metadata)
 
 

@@ -22,7 +22,7 @@ from bimvox.version import __version__
 
 _SAME = 1e-6
 """Numbers that differ by less, relative or absolute, are the same: an axis is read from a joint and written again."""
-_OF_THE_PROGRAM = frozenset(("bimvox", topics.RECOVERED))
+_OF_THE_PROGRAM = frozenset(("bimvox",))
 """Metadata about the program that wrote the log."""
 
 _OF_THE_PLAN = frozenset(("seed", "policy", "policy_steps", "georeference", FIRST_PLAN, PENDING, NOW_NS))

@@ -12,7 +12,6 @@ from bimvox.library.own_files import only_as_cells
 from bimvox.library.verify import prove, prove_further, read_whole
 from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.schema import METADATA, RECOVERED
 from bimvox.log.shown import other_version
 from bimvox.progress import Progress
 from bimvox.records.lift import Status
@@ -68,7 +67,7 @@ def _conditions(contents: Contents, record: PlanLog) -> list[str]:
     if record.remarks is None:
         return []
     found = list(conditions_of(record.plan, record.motions, record.context))
-    if contents.metadata.get(METADATA, {}).get(RECOVERED) == "true":
+    if record.recovered:
         found.append("this log was recovered from a damaged one: lifts that were lost are not proven")
     if (version := other_version(contents)) is not None:
         found.append(f"the words of /log are those of bimvox {version}: they are not compared")

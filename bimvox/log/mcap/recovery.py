@@ -43,6 +43,7 @@ def recover_log(path: Path | str) -> tuple[PlanLog, Recovered]:
     log = log_of(contents, path)
     if not log.planned:
         raise LogFileError(path, "no complete lift survived")
+    log = dataclasses.replace(log, recovered=bool(contents.lost))
     return log, Recovered(len(contents.messages), tuple(contents.lost))
 
 

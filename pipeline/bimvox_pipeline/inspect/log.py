@@ -32,6 +32,7 @@ def describe_log(path: Path) -> dict[str, Any]:
         "sha256": hashlib.sha256(data).hexdigest(),
         "library": contents.library,
         "revision": log.revision,
+        "recovered": log.recovered,
         "messages": len(contents.messages),
         "duration_s": _duration_s(log),
         "site": site.name,

@@ -3,6 +3,8 @@ import json
 
 import pytest
 from bimvox_pipeline.export.export import export
+from bimvox_pipeline.inspect.inspect import inspect
+from bimvox_pipeline.verify import verify
 
 from bimvox.errors import InputError, LogFileError
 from bimvox.log.reader import read_log
@@ -55,6 +57,10 @@ def test_a_cut_off_log_is_refused_and_recovered(site_folder):
     assert document["lost"]
     assert document["verified"] is True
     assert 0 < len(read_log(site_folder / "out.mcap").plan.lifts) <= 8
+    assert inspect(site_folder / "out.mcap", SilentProgress())["recovered"] is True
+    proof = verify(site_folder / "out.mcap", progress=SilentProgress())
+    assert proof["verified"] is True
+    assert "this log was recovered from a damaged one: lifts that were lost are not proven" in proof["conditions"]
 
 
 @pytest.mark.parametrize(("name", "proven"), [("site.toml", True), ("crane.urdf", True), ("motions.json", False)])

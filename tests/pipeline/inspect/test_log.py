@@ -17,6 +17,7 @@ def test_a_log_is_described(tmp_path: Path, crane: bool) -> None:
     path.write_bytes(log_bytes(log))
     document = inspect(path, SilentProgress())
     assert (document["kind"], document["revision"]) == ("log", 3)
+    assert document["recovered"] is False
     assert document["sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
     assert document["messages"] == sum(row["messages"] for row in document["topics"])
     assert [lift["order"] for lift in document["lifts"]] == [lift.order for lift in log.plan.lifts]
