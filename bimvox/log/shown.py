@@ -16,7 +16,8 @@ from bimvox.log.mcap.reader import Contents, LogMessage
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import blocks_of, metadata_of, own_attachments
 from bimvox.log.schema import topics_of
-from bimvox.log.segments import FIRST_PLAN, NOW_NS, PENDING
+from bimvox.log.segments import FIRST_PLAN, NOW_NS, PENDING, pending_of
+from bimvox.records.lift import Status
 from bimvox.records.proof import Check
 from bimvox.version import __version__
 
@@ -50,6 +51,7 @@ def check_shown(contents: Contents, log: PlanLog) -> Check:
     _check_metadata(check, contents.metadata.get(topics.METADATA, {}), metadata_of(log))
     if other_version(contents) is None:
         _check_own_keys(check, contents)
+    _check_pending(check, log)
     check.look(log.revision >= 0, f"metadata revision is {log.revision}; revisions count from 0")
     for event in log.events:
         good = event.end_ns >= event.start_ns
@@ -75,6 +77,18 @@ def _check_metadata(check: Check, found: Mapping[str, str], wanted: Mapping[str,
         if key in found or key in wanted:
             same = found.get(key) == wanted.get(key)
             check.look(same, f"metadata {key} is {_short(found.get(key))}, the plan gives {_short(wanted.get(key))}")
+
+
+def _check_pending(check: Check, log: PlanLog) -> None:
+    """Check that what a segment leaves to a later one are planned lifts that it does not carry."""
+    if (said := log.metadata.get(PENDING)) is None:
+        return
+    planned = {lift.order for lift in log.context if lift.status is Status.PLANNED}
+    try:
+        good = pending_of(log) <= planned
+    except (ValueError, TypeError):
+        good = False
+    check.look(good, f"metadata {PENDING} is {_short(said)}; these are not lifts that it leaves to a later log")
 
 
 def _check_own_keys(check: Check, contents: Contents) -> None:

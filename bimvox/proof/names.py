@@ -7,7 +7,8 @@ from collections.abc import Collection
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status
 from bimvox.records.proof import Check
 
-_KINDS = frozenset(("ground", "crane", "structure", "obstruction"))
+_OBSTRUCTION = "obstruction"
+_KINDS = frozenset(("ground", "crane", "structure", _OBSTRUCTION))
 _COPY = "#"
 """Follows the GlobalId in the id of a part whose GlobalId occurs more than once in the model."""
 
@@ -36,6 +37,12 @@ def check_names(check: Check, plan: LiftPlan, context: Collection[Lift]) -> None
         check.look(other in parts, f"unheld: {other!r} is not a part of the site")
     for blocker in site.blockers:
         check.look(blocker.kind in _KINDS, f"fixed object {blocker.id!r}: there is no kind {blocker.kind!r}")
+    fixed = {blocker.id for blocker in site.blockers if blocker.kind != _OBSTRUCTION}
+    for number, epoch in enumerate(plan.history):
+        seen: set[str] = set()
+        for blocker in epoch.obstructions:
+            check.look(blocker.id not in seen | fixed, f"history[{number}]: {blocker.id!r}: the id occurs twice")
+            seen.add(blocker.id)
     for lift in (*plan.lifts, *context):
         name = f"lift {lift.number} ({site.components[lift.component].label})"
         why = site.components[lift.component].means_reason if lift.status in NOT_LIFTED else None

@@ -160,6 +160,8 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
         "complete",
         "beam: set by other means, but it is planned or the site's rules do not",
     ),
+    (faults.an_obstruction_called_like_the_wall, "values", r"history\[0\]: 'wall': the id occurs twice"),
+    (faults.lifts_left_to_nobody, "shown", "metadata pending_lifts is '.3, 77.'; these are not lifts that it leaves"),
     (faults.a_mirrored_model, "values", "site.site_to_ifc is not a move and a turn about the vertical"),
     (faults.a_scaled_model, "values", "site.site_to_ifc is not a move and a turn about the vertical"),
     (faults.a_model_on_its_head, "values", "site.site_to_ifc is not a move and a turn about the vertical"),

@@ -904,6 +904,11 @@ def an_epoch_to_the_last_moment(log: PlanLog) -> PlanLog:
     return with_plan(a_box_on_the_path(log), history=(Epoch(log.motions[-1].end_ns, ()),))
 
 
+def an_obstruction_called_like_the_wall(log: PlanLog) -> PlanLog:
+    cells = box_cells(log.plan.site.frame, (9.0, 0.0, 0.0), (9.5, 1.0, 1.0))
+    return with_plan(log, history=(Epoch(log.motions[-1].start_ns, (Blocker("wall", "obstruction", cells),)),))
+
+
 def with_labels(log: PlanLog, label: Label, low: tuple[int, int, int], high: tuple[int, int, int]) -> PlanLog:
     labels = log.plan.site.labels.copy()
     labels[tuple(slice(*ends) for ends in zip(low, high, strict=True))] = label
@@ -1223,6 +1228,12 @@ def a_sheet_by_other_means(log: PlanLog) -> PlanLog:
 def cells_that_do_not_fit_and_say_so(log: PlanLog) -> PlanLog:
     """The reason that the planner gives if the proof refuses the cells of a part."""
     return with_lift(one_cell_by_other_means(log), "left", reason="its lift could not be proven: shapes: left: so")
+
+
+def lifts_left_to_nobody(log: PlanLog) -> PlanLog:
+    """An extract that calls its own lift, and one that does not exist, pending."""
+    alone = log.extract([log.motions[-1].order])
+    return dataclasses.replace(alone, metadata={**alone.metadata, "pending_lifts": "[3, 77]"})
 
 
 def set_by_other_means_and_lifted_elsewhere(log: PlanLog) -> PlanLog:
