@@ -126,13 +126,13 @@ def test_the_working_range_holds_for_every_sample(free):
 
 
 def test_long_slings_put_the_hook_higher_and_nothing_else(free):
-    anchored = Lifting(((1.5, 1.25, 3.5), (4.5, 1.25, 3.5)), "anchors", 3)
+    anchored = Lifting(((1.5, 1.25, 3.5), (4.5, 1.25, 3.5)), "anchors", 5)
     plan, motions = planned(portal_site(portal_crane(), parts={"beam": {"lifting": anchored}}))
     assert all_planned(plan)
     assert not failures(plan, motions)
     beam = next(c.index for c in plan.site.components if c.id == "beam")
     for before, after in zip(free[1], motions, strict=True):
-        rise = 1.5 if after.component == beam else 0.0
+        rise = 2.5 if after.component == beam else 0.0
         assert after.loaded.height_m[-1] == pytest.approx(before.loaded.height_m[-1] + rise)
         assert np.array_equal(free[0].lifts[after.order].path_vox, plan.lifts[after.order].path_vox)
     assert "ends" in failures(*free, components=plan.site.components)
