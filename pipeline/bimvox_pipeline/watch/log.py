@@ -67,13 +67,16 @@ def read_newest(log: Path, fixed_digest: str, progress: Progress) -> Newest | No
         progress: Receives a note for each file that is not used.
     """
     segments = segments_on_disk(log)
-    base = _read(log, fixed_digest, progress) if log.exists() else None
+    base = _of_site(_read(log, progress), fixed_digest, log, progress) if log.exists() else None
     no_whole = base is None
     after: list[PlanLog] = []
     for revision in sorted(segments, reverse=True):
         if base is not None and revision <= base.revision:
             break
-        segment = _read(segments[revision], fixed_digest, progress)
+        read = _read(segments[revision], progress)
+        segment = _of_site(read, fixed_digest, segments[revision], progress)
+        if base is None and read is not None and segment is None:
+            break  # reading hundreds of large segments of another site takes minutes: the earlier ones are of it too
         if segment is None:
             # Later segments build on this one, which cannot be used.
             after.clear()
@@ -90,13 +93,17 @@ def read_newest(log: Path, fixed_digest: str, progress: Progress) -> Newest | No
     return Newest(newest(base, own), no_whole or bool(own))
 
 
-def _read(path: Path, fixed_digest: str, progress: Progress) -> PlanLog | None:
+def _read(path: Path, progress: Progress) -> PlanLog | None:
     try:
-        record = read_log(path)
+        return read_log(path)
     except LogFileError as error:
         progress.note(f"{path} is not used: {error.message}")
         return None
-    if record.plan.site.fixed_digest != fixed_digest:
+
+
+def _of_site(record: PlanLog | None, fixed_digest: str, path: Path, progress: Progress) -> PlanLog | None:
+    """Return a log if it is of a site; None, with a note, if it is of another one."""
+    if record is not None and record.plan.site.fixed_digest != fixed_digest:
         progress.note(f"{path} belongs to another site and is not used")
         return None
     return record

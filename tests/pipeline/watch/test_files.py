@@ -214,7 +214,13 @@ def test_without_the_whole_log_or_with_a_damaged_segment_the_sound_rest_is_resum
     last = segments[max(segments)]
     last.write_bytes(last.read_bytes()[:500])
     assert read_newest(target, digest, SilentProgress()).log.revision == max(segments) - 1
-    assert read_newest(target, "another site", SilentProgress()) is None
+    told: list[str] = []
+    progress = SilentProgress()
+    progress.note = told.append  # type: ignore[method-assign]
+    assert read_newest(target, "another site", progress) is None
+    # The whole log, the damaged segment, the one before it; the first one is not read.
+    assert [note.endswith("belongs to another site and is not used") for note in told] == [True, False, True]
+    assert len(segments) == 3
 
 
 def test_segments_of_an_earlier_plan_are_not_confused_with_those_of_a_new_one(watcher, parts):
