@@ -1,4 +1,4 @@
-"""The units of length of input files.
+"""The units of length of input files, and times on the site's clock for people.
 
 Inside bimvox, lengths are in metres and angles in radians, and names carry their unit
 (``_m _rad _s _ns _vox _kg``).
@@ -29,3 +29,9 @@ def metres_per(unit: str) -> float:
     except KeyError:
         known = ", ".join(METRES_PER_UNIT)
         raise InputError(f"unknown unit {unit!r}", hint=f"use one of {known}") from None
+
+
+def clock(seconds: float) -> str:
+    """Return a time on the site's clock in hours, minutes and seconds: ``5:56:19``."""
+    whole = round(seconds)
+    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"

@@ -14,12 +14,13 @@ from bimvox.log.mcap.messages import pairs, stamp
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.records.lift import NOT_LIFTED, Status
 from bimvox.records.not_lifted import not_lifted_groups
-from bimvox.records.other_means import clock, needed_by_ns
+from bimvox.records.other_means import needed_by_ns
 from bimvox.records.remark import Remark, Severity
 from bimvox.records.track import LoadTrack
 from bimvox.site.component import Component
 from bimvox.site.part_names import names_by_id, with_names
 from bimvox.site.site import Site, SwingRule
+from bimvox.units import clock
 
 LIFT_EVENT = "lift"
 PHASE_EVENT = "phase"
@@ -42,14 +43,14 @@ def log_messages(
     site, plan = record.plan.site, record.plan
     lifts, names = record.all_lifts, names_by_id(site)
     other_means = {
-        order: "; to be set by other means after the part before it" + ("" if ns is None else f", by {clock(ns)}")
+        order: "; to be set by other means after the part before it" + ("" if ns is None else f", by {clock(ns / 1e9)}")
         for order, ns in needed_by_ns(lifts, record.motions).items()
     }
     planned = sum(lift.status is Status.PLANNED for lift in lifts)
     wanted = sum(lift.status not in NOT_LIFTED for lift in lifts)
     yield _line(start_ns, Log.INFO, f"{site.name}: {planned} of {wanted} lifts planned")
     for group in not_lifted_groups(site, lifts, record.motions):
-        by = "" if group.needed_by_ns is None else f", needed by {clock(group.needed_by_ns)}"
+        by = "" if group.needed_by_ns is None else f", needed by {clock(group.needed_by_ns / 1e9)}"
         where = "" if group.storey is None else f" of {group.storey}"
         what = f"{group.kind}{where}: {len(group.lifts)} parts, {group.mass_kg / 1000.0:.2f} t"
         yield _line(start_ns, Log.INFO, f"{group.means.value.replace('_', ' ')}: {what}{by}")

@@ -36,9 +36,3 @@ def proven_in_words(count: int) -> str:
     if not count:
         return "proven"
     return f"proven, provided that {'1 part is' if count == 1 else f'{count:,} parts are'} set by other means"
-
-
-def clock(time_ns: int) -> str:
-    """Return a time on the site's clock as hours, minutes and seconds."""
-    whole = round(time_ns / 1e9)
-    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"

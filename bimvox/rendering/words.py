@@ -28,9 +28,3 @@ def hours(time_ns: int) -> str:
     """Return a span in hours and minutes: ``11 h 27 min``."""
     minutes = round(time_ns / 60e9)
     return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min"
-
-
-def clock(seconds: float) -> str:
-    """Return a time on the site's clock in hours, minutes and seconds: ``5:56:19``."""
-    whole = round(seconds)
-    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox.errors import InputError, listed
+from bimvox.units import clock
 from bimvox_cli.crane_fields import crane_fields
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
 from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps
@@ -111,8 +112,6 @@ _SWING = {
 
 
 def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None:
-    from bimvox.records.other_means import clock  # heavy
-
     lifts = document["lifts"]
     cranes = ("crane",) if document["figures"].get("cranes") else ()
     planned = [lift for lift in lifts if lift["status"] == "planned"]
@@ -148,7 +147,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
                 item["component"],
                 item["reason"],
                 listed(labels.get(blocker, blocker) for blocker in item["blocked_by"]),
-                None if item["needed_by_s"] is None else clock(round(item["needed_by_s"] * 1e9)),
+                None if item["needed_by_s"] is None else clock(item["needed_by_s"]),
             )
             for item in document["infeasible"]
         ],
@@ -165,7 +164,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
                 group["parts"],
                 round(group["mass_kg"] / 1000.0, 2),
                 group["reason"],
-                None if group["needed_by_s"] is None else clock(round(group["needed_by_s"] * 1e9)),
+                None if group["needed_by_s"] is None else clock(group["needed_by_s"]),
             )
             for group in document["not_lifted"]
         ],
@@ -178,7 +177,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
         [
             ("log", document["log"]),
             ("lifts", f"{len(planned):,} of {len(planned) + len(document['infeasible']):,} planned"),
-            ("proof", verdict(_verdict(document), document, others=others)),
+            ("proof", verdict(_verdict(document, others), document, others=others)),
             *crane_fields(document["cranes"]),
             *figure_fields(document["figures"]),
             ("policy", _policy(document["policy"])),
@@ -188,10 +187,9 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
     )
 
 
-def _verdict(document: Mapping[str, Any]) -> str:
+def _verdict(document: Mapping[str, Any], others: int) -> str:
     from bimvox.records.other_means import proven_in_words  # heavy
 
-    others = sum(item["by_other_means"] for item in document["infeasible"])
     return f"every planned lift is {proven_in_words(others)}" if document["verified"] else "FAILED"
 
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
-from bimvox.rendering.words import clock, counted, hours
+from bimvox.rendering.words import counted, hours
+from bimvox.units import clock
 
 
 def test_numbers_read_as_people_write_them():

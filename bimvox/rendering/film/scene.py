@@ -27,9 +27,10 @@ from bimvox.rendering.scene.site import (
     target_cells,
 )
 from bimvox.rendering.scene.solids import Canvas
-from bimvox.rendering.words import PHASES, clock
+from bimvox.rendering.words import PHASES
 from bimvox.site.component import Component
 from bimvox.site.site import Site
+from bimvox.units import clock
 
 _UPRIGHT = 0.999
 """Cosine of half the rotation from which on a part counts as upright and is drawn on the cells."""

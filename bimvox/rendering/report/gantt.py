@@ -9,7 +9,7 @@ from bimvox.rendering.plain import escape
 from bimvox.rendering.report.record import CARRYING
 from bimvox.rendering.report.svg import element, picture, text, ticks
 from bimvox.rendering.report.words import named
-from bimvox.rendering.words import clock
+from bimvox.units import clock
 
 LIFTS_A_CHART = 45
 """Number of bars that fit on a printed page."""

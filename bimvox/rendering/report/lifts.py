@@ -11,7 +11,8 @@ from bimvox.records.remark import Severity
 from bimvox.rendering.plain import escape
 from bimvox.rendering.report.html import number, row, table, tag
 from bimvox.rendering.report.words import METHODS, fixed, named, span, tonnes
-from bimvox.rendering.words import PHASES, clock
+from bimvox.rendering.words import PHASES
+from bimvox.units import clock
 
 _COLUMNS = (
     "Lift",

@@ -11,8 +11,9 @@ from bimvox.rendering.report.gantt import crane_chart, gantt_charts
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
 from bimvox.rendering.report.lifts import critical_first, lift_table
 from bimvox.rendering.report.words import CHECKS, METHODS, fixed, named, names_of, percent, span, tonnes
-from bimvox.rendering.words import clock, counted
+from bimvox.rendering.words import counted
 from bimvox.site.part_names import with_names
+from bimvox.units import clock
 
 _LISTED = 12
 

@@ -36,10 +36,11 @@ from bimvox.rendering.scene.site import (
     stored_cells,
     target_cells,
 )
-from bimvox.rendering.words import clock, counted, hours
+from bimvox.rendering.words import counted, hours
 from bimvox.site.component import Component, IntVec
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
+from bimvox.units import clock
 
 FEW = 12
 """All paths are drawn up to this number; more would be unreadable."""
