@@ -14,7 +14,7 @@ What is proven:
 
 How it is proven:
 
-- ``triangles``, ``overlap``, ``solid``, ``solid_queries``, ``triangle_tree``: how deep triangle meshes overlap
+- ``bodies``: how deep triangle meshes overlap, and which cells they fill
 - ``marks``, ``space``, ``placements``: raw cells, and where a load is between samples
 - ``pendulum``, ``braking``, ``crane_way``, ``crane_distance``: how a load swings, an axis stops, cranes pass
 - ``moment``, ``between``: what is where before each lift and during empty hook moves

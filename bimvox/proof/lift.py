@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.space import ALWAYS_NS, RawCells
-from bimvox.proof.triangles import TriangleCheck
 from bimvox.records.proof import Check
 from bimvox.site.site import Site
 

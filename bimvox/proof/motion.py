@@ -24,6 +24,7 @@ from bimvox.proof.axes import (
     is_sound,
 )
 from bimvox.proof.between import Between
+from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.capacity import check_capacity
 from bimvox.proof.cranes import check_cranes
 from bimvox.proof.durations import check_durations
@@ -34,7 +35,6 @@ from bimvox.proof.moment import Moment, moments
 from bimvox.proof.phase_names import check_phase_names
 from bimvox.proof.space import ALWAYS_NS, RawCells
 from bimvox.proof.swing import SwingProof
-from bimvox.proof.triangles import TriangleCheck
 from bimvox.proof.turns import check_turns
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion

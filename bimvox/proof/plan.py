@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
+from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.capacity import shares_of_capacity
 from bimvox.proof.gate import gate_of
 from bimvox.proof.marks import Marks, hits
@@ -23,7 +24,6 @@ from bimvox.proof.site_rules import check_rope_margin, check_stored, check_wind,
 from bimvox.proof.slings import check_slings
 from bimvox.proof.space import whole_cells
 from bimvox.proof.stands import check_stands
-from bimvox.proof.triangles import TriangleCheck
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.records.reasons import NOT_ITS_CELLS

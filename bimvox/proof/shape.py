@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.grid.frame import GridFrame
-from bimvox.proof.filled import unfilled
+from bimvox.proof.bodies.filled import unfilled
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Blocker

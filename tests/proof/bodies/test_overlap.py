@@ -7,9 +7,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.proof.overlap import overlaps_m
-from bimvox.proof.solid import FINEST_M, solid_of
-from bimvox.proof.solid_queries import is_inside
+from bimvox.proof.bodies.overlap import overlaps_m
+from bimvox.proof.bodies.solid import FINEST_M, solid_of
+from bimvox.proof.bodies.solid_queries import is_inside
 
 TOLERANCE_M = 0.010
 CUBE = ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from box_sites import box_site
 
-from bimvox.proof import triangles as triangle_check
-from bimvox.proof.triangles import TriangleCheck
+from bimvox.proof.bodies import triangles as triangle_check
+from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.records.lift import LiftPlan, ModelledClash
 from bimvox.records.proof import Check
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.proof.triangle_tree import crossed
+from bimvox.proof.bodies.triangle_tree import crossed
 
 if TYPE_CHECKING:
-    from bimvox.proof.solid import Solid
+    from bimvox.proof.bodies.solid import Solid
 
 _ROUNDING_M = 1e-6
 _RAYS = np.array([[0.5341, 0.2287, 0.8139], [-0.8243, 0.4571, 0.3343], [0.2951, -0.9103, -0.2903]])

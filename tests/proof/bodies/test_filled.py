@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.grid.frame import GridFrame
-from bimvox.proof.filled import unfilled
+from bimvox.proof.bodies.filled import unfilled
 
 FRAME = GridFrame((0.0, 0.0, 0.0), 0.5)
 BLOCK = ((1.1, 1.1, 1.1), (5.9, 4.9, 4.4))

@@ -14,7 +14,7 @@ from scipy.ndimage import binary_propagation
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
-from bimvox.proof.solid import corner_numbers, is_matched, pieces_of
+from bimvox.proof.bodies.solid import corner_numbers, is_matched, pieces_of
 
 _STRIPS = np.arange(16)
 _LINES = np.array([(8.0, 8.0), *zip(_STRIPS * 7 % 16 + 0.5, _STRIPS + 0.5, strict=True)]) / 16.0 + (0.00031, -0.00047)
