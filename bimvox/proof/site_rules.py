@@ -104,6 +104,9 @@ def _outline(component: Component, angle_rad: float) -> shapely.Geometry:
     aside = np.array([-np.sin(angle_rad), np.cos(angle_rad), 0.0])
     corners = component.mesh.triangles_m
     flat = np.stack([corners @ aside, corners[:, :, 2]], axis=2)
+    along, up = np.moveaxis(flat[:, 1:] - flat[:, :1], 2, 0)
+    seen = np.abs(along[:, 0] * up[:, 1] - along[:, 1] * up[:, 0]) > _GRID_M**2
+    flat = flat[seen]
     return shapely.union_all(shapely.polygons(flat), grid_size=_GRID_M)
 
 

@@ -16,8 +16,8 @@ def sail_area_m2(mesh: TriangleMesh, *, tipped: bool = False) -> float:
     """Return the largest area that a part presents to a horizontal wind from any direction, m2.
 
     Per wind direction (every 5 degrees; opposite ones are the same) it is the smaller of two upper bounds of the
-    outline's area: half the projected area of all faces (exact for convex parts), and the projected area of the convex
-    hull (smaller for parts with many inner faces).
+    outline's area: the projected area of all faces, and that of the convex hull (smaller for parts with many inner
+    faces). A closed surface covers its outline twice, so half of its projected area counts (exact for convex parts).
 
     Args:
         mesh: The part in its orientation in the building; metres.
@@ -32,12 +32,20 @@ def sail_area_m2(mesh: TriangleMesh, *, tipped: bool = False) -> float:
 def _largest(triangles_m: NDArray[np.float64], vertices_m: NDArray[np.float64]) -> float:
     angles = np.arange(_DIRECTIONS) * (np.pi / _DIRECTIONS)
     along = np.stack([np.cos(angles), np.sin(angles), np.zeros(_DIRECTIONS)], axis=1)
-    shown = _shown(triangles_m, along)
+    shown = _shown(triangles_m, along) * (1.0 if _is_closed(triangles_m) else 2.0)
     try:
         hull = ConvexHull(vertices_m)
     except QhullError:  # a flat part has no hull: its faces are exact
         return float(shown.max(initial=0.0))
     return float(np.minimum(shown, _shown(vertices_m[hull.simplices], along)).max())
+
+
+def _is_closed(triangles_m: NDArray[np.float64]) -> bool:
+    """Return whether an even number of (N, 3, 3) triangles meets at every edge: then every line crosses them evenly."""
+    _, corners = np.unique(triangles_m.reshape(-1, 3), axis=0, return_inverse=True)
+    edges = np.sort(corners.reshape(-1, 3)[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    _, counts = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0, return_counts=True)
+    return not (counts % 2).any()
 
 
 def _shown(triangles_m: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[np.float64]:
