@@ -58,8 +58,7 @@ def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component
     wind = site.rules.wind_speed_m_s
     if wind <= 0.0:
         return
-    outlines = [_outline(component, angle) for angle in np.arange(0.0, np.pi - 1e-9, _TURN)]
-    area_m2 = max(outline.area - _GRID_M * outline.length for outline in outlines)
+    area_m2 = shown_m2(component.mesh.triangles_m, component.sail_area_m2)
     check.look(
         area_m2 <= component.sail_area_m2 * (1.0 + _SHARE) + _SHARE,
         f"{component.id}: it shows the wind {area_m2:.3f} m2, not {component.sail_area_m2:.3f} m2",
@@ -99,15 +98,42 @@ def check_rope_margin(
     )
 
 
-def _outline(component: Component, angle_rad: float) -> shapely.Geometry:
-    """Return the part's outline in a horizontal view from one side: the union of its triangles."""
+def shown_m2(triangles_m: NDArray[np.float64], claimed_m2: float) -> float:
+    """Return the largest area that triangles ((N, 3, 3)) show from the sides; the claim if they show no more.
+
+    Two bounds decide about most shapes: the outline of the corners' hull and, for a closed surface, half of all faces.
+    The union of the triangles decides about the others.
+    """
+    angles = np.arange(0.0, np.pi - 1e-9, _TURN)
+    seen = [_seen_from(triangles_m, angle) for angle in angles]
+    hulls = [shapely.convex_hull(shapely.multipoints(flat.reshape(-1, 2))).area for flat in seen]
+    halves = [0.5 * shapely.area(shapely.polygons(flat)).sum() for flat in seen]
+    most_m2 = claimed_m2 * (1.0 + _SHARE) + _SHARE
+    bounds = np.minimum(hulls, halves) if _closes(triangles_m) else np.array(hulls)
+    areas = [claimed_m2, *(_outlined_m2(flat) for flat, bound in zip(seen, bounds, strict=True) if bound > most_m2)]
+    return float(max(areas))
+
+
+def _seen_from(triangles_m: NDArray[np.float64], angle_rad: float) -> NDArray[np.float64]:
+    """Return (M, 3, 2) the triangles in a horizontal view from one side, without those that are seen edge-on."""
     aside = np.array([-np.sin(angle_rad), np.cos(angle_rad), 0.0])
-    corners = component.mesh.triangles_m
-    flat = np.stack([corners @ aside, corners[:, :, 2]], axis=2)
-    along, up = np.moveaxis(flat[:, 1:] - flat[:, :1], 2, 0)
-    seen = np.abs(along[:, 0] * up[:, 1] - along[:, 1] * up[:, 0]) > _GRID_M**2
-    flat = flat[seen]
-    return shapely.union_all(shapely.polygons(flat), grid_size=_GRID_M)
+    flat = np.stack([triangles_m @ aside, triangles_m[:, :, 2]], axis=2)
+    return flat[shapely.area(shapely.polygons(flat)) > _GRID_M**2]
+
+
+def _outlined_m2(flat: NDArray[np.float64]) -> float:
+    """Return the area of the union of (M, 3, 2) triangles, less the rounding of its corners."""
+    outline = shapely.union_all(shapely.polygons(flat), grid_size=_GRID_M)
+    return float(outline.area - _GRID_M * outline.length)
+
+
+def _closes(triangles_m: NDArray[np.float64]) -> bool:
+    """Return whether every edge belongs to an even number of (N, 3, 3) triangles."""
+    odd: set[frozenset[tuple[float, ...]]] = set()
+    for a, b, c in (tuple(map(tuple, triangle)) for triangle in triangles_m.tolist()):
+        for edge in (frozenset((a, b)), frozenset((b, c)), frozenset((c, a))):
+            odd ^= {edge}
+    return all(len(edge) == 1 for edge in odd)
 
 
 def check_stored(check: Check, component: Component, place: YardPlace) -> None:

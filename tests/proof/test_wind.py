@@ -19,7 +19,6 @@ from bimvox.records.proof import Check
 from bimvox.site.sail import sail_area_m2
 from bimvox.site.site import Rules, Site
 
-
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 
 
