@@ -118,7 +118,8 @@ def _seen_from(triangles_m: NDArray[np.float64], angle_rad: float) -> NDArray[np
     """Return (M, 3, 2) the triangles in a horizontal view from one side, without those that are seen edge-on."""
     aside = np.array([-np.sin(angle_rad), np.cos(angle_rad), 0.0])
     flat = np.stack([triangles_m @ aside, triangles_m[:, :, 2]], axis=2)
-    return flat[shapely.area(shapely.polygons(flat)) > _GRID_M**2]
+    found: NDArray[np.float64] = flat[shapely.area(shapely.polygons(flat)) > _GRID_M**2]
+    return found
 
 
 def _outlined_m2(flat: NDArray[np.float64]) -> float:
