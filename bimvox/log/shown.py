@@ -23,6 +23,7 @@ from bimvox.version import __version__
 
 _SAME = 1e-6
 """Numbers that differ by less, relative or absolute, are the same: an axis is read from a joint and written again."""
+_PAIR = "foxglove.KeyValuePair"
 _OF_THE_PROGRAM = frozenset(("bimvox",))
 """Metadata about the program that wrote the log."""
 
@@ -39,7 +40,8 @@ def other_version(contents: Contents) -> str | None:
 def check_shown(contents: Contents, log: PlanLog) -> Check:
     """Check that every message, own attachment and own metadata of a log is what its plan and motions give.
 
-    The words of a log of another version (:func:`other_version`) are not compared.
+    The words of a log of another version (:func:`other_version`) are not compared. Such a log may lack keys that this
+    version writes, because keys are only ever added; it may not have others.
 
     Args:
         contents: The log with all its topics.
@@ -49,8 +51,7 @@ def check_shown(contents: Contents, log: PlanLog) -> Check:
     for fault in contents.misleading:
         check.look(False, f"{fault}: other readers show something else")
     _check_metadata(check, contents.metadata.get(topics.METADATA, {}), metadata_of(log))
-    if other_version(contents) is None:
-        _check_own_keys(check, contents)
+    _check_own_keys(check, contents)
     _check_pending(check, log)
     check.look(log.revision >= 0, f"metadata revision is {log.revision}; revisions count from 0")
     for event in log.events:
@@ -92,11 +93,13 @@ def _check_pending(check: Check, log: PlanLog) -> None:
 
 
 def _check_own_keys(check: Check, contents: Contents) -> None:
-    """Check that a log of this version has no metadata that this version does not write."""
+    """Check that a log has no metadata that this version does not write: nobody compares it with anything."""
+    version = other_version(contents)
+    hint = "" if version is None else f" (it may be one of bimvox {version}: verify it with that version)"
     for name in sorted(contents.metadata.keys() - {topics.METADATA}):
-        check.look(False, f"metadata record {name!r}: bimvox writes no such record")
+        check.look(False, f"metadata record {name!r}: bimvox writes no such record{hint}")
     for key in sorted(contents.metadata.get(topics.METADATA, {}).keys() - topics.OWN_METADATA - _OF_THE_PLAN):
-        check.look(key.startswith(SHA256), f"metadata {_short(key)}: bimvox writes no such key")
+        check.look(key.startswith(SHA256), f"metadata {_short(key)}: bimvox writes no such key{hint}")
 
 
 def _check_attachment(check: Check, name: str, found: bytes | None, wanted: bytes, *, strict: bool) -> None:
@@ -143,7 +146,7 @@ def _check_messages(check: Check, contents: Contents, log: PlanLog, with_remarks
             check.samples += 1
             continue
         check.look(
-            found.time_ns == time_ns and _same_message(kinds[topic], found.data, wanted),
+            found.time_ns == time_ns and _same_message(kinds[topic], found.data, wanted, strict=not any_words),
             f"{topic}: at {found.time_ns / 1e9:.3f} s it shows something else than the plan says"
             + _lift_at(log, found.time_ns),
         )
@@ -168,14 +171,14 @@ def _lift_at(log: PlanLog, time_ns: int) -> str:
     return ""
 
 
-def _same_message(kind: Any, found: bytes, wanted: bytes) -> bool:
+def _same_message(kind: Any, found: bytes, wanted: bytes, *, strict: bool) -> bool:
     try:
-        return _same_fields(kind.FromString(found), kind.FromString(wanted))
+        return _same_fields(kind.FromString(found), kind.FromString(wanted), strict)
     except ProtobufError:
         return False
 
 
-def _same_fields(found: Any, wanted: Any) -> bool:
+def _same_fields(found: Any, wanted: Any, strict: bool) -> bool:
     """Return whether two messages are equal except for rounding; unknown fields are not looked at by viewers."""
     if type(found) is float:
         return isclose(found, wanted, rel_tol=_SAME, abs_tol=_SAME)
@@ -184,10 +187,13 @@ def _same_fields(found: Any, wanted: Any) -> bool:
     for field in found.DESCRIPTOR.fields:
         one, other = getattr(found, field.name), getattr(wanted, field.name)
         if field.is_repeated:
-            if len(one) != len(other) or not all(map(_same_fields, one, other)):
+            if not strict and field.message_type is not None and field.message_type.full_name == _PAIR:
+                keys = {pair.key for pair in one}
+                other = [pair for pair in other if pair.key in keys]
+            if len(one) != len(other) or not all(_same_fields(*pair, strict) for pair in zip(one, other, strict=True)):
                 return False
         elif (field.message_type is not None and found.HasField(field.name) != wanted.HasField(field.name)) or (
-            not _same_fields(one, other)
+            not _same_fields(one, other, strict)
         ):
             return False
     return True
@@ -200,11 +206,11 @@ def _difference(found: Any, wanted: Any, where: str = "", *, strict: bool) -> st
         found: The one of the log.
         wanted: The one that the plan gives.
         where: The place of both in their documents.
-        strict: Both have the same keys; otherwise one may have more, because it is of another version.
+        strict: Both have the same keys; otherwise the one of the log may lack some, because it is of another version.
     """
     if isinstance(found, dict) and isinstance(wanted, dict):
-        if strict and found.keys() != wanted.keys():
-            return f"{where}.{min(found.keys() ^ wanted.keys())} is in one of them only".lstrip(".")
+        if differ := found.keys() ^ wanted.keys() if strict else found.keys() - wanted.keys():
+            return f"{where}.{min(differ)} is in one of them only".lstrip(".")
         places = (
             _difference(found[key], wanted[key], f"{where}.{key}", strict=strict) for key in wanted if key in found
         )
