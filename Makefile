@@ -20,7 +20,7 @@ LOCKED = $(HASHED) $(addprefix -c ,$(LOCKS))
 OURSELVES = --no-deps --no-build-isolation -e .
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-page test-fleet check lint types contracts samples bench bench-motion check-log bench-voxelize bench-environment bench-render \
+.PHONY: help setup demo test test-page test-fleet check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
 	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-decision bench-frozen train-generalist soak-watch soak-files \
 	picture docs constraints audit advisories wheel clean
 
@@ -71,6 +71,9 @@ samples: setup ## write the sample models again (they are byte-identical each ti
 
 bench: setup ## plan and prove every sample model: the table of docs/measured.md
 	$(BIN)/python benchmarks/samples.py
+
+bench-real-files: setup ## files planned unedited: parts, machine, processor time by stage, proof (ARGS="FOLDER ..."): docs/measured.md
+	$(BIN)/python -m benchmarks.real_files $(ARGS)
 
 bench-motion: setup ## how the crane drives the samples: time over the bound, swing, limits: docs/measured.md
 	$(BIN)/python -m benchmarks.motion $(ARGS)

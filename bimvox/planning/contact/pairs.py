@@ -128,7 +128,7 @@ class Contacts:
         if way_m is None:
             return np.zeros(count, np.bool_)
         part, other = self.pair_m(moving, fixed)
-        return blocked_steps(part + (offset_m + way_m), other, axis, direction, step_m, count)
+        return blocked_steps(part, other, axis, direction, step_m, count, offset_m + way_m)
 
     def strikes_on_move(
         self, moving: int, offset_m: NDArray[np.float64], fixed: int, axis: int, direction: int, step_m: float
@@ -141,7 +141,7 @@ class Contacts:
         part, other = self._triangles[moving] + offset_m, self._triangles[fixed]
         aside = [np.zeros(3)]
         aside += [sign * max(self._tolerance_m, _LEAST_GAP_M) * np.eye(3)[n] for n in range(3) for sign in (1.0, -1.0)]
-        return any(blocked_steps(part + by_m, other, axis, direction, step_m, 1)[0] for by_m in aside)
+        return any(blocked_steps(part, other, axis, direction, step_m, 1, by_m)[0] for by_m in aside)
 
     @cached_property
     def bounds_m(self) -> NDArray[np.float64]:

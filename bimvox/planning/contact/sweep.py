@@ -11,12 +11,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import inline_kernel, kernel
 
 _NO_AREA_M2 = 1e-10
 _TOUCH_M = 1e-6
 _HALF_ROPE_M = 0.012
 _FAR_M = 10_000.0
+_NOWHERE = np.zeros(3)
 
 
 def blocked_steps(
@@ -26,34 +27,25 @@ def blocked_steps(
     direction: int,
     step_m: float,
     count: int,
+    shift_m: NDArray[np.float64] = _NOWHERE,
 ) -> NDArray[np.bool_]:
     """Return which steps of a straight move make the moving triangles meet the fixed ones.
 
     Args:
-        moving_m: (A, 3, 3) triangles at the start of the move.
+        moving_m: (A, 3, 3) triangles at the start of the move, but for ``shift_m``.
         fixed_m: (B, 3, 3) triangles.
         axis: 0, 1 or 2.
         direction: +1 or -1 along the axis.
         step_m: Length of a step.
         count: Number of steps.
+        shift_m: (3,) added to the moving triangles.
 
     Returns:
         (count,) bool: step k covers the distances between ``k * step_m`` and ``(k + 1) * step_m``.
     """
     blocked = np.zeros(count, np.bool_)
-    if not len(moving_m) or not len(fixed_m):
-        return blocked
-    moving, fixed = _seen_along(moving_m, axis, direction), _seen_along(fixed_m, axis, direction)
-    # Only triangles within the other part's outline and ahead of the move matter.
-    low = np.maximum(moving[:, :, :2].min(axis=(0, 1)), fixed[:, :, :2].min(axis=(0, 1)))
-    high = np.minimum(moving[:, :, :2].max(axis=(0, 1)), fixed[:, :, :2].max(axis=(0, 1)))
-    if (low >= high).any():
-        return blocked
-    moving, fixed = _within(moving, low, high), _within(fixed, low, high)
-    if len(moving) and len(fixed):
-        fixed = fixed[fixed[:, :, 2].max(axis=1) > moving[:, :, 2].min()]
-    if len(moving) and len(fixed):
-        _mark_blocked(moving, fixed, step_m, blocked)
+    if len(moving_m) and len(fixed_m):
+        _mark_blocked(moving_m, shift_m, fixed_m, (axis, direction), step_m, blocked)
     return blocked
 
 
@@ -80,22 +72,79 @@ def crossings_above(triangles_m: NDArray[np.float64], point_m: NDArray[np.float6
     return int((height > point_m[2]).sum())
 
 
-def _seen_along(triangles_m: NDArray[np.float64], axis: int, direction: int) -> NDArray[np.float64]:
-    """Return the triangles with the axis of the move last, positive in the direction of the move."""
-    turned = np.ascontiguousarray(triangles_m[:, :, [(axis + 1) % 3, (axis + 2) % 3, axis]])
-    if direction < 0:
-        turned[:, :, 2] *= -1.0
-    return turned
+@kernel
+def _mark_blocked(
+    moving_m: NDArray[np.float64],
+    shift_m: NDArray[np.float64],
+    fixed_m: NDArray[np.float64],
+    move: tuple[int, int],
+    step_m: float,
+    blocked: NDArray[np.bool_],
+) -> None:
+    """Mark the blocked steps of a move along (axis, direction)."""
+    own, other = _bounds(moving_m, shift_m, move), _bounds(fixed_m, np.zeros(3), move)
+    # Only triangles within the other part's outline and ahead of the move matter.
+    outline = np.empty((2, 3))
+    for k in range(2):
+        outline[0, k], outline[1, k] = max(own[0, k], other[0, k]), min(own[1, k], other[1, k])
+        if outline[0, k] >= outline[1, k]:
+            return
+    outline[0, 2], outline[1, 2] = -np.inf, np.inf
+    moving = _within(moving_m, shift_m, move, outline)
+    if moving.shape[0] == 0:
+        return
+    outline[0, 2] = moving[:, :, 2].min()
+    fixed = _within(fixed_m, np.zeros(3), move, outline)
+    _mark_pairs(moving, fixed, step_m, blocked)
 
 
-def _within(triangles: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
-    plan = triangles[:, :, :2]
-    kept: NDArray[np.float64] = triangles[((plan.max(axis=1) > low) & (plan.min(axis=1) < high)).all(axis=1)]
-    return kept
+@inline_kernel
+def _seen_along(
+    triangle: NDArray[np.float64], shift_m: NDArray[np.float64], move: tuple[int, int], corner: int, k: int
+) -> float:
+    """Return a coordinate with the axis of the move last, positive in the direction of the move."""
+    axis, direction = move
+    n = (axis + 1 + k) % 3
+    found: float = triangle[corner, n] + shift_m[n]
+    return -found if k == 2 and direction < 0 else found
 
 
 @kernel
-def _mark_blocked(
+def _bounds(
+    triangles_m: NDArray[np.float64], shift_m: NDArray[np.float64], move: tuple[int, int]
+) -> NDArray[np.float64]:
+    """Return (2, 3) lowest and highest coordinates as seen along the move."""
+    found = np.empty((2, 3))
+    found[0], found[1] = np.inf, -np.inf
+    for n in range(triangles_m.shape[0]):
+        for corner in range(3):
+            for k in range(3):
+                value = _seen_along(triangles_m[n], shift_m, move, corner, k)
+                found[0, k], found[1, k] = min(found[0, k], value), max(found[1, k], value)
+    return found
+
+
+@kernel
+def _within(
+    triangles_m: NDArray[np.float64], shift_m: NDArray[np.float64], move: tuple[int, int], outline: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the (N, 3, 3) triangles, as seen along the move, whose boxes overlap a box."""
+    found = np.empty_like(triangles_m)
+    size = 0
+    for n in range(triangles_m.shape[0]):
+        for k in range(3):
+            for corner in range(3):
+                found[size, corner, k] = _seen_along(triangles_m[n], shift_m, move, corner, k)
+            low, high = _span(found[size], k)
+            if high <= outline[0, k] or low >= outline[1, k]:
+                break
+        else:
+            size += 1
+    return found[:size]
+
+
+@kernel
+def _mark_pairs(
     moving: NDArray[np.float64], fixed: NDArray[np.float64], step_m: float, blocked: NDArray[np.bool_]
 ) -> None:
     count = blocked.shape[0]
@@ -142,6 +191,8 @@ def _mark_blocked(
             k0 = min(count - 1, int((least + _TOUCH_M) / step_m))
             k1 = max(k0, min(count - 1, int((most - _TOUCH_M) / step_m)))
             blocked[k0 : k1 + 1] = True
+            if count == 1:
+                return
 
 
 @kernel

@@ -1,0 +1,35 @@
+"""The table of real files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from benchmarks.real_files import SAMPLES, STAGES, measure, models_in, table
+
+
+def test_a_file_is_planned_and_proven_and_its_processor_time_is_given_by_stage(tmp_path: Path):
+    row = measure(SAMPLES / "paper.ifc", tmp_path)
+    assert row["verified"] is True
+    assert row["parts"] == sum(row["counts"].values()) == row["counts"]["planned"] == 1
+    assert row["machine"]
+    assert set(row["seconds"]) == {"init", *STAGES, "verify"}
+    assert row["seconds"]["paths"] > 0.0
+    text = table([row, {"model": "damaged.ifc", "error": "not an IFC file"}])
+    assert f"| paper.ifc | 1 | 1 | 0 | 0 | 0 | 0 | {row['machine']} | yes |" in text
+    assert "| damaged.ifc | not an IFC file |" in text
+    assert {line.count("|") for line in text.splitlines()} == {10 + len(STAGES) + 2}
+
+
+def test_a_damaged_file_is_a_row_with_its_error(tmp_path: Path):
+    file = tmp_path / "a.ifc"
+    file.write_text("nothing")
+    row = measure(file, tmp_path)
+    assert row["model"] == "a.ifc"
+    assert row["error"]
+    assert "seconds" not in row
+
+
+def test_folders_are_searched_for_building_files(tmp_path: Path):
+    for name in ("b.IFC", "a.glb", "notes.md"):
+        (tmp_path / name).touch()
+    assert [file.name for file in models_in([tmp_path])] == ["a.glb", "b.IFC"]
