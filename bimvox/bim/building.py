@@ -68,8 +68,10 @@ class TriangleMesh:
     @property
     def bounds_m(self) -> NDArray[np.float64]:
         """(2, 3) float64: lowest and highest corner of the vertices that a face uses."""
-        used = self.vertices_m[np.unique(self.faces)]
-        return np.stack([used.min(axis=0), used.max(axis=0)])
+        used = np.zeros(len(self.vertices_m), np.bool_)
+        used[self.faces] = True
+        vertices_m = self.vertices_m[used]
+        return np.stack([vertices_m.min(axis=0), vertices_m.max(axis=0)])
 
     @property
     def signed_volume_m3(self) -> float:

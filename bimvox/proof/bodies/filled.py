@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_propagation
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.compiled import kernel
+from bimvox.compiled import kernel, leaf_kernel
 from bimvox.proof.bodies.solid import corner_numbers, is_matched, pieces_of
 
 _STRIPS = np.arange(16)
@@ -180,7 +180,7 @@ def _touch(waiting: NDArray[np.bool_], corners: NDArray[np.float64], near: float
                         waiting[i, j, k] = False
 
 
-@kernel
+@leaf_kernel
 def _meets(triangle: NDArray[np.float64], x: float, y: float, z: float, half: float) -> bool:
     """Return whether a triangle meets the cube around a point; its box does."""
     nx, ny, nz = 0.0, 0.0, 0.0

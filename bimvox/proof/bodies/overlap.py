@@ -22,7 +22,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import kernel, leaf_kernel
 from bimvox.proof.bodies.solid import FINEST_M, Solid
 from bimvox.proof.bodies.solid_queries import crosses_surface, in_skin, is_inside, surfaces_cross
 
@@ -170,7 +170,7 @@ def _search_triangle(
     return False, low
 
 
-@kernel
+@leaf_kernel
 def _sweep(
     swept: NDArray[np.float64], piece: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> int:
@@ -189,7 +189,7 @@ def _sweep(
     return count
 
 
-@kernel
+@leaf_kernel
 def _square(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
     x, y, z = one[0] - other[0], one[1] - other[1], one[2] - other[2]
     return float(x * x + y * y + z * z)

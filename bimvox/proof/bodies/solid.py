@@ -71,37 +71,70 @@ def solid_of(mesh: TriangleMesh, tolerance_m: float) -> Solid:
         mesh: The part's triangles.
         tolerance_m: Depth of the skin if the part is thick.
     """
+    tree, (low, high) = _tree_of(mesh), mesh.bounds_m
+    if not len(tree.corners_m):
+        none = np.zeros((0, 3))
+        return Solid(*tree[:2], tree.areas_m2, 0.0, *tree[3:5], np.zeros((2, 3)), False, 0.0, none, none)
+    skins = np.maximum(np.minimum(tolerance_m, _SHARE_OF_THICKNESS * tree.thick_m), FINEST_M) + _ROUNDING_M
+    least = float(skins.min()) - _ROUNDING_M
+    solid = Solid(
+        tree.corners_m,
+        tree.normals,
+        skins,
+        float(skins.max()),
+        tree.boxes_m,
+        tree.spans,
+        np.stack([low + least, high - least]),
+        is_matched(corner_numbers(mesh)),
+        float(np.average(tree.thick_m, weights=tree.areas_m2)),
+        np.zeros((0, 3)),
+        _ends(tree.corners_m, tree.faces),
+    )
+    return solid._replace(seed_m=_seed(solid, tree.thick_m, _outward(mesh)))
+
+
+class _Tree(NamedTuple):
+    """What does not depend on the tolerance: triangles with an area, in the order of the tree's leaves.
+
+    Attributes:
+        corners_m: As in ``Solid``, like the next three.
+        normals: Unit normals.
+        areas_m2: (F,) float64.
+        boxes_m: Of the nodes.
+        spans: Of the nodes.
+        thick_m: (F,) float64 thickness of the part under each triangle.
+        faces: (F, 3) int64 numbers of the corners.
+    """
+
+    corners_m: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    areas_m2: NDArray[np.float64]
+    boxes_m: NDArray[np.float64]
+    spans: NDArray[np.int64]
+    thick_m: NDArray[np.float64]
+    faces: NDArray[np.int64]
+
+
+@kept
+def _tree_of(mesh: TriangleMesh) -> _Tree:
     triangles = mesh.triangles_m
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     areas = np.linalg.norm(normals, axis=1) / 2.0
     proper = areas > _NO_AREA_M2
     triangles, areas = np.ascontiguousarray(triangles[proper]), areas[proper]
     normals = normals[proper] / (2.0 * areas[:, None])
-    low, high = mesh.bounds_m
-    smallest_m = float((high - low).min())
     order, boxes, spans = tree_over(triangles.min(axis=1), triangles.max(axis=1))
     triangles, normals, areas = triangles[order], normals[order], areas[order]
     if not len(triangles):
-        nothing = np.zeros((0, 3))
-        return Solid(triangles, normals, areas, 0.0, boxes, spans, np.zeros((2, 3)), False, 0.0, nothing, nothing)
-    outward = 1.0 if mesh.signed_volume_m3 >= 0.0 else -1.0
-    thick = np.minimum(_thicknesses(triangles, normals, boxes, spans, outward), smallest_m)
-    skins = np.maximum(np.minimum(tolerance_m, _SHARE_OF_THICKNESS * thick), FINEST_M) + _ROUNDING_M
-    least, faces = float(skins.min()) - _ROUNDING_M, corner_numbers(mesh)
-    solid = Solid(
-        triangles,
-        normals,
-        skins,
-        float(skins.max()),
-        boxes,
-        spans,
-        np.stack([low + least, high - least]),
-        is_matched(faces),
-        float(np.average(thick, weights=areas)),
-        np.zeros((0, 3)),
-        _ends(triangles, faces[proper][order]),
-    )
-    return solid._replace(seed_m=_seed(solid, thick, outward))
+        return _Tree(triangles, normals, areas, boxes, spans, areas, np.zeros((0, 3), np.int64))
+    low, high = mesh.bounds_m
+    thick = np.minimum(_thicknesses(triangles, normals, boxes, spans, _outward(mesh)), float((high - low).min()))
+    return _Tree(triangles, normals, areas, boxes, spans, thick, corner_numbers(mesh)[proper][order])
+
+
+def _outward(mesh: TriangleMesh) -> float:
+    """Return 1.0 if the mesh faces outward, -1.0 if inward."""
+    return 1.0 if mesh.signed_volume_m3 >= 0.0 else -1.0
 
 
 def corner_numbers(mesh: TriangleMesh) -> NDArray[np.int64]:

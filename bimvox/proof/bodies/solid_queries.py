@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import kernel, leaf_kernel
 from bimvox.proof.bodies.triangle_tree import crossed
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def in_skin(solid: Solid, points: NDArray[np.float64]) -> bool:
     return False
 
 
-@kernel
+@leaf_kernel
 def _holds(solid: Solid, f: int, skin: float, point: NDArray[np.float64]) -> bool:
     """Return whether the skin of a triangle contains a point: near its plane, and near its outline in that plane."""
     normal, triangle = solid.normals[f], solid.corners_m[f]
@@ -72,7 +72,7 @@ def _holds(solid: Solid, f: int, skin: float, point: NDArray[np.float64]) -> boo
     return bool(from_triangle(triangle, x, y, z) <= skin * skin)
 
 
-@kernel
+@leaf_kernel
 def from_triangle(triangle: NDArray[np.float64], x: float, y: float, z: float) -> float:
     """Return the square of the distance of a point from a triangle (Ericson, Real-Time Collision Detection, 5.1.5)."""
     a0, a1, a2 = triangle[0, 0], triangle[0, 1], triangle[0, 2]
@@ -166,7 +166,7 @@ def surfaces_cross(solid: Solid, other: Solid, low: NDArray[np.float64], high: N
     return False
 
 
-@kernel
+@leaf_kernel
 def _are_apart(
     one: NDArray[np.float64], other: NDArray[np.float64], low_m: NDArray[np.float64], high_m: NDArray[np.float64]
 ) -> bool:
@@ -205,7 +205,7 @@ def _are_apart(
     return False
 
 
-@kernel
+@leaf_kernel
 def _edge(triangle: NDArray[np.float64], k: int) -> tuple[float, float, float]:
     n = (k + 1) % 3
     return (triangle[n, 0] - triangle[k, 0], triangle[n, 1] - triangle[k, 1], triangle[n, 2] - triangle[k, 2])

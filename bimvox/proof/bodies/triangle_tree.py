@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import kernel, leaf_kernel
 
 _LEAF = 4
 _SAME_M = 1e-7
@@ -114,7 +114,7 @@ def crossed(
     return crossings, winding, nearest
 
 
-@kernel
+@leaf_kernel
 def _is_over(triangle: NDArray[np.float64], normal: NDArray[np.float64], x: float, y: float, z: float) -> bool:
     """Return whether a point in a triangle's plane is on the triangle."""
     for k in range(3):

@@ -206,7 +206,8 @@ class TriangleCheck:
             if other == component.index:
                 continue
             if sunk is None:
-                sunk = _collision_object((component.mesh.triangles_m - centre) * scale + centre)
+                narrow = TriangleMesh((component.mesh.vertices_m - centre) * scale + centre, component.mesh.faces)
+                sunk = fcl.CollisionObject(_shape_of(narrow))
             sunk.setTranslation(np.array([0.0, 0.0, other_high[2] - low[2] - 1e-4]))
             if fcl.collide(sunk, self._fixed(other)):
                 found.append(other)
@@ -263,13 +264,13 @@ class TriangleCheck:
         One reaches deeper into the other than the thinnest skin, or no change as small as that parts their surfaces: a
         move to any side or corner, or the one or the other made smaller.
         """
-        if self._too_deep(first, second, FINEST_M)[1](np.zeros((1, 3)))[0]:
-            return True
         moves_m = (np.argwhere(np.ones((3, 3, 3))).astype(np.float64) - 1.0) * FINEST_M
-        if not self._crosses(first, second)(moves_m).all():
-            return False
-        smaller = [_collision_object(_smaller_m(self._meshes[number].triangles_m)) for number in (first, second)]
-        return all(fcl.collide(one, self._fixed(other)) for one, other in zip(smaller, (second, first), strict=True))
+        if self._crosses(first, second)(moves_m).all() and all(
+            fcl.collide(fcl.CollisionObject(_shape_of(_smaller(self._meshes[one]))), self._fixed(other))
+            for one, other in ((first, second), (second, first))
+        ):
+            return True
+        return bool(self._too_deep(first, second, FINEST_M)[1](np.zeros((1, 3)))[0])
 
     def _check_no_fuller(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
         """Check, if no depth works, that the pair never shares more cells than in the finished building.
@@ -313,25 +314,27 @@ class TriangleCheck:
     def _object(self, moving: bool, number: int) -> fcl.CollisionObject:
         key = (moving, number)
         if key not in self._objects:
-            self._objects[key] = _collision_object(self._meshes[number].triangles_m)
+            self._objects[key] = fcl.CollisionObject(_shape_of(self._meshes[number]))
         return self._objects[key]
 
 
-def _collision_object(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
-    """Return a movable FCL object of (F, 3, 3) float64 triangles, at the origin."""
+@kept
+def _shape_of(mesh: TriangleMesh) -> fcl.BVHModel:
+    """Return a mesh as a shape of FCL, which any number of its objects share."""
     shape = fcl.BVHModel()
-    shape.beginModel(len(triangles_m), 3 * len(triangles_m))
-    shape.addSubModel(triangles_m.reshape(-1, 3), np.arange(3 * len(triangles_m)).reshape(-1, 3))
+    shape.beginModel(len(mesh.faces), len(mesh.vertices_m))
+    shape.addSubModel(mesh.vertices_m, mesh.faces)
     shape.endModel()
-    return fcl.CollisionObject(shape)
+    return shape
 
 
-def _smaller_m(triangles_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (F, 3, 3) triangles scaled about the middle of their box, so that each of its sides moves in a little."""
-    low, high = triangles_m.min(axis=(0, 1)), triangles_m.max(axis=(0, 1))
+@kept
+def _smaller(mesh: TriangleMesh) -> TriangleMesh:
+    """Return a mesh scaled about the middle of its box, so that each of its sides moves in a little."""
+    low, high = mesh.bounds_m
     middle, half = (low + high) / 2.0, (high - low) / 2.0
-    scaled: NDArray[np.float64] = middle + (triangles_m - middle) * (1.0 - FINEST_M / np.maximum(half, 2.0 * FINEST_M))
-    return scaled
+    scale = 1.0 - FINEST_M / np.maximum(half, 2.0 * FINEST_M)
+    return TriangleMesh(middle + (mesh.vertices_m - middle) * scale, mesh.faces)
 
 
 @kept
