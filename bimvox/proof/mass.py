@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.kept import kept
 from bimvox.proof.bodies.solid import corner_numbers, is_matched, pieces_of
-from bimvox.proof.kept import kept
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.proof.kept import kept
+from bimvox.kept import kept
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Blocker, Site

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.kept import kept
 from bimvox.proof.bodies.solid import Solid
 from bimvox.proof.bodies.solid_queries import is_inside, surfaces_cross
 from bimvox.proof.bodies.triangle_tree import tree_over
-from bimvox.proof.kept import kept
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, about, metres
 

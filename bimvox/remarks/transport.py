@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bimvox.proof.kept import kept
+from bimvox.kept import kept
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, about, metres, tonnes
 from bimvox.site.component import Component

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.bim.densities import STEEL_KG_M3, density_by_name
+from bimvox.kept import kept
 
 
 class Work(StrEnum):
@@ -107,6 +108,7 @@ def kind_of(part: Part) -> Work:
     return Work.BEAM if ifc_class == "IfcBeam" and found is Work.OTHER else found
 
 
+@kept
 def _by_shape(mesh: TriangleMesh) -> Work:
     long_m, wide_m = _plan_m(mesh.vertices_m[np.unique(mesh.faces), :2])
     high_m = float(np.ptp(mesh.bounds_m[:, 2]))

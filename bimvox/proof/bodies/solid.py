@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
+from bimvox.kept import kept
 from bimvox.proof.bodies.solid_queries import in_skin, is_inside
 from bimvox.proof.bodies.triangle_tree import crossed, tree_over
-from bimvox.proof.kept import kept
 
 FINEST_M = 5e-4
 """Least depth of a skin; pieces of a surface with shorter edges are not divided further."""

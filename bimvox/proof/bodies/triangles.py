@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
+from bimvox.kept import kept
 from bimvox.proof.bodies.overlap import overlaps_m
 from bimvox.proof.bodies.solid import FINEST_M, solid_of
-from bimvox.proof.kept import kept
 from bimvox.records.lift import LiftPlan
 from bimvox.records.proof import Check
 from bimvox.site.component import Component

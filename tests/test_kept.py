@@ -2,7 +2,7 @@ import gc
 from dataclasses import dataclass
 from weakref import ref
 
-from bimvox.proof.kept import kept
+from bimvox.kept import kept
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)

@@ -1,6 +1,7 @@
-"""Results that a proof computes once for an object and keeps during that object's lifetime.
+"""Results that are computed once for an object and kept during that object's lifetime.
 
-The same parts are at the same places in both verifications of a plan, and in every revision of a watched plan.
+The same parts are at the same places in planning, in both verifications of a plan, and in every revision of a watched
+plan.
 """
 
 from __future__ import annotations
