@@ -20,24 +20,22 @@ from bimvox.grid.labels import Label
 from bimvox.library.compare import equal, same, same_blockers, same_cells, same_cranes, same_rules
 from bimvox.library.obstructions import load_obstructions, rasterise
 from bimvox.library.own_parts import compare_parts, compare_pinned
-from bimvox.library.site import MACHINE, SITE_FILE
+from bimvox.library.site import MACHINE, OBSTRUCTIONS, SITE_FILE
 from bimvox.library.site_again import building_of, completed
+from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.proof import Check
 from bimvox.site.areas import columns_centred_in
 from bimvox.site.build import ground_and_masts, labels_of, with_obstructions
 from bimvox.site.component import IntVec
 from bimvox.site.config import SiteConfig
-from bimvox.site.config_file import parse_site_config
+from bimvox.site.config_file import machine_file_names, parse_site_config
 from bimvox.site.crew_times import UNIFORM_TIMES
 from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
 from bimvox.site.obstructions.file import without_references
 from bimvox.site.site import HookHeights, Rules, Site
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
-
-OBSTRUCTIONS = "obstructions."
-"""Begins the name of an obstruction file among the files attached to a log."""
 
 _NAMED = ("json", "toml")
 """Formats of an obstruction file that may name other files."""
@@ -47,7 +45,7 @@ _SAME = 1e-9
 def check_own_files(log: PlanLog) -> Check:
     """Check that the files attached to a log give the rules, cranes, zones, areas and obstructions of its site."""
     check = Check("own_files")
-    site = log.plan.site
+    site, known = log.plan.site, {SITE_FILE, HELD_FILE, HELD_CRANES_FILE}
     fixed = [blocker for blocker in site.blockers if blocker.kind in ("ground", "crane")]
     same_blockers(check, fixed, ground_and_masts(site, rasterise), "what follows from the site's shape and cranes")
     _same_labels(check, site)
@@ -58,11 +56,17 @@ def check_own_files(log: PlanLog) -> Check:
             config = parse_site_config(text.decode("utf-8-sig"), SITE_FILE, _machine_files(log))
             # Logs of earlier versions may change a machine without saying so; remarks say it.
             compare_config(check, site, config, f"the attached {SITE_FILE}", undeclared=True)
+            known |= {MACHINE + name for name in machine_file_names(config)}
         except (BimvoxError, UnicodeDecodeError) as error:
             check.look(False, f"the attached {SITE_FILE} cannot be used: {error}")
-    for name in sorted(log.attachments):
-        if name.startswith(OBSTRUCTIONS):
-            _compare_obstructions(check, site, name, log.attachments[name])
+    listed = [name for name in sorted(log.attachments) if name.startswith(OBSTRUCTIONS)]
+    for name in listed:
+        _compare_obstructions(check, site, name, log.attachments[name])
+    for blocker in () if listed else site.blockers:
+        told = f"fixed object {blocker.id!r} is in the log, but no obstruction file is"
+        check.look(blocker.kind != "obstruction", told)
+    for name in sorted(log.attachments.keys() - known - set(listed)):
+        check.look(False, f"attached {name}: it is not a file that bimvox attaches to the log of this site")
     return check
 
 

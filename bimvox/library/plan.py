@@ -12,12 +12,13 @@ from bimvox.files import read_input, require_input
 from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.plan_value import Plan
 from bimvox.library.prove import Planned, Retraining, insist_on_one_lift, plan_and_prove, prepared
-from bimvox.library.site import LoadedSite
+from bimvox.library.site import OBSTRUCTIONS, LoadedSite, attached_as
 from bimvox.log.plan_log import PlanLog
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.planner import plan_lifts
 from bimvox.policy.choice import DEFAULT_STEPS, PolicyInUse, PolicyRequest, choose_policy, retrained
 from bimvox.progress import Listener, Progress, progress_of
+from bimvox.site.obstructions.file import obstructions_to_json
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
 from bimvox.site.site import Site
 
@@ -82,9 +83,10 @@ def plan(
 def obstructions_of(
     obstructions: ObstructionSet | Path | str, site: Site
 ) -> tuple[ObstructionSet, Mapping[str, bytes]]:
-    """Return the obstructions, and the file that a log carries of them: none if they are given as a value."""
+    """Return the obstructions, and the file that a log carries of them; it is made if they are given as a value."""
     if isinstance(obstructions, ObstructionSet):
-        return obstructions, {}
+        given = {f"{OBSTRUCTIONS}json": obstructions_to_json(obstructions)}
+        return obstructions, given if obstructions.obstructions else {}
     if not isinstance(obstructions, str | Path):
         raise InputError(
             f"obstructions are an ObstructionSet or the path of a file, not a {type(obstructions).__name__}",
@@ -92,7 +94,7 @@ def obstructions_of(
         )
     path = require_input(Path(obstructions))
     found = load_obstructions(path, site)
-    return found, {f"obstructions{path.suffix.lower()}": read_input(path)}
+    return found, {attached_as(path): read_input(path)}
 
 
 def policy_of(

@@ -6,10 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from bimvox.library.obstructions import obstructed
-from bimvox.library.own_files import OBSTRUCTIONS
 from bimvox.library.plan import digests_of, obstructions_of
 from bimvox.library.plan_value import Plan
 from bimvox.library.prove import prepared
+from bimvox.library.site import OBSTRUCTIONS
 from bimvox.library.verify import prove_plan
 from bimvox.log.plan_log import PlanLog
 from bimvox.planning.rollout import proposer

@@ -35,6 +35,13 @@ SITE_FILE = "site.toml"
 """Name of the site file among the files attached to a log."""
 MACHINE = "machine."
 """Begins the name of a machine's file among the files attached to a log."""
+OBSTRUCTIONS = "obstructions."
+"""Begins the name of an obstruction file among the files attached to a log."""
+
+
+def attached_as(obstructions: Path) -> str:
+    """Return the name of an obstruction file among the files attached to a log; without a suffix it is JSON."""
+    return OBSTRUCTIONS + (obstructions.suffix.lower()[1:] or "json")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

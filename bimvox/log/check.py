@@ -52,11 +52,9 @@ def check_digests(contents: Contents, log: PlanLog) -> Check:
         said = metadata.get(key, "")
         check.look(said == wanted, f"metadata {key} is {said[:16]!r}, the site's is {wanted[:16]!r}")
     for name, data in log.attachments.items():
-        said = metadata.get(SHA256 + name, "")
-        check.look(
-            said in ("", hashlib.sha256(data).hexdigest()),
-            f"attached {name}: digest mismatch with the metadata",
-        )
+        is_missing = SHA256 + name not in metadata
+        fault = "the metadata does not have its digest" if is_missing else "digest mismatch with the metadata"
+        check.look(metadata.get(SHA256 + name) == hashlib.sha256(data).hexdigest(), f"attached {name}: {fault}")
     for key in metadata:
         if key.startswith(SHA256):
             name = key.removeprefix(SHA256)

@@ -37,7 +37,7 @@ def check_names(check: Check, plan: LiftPlan, context: Collection[Lift]) -> None
         check.look(other in parts, f"unheld: {other!r} is not a part of the site")
     for blocker in site.blockers:
         check.look(blocker.kind in _KINDS, f"fixed object {blocker.id!r}: there is no kind {blocker.kind!r}")
-    fixed = {blocker.id for blocker in site.blockers if blocker.kind != _OBSTRUCTION}
+    fixed = parts | {blocker.id for blocker in site.blockers if blocker.kind != _OBSTRUCTION}
     for number, epoch in enumerate(plan.history):
         seen: set[str] = set()
         for blocker in epoch.obstructions:

@@ -92,7 +92,11 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
     turn_to([check], None)
     _check_ids(check, "part", (component.id for component in site.components))
     _check_ids(check, "fixed object", (blocker.id for blocker in site.blockers))
+    parts = {component.id for component in site.components}
     for number, blocker in enumerate(site.blockers):
+        check.look(blocker.id not in parts, f"fixed object {blocker.id!r}: a part has the same id")
+        bare = blocker.kind == "structure" and (blocker.mesh is None or not len(blocker.mesh.faces))
+        check.look(not bare, f"fixed object {blocker.id!r}: a structure without a surface")
         if blocker.mesh is not None:
             _finite(check, f"site.blockers[{number}] ({blocker.id}).mesh.vertices_m", blocker.mesh.vertices_m)
     _check_clashes(check, plan)

@@ -74,6 +74,7 @@ def test_an_infeasible_lift_names_what_blocks_it(site):
     low = site.site.frame.corner_of(np.array(target.target_vox))
     wall = bimvox.Obstruction("wall", bimvox.Box(tuple(low - 0.2), tuple(low + 0.2)))
     plan = bimvox.plan(site, obstructions=bimvox.ObstructionSet.of([wall]), policy="none")
+    assert plan.record.attachments.keys() == {"site.toml", "obstructions.json"}
     by_id = {lift.component.id: lift for lift in plan.infeasible}
     assert by_id[target.id].blocked_by == ("wall",)
     assert repr(by_id[target.id]).startswith(f"<Lift {by_id[target.id].number} of {target.label}: infeasible: ")
@@ -162,6 +163,13 @@ def test_obstructions_of_a_file_go_into_the_log(plan, tmp_path):
     cleared = bimvox.revise(revised, bimvox.ObstructionSet())
     assert "obstructions.json" not in cleared.record.attachments
     assert bimvox.verify(bimvox.write_log(cleared, tmp_path / "c.mcap")).verified
+
+
+def test_obstructions_given_as_a_value_go_into_the_log_as_a_file(plan, tmp_path):
+    crate = bimvox.Obstruction("crate", bimvox.Box((-3.0, -3.0, 0.0), (-2.0, -2.0, 1.0)))
+    log = bimvox.write_log(bimvox.revise(plan, bimvox.ObstructionSet.of([crate])), tmp_path / "a.mcap")
+    assert b'"crate"' in bimvox.read_log(log).record.attachments["obstructions.json"]
+    assert bimvox.verify(log).verified
 
 
 def test_pictures_are_written_where_asked(site, plan, tmp_path):

@@ -12,7 +12,7 @@ from bimvox_pipeline.verify import verify
 from box_sites import box_site
 from named_cranes import default_luffing_crane
 from planned_sites import PORTAL, planned
-from seeded_faults import site_file_of
+from seeded_faults import site_file_of, with_files
 
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.rigging import with_luffing_jib
@@ -38,7 +38,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, PlanLog]:
     site = replace(site, blockers=(*ground_and_masts(site, rasterise), *site.blockers[1:]))
     site = with_digests(replace(site, labels=labels_of(site)))
     plan, motions = planned(site)
-    record = PlanLog(plan, motions, attachments={"site.toml": site_file_of(site)})
+    record = with_files(PlanLog(plan, motions), {"site.toml": site_file_of(site)})
     path = tmp_path_factory.mktemp("luffing") / "log.mcap"
     write_log_file(path, record, inputs=[])
     return path, record

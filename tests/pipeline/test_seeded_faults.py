@@ -174,6 +174,10 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.no_time_to_set, "timeline", r"lift 4 \(slab\): setting takes 1e-06 s; the rules ask for 180 s \(slab\)"),
     (faults.no_time_to_release, "timeline", r"lift 4 \(slab\): releasing takes 1e-06 s; the rules ask for 60 s"),
     (faults.every_part_set_like_a_slab, "timeline", r"lift 1 \(left\): setting takes 180 s; the rules ask for 720 s"),
+    (faults.a_file_without_a_digest, "digests", "attached site.toml: the metadata does not have its digest"),
+    (faults.a_file_with_an_empty_digest, "digests", "attached site.toml: digest mismatch with the metadata"),
+    (faults.an_obstruction_called_like_a_part, "values", "fixed object 'beam': a part has the same id"),
+    (faults.a_structure_without_a_surface, "values", "fixed object 'plinth': a structure without a surface"),
     (faults.no_times_at_all, "values", "site.rules.bracing_s is nan"),
 ]
 """Forged plans, the check that must refuse each, and a sentence that names the fault and the lift."""
@@ -521,7 +525,7 @@ def test_the_true_triangles_decide_on_the_motions_last_moves(tmp_path: Path, mon
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
     record = PlanLog(plan=plan, motions=tuple(time_plan(plan, replay(site, preparation, plan))))
-    record = dataclasses.replace(record, attachments={"site.toml": faults.site_file_of(site)})
+    record = faults.with_files(record, {"site.toml": faults.site_file_of(site)})
     assert proven(record, tmp_path)["verified"] is True
     # The cells are the same; only the surface is 80 mm higher.
     spoiled = faults.with_component(record, "left", mesh=box_mesh((1.0, 1.4, 0.0), (1.2, 1.6, 2.98)))
@@ -601,7 +605,7 @@ def test_a_log_of_its_own_obstruction_file_is_verified(good: PlanLog, tmp_path: 
 
 
 def test_obstructions_of_files_that_are_not_in_the_log_are_a_condition(good: PlanLog, tmp_path: Path):
-    record = faults.with_blocker(faults.with_a_file_of_a_mesh(good), "truck", [(36, 26, 1)])
+    record = faults.with_a_file_of_a_mesh(faults.with_blocker(good, "truck", [(36, 26, 1)]))
     document = proven(record, tmp_path)
     assert document["verified"], failed(document)
     assert any("files that they came from are not in it: truck" in one for one in document["conditions"])

@@ -9,7 +9,7 @@ import dataclasses
 import json
 import struct
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple
 from io import BytesIO
 from pathlib import Path
@@ -33,6 +33,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.kinematics import hook_of
 from bimvox.grid.labels import Label
+from bimvox.library.plan import digests_of
 from bimvox.log import schema as topics
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_plan
@@ -113,7 +114,21 @@ def log_of(site: Site) -> PlanLog:
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
     motions = time_plan(plan, replay(site, preparation, plan)) if site.cranes else ()
-    return PlanLog(plan=plan, motions=tuple(motions), attachments={"site.toml": site_file_of(site)})
+    return with_files(PlanLog(plan=plan, motions=tuple(motions)), {"site.toml": site_file_of(site)})
+
+
+def with_files(log: PlanLog, files: Mapping[str, bytes]) -> PlanLog:
+    """Return a log with these attached files, and their digests in its metadata."""
+    metadata = {key: value for key, value in log.metadata.items() if not key.startswith("sha256 ")}
+    return dataclasses.replace(log, attachments=dict(files), metadata=metadata | digests_of(files))
+
+
+def obstruction_file_of(site: Site) -> dict[str, bytes]:
+    """Return the obstruction file that gives the obstructions of a site; none if it has none."""
+    found = [one for one in site.blockers if one.kind == "obstruction"]
+    listed = [{"id": one.id, "voxels": one.cells.tolist()} for one in found]
+    document = json.dumps({"version": 1, "obstructions": listed}).encode()
+    return {"obstructions.json": document} if found else {}
 
 
 def site_file_of(site: Site, **changes: Any) -> bytes:
@@ -179,14 +194,15 @@ def lift_of(log: PlanLog, name: str):
 
 
 def with_site(log: PlanLog, **changes) -> PlanLog:
-    """Return the log of a changed site; the forger also rewrites the labels and the attached site file."""
+    """Return the log of a changed site; the forger also rewrites the labels and the attached files."""
     site = dataclasses.replace(log.plan.site, **changes)
     if "labels" not in changes:
         site = dataclasses.replace(site, labels=labels_of(site))
     site = with_digests(site)
     forged = without_a_new_file(log, site)
     try:
-        return dataclasses.replace(forged, attachments={**log.attachments, "site.toml": site_file_of(site)})
+        files = {name: data for name, data in log.attachments.items() if not name.startswith("obstructions.")}
+        return with_files(forged, {**files, "site.toml": site_file_of(site), **obstruction_file_of(site)})
     except ValueError:  # no site file can have such values
         return forged
 
@@ -202,9 +218,11 @@ def with_component(log: PlanLog, name: str, **changes) -> PlanLog:
     return with_site(log, components=tuple(components))
 
 
-def with_blocker(log: PlanLog, name: str, cells, kind: str = "obstruction") -> PlanLog:
+def with_blocker(
+    log: PlanLog, name: str, cells, kind: str = "obstruction", mesh: TriangleMesh | None = None
+) -> PlanLog:
     cells = np.array(cells, np.int32).reshape(-1, 3)
-    return with_site(log, blockers=(*log.plan.site.blockers, Blocker(name, kind, cells)))
+    return with_site(log, blockers=(*log.plan.site.blockers, Blocker(name, kind, cells, mesh)))
 
 
 def with_lift(log: PlanLog, name: str, **changes) -> PlanLog:
@@ -296,7 +314,8 @@ def a_building_in_the_air(log: PlanLog) -> PlanLog:
     beside = slab.shape.cells + np.array(slab.target_vox)
     at = beside[np.lexsort((beside[:, 2], beside[:, 1], beside[:, 0]))[0]] - [1, 0, 0]
     afloat = with_site(log, blockers=tuple(b for b in site.blockers if b.kind != "ground"))
-    return with_blocker(afloat, "hook", at, "structure")
+    low = site.frame.corner_of(at)
+    return with_blocker(afloat, "hook", at, "structure", box_mesh(low + 0.1, low + 0.4))
 
 
 def too_near_in_transit(log: PlanLog) -> PlanLog:
@@ -409,6 +428,23 @@ def two_lifts_swapped(log: PlanLog) -> PlanLog:
 
 def a_file_exchanged(log: PlanLog) -> PlanLog:
     return dataclasses.replace(log, metadata={**log.metadata, "sha256 site.toml": "0" * 64})
+
+
+def a_file_without_a_digest(log: PlanLog) -> PlanLog:
+    return dataclasses.replace(log, metadata={})
+
+
+def a_file_with_an_empty_digest(log: PlanLog) -> PlanLog:
+    return dataclasses.replace(log, metadata={**log.metadata, "sha256 site.toml": ""})
+
+
+def an_obstruction_called_like_a_part(log: PlanLog) -> PlanLog:
+    return with_blocker(log, "beam", [(39, 29, 1)])
+
+
+def a_structure_without_a_surface(log: PlanLog) -> PlanLog:
+    """A cell that carries what stands on it, and that no triangles show."""
+    return with_blocker(log, "plinth", [(39, 29, 1)], "structure")
 
 
 def a_cell_shifted(log: PlanLog) -> PlanLog:
@@ -581,7 +617,7 @@ NONSENSE: dict[str, tuple[Forge, str]] = {
 
 def keeping_its_files(forge: Forge) -> Forge:
     """Return the same fault by a forger who leaves the attached files unchanged."""
-    return lambda log: dataclasses.replace(forge(log), attachments=log.attachments)
+    return lambda log: with_files(forge(log), log.attachments)
 
 
 def with_obstructions_file(log: PlanLog) -> PlanLog:
@@ -591,13 +627,13 @@ def with_obstructions_file(log: PlanLog) -> PlanLog:
     document = json.dumps({"version": 1, "unit": "m", "obstructions": listed}).encode()
     for name, (low, high) in boxes.items():
         log = with_blocker(log, name, box_cells(log.plan.site.frame, low, high))
-    return dataclasses.replace(log, attachments={**log.attachments, "obstructions.json": document})
+    return with_files(log, {**log.attachments, "obstructions.json": document})
 
 
 def with_a_file_of_a_mesh(log: PlanLog) -> PlanLog:
     """Return a log whose obstruction file lists a truck by its mesh, which is not in the log, and no truck."""
     document = b'{"version": 1, "unit": "m", "obstructions": [{"id": "truck", "mesh": "truck.stl"}]}'
-    return dataclasses.replace(log, attachments={**log.attachments, "obstructions.json": document})
+    return with_files(log, {**log.attachments, "obstructions.json": document})
 
 
 def without_blocker(log: PlanLog, name: str) -> PlanLog:
@@ -638,14 +674,29 @@ NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
         keeping_its_files(lambda log: with_rules(log, times=None, bracing_s=120.0, release_s=30.0)),
         "rules.times is None in the log",
     ),
-    "no file": (lambda log: dataclasses.replace(log, attachments={}), "it carries no site.toml"),
+    "no file": (lambda log: with_files(log, {}), "it carries no site.toml"),
     "no ground": (lambda log: without_blocker(log, "ground"), "fixed object 'ground' is not in the log"),
     "truck of a mesh dropped": (with_a_file_of_a_mesh, "fixed object 'truck' is not in the log"),
     "truck dropped": (
-        lambda log: without_blocker(with_obstructions_file(log), "truck"),
+        lambda log: keeping_its_files(lambda one: without_blocker(one, "truck"))(with_obstructions_file(log)),
         "fixed object 'truck' is not in the log",
     ),
-    "truck shrunk": (lambda log: a_smaller_truck(with_obstructions_file(log)), "fixed object 'truck' has other cells"),
+    "truck shrunk": (
+        lambda log: keeping_its_files(a_smaller_truck)(with_obstructions_file(log)),
+        "fixed object 'truck' has other cells",
+    ),
+    "wall of nobody": (
+        lambda log: keeping_its_files(lambda one: with_blocker(one, "fence", [(39, 29, 1)]))(log),
+        "fixed object 'fence' is in the log, but no obstruction file is",
+    ),
+    "approval": (
+        lambda log: with_files(log, {**log.attachments, "approval.txt": b"the city approves"}),
+        "attached approval.txt: it is not a file that bimvox attaches",
+    ),
+    "machine of nobody": (
+        lambda log: with_files(log, {**log.attachments, "machine.giant.toml": b"name = 'giant'"}),
+        "attached machine.giant.toml: it is not a file that bimvox attaches",
+    ),
 }
 """Forgeries that the attached files reveal, each with what the refusal says."""
 

@@ -185,6 +185,27 @@ def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadM
     return ObstructionSet.of(obstructions, name, tuple(files))
 
 
+def obstructions_to_json(given: ObstructionSet) -> bytes:
+    """Return the obstruction file of obstructions that were given as a value.
+
+    Meshes and points have no place in such a file: their entries refer to a file that does not exist.
+    """
+    return json.dumps({"version": 1, "obstructions": [_entry(one) for one in given.obstructions]}).encode()
+
+
+def _entry(one: Obstruction) -> dict[str, Any]:
+    match one.form:
+        case Box(low_m, high_m):
+            form: dict[str, Any] = {"box": {"min": low_m, "max": high_m}}
+        case Cylinder(base_m, radius_m, height_m):
+            form = {"cylinder": {"base": base_m, "radius": radius_m, "height": height_m}}
+        case Voxels(cells):
+            form = {"voxels": cells}
+        case other:
+            form = {"mesh" if isinstance(other, TriangleMesh) else "points": "given as a value"}
+    return {"id": one.id, **form}
+
+
 def without_references(data: bytes, name: str) -> tuple[bytes, frozenset[str]]:
     """Return an obstruction file as JSON without the entries that refer to other files, and the ids of those.
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from bimvox.errors import FileError
 from bimvox.files import read_input, reason_of, require_regular, status_of
 from bimvox.library.obstructions import load_obstructions, obstructed
-from bimvox.library.site import LoadedSite
+from bimvox.library.site import LoadedSite, attached_as
 from bimvox.progress import Progress
 from bimvox.site.obstructions.obstruction_set import EMPTY, ObstructionSet
 from bimvox.site.site import Site
@@ -118,4 +118,4 @@ class ObstructionReader:
         except OSError as error:
             raise FileError(self.file, f"cannot be read: {reason_of(error)}") from error
         self.files = found.files
-        return found, {f"obstructions{self.file.suffix.lower()}": content}
+        return found, {attached_as(self.file): content}

@@ -7,8 +7,14 @@ from box_sites import box_mesh
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.errors import FileError, ObstructionFileError
-from bimvox.site.obstructions.file import FORMS, obstructions_json_schema, parse_obstructions
-from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Points, Voxels
+from bimvox.site.obstructions.file import (
+    FORMS,
+    obstructions_json_schema,
+    obstructions_to_json,
+    parse_obstructions,
+    without_references,
+)
+from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, ObstructionSet, Points, Voxels
 
 BOX = {"min": [0, 0, 0], "max": [1, 2, 3]}
 
@@ -58,6 +64,22 @@ def test_every_form_is_read_in_metres(tmp_path):
     assert isinstance(forms["scan"], Points)
     np.testing.assert_allclose(forms["scan"].points_m, [[1.0, 2.0, 0.0], [0.0, 0.0, 0.5]])
     assert found.files == (tmp_path / "spoil.ply", tmp_path / "scan.xyz")
+
+
+def test_obstructions_given_as_a_value_are_written_as_a_file():
+    given = ObstructionSet.of(
+        [
+            Obstruction("truck", Box((0.1, 0.5, 0.0), (1.0, 2.0, 1 / 3))),
+            Obstruction("silo", Cylinder((5.0, 5.0, 0.0), 0.7, 9.0)),
+            Obstruction("stack", Voxels(((3, 4, 1), (3, 5, 1)))),
+            Obstruction("heap", box_mesh((0, 0, 0), (1, 1, 1))),
+            Obstruction("scan", Points(np.zeros((1, 3)))),
+        ]
+    )
+    data, refers = without_references(obstructions_to_json(given), "obstructions.json")
+    assert refers == {"heap", "scan"}
+    wanted = [one for one in given.obstructions if one.id not in refers]
+    assert [(one.id, one.form) for one in parse(data).obstructions] == [(one.id, one.form) for one in wanted]
 
 
 def test_toml_and_feet():
