@@ -16,7 +16,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.site.areas import columns_centred_in
 from bimvox.site.assign import assigned
-from bimvox.site.checks import check_component, check_mast, check_yard
+from bimvox.site.checks import check_component, check_mast, check_samples, check_yard
 from bimvox.site.component import Component, IntVec
 from bimvox.site.config import SiteConfig
 from bimvox.site.crane_checks import check_cranes, crane_key
@@ -104,6 +104,8 @@ def build_site(
             ignored += 1
     if not any(component.means is Means.CRANE for component in components):
         raise nothing_to_lift(components)
+    if cranes:
+        check_samples(config, components)
     if ignored:
         notes.append(f"{ignored} terrain element(s) are left out: the ground is taken as flat at z = 0")
     check_cranes(config, cranes, rules.crane_separation_m)

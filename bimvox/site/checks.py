@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,14 @@ from bimvox.bim.building import Element
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.config import SiteConfig
+from bimvox.site.means import Means
 from bimvox.site.shape import stored_shape
 from bimvox.site.site import Blocker
+
+_MOST_SAMPLES = 4_000_000
+"""About 1 GB of log and memory."""
+_LIFT_S = 60.0
+"""How long a crane moves for a lift, about."""
 
 
 def check_component(
@@ -45,6 +52,18 @@ def check_mast(config: SiteConfig, key: str, mast: Blocker, components: Sequence
     for component in components:
         if there[tuple((component.shape.cells + np.array(component.target_vox)).T)].any():
             raise config.error(f"{key}.base_m", f"the mast is at the place of component {component.label}")
+
+
+def check_samples(config: SiteConfig, components: Sequence[Component]) -> None:
+    """Raise an error for a sampling interval that gives more samples than memory holds."""
+    lifts, period_s = sum(component.means is Means.CRANE for component in components), config.rules.sample_period_s
+    least_s = lifts * _LIFT_S / _MOST_SAMPLES
+    if period_s < least_s:
+        raise config.error(
+            "rules.sample_period_s",
+            f"{period_s:g} s gives about {lifts * _LIFT_S / period_s:,.0f} samples for {lifts:,} lifts",
+            hint=f"give {ceil(1e3 * least_s) / 1e3:g} s or more",
+        )
 
 
 def check_yard(config: SiteConfig, yard: NDArray[np.bool_], components: Sequence[Component], shape: IntVec) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.grid.frame import GridFrame
-from bimvox.site.areas import columns_met_by
+from bimvox.site.areas import columns_met_by, columns_met_by_each
 from bimvox.site.component import Component
 from bimvox.site.config import ZoneConfig
 from bimvox.site.site import HookHeights
@@ -36,8 +36,7 @@ def hook_heights(zones: Sequence[ZoneConfig], frame: GridFrame, shape: tuple[int
     if not limiters:
         return None
     low, high = np.full(shape, -np.inf), np.full(shape, np.inf)
-    for zone in limiters:
-        met = columns_met_by([zone.polygon], frame, shape)
+    for zone, met in zip(limiters, columns_met_by_each([one.polygon for one in limiters], frame, shape), strict=True):
         if zone.lowest_hook_m is not None:
             low[met] = np.maximum(low[met], zone.lowest_hook_m)
         if zone.highest_hook_m is not None:

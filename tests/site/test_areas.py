@@ -1,9 +1,10 @@
 import numpy as np
-from hypothesis import given
+import shapely
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from bimvox.grid.frame import GridFrame
-from bimvox.site.areas import columns_centred_in, columns_met_by
+from bimvox.site.areas import columns_centred_in, columns_met_by, columns_met_by_each
 
 FRAME = GridFrame((-1.0, 2.0, -0.5), 0.5)
 SHAPE = (12, 9)
@@ -35,3 +36,32 @@ def test_polygons_add_up_and_may_be_of_any_shape():
     cells = [[0, 0], [0, 1], [0, 2], [0, 3], [1, 0], [2, 0], [3, 0], [10, 4]]
     assert np.argwhere(both).tolist() == cells
     assert not columns_centred_in([], FRAME, SHAPE).any()
+
+
+@given(st.lists(st.tuples(st.floats(-3, 30), st.floats(-3, 30)), min_size=3, max_size=9, unique=True))
+def test_columns_tested_by_blocks_are_those_that_meet_the_polygon(points):
+    shape = (37, 21)
+    polygon = shapely.convex_hull(shapely.MultiPoint(points))
+    assume(polygon.geom_type == "Polygon")
+    corners = list(polygon.exterior.coords)
+    (met,) = columns_met_by_each([corners], FRAME, shape)
+    for i, j in np.ndindex(shape):
+        x, y, _ = FRAME.corner_of((i, j, 0))
+        square = shapely.box(x + 1e-4, y + 1e-4, x + 0.5 - 1e-4, y + 0.5 - 1e-4)
+        assert met[i, j] == polygon.intersects(square)
+
+
+def test_a_thousand_large_zones_take_a_moment():
+    """The time of a test machine varies, so this counts the columns that are tested one by one."""
+    tested = []
+
+    def intersects(polygon, squares):
+        tested.append(np.size(squares))
+        return real(polygon, squares)
+
+    real, shapely.intersects = shapely.intersects, intersects
+    try:
+        list(columns_met_by_each([rectangle(0.0, 3.0, 90.0, 95.0)] * 10, FRAME, (200, 200)))
+    finally:
+        shapely.intersects = real
+    assert sum(tested) < 10 * 200 * 200 / 4

@@ -10,6 +10,7 @@ from bimvox.bim.building import Building, Role
 from bimvox.crane.outline import highest_point_m
 from bimvox.errors import ConfigError, SelectionError
 from bimvox.grid.labels import Label
+from bimvox.site import checks
 from bimvox.site.build import PlacedModel, build_site, with_obstructions
 from bimvox.site.component import StoredPose
 from bimvox.site.config import (
@@ -267,3 +268,14 @@ def test_the_mast_of_one_of_several_cranes_ends_where_the_jib_of_a_higher_one_ma
     assert tops_m(alone) == {"crane": pytest.approx(24.0)}
     assert tops_m(shared)["crane:low"] == pytest.approx(highest_point_m(low), abs=0.5)
     assert tops_m(shared)["crane:low"] < 20.0 - shared.rules.crane_separation_m
+
+
+def test_a_sampling_interval_of_more_samples_than_memory_holds_is_refused(monkeypatch):
+    monkeypatch.setattr(checks, "_MOST_SAMPLES", 100_000)
+    with pytest.raises(
+        ConfigError, match=r"sample_period_s: 0\.001 s gives about 420,000 samples for 7 lifts"
+    ) as one:
+        build(config(rules=RulesConfig(sample_period_s=0.001)))
+    assert "0.005 s or more" in str(one.value)
+    assert build(config(rules=RulesConfig(sample_period_s=0.005))).rules.sample_period_s == 0.005
+    assert build(config(rules=RulesConfig(sample_period_s=0.001)), cranes=()).rules.sample_period_s == 0.001

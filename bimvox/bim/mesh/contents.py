@@ -16,10 +16,18 @@ from bimvox.errors import MeshError
 REPEATED_MOST = 20_000_000
 """A file whose instances expand to more triangles or vertices than this is refused."""
 
+CORNERS_MOST = 1_000_000
+"""A face of a text format with more corners than this is refused before it is read."""
+
 
 def damaged(path: Path, what: str) -> MeshError:
     """Return the error for a file that is damaged or truncated; ``what`` says what is wrong in it."""
     return MeshError(path, what, hint="the file is damaged or truncated: export it again")
+
+
+def too_many_corners(path: Path, what: str) -> MeshError:
+    """Return the error for a face with more than ``CORNERS_MOST`` corners; ``what`` names the face."""
+    return MeshError(path, f"{what} has more than {CORNERS_MOST:,} corners", hint="export it with triangles")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

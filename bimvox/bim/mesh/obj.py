@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bimvox.bim.mesh.contents import MeshContents, RawBody, body_of_polygons, damaged
+from bimvox.bim.mesh.contents import CORNERS_MOST, MeshContents, RawBody, body_of_polygons, damaged, too_many_corners
 from bimvox.bim.mesh.text import rows_of_numbers, text_of
 from bimvox.errors import MeshError
 
@@ -72,8 +72,11 @@ def _bodies(faces: Polygons) -> list[tuple[str, list[list[int]]]]:
 
 def _corners(path: Path, number: int, rest: str, vertices: int) -> list[int]:
     """Return the vertices of a face, from 0 (``1/2/3``, ``1//3`` or ``1`` in the file; negative ones count back)."""
+    words = rest.split(None, CORNERS_MOST)
+    if len(words) > CORNERS_MOST:
+        raise too_many_corners(path, f"line {number}: the face {rest.strip()[:40]!r}")
     try:
-        corners = [int(word.split("/", 1)[0]) for word in rest.split()]
+        corners = [int(word.split("/", 1)[0]) for word in words]
     except ValueError:
         raise damaged(path, f"line {number}: the face {rest.strip()[:40]!r} is not understood") from None
     return [corner - 1 if corner > 0 else corner + vertices if corner < 0 else -1 for corner in corners]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from bimvox.bim.mesh.contents import MeshContents, body_of_polygons, damaged
+from bimvox.bim.mesh.contents import CORNERS_MOST, MeshContents, body_of_polygons, damaged, too_many_corners
 from bimvox.bim.mesh.text import numbers, rows_of_numbers, text_of
 from bimvox.errors import MeshError
 
@@ -44,7 +44,9 @@ def read_off(path: Path, data: bytes) -> MeshContents:
 
 def _corners(path: Path, line: str) -> list[int]:
     """Return the corners of a face; the line starts with their number and may end with a colour."""
-    words = line.split()
+    words = line.split(None, CORNERS_MOST + 1)
+    if len(words) > CORNERS_MOST + 1:
+        raise too_many_corners(path, f"the face {line.strip()[:40]!r}")
     try:
         count = int(words[0])
         corners = [int(word) for word in words[1 : count + 1]]

@@ -77,3 +77,11 @@ def test_missing_corners_make_no_number() -> None:
     (body,) = read_obj(PATH, (SQUARE + f"f 1 2 3\nf 1 2 99\nf 0 1 2\nf 1 2 -9\nf 1 2 {10**30}\n").encode()).bodies
     finite = np.isfinite(body.vertices[body.faces]).all(axis=(1, 2))
     assert finite.tolist() == [True, False, False, False, False]
+
+
+def test_a_face_of_countless_corners_is_refused_before_it_is_read() -> None:
+    line = "f " + "1 2 3 " * 400_000
+    with pytest.raises(MeshError, match="more than 1,000,000 corners") as refused:
+        read_obj(PATH, (SQUARE + line + "\n").encode())
+    assert "line 5" in str(refused.value)
+    assert len(str(refused.value)) < 300

@@ -44,6 +44,7 @@ def test_colours_and_normals_of_vertices_are_passed_over() -> None:
         ("OFF\n1000000000 1 0\n0 0 0\n", "declares 1,000,000,000 vertices"),
         ("OFF\n4 1 0\n" + SQUARE + "4 0 1 2\n", "fewer corners"),
         ("OFF\n4 1 0\n" + SQUARE + "x 0 1 2\n", "not a number"),
+        ("OFF\n4 1 0\n" + SQUARE + "1200000 " + "0 1 2 " * 400_000, "more than 1,000,000 corners"),
         ("OFF\n4 1 0\n" + SQUARE.replace("1 1 0", "1 1") + "3 0 1 2\n", "fewer than 3 numbers"),
     ],
 )
