@@ -272,9 +272,7 @@ def test_the_mast_of_one_of_several_cranes_ends_where_the_jib_of_a_higher_one_ma
 
 def test_a_sampling_interval_of_more_samples_than_memory_holds_is_refused(monkeypatch):
     monkeypatch.setattr(checks, "_MOST_SAMPLES", 100_000)
-    with pytest.raises(
-        ConfigError, match=r"sample_period_s: 0\.001 s gives about 420,000 samples for 7 lifts"
-    ) as one:
+    with pytest.raises(ConfigError, match=r"sample_period_s: 0\.001 s gives about 420,000 samples for 7 lifts") as one:
         build(config(rules=RulesConfig(sample_period_s=0.001)))
     assert "0.005 s or more" in str(one.value)
     assert build(config(rules=RulesConfig(sample_period_s=0.005))).rules.sample_period_s == 0.005

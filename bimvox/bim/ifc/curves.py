@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,12 @@ def largely_curved(file: Any, metres_per_unit: float) -> frozenset[int]:
         file: The ``ifcopenshell.file``.
         metres_per_unit: Its length unit in metres.
     """
-    above = list(_large_curves(file, LARGE_M / metres_per_unit))
+    return products_with(file, _large_curves(file, LARGE_M / metres_per_unit))
+
+
+def products_with(file: Any, items: Iterable[Any]) -> frozenset[int]:
+    """Return the step ids of the products whose shape, or an opening in it, contains one of the items."""
+    above = list(items)
     seen = {item.id() for item in above}
     products: set[int] = set()
     while above:

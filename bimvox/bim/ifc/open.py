@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import ifcopenshell
 import ifcopenshell.util.unit
 
+from bimvox.bim.ifc.endless import long_outlines
 from bimvox.bim.ifc.parser_log import judge_log
 from bimvox.bim.ifc.step_file import check_frame, stated_schema, step_bytes, without_comments
 from bimvox.bim.ifc.text import parser_text
@@ -33,6 +35,7 @@ class OpenedIfc:
         unit: Name of its length unit.
         metres_per_unit: Its length unit in metres.
         notes: What the user should know.
+        outlines: Number of points by step id, of outlines with more than a kernel can take.
     """
 
     file: Any
@@ -40,6 +43,7 @@ class OpenedIfc:
     unit: str
     metres_per_unit: float
     notes: tuple[str, ...]
+    outlines: Mapping[int, int]
 
 
 def open_ifc(path: Path, data: bytes) -> OpenedIfc:
@@ -71,7 +75,7 @@ def open_ifc(path: Path, data: bytes) -> OpenedIfc:
             hint="export the model again; a file without its project has no units and is most likely truncated",
         )
     unit, metres = _length_unit(path, projects[0])
-    return OpenedIfc(file, schema, unit, metres, tuple(notes))
+    return OpenedIfc(file, schema, unit, metres, tuple(notes), long_outlines(step))
 
 
 def parse_text(path: Path, text: str) -> Any:

@@ -15,6 +15,7 @@ from bimvox.bim.ifc.assembly import Extent
 from bimvox.bim.ifc.class_roles import TOO_SMALL, reason_not_solid, reason_too_small, role_of_class
 from bimvox.bim.ifc.curves import largely_curved
 from bimvox.bim.ifc.elements import ElementBuilder, MeshedProduct
+from bimvox.bim.ifc.endless import check_wholes, endless_products
 from bimvox.bim.ifc.geometry import GeometryPool
 from bimvox.bim.ifc.georeference import georeference_of
 from bimvox.bim.ifc.lifted_parts import by_default
@@ -55,6 +56,10 @@ def read_ifc(
 
     notes = list(opened.notes)
     wanted, skipped = _sort_out(opened, selected, notes)
+    check_wholes(path, opened.file, wanted)
+    endless = endless_products(opened.file, opened.outlines)
+    skipped.update({step_id: endless[step_id] for step_id in wanted if step_id in endless})
+    wanted = [step_id for step_id in wanted if step_id not in endless]
     properties = Properties(opened.file)
     groups = shape_groups(opened.file, wanted)
     meshed = pool.mesh(
