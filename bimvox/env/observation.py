@@ -130,6 +130,7 @@ def look(
     state: LiftState,
     cells: NDArray[np.int32],
     out: NDArray[np.float32],
+    again: bool = False,
 ) -> None:
     """Write the observation of one lift.
 
@@ -139,6 +140,8 @@ def look(
         state: Where the component is.
         cells: (M, 3) int32 reference cells visited; step s is in row s % M, M above the longest of ``TRAIL_STEPS``.
         out: (VIEW_SIZE,) float32, overwritten; every entry in [-1, 1].
+        again: Whether ``out`` holds the previous observation of the same lift with the same things in the way; what it
+            says about the target is then written anew only if the frame changed.
     """
     x, y, z = state.x, state.y, state.z
     dx, dy, dz = target[0] - x, target[1] - y, target[2] - z
@@ -148,9 +151,11 @@ def look(
     n = _write_level(space, box, (x, y, z), _Level(NEAREST_WINDOW, 1, 1), out, 0)
     for scale, rise in LEVELS:
         n = _write_level(space, box, (x, y, z), _Level(WINDOW, scale, rise), out, n)
-    for scale, rise in TARGET_LEVELS:
-        goal = (target[0], target[1], target[2])
-        n = _write_level(space, box, goal, _Level(TARGET_WINDOW, scale, rise), out, n)
+    if not (again and out[VIEW_SIZE - 1] == np.float32(frame / (FRAME_COUNT - 1))):
+        for scale, rise in TARGET_LEVELS:
+            goal = (target[0], target[1], target[2])
+            n = _write_level(space, box, goal, _Level(TARGET_WINDOW, scale, rise), out, n)
+    n = GOAL_START
     u, v = to_frame(frame, dx, dy)
     write_goal(u, v, dz, out[n : n + WAY_SIZE])
     out[n + WAY_SIZE] = min(1.0, np.log(1.0 + abs(u) + abs(v) + abs(dz)) / LOG_FARTHEST)

@@ -30,6 +30,7 @@ def plan(
     policy: str | None = None,
     seed: int | None = None,
     steps: int | None = None,
+    train: bool = False,
     retrain: int = 0,
     progress: Listener = None,
 ) -> Plan:
@@ -39,9 +40,12 @@ def plan(
         site: As loaded or guessed.
         obstructions: What is in the way: a value, or the path of an obstruction, IFC, mesh or point file.
         policy: Id of a stored policy; ``none``: search alone; ``nearest``: the policy of the most similar site;
-            default: the site file's, otherwise the one trained for this site.
+            ``default``: the one that ships with bimvox. If it is left out: the site file's, otherwise the one trained
+            for this site before, otherwise the one that ships with bimvox.
         seed: Seed of the training, from 0; default: the site file's.
-        steps: Training budget in environment steps, from 1; default: the site file's, otherwise the built-in one.
+        steps: Training budget in environment steps, from 1, and trains; default: the site file's, otherwise the
+            built-in one.
+        train: Whether a policy is trained for this site if there is none; otherwise nothing is tested or trained.
         retrain: Environment steps of more training, on the site with its obstructions, if the policy fails lifts; 0:
             the search finds these at once.
         progress: A ``Progress``, or a function that takes a line of text.
@@ -64,7 +68,7 @@ def plan(
         found, content = obstructions_of(obstructions, built)
         built, files = obstructed(built, found, told), {**files, **content}
     preparation = prepared(built, told)
-    chosen = policy_of(site, built, preparation, policy=policy, seed=seed, steps=steps, progress=told)
+    chosen = policy_of(site, built, preparation, policy=policy, seed=seed, steps=steps, train=train, progress=told)
     number = seed_of(site, seed)
     used = [chosen]
 
@@ -105,6 +109,7 @@ def policy_of(
     policy: str | None,
     seed: int | None,
     steps: int | None,
+    train: bool = False,
     progress: Progress,
 ) -> PolicyInUse:
     """Return the policy that the caller asks for, otherwise the one that the site file asks for.
@@ -119,6 +124,7 @@ def policy_of(
         required_success=asked.required_success,
         policy_id=policy or asked.id,
         steps=DEFAULT_STEPS if budget is None else budget,
+        train=train or steps is not None,
     )
     try:
         return choose_policy(site, preparation, wanted, progress)

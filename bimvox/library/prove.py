@@ -120,7 +120,7 @@ def plan_and_prove(
         if retraining is not None and propose is not None and failed:
             better, retraining = retraining(failed), None
             if better.network is not None and better.network is not policy.network:
-                made = planned(proposer(better.network), _without(made, failed), refused)
+                made = planned(proposer(better.network, every_guard=True), _without(made, failed), refused)
         previous = made
         found = _prove(made, preparation, progress)
         if isinstance(found, Planned):

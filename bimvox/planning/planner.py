@@ -2,9 +2,6 @@
 
 A path that a policy proposes is used only if every move passes the collision rule; otherwise search gives a shortest
 path. If search finds nothing, the set of reachable placements is the proof, and what encloses it is reported.
-
-The state of the site before a lift depends on the order and on which earlier lifts are possible, not on their paths. So
-the search runs lift by lift, and the policy is asked for the paths of many lifts at once.
 """
 
 from __future__ import annotations
@@ -19,7 +16,6 @@ from bimvox.env.actions import MOVES
 from bimvox.grid.distinct import distinct
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage
 from bimvox.planning.propose import Propose, Transit
-from bimvox.planning.rollout import lifts_at_once
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
 from bimvox.progress import Report
 from bimvox.records.lift import Lift, LiftPlan, Method, Status, YardPlace, not_lifted
@@ -64,7 +60,6 @@ def plan_lifts(
     assembly = Assembly(site, preparation)
     order = preparation.sequence.order
     lifts: list[Lift] = []
-    asked: list[tuple[Stage, Lift]] = []
     for number, index in enumerate(order):
         if site.components[index].means is not Means.CRANE:
             assembly.finish(index, placed=True)
@@ -80,21 +75,10 @@ def plan_lifts(
         if reason is not None:
             stage = Obstacle(reason)
         unplanned = unplanned_lift(site, index, number, preparation.places[index])
-        lift = _searched(assembly, stage, unplanned, before.get(index))
-        assembly.finish(index, placed=lift.is_set)
-        lifts.append(lift)
-        if policies and isinstance(stage, Stage) and lift.path_vox is not None and lift is not before.get(index):
-            asked.append((stage, lift))
-        if len(asked) == lifts_at_once(site.shape):
-            for proposed in _proposed(asked, policies):
-                lifts[proposed.order] = proposed
-            asked.clear()
+        lifts.append(_planned(assembly, stage, unplanned, before.get(index), policies))
+        assembly.finish(index, placed=lifts[-1].is_set)
         if progress is not None:
-            progress("lifts", number + 1 - len(asked), len(order))
-    for proposed in _proposed(asked, policies) if asked else ():
-        lifts[proposed.order] = proposed
-    if progress is not None:
-        progress("lifts", len(order), len(order))
+            progress("lifts", number + 1, len(order))
     sequence = preparation.sequence
     unheld = tuple(site.components[i].id for i in sequence.unheld)
     return LiftPlan(site, tuple(lifts), preparation.contacts.clashes, sequence.notes, unheld)
@@ -109,15 +93,25 @@ def plan_lift(
     assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, before: Lift | None, propose: Propose | None
 ) -> Lift:
     """Return one lift, planned; ``stage`` is the result of ``assembly.begin``, ``before`` is kept if still valid."""
+    return _planned(assembly, stage, unplanned, before, _policies(propose))
+
+
+def _planned(
+    assembly: Assembly,
+    stage: Stage | Obstacle,
+    unplanned: Lift,
+    before: Lift | None,
+    policies: Sequence[tuple[Propose, Method]],
+) -> Lift:
     lift = _searched(assembly, stage, unplanned, before)
     if lift is before or lift.path_vox is None or isinstance(stage, Obstacle):
         return lift
-    return _proposed([(stage, lift)], _policies(propose))[0]
+    return _proposed(stage, lift, policies)
 
 
 def proposed_again(stage: Stage, lift: Lift, retrained: Propose) -> Lift:
     """Return a planned lift with the path of a retrained policy; the lift itself if that is invalid or longer."""
-    (found,) = _proposed([(stage, lift)], [(retrained, Method.RETRAINED)])
+    found = _proposed(stage, lift, [(retrained, Method.RETRAINED)])
     if found.path_vox is None or lift.path_vox is None or len(found.path_vox) > len(lift.path_vox):
         return lift
     return found
@@ -154,28 +148,14 @@ def _searched(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, befo
     )
 
 
-def _proposed(searched: Sequence[tuple[Stage, Lift]], policies: Sequence[tuple[Propose, Method]]) -> list[Lift]:
-    """Return lifts with the path of the first policy whose path is valid; if none is, with the searched path."""
-    lifts = [lift for _, lift in searched]
-    left = list(range(len(lifts)))
+def _proposed(stage: Stage, lift: Lift, policies: Sequence[tuple[Propose, Method]]) -> Lift:
+    """Return a lift with the path of the first policy whose path is valid; if none is, with the searched path."""
+    transit = Transit(stage.space, stage.start_vox, stage.insertion.gate_vox)
     for ask, method in policies:
-        if not left:
-            break
-        paths_vox = ask([_transit(*searched[n]) for n in left])
-        failed = []
-        for n, path_vox in zip(left, paths_vox, strict=True):
-            stage = searched[n][0]
-            if path_vox is not None and is_valid_transit(stage, path_vox):
-                lifts[n] = replace(lifts[n], method=method, path_vox=_whole_path(path_vox, stage))
-            else:
-                failed.append(n)
-        left = failed
-    return lifts
-
-
-def _transit(stage: Stage, lift: Lift) -> Transit:
-    shortest = None if lift.shortest_moves is None else lift.shortest_moves - stage.insertion.moves
-    return Transit(stage.space, stage.start_vox, stage.insertion.gate_vox, shortest)
+        path_vox = ask(transit)
+        if path_vox is not None and is_valid_transit(stage, path_vox):
+            return replace(lift, method=method, path_vox=_whole_path(path_vox, stage))
+    return lift
 
 
 def _whole_path(transit_vox: NDArray[np.int32], stage: Stage) -> NDArray[np.int32]:

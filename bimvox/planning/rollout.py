@@ -2,12 +2,13 @@
 
 The guard (:mod:`bimvox.env.guard`): of the free moves, those to the reference cells visited least often come first;
 among these the policy's value decides. Its only memory is the path. So a move is never blocked, a lift never circles,
-and a policy that would dither at a wall is pushed along it. It is not a search: at most ``ROLLOUT_LIMIT`` moves a try,
-and it returns to a cell only by moving there.
+and a policy that would dither at a wall is pushed along it. It is not a search: it makes at most ``PLAN_LIMIT`` or
+``ROLLOUT_LIMIT`` moves, and it returns to a cell only by moving there.
 
-There are four guards (``GUARDS``); the last three prefer down, left and right. A lift tries them in turn,
-each from its start and with its own memory, until three arrive, or one arrives by a path known to be shortest. The
-shortest path is used. If none arrives, the same is tried from the target to the start, because moves can be reversed.
+In a plan, where search stands behind it, a lift has one calm try (:func:`proposer`). In a test and in the experiments
+there are four guards (``GUARDS``); the last three prefer down, left and right. A lift tries them in turn, each from its
+start and with its own memory, until three arrive, or one arrives by a path known to be shortest. The shortest path is
+used. If none arrives, the same is tried from the target to the start, because moves can be reversed.
 
 The path is then shortened over the visited cells and by straight free legs (:mod:`bimvox.planning.shorten_path`).
 """
@@ -39,6 +40,9 @@ Values = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 
 ROLLOUT_LIMIT = StepLimit(factor=8.0, slack=1000)
 """Moves allowed per try, from the Manhattan distance."""
+
+PLAN_LIMIT = StepLimit(factor=2.0, slack=40)
+"""Moves allowed in a plan, where search stands behind the policy: near the distance, before a lift counts as lost."""
 
 ARRIVALS = 3
 """Arrivals after which no other guard is tried."""
@@ -223,8 +227,8 @@ def roll_out_starts(
     observations = np.zeros((lifts, VIEW_SIZE), np.float32)
     running = np.flatnonzero(runs.outcome == _RUNNING)
     while running.size:
-        rows = observations[: running.size]
-        _observe_running(pool, runs, running, rows)
+        _observe_running(pool, runs, running, observations)
+        rows = observations if running.size == lifts else observations[running]
         _move_running(pool, runs, running, guard, values(rows))
         running = running[runs.outcome[running] == _RUNNING]
     return tuple(
@@ -233,19 +237,20 @@ def roll_out_starts(
     )
 
 
-def proposer(values: Values, *, limit: StepLimit = ROLLOUT_LIMIT) -> Propose:
-    """Return a policy as :func:`bimvox.planning.planner.plan_lifts` takes it.
+def proposer(values: Values, *, limit: StepLimit = PLAN_LIMIT, every_guard: bool = False) -> Propose:
+    """Return a policy as :func:`bimvox.planning.planner.plan_lifts` takes it: one calm try a transit, from its start.
 
     Args:
         values: The policy.
-        limit: Moves allowed, from the Manhattan distance.
+        limit: Moves allowed in the calm try, from the Manhattan distance.
+        every_guard: Whether each transit is tried as in a test, under every guard and both ways. For a policy that was
+            retrained on the lifts that are hard on this site.
     """
 
-    def propose(transits: Sequence[Transit]) -> list[NDArray[np.int32] | None]:
-        problems = [lift_problem(transit.space, transit.start_vox, transit.goal_vox) for transit in transits]
-        least = [transit.least_moves for transit in transits]
-        rollouts = roll_out_all(values, problems, limit=limit, least_moves=least)
-        return [rollout.path_vox if rollout.arrived else None for rollout in rollouts]
+    def propose(transit: Transit) -> NDArray[np.int32] | None:
+        problem = lift_problem(transit.space, transit.start_vox, transit.goal_vox)
+        rollout = roll_out(values, problem) if every_guard else _under_guard(values, [problem], limit, CALM)[0]
+        return rollout.path_vox if rollout.arrived else None
 
     return propose
 
@@ -288,13 +293,12 @@ def _check_starts(pool: ProblemPool, runs: _Runs) -> None:
 def _observe_running(
     pool: ProblemPool, runs: _Runs, running: NDArray[np.int64], observations: NDArray[np.float32]
 ) -> None:
-    """Write the observations of the running roll-outs."""
-    for row in range(running.size):
-        n = running[row]
+    """Write the observations of the running roll-outs, each into its row."""
+    for n in running:
         p = runs.problem[n]
         at = runs.paths[n, runs.steps[n]]
         state = LiftState(int(at[0]), int(at[1]), int(at[2]), runs.last_action[n], runs.steps[n])
-        look(pooled_clearance(pool, p), pool.target[p], state, runs.paths[n], observations[row])
+        look(pooled_clearance(pool, p), pool.target[p], state, runs.paths[n], observations[n], runs.steps[n] > 0)
 
 
 @kernel

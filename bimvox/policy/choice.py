@@ -1,4 +1,4 @@
-"""The policy for a site: the one named, one trained for it before, or one trained now."""
+"""The policy for a site: the one named, one trained for it before, the shipped one, or one trained now."""
 
 from __future__ import annotations
 
@@ -49,6 +49,7 @@ class PolicyInUse:
         network: Its weights. None if the plan is made by search alone.
         tested: Starts of its last test.
         parent: Id of the policy that its training started from. None if it started from scratch.
+        shipped: Whether it is the policy that ships with bimvox.
     """
 
     id: str
@@ -59,6 +60,7 @@ class PolicyInUse:
     network: QNetwork | None = field(repr=False)
     tested: int = 0
     parent: str | None = None
+    shipped: bool = False
 
     @property
     def success_at_least(self) -> float:
@@ -72,6 +74,7 @@ class PolicyInUse:
         return {
             "id": self.id,
             "loaded": self.loaded,
+            "shipped": self.shipped,
             "from": self.parent,
             "steps": self.steps,
             "success_rate": self.success_rate if self.tested else None,
@@ -92,9 +95,12 @@ class PolicyRequest:
         seed: Seed of the training.
         required_success: Success rate at which the training stops, 0..1.
         policy_id: Id of a stored policy, used unchanged; ``none``: search alone; ``nearest``: the policy of the most
-            similar site. None takes the policy that training would give.
+            similar site; ``default``: the one that ships with bimvox. None: a stored policy that this training would
+            give; if there is none, the shipped one, or after training the trained one.
         steps: Training budget in environment steps.
         start_from: ``default`` (the policy that ships with bimvox), ``none`` (from scratch), or the id of a policy.
+        train: Whether to test the shipped policy on the site, and to train if it is not good enough, when the store
+            holds none. Otherwise nothing is tested and nothing is trained.
         retrain: Whether to train even if the store holds a policy.
         seconds: The training stops at the first test after this time; the result then depends on the machine.
     """
@@ -104,6 +110,7 @@ class PolicyRequest:
     policy_id: str | None = None
     steps: int = DEFAULT_STEPS
     start_from: str = DEFAULT_START
+    train: bool = False
     retrain: bool = False
     seconds: float | None = None
 
@@ -126,11 +133,11 @@ def choose_policy(
     progress: Progress,
     tested: Callable[[CurvePoint], None] | None = None,
 ) -> PolicyInUse:
-    """Return the policy for a site; it is trained now if there is none.
+    """Return the policy for a site: the one named, else one trained for it before, else the shipped one.
 
-    Training starts from the policy that ships with bimvox; if that is good enough for the site, it is used unchanged. A
-    stored policy that is not named is used only if training now would give the same one (:func:`_would_be`), so the
-    content of a store changes only the time it takes.
+    If training is wanted, it starts from the policy that ships with bimvox; if that is good enough for the site, it is
+    stored unchanged. A stored policy that is not named is used only if training now would give the same one
+    (:func:`_would_be`), so of several stored policies it does not matter which came first.
 
     Args:
         site: The site.
@@ -147,6 +154,8 @@ def choose_policy(
         return NO_POLICY
     if wanted.policy_id == NEAREST:
         return _nearest(site, progress)
+    if wanted.policy_id == DEFAULT_START:
+        return shipped()
     if wanted.policy_id is not None:
         return _stored(wanted.policy_id)
     config = DqnConfig(required_success=wanted.required_success)
@@ -158,6 +167,8 @@ def choose_policy(
         for manifest in store.find(site.geometry_digest):
             if _would_be(manifest, training):
                 return _stored(manifest.id)
+    if not (wanted.train or wanted.retrain):
+        return shipped()
     problems = training_problems(site, preparation, wanted.seed, progress)
     checkpoint = Checkpoint(site.geometry_digest, config, wanted.seed, parent, wanted.steps)
     policy = _trained(problems, training, progress, seconds=wanted.seconds, tested=tested, checkpoint=checkpoint)
@@ -244,6 +255,12 @@ def _nearest(site: Site, progress: Progress) -> PolicyInUse:
     return _stored(manifest.id)
 
 
+def shipped() -> PolicyInUse:
+    """Return the policy that ships with bimvox, as it is."""
+    record = generalist_record()
+    return PolicyInUse(str(record["id"]), True, int(record["steps"]), 0.0, (), load_generalist(), shipped=True)
+
+
 def _stored(policy_id: str) -> PolicyInUse:
     found = store.load(policy_id)
     return _in_use(found.manifest.id, found.trained, loaded=True)
@@ -261,7 +278,9 @@ def _trained(
     resumed = checkpoint.load() if checkpoint is not None else None
     if resumed is not None:
         progress.note(f"resumed an interrupted training after {resumed.steps:,} steps")
-    progress.stage("train", training.budget)
+    progress.stage("test the policy") if training.initial is not None and resumed is None else progress.stage(
+        "train", training.budget
+    )
 
     def test(point: CurvePoint) -> None:
         progress.report("train", point.steps, training.budget)

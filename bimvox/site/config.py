@@ -573,7 +573,7 @@ class PolicyConfig(Table):
     """The policy that proposes paths."""
 
     id: Text | None = None
-    """Id of a policy in the store. Default: the one trained for this site."""
+    """Id of a policy in the store. Default: the one trained for this site, otherwise the one that ships with bimvox."""
     steps: Annotated[Whole, Field(ge=1)] | None = None
     """Training budget in environment steps."""
     seed: Annotated[Whole, Field(ge=0)] = 0

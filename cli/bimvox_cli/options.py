@@ -65,13 +65,22 @@ Steps = Annotated[
         "--steps", min=1, metavar="N", envvar="BIMVOX_STEPS", help="Train for at most this many environment steps."
     ),
 ]
+Train = Annotated[
+    bool,
+    typer.Option(
+        "--train",
+        envvar="BIMVOX_TRAIN",
+        help="Train a policy for the site if there is none. --steps does so too. Otherwise the shipped policy is used.",
+    ),
+]
 PolicyId = Annotated[
     str | None,
     typer.Option(
         "--policy",
         envvar="BIMVOX_POLICY",
         metavar="ID",
-        help="A policy of `bimvox policy list`; none: search only; nearest: the policy of the most similar site.",
+        help="A policy of `bimvox policy list`; none: search only; default: the shipped policy; nearest: that of the "
+        "most similar site.",
     ),
 ]
 VoxelSize = Annotated[

@@ -13,7 +13,7 @@ from bimvox.errors import InputError, listed
 from bimvox.units import clock
 from bimvox_cli.crane_fields import crane_fields
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
-from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps
+from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps, Train
 from bimvox_cli.output import fields, open_output, rows, spent
 from bimvox_cli.remarks import Remarks, show_remarks, verdict
 
@@ -46,6 +46,7 @@ def plan(
     policy: PolicyId = None,
     seed: Seed = None,
     steps: Steps = None,
+    train: Train = False,
     retrain: Annotated[
         int,
         typer.Option(
@@ -74,7 +75,7 @@ def plan(
         from bimvox_pipeline.fleet.command import fleet
         from bimvox_pipeline.fleet.runs import Wish
 
-        wishes = [Wish(site, obstructions, seed, policy, steps) for site in sites]
+        wishes = [Wish(site, obstructions, seed, policy, steps, train) for site in sites]
         with open_output(as_json=json, quiet=quiet) as output:
             planned = fleet(
                 wishes,
@@ -97,6 +98,7 @@ def plan(
             policy=policy,
             seed=seed,
             steps=steps,
+            train=train,
             retrain=retrain,
             progress=output.progress,
         )
@@ -197,6 +199,8 @@ def _policy(policy: Mapping[str, Any]) -> str:
     """Return the policy that proposed the paths, its origin, and its test result."""
     if policy["id"] == "none":
         return "none: search only"
+    if policy["shipped"]:
+        return f"{policy['id']}, which ships with bimvox"
     if policy["loaded"]:
         origin = f"loaded, {policy['steps']:,} steps"
     elif policy["steps"]:

@@ -12,7 +12,7 @@ import typer
 
 from bimvox.records.remark import number_in_words
 from bimvox_cli import failure
-from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps
+from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps, Train
 from bimvox_cli.output import Output, console_on, open_output
 
 if TYPE_CHECKING:
@@ -72,6 +72,7 @@ def watch(
     policy: PolicyId = None,
     seed: Seed = None,
     steps: Steps = None,
+    train: Train = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -93,6 +94,7 @@ def watch(
             seed=seed,
             policy=policy,
             steps=steps,
+            train=train,
             poll_s=poll,
             speed=simulate,
             retrain=retrain,

@@ -29,6 +29,7 @@ def plan(
     policy: str | None = None,
     seed: int | None = None,
     steps: int | None = None,
+    train: bool = False,
     retrain: int = 0,
     progress: Progress,
 ) -> dict[str, Any]:
@@ -49,7 +50,14 @@ def plan(
     loaded = load_site(site, progress)
     check_output(target, inputs=[*inputs, loaded.config.model.path])
     made = plan_site(
-        loaded, obstructions=obstructions, policy=policy, seed=seed, steps=steps, retrain=retrain, progress=progress
+        loaded,
+        obstructions=obstructions,
+        policy=policy,
+        seed=seed,
+        steps=steps,
+        train=train,
+        retrain=retrain,
+        progress=progress,
     )
     progress.stage("write")
     write_log_file(target, made.record, inputs=inputs)

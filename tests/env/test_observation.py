@@ -131,6 +131,21 @@ def test_the_observation_does_not_depend_on_the_place_on_the_site():
     )
 
 
+def test_an_observation_written_over_the_previous_one_of_the_lift_is_the_same():
+    space = clearance_of(random_occupancy(5, (24, 20, 12), 0.2), (2, 1, 1))
+    target, reused, frames = np.array((12, 10, 6), np.int32), np.full(VIEW_SIZE, np.nan, np.float32), []
+    trail = TRAIL.copy()
+    for step, cell in enumerate([(4, 4, 3), (5, 4, 3), (12, 4, 3), (18, 5, 3), (20, 15, 8), (19, 15, 8), (3, 18, 2)]):
+        trail[step] = cell
+        fresh = np.full(VIEW_SIZE, np.nan, np.float32)
+        look(space, target, LiftState(*cell, -1, step), trail, fresh)
+        look(space, target, LiftState(*cell, -1, step), trail, reused, step > 0)
+        np.testing.assert_array_equal(reused, fresh)
+        frames.append(float(fresh[-1]))
+    assert len(set(frames)) > 2  # the target is seen from several sides
+    assert frames[1] == frames[0]
+
+
 def heights(out: np.ndarray) -> np.ndarray:
     """Return the clear heights of the nearest level."""
     cells = int(np.prod(NEAREST_WINDOW))

@@ -68,7 +68,8 @@ def test_failed_lifts_are_solved_after_retraining_deterministically(serpentine, 
     assert 0 < better.steps <= STEPS
     assert better.network is not None
     found = by_method(
-        plan_lifts(site, preparation, propose=propose, retrained=proposer(better.network)), Method.RETRAINED
+        plan_lifts(site, preparation, propose=propose, retrained=proposer(better.network, every_guard=True)),
+        Method.RETRAINED,
     )
     assert found
     assert set(found) <= set(failed)

@@ -7,7 +7,7 @@ from box_sites import box_cells, box_site
 from bimvox.planning.assembly import Assembly, Stage, prepare
 from bimvox.planning.occupancy import target_cells
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.rollout import proposer
+from bimvox.planning.rollout import PLAN_LIMIT, proposer
 from bimvox.planning.search import shortest_path
 from bimvox.policy.generalist.weights import load_generalist
 from bimvox.proof.moment import moments
@@ -61,16 +61,16 @@ def test_every_part_of_a_portal_is_planned_from_yard_to_place():
         assert lift.moves == lift.shortest_moves
 
 
-def searching(transits):
-    return [shortest_path(t.space, t.start_vox, t.goal_vox).path_vox for t in transits]
+def searching(transit):
+    return shortest_path(transit.space, transit.start_vox, transit.goal_vox).path_vox
 
 
-def jumping(transits):
-    return [np.array([t.start_vox, t.goal_vox], np.int32) for t in transits]
+def jumping(transit):
+    return np.array([transit.start_vox, transit.goal_vox], np.int32)
 
 
-def silent(transits):
-    return [None] * len(transits)
+def silent(transit):
+    return None
 
 
 def test_a_policys_path_is_taken_when_it_holds_and_dropped_when_not():
@@ -82,51 +82,26 @@ def test_a_policys_path_is_taken_when_it_holds_and_dropped_when_not():
     assert {lift.method for lift in again.lifts} == {Method.RETRAINED}
 
 
-def test_lifts_proposed_together_equal_lifts_proposed_one_by_one(monkeypatch):
-    """What is in place before a lift does not depend on the paths of earlier lifts."""
+def test_the_shipped_policy_is_asked_once_a_lift_and_stays_near_the_distance():
     site = with_obstructions(box_site(PORTAL), WALL)
-    asked = []
+    asked, decisions = [], []
 
-    def counting(transits):
-        asked.append(len(transits))
-        return policy(transits)
+    def values(observations):
+        decisions.append(len(observations))
+        return load_generalist()(observations)
 
-    policy = proposer(load_generalist())
-    together = plan_of(site, propose=counting)
-    assert asked == [4]
-    monkeypatch.setattr("bimvox.planning.planner.lifts_at_once", lambda shape: 1)
-    one_by_one = plan_of(site, propose=counting)
-    assert asked == [4, 1, 1, 1, 1]
-    assert any(lift.method is Method.POLICY for lift in together.lifts)
-    for lift, alone in zip(together.lifts, one_by_one.lifts, strict=True):
-        assert (lift.order, lift.method, lift.shortest_moves) == (alone.order, alone.method, alone.shortest_moves)
-        np.testing.assert_array_equal(lift.path_vox, alone.path_vox)
+    policy = proposer(values)
 
+    def counting(transit):
+        asked.append(transit)
+        return policy(transit)
 
-def test_a_path_known_to_be_shortest_is_not_searched_from_the_other_end():
-    """The proposals are the same with and without that knowledge."""
-    site = with_obstructions(box_site(PORTAL), WALL)
-    known, unknown = [], []
-
-    def informed(transits):
-        known.extend(transits)
-        unknown.extend(dataclasses.replace(transit, least_moves=None) for transit in transits)
-        return silent(transits)
-
-    plan_of(site, propose=informed)
-    assert all(transit.least_moves == len(way) - 1 for transit, way in zip(known, searching(known), strict=True))
-    calls = {"known": 0, "unknown": 0}
-
-    def network(name):
-        def values(observations):
-            calls[name] += len(observations)
-            return load_generalist()(observations)
-
-        return values
-
-    ways = zip(proposer(network("known"))(known), proposer(network("unknown"))(unknown), strict=True)
-    assert all(np.array_equal(a, b) for a, b in ways)
-    assert calls["known"] < calls["unknown"]
+    plan = plan_of(site, propose=counting)
+    assert len(asked) == 4
+    away = sum(int(np.abs(np.subtract(one.start_vox, one.goal_vox)).sum()) for one in asked)
+    assert set(decisions) == {1}
+    assert len(decisions) <= PLAN_LIMIT.factor * away + 4 * PLAN_LIMIT.slack
+    assert any(lift.method is Method.POLICY for lift in plan.lifts)
 
 
 def test_a_part_that_cannot_be_lifted_is_set_by_other_means_and_the_rest_is_planned():

@@ -165,9 +165,9 @@ def test_no_lifts_no_rollouts():
 
 def test_proposer_gives_a_path_or_nothing():
     problem, gap = lift_problem(clearance_of(empty()), (1, 1, 1), (9, 8, 4)), wall_with_a_gap()
-    transits = [Transit(p.space, p.start_vox, p.target_vox) for p in (problem, gap)]
-    np.testing.assert_array_equal(proposer(beeline)(transits)[0], roll_out(beeline, problem).path_vox)
-    assert proposer(beeline, limit=StepLimit(1.0, 0))(transits)[1] is None
+    free, around = [Transit(p.space, p.start_vox, p.target_vox) for p in (problem, gap)]
+    np.testing.assert_array_equal(proposer(beeline)(free), roll_out(beeline, problem).path_vox)
+    assert proposer(beeline, limit=StepLimit(1.0, 0))(around) is None
 
 
 def test_a_large_site_takes_fewer_lifts_at_once():

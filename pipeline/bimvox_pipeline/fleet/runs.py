@@ -13,7 +13,7 @@ from typing import Any
 from bimvox.files import default_output, sha256_of
 from bimvox.version import __version__
 
-MEANING = 1
+MEANING = 2
 """Incremented if the same inputs give different results."""
 
 
@@ -25,8 +25,10 @@ class Wish:
         site: The site file.
         obstructions: The obstruction file; None for the site without obstructions.
         seed: Seed of the training; None for the site file's.
-        policy: Id of a policy, or ``none``; None: the site file's, otherwise the one trained for the site.
+        policy: Id of a policy, or ``none``; None: the site file's, otherwise the one trained for the site, or the
+            one that ships with bimvox.
         steps: Training budget; None: the site file's, otherwise the built-in one.
+        train: Whether a policy is trained for the site if there is none; a budget trains too.
     """
 
     site: Path
@@ -34,6 +36,7 @@ class Wish:
     seed: int | None = None
     policy: str | None = None
     steps: int | None = None
+    train: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +62,7 @@ def runs_of(wishes: Iterable[Wish]) -> tuple[Run, ...]:
     runs, trained = [], set()
     for wish, name in zip(distinct, names, strict=True):
         whole = name if often[name.lower()] == 1 else f"{name}-{_mark_of(wish)}"
-        key = (wish.site, wish.seed, wish.policy, wish.steps)
+        key = (wish.site, wish.seed, wish.policy, wish.steps, wish.train)
         runs.append(Run(whole, wish, key not in trained))
         trained.add(key)
     return tuple(runs)
@@ -86,6 +89,7 @@ def digest_of(wish: Wish) -> str:
         "seed": wish.seed,
         "policy": wish.policy,
         "steps": wish.steps,
+        "train": wish.train,
     }
     return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
 
@@ -111,5 +115,5 @@ def _name_of(wish: Wish) -> str:
 
 def _mark_of(wish: Wish) -> str:
     """Return a suffix that makes a run's name unique: files of several folders may have the same name."""
-    plain = [str(wish.site), str(wish.obstructions), str(wish.seed), str(wish.policy), str(wish.steps)]
+    plain = [str(wish.site), str(wish.obstructions), str(wish.seed), str(wish.policy), str(wish.steps), str(wish.train)]
     return hashlib.sha256("\0".join(plain).encode()).hexdigest()[:8]

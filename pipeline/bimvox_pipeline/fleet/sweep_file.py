@@ -34,7 +34,9 @@ class RunEntry(Table):
     policy: Text | None = None
     """Id of a policy, or ``none`` for search alone. Default: the sweep's, otherwise the site's."""
     steps: Steps | None = None
-    """Training budget in environment steps. Default: the sweep's, otherwise the site's."""
+    """Training budget in environment steps; trains. Default: the sweep's, otherwise the site's."""
+    train: bool | None = None
+    """Whether a policy is trained for the site if there is none. Default: the sweep's."""
 
 
 class SweepConfig(Table):
@@ -51,7 +53,9 @@ class SweepConfig(Table):
     policy: Text | None = None
     """Id of a policy for all runs, or ``none`` for search alone. Default: from each site file."""
     steps: Steps | None = None
-    """Training budget of all runs in environment steps. Default: from each site file."""
+    """Training budget of all runs in environment steps; trains. Default: from each site file."""
+    train: bool = False
+    """Whether a policy is trained for each site if there is none; without it, seeds change nothing."""
     run: tuple[RunEntry, ...] = ()
     """Runs in addition to the combinations of sites, seeds and obstructions."""
 
@@ -98,7 +102,7 @@ def _crossed(config: SweepConfig, path: Path) -> Iterator[Wish]:
         blocked += [None] if name == AS_IT_IS else _files(name, path, f"obstructions[{n}]")
     seeds: tuple[int | None, ...] = config.seeds or (None,)
     for site, obstructions, seed in itertools.product(sites, blocked, seeds):
-        yield Wish(site, obstructions, seed, config.policy, config.steps)
+        yield Wish(site, obstructions, seed, config.policy, config.steps, config.train)
 
 
 def _listed(config: SweepConfig, path: Path) -> Iterator[Wish]:
@@ -109,6 +113,7 @@ def _listed(config: SweepConfig, path: Path) -> Iterator[Wish]:
             entry.seed,
             entry.policy or config.policy,
             entry.steps or config.steps,
+            config.train if entry.train is None else entry.train,
         )
 
 

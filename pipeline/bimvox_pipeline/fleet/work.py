@@ -67,6 +67,7 @@ def _planned(run: Run, folder: Path) -> dict[str, Any]:
         policy=wish.policy,
         seed=wish.seed,
         steps=wish.steps,
+        train=wish.train,
         progress=SilentProgress(),
     )
     return {

@@ -50,6 +50,7 @@ def watch(
     seed: int | None = None,
     policy: str | None = None,
     steps: int | None = None,
+    train: bool = False,
     poll_s: float | None = None,
     speed: float | None = None,
     retrain: int = 0,
@@ -68,6 +69,7 @@ def watch(
         seed: Seed of the training; default: the site file's.
         policy: Id of a policy of the store.
         steps: Training budget in environment steps.
+        train: Whether a policy is trained for this site if there is none.
         poll_s: Read the file at this interval instead of waiting for events: for network shares.
         speed: Carry the plan out against a clock that runs this many times as fast as the wall clock.
         retrain: Budget, in environment steps, of more training during the watch if the policy fails lifts; 0: none.
@@ -84,7 +86,9 @@ def watch(
     loaded = load_site(site, progress)
     check_output(target, inputs=[site, obstructions, loaded.config.model.path])
     preparation = prepared(loaded.site, progress)
-    chosen = policy_of(loaded, loaded.site, preparation, policy=policy, seed=seed, steps=steps, progress=progress)
+    chosen = policy_of(
+        loaded, loaded.site, preparation, policy=policy, seed=seed, steps=steps, train=train, progress=progress
+    )
     if speed is not None and not loaded.site.cranes:
         raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
     clock = None if speed is None else PlanClock(speed)
@@ -339,7 +343,7 @@ class Watcher:
             message = "no retrained policy was better: the paths found by search remain"
             yield self._plan.unchanged("retrained", started_s, message)
             return
-        better = RetrainedPolicy(components, proposer(found.network))
+        better = RetrainedPolicy(components, proposer(found.network, every_guard=True))
         yield from self._revise(Change(self.current.plan.site, self._plan.content, started_s, better, found.id))
 
     def _revise(self, change: Change) -> Iterator[dict[str, Any]]:

@@ -31,7 +31,7 @@ from bimvox_pipeline.plan import plan
 from bimvox.progress import SilentProgress
 document = plan(Path(sys.argv[1]), Path(sys.argv[2]), progress=SilentProgress())
 by_policy = sum(one["method"] == "policy" for one in document["lifts"])
-print(document["policy"]["steps"], document["policy"]["from"], by_policy)
+print(document["policy"]["id"], document["policy"]["shipped"], document["policy"]["tested"], by_policy)
 """
 
 
@@ -65,11 +65,21 @@ def made(site: Path, **options) -> dict:
 def test_a_plan_takes_the_shipped_policy_without_training_and_without_torch(site, own_store):
     out = site.with_name("without.mcap")
     done = subprocess.run([sys.executable, "-c", WITHOUT_TORCH, site, out], capture_output=True, text=True, check=True)
-    steps, parent, by_policy = done.stdout.split()
-    assert (int(steps), parent) == (0, generalist_record()["id"])
+    policy, is_shipped, tested, by_policy = done.stdout.split()
+    assert (policy, is_shipped, tested) == (generalist_record()["id"], "True", "0")
     assert int(by_policy) >= 7  # of 8
+    assert not policies.scan().manifests  # nothing was tested, trained or stored
+
+
+def test_a_plan_takes_the_policy_that_was_trained_for_the_site(site, own_store):
+    trained = made(site, train=True)["policy"]  # the shipped policy is good enough here: it is tested and stored
+    assert (trained["loaded"], trained["shipped"], trained["tested"] > 0) == (False, False, True)
     (manifest,) = policies.scan().manifests
     assert manifest.site is not None
+    assert (trained["id"], trained["from"]) == (manifest.id, generalist_record()["id"])
+    found = made(site)["policy"]
+    assert (found["id"], found["loaded"]) == (manifest.id, True)
+    assert made(site, policy="default")["policy"]["shipped"]
 
 
 def test_the_nearest_policy_is_used_on_request(site, own_store):
@@ -93,9 +103,7 @@ def test_a_policy_with_another_observation_is_refused_by_name_and_replaced_by_de
     with pytest.raises(PolicyError, match="does not fit: observation 'window-7x7x5-v1' instead of") as refusal:
         made(site, policy=old.name)
     assert refusal.value.differs["observation_size"][0] == 263
-    document = made(site)
-    assert document["policy"]["id"] != old.name
-    assert document["policy"]["loaded"] is False
+    assert made(site)["policy"]["shipped"]
 
 
 class TrainedError(Exception):
