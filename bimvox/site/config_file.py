@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES
 from bimvox.errors import ConfigError
 from bimvox.files import read_input, require_regular, resolved, status_of
 from bimvox.site.config import SiteConfig
@@ -56,8 +57,10 @@ def read_site_file(path: Path) -> bytes:
     """Return the bytes of a site file.
 
     Raises:
-        ConfigError: If it is missing, empty, larger than 16 MiB or not a regular file.
+        ConfigError: If it is missing, empty, larger than 16 MiB, not a regular file, or a model.
     """
+    if path.suffix.lower() in IFC_SUFFIXES + MESH_SUFFIXES:
+        raise ConfigError(path, None, "a model, not a site file", hint=f"bimvox init {path} writes its site file")
     return read_input(path, partial(_unreadable, key=None), most_bytes=_MOST_BYTES)
 
 

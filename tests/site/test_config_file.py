@@ -106,6 +106,14 @@ def test_broken_toml_says_line_and_column(text):
     assert "line 3, column" in str(error_of(text))
 
 
+@pytest.mark.parametrize("name", ["house.ifc", "HOUSE.GLB"])
+def test_a_model_in_place_of_a_site_file_leads_to_init(tmp_path, name):
+    (tmp_path / name).write_bytes(b"\xff\xfe")
+    with pytest.raises(ConfigError, match="a model, not a site file") as refused:
+        load_site_config(tmp_path / name)
+    assert refused.value.hint == f"bimvox init {tmp_path / name} writes its site file"
+
+
 def test_what_is_left_out_is_left_open(tmp_path):
     (tmp_path / "house.ifc").touch()
     file = tmp_path / "plot.toml"
