@@ -16,6 +16,7 @@ from bimvox.log.mcap.messages import nanoseconds
 from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import PlanLog
 from bimvox.proof.space import reference_cells
+from bimvox.records.guide import Guide
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check
 from bimvox.site.build import with_digests
@@ -27,6 +28,8 @@ SHA256 = "sha256 "
 """Begins the metadata keys of the digests of attached files."""
 _OVER_BEND = 1e-3
 _ROUNDING = 1e-9
+_ABOVE_M = 0.01
+"""A load this close in plan to the line above its place may be guided."""
 
 
 def check_digests(contents: Contents, log: PlanLog) -> Check:
@@ -69,6 +72,7 @@ def check_load_poses(contents: Contents, log: PlanLog) -> Check:
     check = Check("load_poses", unit="m")
     site = log.plan.site
     shown = [_load_poses(contents, number) for number in range(max(1, len(site.cranes)))]
+    guides = {lift.order: lift.guide for lift in log.planned}
     if not site.cranes:
         _, corner_m, _ = shown[0]
         wanted = [site.frame.corner_of(lift.path_vox) for lift in log.planned if lift.path_vox is not None]
@@ -78,20 +82,24 @@ def check_load_poses(contents: Contents, log: PlanLog) -> Check:
             check.look(whole, "the poses of the load are missing for a planned path", samples=len(corners))
         return check
     for motion in log.motions:
-        time_ns, corner_m, turned = shown[motion.crane]
+        time_ns, corner_m, rotation = shown[motion.crane]
         start_ns = motion.start_ns + motion.loaded.time_ns
         low, high = np.searchsorted(time_ns, [start_ns[0], start_ns[-1] + 1])
         name = f"lift {motion.number}"
         if not np.array_equal(time_ns[low:high], start_ns):
             check.look(False, f"{name}: poses of its load are missing or have other times")
             continue
-        off_m = np.linalg.norm(corner_m[low:high] - _corners_m(site, motion), axis=1)
-        worst = int(np.argmax(off_m))
+        hangs_m, tilt = _hangs(site, motion, guides.get(motion.order))
+        off_m = np.linalg.norm(corner_m[low:high] - hangs_m, axis=1)
+        # A quaternion and its negative are the same rotation.
+        off = np.minimum(*(np.abs(rotation[low:high] - sign * tilt).max(axis=1) for sign in (1.0, -1.0)))
+        worst = int(np.argmax(np.where(off > _ROUNDING, np.inf, off_m)))
         check.measure(float(off_m[worst]))
-        good = off_m[worst] <= _SAME_M and not turned[low:high].any()
+        good = off_m[worst] <= _SAME_M and off[worst] <= _ROUNDING
         check.look(
             bool(good),
-            f"{name}: at {start_ns[worst] / 1e9:.3f} s its load is shown {off_m[worst]:.4f} m from where it hangs",
+            f"{name}: at {start_ns[worst] / 1e9:.3f} s its load is shown {off_m[worst]:.4f} m from where it hangs, "
+            f"or turned otherwise",
             samples=len(off_m),
         )
     return check
@@ -147,15 +155,15 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
     return check
 
 
-def _load_poses(contents: Contents, number: int) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Return times, corners (N, 3) and whether it is turned, for every pose of a crane's load."""
+def _load_poses(contents: Contents, number: int) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return times, corners (N, 3) and quaternions (N, 4: x, y, z, w), for every pose of a crane's load."""
     topic = topics.of_crane(topics.LOAD, number)
     found = [message for message in contents.messages if message.topic == topic]
     time_ns = np.array([message.time_ns for message in found], np.int64)
     poses = [PoseInFrame.FromString(message.data).pose for message in found]
     corner_m = np.array([(p.position.x, p.position.y, p.position.z) for p in poses], np.float64).reshape(-1, 3)
-    turned = np.array([abs(abs(p.orientation.w) - 1.0) > _ROUNDING for p in poses], np.bool_)
-    return time_ns, corner_m, turned
+    turns = [(p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w) for p in poses]
+    return time_ns, corner_m, np.array(turns, np.float64).reshape(-1, 4)
 
 
 def _commands(contents: Contents, topic: str) -> dict[int, list[Any]]:
@@ -164,8 +172,24 @@ def _commands(contents: Contents, topic: str) -> dict[int, list[Any]]:
     return {order: [c for c in found if c.lift_order == order] for order in {c.lift_order for c in found}}
 
 
+def _hangs(site: Site, motion: LiftMotion, guide: Guide | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the lowest corner of the reference cell (N, 3) and the quaternion (N, 4) at every sample with the load."""
+    corner_m = _corners_m(site, motion)
+    turns = np.tile([0.0, 0.0, 0.0, 1.0], (len(corner_m), 1))
+    if guide is None:
+        return corner_m, turns
+    place_m = corner_m[-1].copy()
+    above = np.linalg.norm(corner_m[:, :2] - place_m[:2], axis=1) <= _ABOVE_M
+    for n in np.flatnonzero(above & (corner_m[:, 2] - place_m[2] < guide.top_m)).tolist():
+        height_m = float(corner_m[n, 2] - place_m[2])
+        aside_m, tilt_rad = guide.at(np.array([height_m]))[0].tolist()
+        corner_m[n] = guide.moved(place_m, (height_m, aside_m, tilt_rad))
+        turns[n] = [*(np.sin(tilt_rad / 2.0) * guide.axis), np.cos(tilt_rad / 2.0)]
+    return corner_m, turns
+
+
 def _corners_m(site: Site, motion: LiftMotion) -> NDArray[np.float64]:
-    """Return (N, 3) lowest corner of the reference cell at every sample with the load, metres."""
+    """Return (N, 3) lowest corner of the reference cell at every sample with the load hanging level, metres."""
     component = site.components[motion.component]
     crane = crane_for(site, site.cranes[motion.crane], component)
     cells = reference_cells(crane, site.frame, motion.loaded.axes, component.hook_offset_vox)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bimvox.errors import LogFileError
 from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, encode
+from bimvox.records.guide import Guide
 from bimvox.records.lift import Epoch, LeftPath, Lift, LiftPlan, ModelledClash, Status, yard_place
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.site import Blocker, Site
@@ -167,6 +168,7 @@ def _lift_text(lift: Lift, component: Component, sling_m: float | None, voxel_si
     if lift.left:
         bare["left"] = [
             {"path_vox": one.path_vox.tolist(), "contact_moves": one.contact_moves, "until_ns": one.until_ns}
+            | ({} if one.guide is None else {"guide": encode(one.guide, arrays)})
             for one in lift.left
         ]
     record = {
@@ -226,5 +228,7 @@ def _left_from_json(value: Any, where: str) -> tuple[LeftPath, ...]:
             or type(one.get("contact_moves")) is not int
         ):
             raise DecodeError(f"{where}[{n}]: not an abandoned path")
-        found.append(LeftPath(_cells(one.get("path_vox"), f"{where}[{n}]"), one["contact_moves"], one["until_ns"]))
+        path_vox = _cells(one.get("path_vox"), f"{where}[{n}]")
+        guide = decode(Guide | None, one.get("guide"), _NO_ARRAYS, f"{where}[{n}].guide")
+        found.append(LeftPath(path_vox, one["contact_moves"], one["until_ns"], guide))
     return tuple(found)

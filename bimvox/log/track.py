@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from bimvox.motion.load_frame import cells_of_axes, load_frame
 from bimvox.planning.tipping import from_box_to_origin_m, lying_width_vox
+from bimvox.records.guide import Guide
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.track import LoadTrack
@@ -15,6 +16,8 @@ from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
 _TURN_SAMPLES = 19
+_IN_LINE_M = 0.01
+"""A load this close in plan to the line above its place is on its last moves."""
 NOMINAL_MOVE_NS = 1_000_000_000
 """Time of a unit move on a site without a crane, and from arrival to assembly."""
 
@@ -61,6 +64,8 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
         raised = np.clip((axes[:, 2] - low_m) / max(upright_m - low_m, 1e-9), 0.0, 1.0)
         angle_rad = np.where(tipping, np.pi / 2 - np.arcsin(raised), 0.0)
     tilt = _quaternions(angle_rad, place.pose)
+    if lift.guide is not None:
+        corner_m, tilt = _guided(site, lift.guide, motion, time_ns, corner_m, tilt)
     if place.turn:
         yaw_rad = _yaw_rad(motion, place.turn, time_ns)
         tilt = _turned_before(tilt, yaw_rad)
@@ -88,6 +93,29 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
         corner_m=corner_m,
         tilt=tilt,
     )
+
+
+def _guided(
+    site: Site,
+    guide: Guide,
+    motion: LiftMotion,
+    time_ns: NDArray[np.int64],
+    corner_m: NDArray[np.float64],
+    tilt: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return corners and rotations with the load guided where it hangs above its place."""
+    place_m = corner_m[-1]
+    height_m = corner_m[:, 2] - place_m[2]
+    last = (time_ns >= motion.start_ns + int(motion.loaded.time_ns[0])) & (height_m < guide.top_m)
+    last &= (np.abs(corner_m[:, :2] - place_m[:2]) <= _IN_LINE_M).all(axis=1)
+    poses = guide.at(height_m[last])
+    corner_m, tilt = corner_m.copy(), tilt.copy()
+    corner_m[last] = [
+        guide.moved(place_m, (float(up), *pose)) for up, pose in zip(height_m[last], poses.tolist(), strict=True)
+    ]
+    tilt[last, :3] = np.sin(poses[:, 1:] / 2.0) * guide.axis
+    tilt[last, 3] = np.cos(poses[:, 1] / 2.0)
+    return corner_m, tilt
 
 
 def _turned_before(tilt: NDArray[np.float64], yaw_rad: NDArray[np.float64]) -> NDArray[np.float64]:

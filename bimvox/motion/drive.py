@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import PlanningError
+from bimvox.motion.guided import guided
 from bimvox.motion.move import Move
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.shortcut import Route, along_the_path, check_path, follow, joined, over_the_top
 from bimvox.motion.steady import Swaying, SwingRules, busiest_s, steadied, swing_fault_s
 from bimvox.motion.timeline import Timeline, blended
 from bimvox.planning.search import shortest_path
+from bimvox.records.guide import Guide
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
 _GOOD_ENOUGH = 1.05
@@ -25,7 +27,12 @@ SET_DOWN_M = 0.5
 
 
 def drive_path(
-    rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray[np.int32], contact_moves: int, slew_rad: float
+    rigged: RiggedCrane,
+    space: CollisionSpace,
+    path_vox: NDArray[np.int32],
+    contact_moves: int,
+    slew_rad: float,
+    guide: Guide | None = None,
 ) -> tuple[Timeline, float]:
     """Return the quickest motion found that carries a load from the start to the end of a voxel path.
 
@@ -38,6 +45,7 @@ def drive_path(
         path_vox: (N, 3) int32 reference cells, N >= 2, one unit move between neighbours.
         contact_moves: How many of the last placements were cleared by the narrow phase.
         slew_rad: Slewing angle before, including full turns; the motion starts at the turn nearest to it.
+        guide: How a crew guides the load on its last moves: the crane rests at each of its poses.
 
     Returns:
         The motion, and the height that the hook has to reach.
@@ -54,7 +62,7 @@ def drive_path(
         transit = _without_cleared(space, tail[1:])
         if (tail[:, :2] != tail[0, :2]).any():
             space = transit
-    driver = _Driver(rigged, transit, space)
+    driver = _Driver(rigged, transit, space, guide)
     over = over_the_top(rigged, transit, head[0], head[-1], slew_rad)
     best = None
     if over is not None:
@@ -156,11 +164,13 @@ class _Driver:
         rigged: The crane with its load.
         transit: The collision rule up to the last moves.
         last: The rule for the last moves.
+        guide: How a crew guides the load on them; None if it only hangs on its hook.
     """
 
     rigged: RiggedCrane
     transit: CollisionSpace
     last: CollisionSpace
+    guide: Guide | None = None
 
     def finished(
         self, moves: Sequence[Move], tail_vox: NDArray[np.int32], slew_rad: float, limit_s: float = np.inf
@@ -169,7 +179,11 @@ class _Driver:
         load = self.rigged.load
         tail = follow(load, tail_vox, moves[-1].end.slew_rad if moves else slew_rad)
         begins_m = load.zero_height_m + int(tail_vox[0, 2]) * load.voxel_size_m
-        return self.steady(joined([*moves, *tail]), len(tail), begins_m, limit_s)
+        whole = joined([*moves, *tail])
+        if self.guide is not None:
+            whole = guided(whole, self.guide)
+            return self.steady(whole, len(self.guide.poses) - 1, begins_m, limit_s)
+        return self.steady(whole, len(tail), begins_m, limit_s)
 
     def steady(
         self, moves: Sequence[Move], tail_moves: int, straight_below_m: float, limit_s: float = np.inf

@@ -41,11 +41,13 @@ class Move:
         start: Where it starts.
         end: Where it ends; the slewing angle is unwrapped, so that the difference has the direction.
         line: The line that the hook follows.
+        least_s: It takes this long or longer: a crew guides the load meanwhile.
     """
 
     start: CranePose
     end: CranePose
     line: Line = Line.JOINT
+    least_s: float = 0.0
 
     @property
     def difference(self) -> tuple[float, float, float]:
@@ -133,6 +135,14 @@ def _radial(crane: TowerCrane, move: Move) -> AxisLimits:
 def slowed(limits: AxisLimits, share: float) -> AxisLimits:
     """Return limits with a share of their rate."""
     return limits if share == 1.0 else replace(limits, rate=limits.rate * share)
+
+
+def no_shorter(limits: AxisLimits, least_s: float) -> AxisLimits:
+    """Return limits on the share driven under which a move from rest to rest takes no less than a time."""
+    pace = min(1.0, rest_to_rest_s(1.0, limits) / least_s) if least_s > 0.0 else 1.0
+    if pace == 1.0:
+        return limits
+    return AxisLimits(limits.rate * pace, limits.acceleration * pace**2, limits.jerk * pace**3)
 
 
 def move_time_s(crane: TowerCrane, move: Move) -> float:

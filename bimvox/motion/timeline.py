@@ -18,7 +18,7 @@ from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.course import Course, Moves
 from bimvox.motion.load_frame import LoadFrame
-from bimvox.motion.move import Line, Move, share_limits, slowed
+from bimvox.motion.move import Line, Move, no_shorter, share_limits, slowed
 from bimvox.motion.profile import Profile, profile_of
 from bimvox.motion.shaping import Calm, ShapedProfile
 from bimvox.motion.slow_zones import slow_shares
@@ -99,7 +99,7 @@ class Pacer:
         self._crane, self._moves = crane, tuple(moves)
         self._packed = Moves(crane, moves)
         self._limits = [
-            slowed(share_limits(crane, move), share)
+            no_shorter(slowed(share_limits(crane, move), share), move.least_s)
             for move, share in zip(self._moves, slow_shares(crane, self._moves), strict=True)
         ]
         self._half_periods_s = [

@@ -10,6 +10,9 @@ lies in cells that the part needs. For such a lift the true triangles decide abo
 Neighbours may overlap it by the tolerance as usual; it keeps the tolerance as a distance to everything else. Objects
 without triangles (obstructions, the ground, parts in the yard) are checked by cells.
 
+If there is still no way, the part is guided (:mod:`bimvox.planning.guided`): aside and tilted, while its hook goes
+straight down from the gate.
+
 A placement that is free by cells may lie in a pocket: a room enclosed by neighbours whose cells are too coarse to show
 the exit. The last moves then continue through the pocket to a gate from which the load can be raised to the top.
 """
@@ -26,11 +29,14 @@ from numpy.typing import NDArray
 
 from bimvox.env.actions import MOVES
 from bimvox.grid.summed_area import summed_area_table
-from bimvox.planning.contact.pairs import Contacts
+from bimvox.planning.contact.pairs import LEAST_GAP_M, Contacts
 from bimvox.planning.contact.sweep import rope_meets
+from bimvox.planning.guided import Pair, find_guide
 from bimvox.planning.search import room_around
+from bimvox.records.guide import MOST_FORCE_N, Guide, side_force_n, swept_box_m
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
+from bimvox.site.parts import centre_of_mass_m
 from bimvox.site.site import Site
 
 SIDEWAYS_VOX = 6
@@ -53,11 +59,13 @@ class Insertion:
         enclosed: Whether they begin in an enclosed room: no gate was found, even with the true shapes, so no transit
             can reach them.
         cut_off: Whether the search for another way was ended by its limit, so there may be one.
+        guide: How a crew guides the part on these moves; None if it only hangs on its hook.
     """
 
     path_vox: NDArray[np.int32]
     enclosed: bool = False
     cut_off: bool = False
+    guide: Guide | None = None
 
     @property
     def gate_vox(self) -> IntVec:
@@ -114,12 +122,16 @@ def find_insertion(part: PartToInsert) -> Insertion | NoInsertion:
     """Return the last moves of a part, or why there are none."""
     by_cells = _Inserter(part, by_shapes=False)
     found = by_cells.find()
-    if (isinstance(found, Insertion) and not found.enclosed) or not by_cells.met_cells:
+    if isinstance(found, Insertion) and not found.enclosed:
         return found
+    if not by_cells.met_cells:
+        return _Inserter(part, by_shapes=True).guided() or found
     by_shapes = _Inserter(part, by_shapes=True)
     refined = by_shapes.find()
     if isinstance(refined, Insertion) and not refined.enclosed:
         return refined
+    if (guided := by_shapes.guided()) is not None:
+        return guided
     found = replace(found, cut_off=found.cut_off or by_shapes.cut_off)
     if isinstance(found, Insertion):
         return found
@@ -152,7 +164,8 @@ class _Inserter:
     def __init__(self, part: PartToInsert, *, by_shapes: bool) -> None:
         site, contacts, counts, component, present, space, transit = part
         self.contacts, self.component, self.space, self.transit = contacts, component, space, transit
-        self.step_m = site.frame.voxel_size_m
+        self.step_m, self.site_frame = site.frame.voxel_size_m, site.frame
+        self.crane = None if site.has_several_cranes else site.crane_of(component)
         self.target = np.array(component.target_vox)
         self.near = tuple(n for n in contacts.neighbours[component.index] if n in present)
         others = set(present) - {*self.near, component.index} if by_shapes else set()
@@ -258,6 +271,64 @@ class _Inserter:
                 roaming, touching = roaming + free_there, touching + (not free_there)
         self.cut_off = bool(queue)
         return None
+
+    def guided(self) -> Insertion | None:
+        """Return moves straight down on which a crew guides the part, or None."""
+        if self.crane is None:
+            return None
+        x, y, bottom = (int(n) for n in self.target)
+        rise = next((k for k in range(1, self.highest - bottom + 1) if self._is_gate((x, y, bottom + k))), None)
+        if rise is None or self.entangled:
+            return None
+        places = [(x, y, bottom + k) for k in range(rise, -1, -1)]
+        if any(self._rope_wrong_at(place) is not None for place in places):
+            return None
+        top_m, key = rise * self.step_m, (self.component.index, rise, self.near, tuple(self.others.tolist()))
+        if key not in self.contacts.guides:
+            self.contacts.guides[key] = self._guide(top_m)
+        guide = self.contacts.guides[key]
+        if guide is None or self._meets_cells(guide):
+            return None
+        return replace(self._insertion(places), guide=guide)
+
+    def _guide(self, top_m: float) -> Guide | None:
+        centre_m = centre_of_mass_m(self.component.mesh)
+        if centre_m is None:
+            return None
+        own, gap_m = self.component.index, max(self.gap_m, LEAST_GAP_M)
+        pairs = [Pair(*self.contacts.pair_m(own, n), self._way_out_m(n)) for n in self.near]
+        asides_m = np.concatenate([np.zeros((1, 3)), gap_m * np.eye(3), -gap_m * np.eye(3)])
+        wide_m = (self.contacts.triangles_m(own)[None] + asides_m[:, None, None]).reshape(-1, 3, 3)
+        pairs += [Pair(wide_m, self.contacts.triangles_m(n), np.zeros(3)) for n in self.others.tolist()]
+        known = list(dict.fromkeys(guide.poses for guide in self.contacts.guides.values() if guide is not None))
+        size_m = np.ptp(self.contacts.bounds_m[own], axis=0)
+        along = 0.0 if size_m[0] >= size_m[1] else np.pi / 2.0
+        for heading_rad in (along, np.pi / 2.0 - along):
+            guide = find_guide(pairs, centre_m, heading_rad, top_m, self._most_aside_m(), known)
+            if guide is not None:
+                return guide
+        return None
+
+    def _way_out_m(self, solid: int) -> NDArray[np.float64]:
+        way_m = self.contacts.way_out_m(self.component.index, solid)
+        assert way_m is not None  # it is not entangled
+        return way_m
+
+    def _most_aside_m(self) -> float:
+        """Return how far the crew can hold the part aside at its place."""
+        assert self.crane is not None
+        rope_m = self.crane.jib_height_m - self.hook_m[2] - self.crane.sling_m
+        return MOST_FORCE_N / side_force_n(self.component.mass_kg, 1.0, rope_m)
+
+    def _meets_cells(self, guide: Guide) -> bool:
+        """Return whether something without triangles is in a cell of the box that a guided part sweeps."""
+        low, high = swept_box_m(self.component.mesh.vertices_m, guide)
+        first, last = self.site_frame.cells_over(low + self.gap_m, high - self.gap_m)
+        first, last = first - self.low, last - self.low
+        if (first < 0).any() or (last > self.foreign.shape).any():
+            return True
+        x, y, z = (slice(a, b) for a, b in zip(first, last, strict=True))
+        return bool(self.foreign[x, y, z].any())
 
     def _insertion(self, places: list[IntVec]) -> Insertion:
         return Insertion(np.array(places, np.int32).reshape(-1, 3))

@@ -127,7 +127,7 @@ def _searched(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, befo
     """Return a lift with a shortest path, the earlier lift if that is still valid, or an infeasible one."""
     if isinstance(stage, Obstacle):
         return replace(unplanned, reason=stage.reason, blocked_by=stage.blocked_by)
-    kept = before is not None and before.path_vox is not None and _is_still_valid(before.path_vox, stage)
+    kept = before is not None and _is_still_valid(before, stage)
     if kept and before is not None and before.shortest_moves == _distance(stage) + stage.insertion.moves:
         return before  # no path can be shorter
     shortest = shortest_path(stage.space, stage.start_vox, stage.insertion.gate_vox).path_vox
@@ -145,6 +145,7 @@ def _searched(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, befo
         path_vox=_whole_path(shortest, stage),
         shortest_moves=len(shortest) - 1 + stage.insertion.moves,
         contact_moves=stage.insertion.moves,
+        guide=stage.insertion.guide,
     )
 
 
@@ -177,9 +178,11 @@ def is_valid_transit(stage: Stage, path_vox: NDArray[np.int32]) -> bool:
     )
 
 
-def _is_still_valid(path_vox: NDArray[np.int32], stage: Stage) -> bool:
+def _is_still_valid(before: Lift, stage: Stage) -> bool:
     """Return whether an earlier path ends in the same last moves and its transit is still free."""
-    last = stage.insertion.path_vox
+    path_vox, last = before.path_vox, stage.insertion.path_vox
+    if path_vox is None or before.guide != stage.insertion.guide:
+        return False
     transit = path_vox[: len(path_vox) - len(last) + 1]
     return np.array_equal(path_vox[-len(last) :], last) and is_valid_transit(stage, transit)
 

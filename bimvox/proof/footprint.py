@@ -22,6 +22,7 @@ from scipy.ndimage import maximum_filter
 
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.proof.guided import guided_box_vox
 from bimvox.proof.hook import jib_cell, reaches_jib, tallest_met
 from bimvox.proof.jib import swept_by_jib
 from bimvox.proof.space import positions_of, whole_cells
@@ -137,6 +138,7 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     mask.add(place.turning_cells(component))
     path = lift.path_vox.astype(np.int64)
     mask.add_placements(path, _kept_free(site, component))
+    _add_guide(mask, site, lift)
     if site.cranes and site.rules.rope:
         for aside in _around(whole_cells(site.rules.rope_clearance_m, site.frame)):
             mask.add_columns_above(path + np.array(component.hook_offset_vox) + aside)
@@ -152,6 +154,8 @@ def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int |
     mask = CellMask(site.shape)
     rest_ns = 0 if since_ns is None else since_ns - motion.start_ns
     _add_motion(mask, site, lift.place, motion, rest_ns)
+    if rest_ns <= motion.loaded.time_ns[-1]:
+        _add_guide(mask, site, lift)
     return mask.footprint()
 
 
@@ -221,6 +225,13 @@ def _add_motion(mask: CellMask, site: Site, place: YardPlace, motion: LiftMotion
         mask.add_columns_above(_placements(site, crane, approach, _SLINGS_END))
         assert motion.approach is not None
         mask.add_columns_above(swung_placements(site, crane, motion, motion.approach, None, rest_ns))
+
+
+def _add_guide(mask: CellMask, site: Site, lift: Lift) -> None:
+    """Add the box that a guided load sweeps on its last moves."""
+    if lift.guide is not None:
+        low, high = guided_box_vox(site, site.components[lift.component], lift.guide)
+        mask.add_box(low, high + 1 - low)
 
 
 def _rest_of(trajectory: Trajectory, rest_ns: int) -> Trajectory | None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.proof.guided import check_guiding, guided_box_vox, in_the_box
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.moment import Moment, Thing, near_and_far, passed_by
 from bimvox.proof.placements import Placements
@@ -78,6 +79,15 @@ class LoadProof(LiftProof):
         near, far = near_and_far(component, moment.present) if tail.any() else ([], list(moment.present))
         passed: list[Thing] = []
         check = self.checks["motion_cells"]
+        guide = None if lift is None else lift.guide
+        if guide is not None and tail.any():
+            # The proof of the plan checks the poses of a guided load; they follow from the height of its hook.
+            rows = tail & (np.diff(way.sample, prepend=-1) > 0)
+            check_guiding(self.checks["timeline"], name, guide, cells[rows], time_s[rows], self.site.frame.voxel_size_m)
+            if (tail & now).any():
+                low, high = guided_box_vox(self.site, component, guide)
+                for met in in_the_box(moment.present, low, high):
+                    check.look(False, f"{name}: guided to its place, it comes into cells near {met}")
         if with_load:
             inside = ~placements.at_positions(~self.cells.holds(placements, own))
             if not inside.all():
@@ -85,7 +95,7 @@ class LoadProof(LiftProof):
                 check.look(False, f"{name}: leaves the site at {time_s[n]:.2f} s, cell {_text(cells[n])}")
             hit = placements.at_positions(self.cells.meets(placements, own))
             bad = hit & ~tail
-            if (hit & tail).any() and lift is not None:
+            if (hit & tail).any() and lift is not None and guide is None:
                 left = self._left(placements, own, near) & tail
                 if (left & now).any():
                     passed = self._check_passed(component, lift, cells[tail & now], far)
@@ -100,7 +110,9 @@ class LoadProof(LiftProof):
                 check.look(
                     False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the load is in cells of {met}"
                 )
-            self._check_contact(component, cells, hit & tail & now, [thing for thing in near if thing not in passed])
+            if guide is None:
+                touched = [thing for thing in near if thing not in passed]
+                self._check_contact(component, cells, hit & tail & now, touched)
         if self.site.rules.rope:
             spots = _Spots(cells, placements, time_s, tail, now)
             self._check_rope(name, component, moment, spots, near)

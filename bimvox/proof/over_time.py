@@ -169,7 +169,12 @@ def _versions(lift: Lift, start_ns: int) -> Iterator[tuple[int, Lift]]:
             begins_ns,
             # The least number of moves is known only for its current path.
             replace(
-                lift, path_vox=left.path_vox, contact_moves=left.contact_moves, shortest_moves=None, left=lift.left[:n]
+                lift,
+                path_vox=left.path_vox,
+                contact_moves=left.contact_moves,
+                guide=left.guide,
+                shortest_moves=None,
+                left=lift.left[:n],
             ),
         )
         begins_ns = left.until_ns
@@ -185,7 +190,6 @@ def _together(found: Sequence[Verification]) -> Verification:
         whole.failed += check.failed
         whole.failures += check.failures
         whole.culprits |= check.culprits
-        whole.undecided += [one for one in check.undecided if one not in whole.undecided]
         if check.worst is not None:
             whole.measure(check.worst)
     return Verification(tuple(checks.values()))

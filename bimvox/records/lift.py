@@ -9,6 +9,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.records.guide import Guide
 from bimvox.site.component import Component, IntVec, Shape, StoredPose
 from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape, turning_columns
 from bimvox.site.site import Blocker, Site
@@ -107,11 +108,13 @@ class LeftPath:
         path_vox: (N, 3) int32 the whole path; the load was moving along it when it was stopped.
         contact_moves: How many of its last placements were cleared by the narrow phase.
         until_ns: When the new path was found, on the site's clock; until then the load was stopping or at rest.
+        guide: How a crew guides the load on its last moves; None if it only hangs on its hook.
     """
 
     path_vox: NDArray[np.int32]
     contact_moves: int
     until_ns: int
+    guide: Guide | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,6 +138,8 @@ class Lift:
         by_other_means: Whether the part of an infeasible lift counts as set by other means than the crane: from its
             turn on it is in the way and carries what rests on it. It never lies in the yard; ``place`` is where it
             would.
+        guide: How a crew guides the load on its last moves, which then lead straight down; None if it only hangs on
+            its hook.
     """
 
     component: int
@@ -149,6 +154,7 @@ class Lift:
     blocked_by: tuple[str, ...] = ()
     left: tuple[LeftPath, ...] = field(default=(), repr=False)
     by_other_means: bool = field(default=False, metadata=SPARSE)
+    guide: Guide | None = field(default=None, metadata=SPARSE)
 
     @property
     def is_set(self) -> bool:
@@ -189,7 +195,7 @@ def same_path(before: Lift | None, now: Lift) -> bool:
     """
     if before is None or before.path_vox is None or now.path_vox is None:
         return before is not None and before.status is now.status and before.path_vox is now.path_vox
-    return np.array_equal(before.path_vox, now.path_vox)
+    return before.guide == now.guide and np.array_equal(before.path_vox, now.path_vox)
 
 
 def by_change(before: Iterable[Lift], now: Iterable[Lift]) -> tuple[list[Lift], list[Lift], list[Lift]]:

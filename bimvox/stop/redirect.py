@@ -22,6 +22,7 @@ from bimvox.motion.rigged_crane import RiggedCrane, rigged_crane
 from bimvox.motion.time_plan import carrying_phases, left_cells
 from bimvox.motion.timing import NS_PER_S, sampled
 from bimvox.planning.assembly import Obstacle, Stage
+from bimvox.planning.insertion import Insertion
 from bimvox.planning.search import shortest_path
 from bimvox.records.lift import LeftPath, Lift, Method, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
@@ -89,6 +90,7 @@ class Held:
             path_vox=None,
             shortest_moves=None,
             contact_moves=0,
+            guide=None,
             reason=f"{LOAD_IS_HELD}{where} ({self.how}): {self.reason}",
             blocked_by=self.blocked_by,
             left=(),
@@ -174,13 +176,15 @@ def redirect_held(
     path_vox = _path_from(rigged, rule, held.stop.pose)
     if path_vox is None:
         return held
-    moves, resume_ns = rule.insertion.moves, max(held.stop.end_ns, time_ns) + round(hold_s * NS_PER_S)
+    last, resume_ns = rule.insertion, max(held.stop.end_ns, time_ns) + round(hold_s * NS_PER_S)
     try:
-        onward, needed_m = resume(rigged, rule.clearance_with_insertion, held.stop.pose, path_vox, moves)
+        onward, needed_m = resume(
+            rigged, rule.clearance_with_insertion, held.stop.pose, path_vox, last.moves, last.guide
+        )
     except PlanningError as error:
         return replace(held, reason=error.message)
     motion = interrupted(held.motion, held.stop, resume_ns, onward, needed_m, rigged)
-    return Redirected(_on_path(held, path_vox, moves, time_ns), motion, held.stop, held.how)
+    return Redirected(_on_path(held, path_vox, last, time_ns), motion, held.stop, held.how)
 
 
 def _approached(
@@ -267,9 +271,11 @@ def _redirected_in_yard(
     if path_vox is None:
         return held
     rigged = rigged_crane(site, crane, stage.component)
-    slew_rad, moves = float(motion.raising.slew_rad[-1]), stage.insertion.moves
+    slew_rad, last = float(motion.raising.slew_rad[-1]), stage.insertion
     try:
-        timeline, needed_m = drive_path(rigged, stage.clearance_with_insertion, path_vox, moves, slew_rad)
+        timeline, needed_m = drive_path(
+            rigged, stage.clearance_with_insertion, path_vox, last.moves, slew_rad, last.guide
+        )
     except PlanningError as error:
         return replace(held, reason=f"{NOT_DRIVEN}{error.message}")
     trajectory = sampled(timeline, needed_m, rigged)
@@ -284,18 +290,19 @@ def _redirected_in_yard(
     all_phases = (*begun, *phases.phases_from(raised_ns, spans))
     loaded = trajectories.delayed(trajectory, again_ns - motion.start_ns)
     other = replace(motion, loaded=loaded, phases=all_phases, end_ns=all_phases[-1].end_ns)
-    return Redirected(_on_path(held, path_vox, moves, time_ns), other, None, held.how)
+    return Redirected(_on_path(held, path_vox, last, time_ns), other, None, held.how)
 
 
-def _on_path(held: Held, path_vox: NDArray[np.int32], contact_moves: int, found_ns: int) -> Lift:
+def _on_path(held: Held, path_vox: NDArray[np.int32], last: Insertion, found_ns: int) -> Lift:
     lift = held.lift
     assert lift.path_vox is not None
     path_vox.flags.writeable = False
     return replace(
         lift,
         path_vox=path_vox,
-        contact_moves=contact_moves,
+        contact_moves=last.moves,
+        guide=last.guide,
         method=Method.SEARCH,
         shortest_moves=len(path_vox) - 1,
-        left=(*lift.left, LeftPath(lift.path_vox, lift.contact_moves, found_ns)),
+        left=(*lift.left, LeftPath(lift.path_vox, lift.contact_moves, found_ns, lift.guide)),
     )

@@ -16,6 +16,7 @@ from bimvox.motion.move import Move, axes_of
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.shortcut import move_is_free
 from bimvox.motion.timeline import Timeline, in_sequence
+from bimvox.records.guide import Guide
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
 
@@ -34,7 +35,12 @@ def resume_cells(space: CollisionSpace, load: LoadFrame, pose: CranePose) -> lis
 
 
 def resume(
-    rigged: RiggedCrane, space: CollisionSpace, pose: CranePose, path_vox: NDArray[np.int32], contact_moves: int
+    rigged: RiggedCrane,
+    space: CollisionSpace,
+    pose: CranePose,
+    path_vox: NDArray[np.int32],
+    contact_moves: int,
+    guide: Guide | None = None,
 ) -> tuple[Timeline, float]:
     """Return the motion of a load from rest at any pose to the end of a voxel path that begins next to it.
 
@@ -44,6 +50,7 @@ def resume(
         pose: Where the crane rests.
         path_vox: (N, 3) int32 reference cells, N >= 2, the first one of :func:`resume_cells`.
         contact_moves: How many of the last placements were cleared by the narrow phase.
+        guide: How a crew guides the load on its last moves.
 
     Returns:
         The motion, and the height that the hook has to reach.
@@ -58,7 +65,7 @@ def resume(
             f"cell {path_vox[0].tolist()} cannot be reached from where the crane rests",
             hint="begin the path at one of the free cells around the load",
         )
-    onward, needed_m = drive_path(rigged, space, path_vox, contact_moves, first.end.slew_rad)
+    onward, needed_m = drive_path(rigged, space, path_vox, contact_moves, first.end.slew_rad, guide)
     if not any(first.moving):
         return onward, needed_m
     begin = in_sequence(rigged.crane, [first], rigged.pendulum)

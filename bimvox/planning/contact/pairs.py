@@ -23,11 +23,12 @@ from bimvox.planning.contact.enclosed import enclosed
 from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m, thickness_m
 from bimvox.planning.contact.sweep import blocked_steps, crossings_above
 from bimvox.planning.contact.triangle_object import collision_object
+from bimvox.records.guide import Guide
 from bimvox.records.lift import ModelledClash
 from bimvox.site.margin import grown_cells
 from bimvox.site.site import Site
 
-_LEAST_GAP_M = 0.001
+LEAST_GAP_M = 0.001
 _DEPTH_STEP_M = 0.001
 _DEPTH_REACH_M = 2.0
 _NOWHERE = np.zeros(3)
@@ -59,6 +60,7 @@ class Contacts:
         solids: Components first, in the order of ``site.components``.
         neighbours: Per component, the numbers of the solids that share or touch cells with it in the finished building.
         clashes: Pairs that overlap in the model.
+        guides: Guides that were searched for, by part, its rise and what is around it.
     """
 
     def __init__(self, site: Site) -> None:
@@ -74,6 +76,7 @@ class Contacts:
         self._triangles = [solid.mesh.triangles_m for solid in self.solids]
         self._thickness_m = [thickness_m(solid.mesh) for solid in self.solids]
         self._eroded: dict[tuple[int, float], NDArray[np.float64]] = {}
+        self.guides: dict[tuple[int, int, tuple[int, ...], tuple[int, ...]], Guide | None] = {}
         self._bvhs: dict[int, fcl.CollisionObject] = {}
         self.neighbours: tuple[tuple[int, ...], ...] = self._find_neighbours()
         self._ways_out_m: dict[tuple[int, int], NDArray[np.float64] | None] = {}
@@ -140,7 +143,7 @@ class Contacts:
         """
         part, other = self._triangles[moving] + offset_m, self._triangles[fixed]
         aside = [np.zeros(3)]
-        aside += [sign * max(self._tolerance_m, _LEAST_GAP_M) * np.eye(3)[n] for n in range(3) for sign in (1.0, -1.0)]
+        aside += [sign * max(self._tolerance_m, LEAST_GAP_M) * np.eye(3)[n] for n in range(3) for sign in (1.0, -1.0)]
         return any(blocked_steps(part, other, axis, direction, step_m, 1, by_m)[0] for by_m in aside)
 
     @cached_property
@@ -203,7 +206,7 @@ class Contacts:
         The tolerance is more than some members of a part are thick: erosion turns them inside out, so that they meet
         what they only touch or pass.
         """
-        depths_m = pair_depths_m(first, second, self._thickness_m, min(self._tolerance_m, _LEAST_GAP_M))
+        depths_m = pair_depths_m(first, second, self._thickness_m, min(self._tolerance_m, LEAST_GAP_M))
         one, other = (self.eroded_m(*solid) for solid in zip((first, second), depths_m, strict=True))
         return bool(fcl.collide(self._bvh_of(one), self._bvh_of(other))) or enclosed(one, other)
 

@@ -18,8 +18,11 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.kept import kept
+from bimvox.proof.bodies.guided_poses import poses_along
 from bimvox.proof.bodies.overlap import overlaps_m
 from bimvox.proof.bodies.solid import FINEST_M, solid_of
+from bimvox.proof.bodies.turned import turned
+from bimvox.records.guide import Guide, swept_box_m
 from bimvox.records.lift import LiftPlan
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
@@ -29,6 +32,7 @@ _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
 _UNDER_ROPE_M = 1e-6  # the rope starts this far above its foot: it may touch the top of the part that it hangs from
 _MEASURED_M = 0.002  # a listed depth may differ from the measured one by this
 _INTERLOCKED_M = 2.0  # a shorter move must be listed as the way out
+_LEVEL = np.eye(3)
 _SHEET_M = 1e-6  # anything thinner is a sheet and has no inside
 _ROUNDING_M = 1e-9  # boxes closer than this do not count as apart
 _AT_CELL_VOX = 0.01  # a position this close to a placement counts as at it
@@ -109,6 +113,40 @@ class TriangleCheck:
         for offset_m in self._met(check, component, offsets_m, other, boxes, np.zeros(3), crosses):
             check.look(False, f"{component.id}: meets {self._ids[other]}, which it passes by, at {_metres(offset_m)}")
 
+    def check_guided(self, check: Check, component: Component, guide: Guide, other: int, *, is_near: bool) -> None:
+        """Check that a guided part overlaps a neighbour by no more than allowed, and does not touch anything else.
+
+        Its poses are as finely spaced as the positions of ``check_way``: no point of it moves further between two.
+        """
+        (low, high), (other_low, other_high) = swept_box_m(component.mesh.vertices_m, guide), self._boxes[other]
+        way_m = self._way_out_m(check, component.index, other) if is_near else np.zeros(3)
+        if way_m is None:
+            check.look(False, f"{component.id}: is guided to its place, but nothing parts it from {self._ids[other]}")
+            return
+        if (low + np.minimum(way_m, 0.0) > other_high).any() or (high + np.maximum(way_m, 0.0) < other_low).any():
+            check.look(True, "")
+            return
+        poses = poses_along(guide, component.mesh, self._spacing_m(component.index, other))
+        tolerance_m = self._site.rules.contact_tolerance_m
+        part, solid = (solid_of(self._meshes[n], tolerance_m) for n in (component.index, other))
+        by_skins = is_near and max(part.thickness_m, solid.thickness_m) >= _SHEET_M
+        bears = (part.thickness_m, -component.index) > (solid.thickness_m, -other)
+        centre_m, up = np.array(guide.centre_m), np.array([0.0, 0.0, 1.0])
+        for tilt_rad in dict.fromkeys(poses[:, 2].tolist()):
+            rows, turn = poses[poses[:, 2] == tilt_rad], guide.turns(np.array([tilt_rad]))[0]
+            moved_m = centre_m - turn @ centre_m + rows[:, :1] * up + rows[:, 1:2] * guide.ahead + way_m
+            if by_skins:
+                leaning = turned(part, turn)
+                points_m = overlaps_m(leaning, solid, -moved_m) if bears else overlaps_m(solid, leaning, moved_m)
+                met = ~np.isnan(points_m[:, 0])
+            else:
+                met = self._crosses(component.index, other, turn)(moved_m)
+            check.look(True, "", samples=int((~met).sum()))
+            for height_m in rows[met, 0].tolist():
+                check.look(
+                    False, f"{component.id}: guided to its place, meets {self._ids[other]}, {height_m:.2f} m above it"
+                )
+
     def _too_deep(
         self, moving: int, fixed: int, tolerance_m: float
     ) -> tuple[tuple[NDArray[np.float64], NDArray[np.float64]], Callable[[NDArray[np.float64]], NDArray[np.bool_]]]:
@@ -158,13 +196,15 @@ class TriangleCheck:
         check.look(True, "", samples=len(fine_m) - len(met))
         return met
 
-    def _crosses(self, moving: int, fixed: int) -> Callable[[NDArray[np.float64]], NDArray[np.bool_]]:
+    def _crosses(
+        self, moving: int, fixed: int, turn: NDArray[np.float64] = _LEVEL
+    ) -> Callable[[NDArray[np.float64]], NDArray[np.bool_]]:
         """Return a test of whether the true surfaces of two solids cross or touch, for positions of the first."""
 
         def crosses(offsets_m: NDArray[np.float64]) -> NDArray[np.bool_]:
             part, found = self._moved(moving), np.zeros(len(offsets_m), np.bool_)
             for n, offset_m in enumerate(offsets_m):
-                part.setTranslation(offset_m)
+                part.setTransform(fcl.Transform(turn, offset_m))
                 found[n] = fcl.collide(part, self._fixed(fixed))
             return found
 
