@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bimvox_cli import complete
 from bimvox_cli.options import Json, Quiet
 from bimvox_cli.output import open_output, rows
 
@@ -23,7 +24,10 @@ def cranes(
     crane: Annotated[
         str | None,
         typer.Option(
-            "--crane", metavar="NAME", help="Only a kind (hammerhead, luffing, mobile), or one machine. Default: all."
+            "--crane",
+            metavar="NAME",
+            autocompletion=complete.cranes,
+            help="Only a kind (hammerhead, luffing, mobile), or one machine. Default: all.",
         ),
     ] = None,
     json: Json = False,

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from bimvox.export.formats import formats_in_words
+from bimvox_cli import complete
 from bimvox_cli.options import Json, Quiet
 from bimvox_cli.output import facts, open_output
 
@@ -23,6 +24,7 @@ def export(
             "--to",
             envvar="BIMVOX_TO",
             metavar="FORMAT",
+            autocompletion=complete.formats,
             help=formats_in_words(),
             show_default=False,
         ),
@@ -32,6 +34,7 @@ def export(
         typer.Option(
             "--lift",
             metavar="ID",
+            autocompletion=complete.lifts,
             help="Only this lift (number from 1, or the part's name, id or GlobalId); may be given several times.",
         ),
     ] = None,

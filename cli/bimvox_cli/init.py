@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from bimvox_cli import complete
 from bimvox_cli.options import Assemblies, Json, Model, Quiet, Select, Unit, Up, VoxelSize, read_options
 from bimvox_cli.output import facts, open_output
 
@@ -31,6 +32,7 @@ def init(
             "--crane",
             envvar="BIMVOX_CRANE",
             metavar="NAME",
+            autocompletion=complete.cranes,
             help="Crane to propose: a kind (hammerhead, luffing, mobile) or a machine of `bimvox cranes`. Default: the "
             "smallest hammerhead that serves. fictitious: also machines that do not exist.",
         ),

@@ -13,6 +13,7 @@ import typer
 
 from bimvox_cli import failure
 from bimvox_cli.cranes import cranes
+from bimvox_cli.examples import epilog
 from bimvox_cli.experiment import experiment
 from bimvox_cli.export import export
 from bimvox_cli.init import init
@@ -53,7 +54,7 @@ def _print_version(wanted: bool) -> None:
 def main(
     context: typer.Context,
     _version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+        bool, typer.Option("--version", "-V", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     """Turn a building model (IFC or mesh) into proven, timed crane lifts."""
@@ -63,7 +64,7 @@ def main(
 
 
 for _command in (voxelize, inspect, init, cranes, train, plan, sweep, watch, export, verify, render, report, schema):
-    app.command(context_settings=HELP_NAMES)(_command)
+    app.command(context_settings=HELP_NAMES, epilog=epilog(_command.__name__))(_command)
 app.add_typer(policy, name="policy", context_settings=HELP_NAMES)
 app.add_typer(experiment, name="experiment", context_settings=HELP_NAMES)
 

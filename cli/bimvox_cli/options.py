@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from bimvox_cli import complete
+
 if TYPE_CHECKING:
     from bimvox.bim.options import ReadOptions
 
@@ -79,6 +81,7 @@ PolicyId = Annotated[
         "--policy",
         envvar="BIMVOX_POLICY",
         metavar="ID",
+        autocompletion=complete.policies,
         help="A policy of `bimvox policy list`; none: search only; default: the shipped policy; nearest: that of the "
         "most similar site.",
     ),

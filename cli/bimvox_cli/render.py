@@ -7,7 +7,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from bimvox_cli import failure
+from bimvox_cli import complete, failure
 from bimvox_cli.options import Json, Quiet, VoxelSize
 from bimvox_cli.output import facts, open_output
 
@@ -41,6 +41,7 @@ def render(
         typer.Option(
             "--lift",
             metavar="ID",
+            autocompletion=complete.lifts,
             help="Show this lift in transit (number from 1, or name, id or GlobalId of the part); "
             "for an animation, only this lift.",
         ),
@@ -66,6 +67,7 @@ def render(
         typer.Option(
             "--hide",
             metavar="LAYER",
+            autocompletion=complete.layers,
             help="Leave out: ground, structure, obstructions, unbuilt, assembled, crane, paths, boxes, words.",
         ),
     ] = None,

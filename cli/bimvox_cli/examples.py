@@ -1,0 +1,40 @@
+"""Examples at the end of each command's help."""
+
+from __future__ import annotations
+
+EXAMPLES = {
+    "voxelize": ("bimvox voxelize house.ifc", "bimvox voxelize house.ifc --voxel-size 0.25 -o house.zarr.zip"),
+    "inspect": ("bimvox inspect house.ifc", "bimvox inspect house.mcap --json"),
+    "init": ("bimvox init house.ifc", "bimvox init yard.glb --crane mobile -o yard.site.toml"),
+    "cranes": ("bimvox cranes", "bimvox cranes house.site.toml --crane luffing"),
+    "train": ("bimvox train house.site.toml", "bimvox train house.site.toml --budget 600 --curve tests.csv"),
+    "plan": (
+        "bimvox plan house.site.toml",
+        "bimvox plan house.site.toml --obstructions trucks.json -o today.mcap",
+        "bimvox plan sites/a.site.toml sites/b.site.toml -o plans",
+    ),
+    "sweep": ("bimvox sweep what-if.toml", "bimvox sweep what-if.toml --jobs 4 -o runs"),
+    "watch": (
+        "bimvox watch trucks.json --site house.site.toml",
+        "bimvox watch trucks.json --site house.site.toml --simulate 60 --serve 8765",
+    ),
+    "export": (
+        "bimvox export house.mcap --to csv -o lifts.csv",
+        "bimvox export house.mcap --to ifc --model house.ifc --start 2026-03-02T07:00",
+        "bimvox export house.zarr.zip --to glb",
+    ),
+    "verify": ("bimvox verify house.mcap", "bimvox verify house.mcap --site house.site.toml --remarks"),
+    "render": (
+        "bimvox render house.mcap",
+        "bimvox render house.mcap -o house.html",
+        "bimvox render house.mcap --lift 12 --time 40% --hide paths,words",
+    ),
+    "report": ("bimvox report house.mcap", "bimvox report house.mcap -o house.pdf"),
+    "schema": ("bimvox schema site", "bimvox schema log"),
+}
+"""Command lines by command; a test parses each of them."""
+
+
+def epilog(command: str) -> str:
+    """Return the end of a command's help."""
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in EXAMPLES[command])
