@@ -13,6 +13,7 @@ from bimvox.library.plan_value import Plan
 from bimvox.library.site import LoadedSite
 from bimvox.log.recorder import tracks_of, write_log
 from bimvox.progress import Listener, Progress, progress_of
+from bimvox.proof.values import check_values
 from bimvox.rendering.draw.camera import View
 from bimvox.rendering.draw.picture import PictureOptions
 from bimvox.rendering.draw.png import png_of
@@ -51,13 +52,15 @@ def render(
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
-        InputError: If the suffix does not fit, there is no such lift, or values of a plan for a page make no sense.
+        InputError: If the suffix does not fit, there is no such lift, or values of a plan make no sense.
         FileError: If the file cannot be written.
     """
     told, path = progress_of(progress), check_output(Path(path))
     suffix = path.suffix.lower()
     if lift is not None and not isinstance(what, Plan):
         raise InputError("only a plan has lifts", hint="leave lift out")
+    if isinstance(what, Plan) and not check_values(what.record.plan, what.motions, what.record.context).passed:
+        raise InputError("values of the plan make no sense, so it cannot be shown", hint="bimvox.verify names them")
     if suffix == ".png":
         told.stage("draw")
         scene, view = _scene(what, lift)
@@ -102,8 +105,6 @@ def _order(plan: Plan, number: int) -> int:
 
 def _revision(plan: Plan) -> Revision:
     record, stream = plan.record, io.BytesIO()
-    if record.remarks is None:
-        raise InputError("values of the plan make no sense, so it cannot be shown", hint="bimvox.verify names them")
     write_log(stream, record)
     return Revision(
         number=record.revision,
@@ -114,6 +115,6 @@ def _revision(plan: Plan) -> Revision:
         motions=record.motions,
         tracks=tracks_of(record),
         proof=plan.verdict,
-        remarks=record.remarks,
+        remarks=record.remarks or (),
         metadata=record.metadata,
     )

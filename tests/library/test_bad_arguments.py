@@ -62,10 +62,11 @@ def test_a_plan_says_what_became_of_its_obstructions(plan: bimvox.Plan) -> None:
     assert any("far" in note and "outside" in note for note in bimvox.revise(plan, far).notes)
 
 
-def test_values_that_make_no_sense_are_not_drawn_as_a_page(plan: bimvox.Plan, tmp_path: Path) -> None:
+def test_values_that_make_no_sense_are_not_drawn(plan: bimvox.Plan, tmp_path: Path) -> None:
     site = plan.site
     parts = (replace(site.components[0], mass_kg=float("nan")), *site.components[1:])
     record = replace(plan.record, plan=replace(plan.record.plan, site=replace(site, components=parts)))
-    with pytest.raises(bimvox.errors.InputError, match="values of the plan make no sense"):
-        bimvox.render(replace(plan, record=record), tmp_path / "x.html")
+    for name in ("x.html", "x.png", "x.gif"):
+        with pytest.raises(bimvox.errors.InputError, match="values of the plan make no sense"):
+            bimvox.render(replace(plan, record=record), tmp_path / name)
     assert not list(tmp_path.iterdir())

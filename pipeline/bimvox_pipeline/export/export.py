@@ -13,6 +13,7 @@ from bimvox.files import check_new_folder, check_output, require_input, unwritab
 from bimvox_pipeline.export.grid import export_grid
 from bimvox_pipeline.export.schedule import model_bytes, parsed_begin
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
+from bimvox_pipeline.sensible_log import require_sense
 
 if TYPE_CHECKING:
     from bimvox.log.plan_log import PlanLog
@@ -73,6 +74,8 @@ def export(
     log, lost = _read(source, recover)
     for sentence in lost:
         progress.note(f"lost: {sentence}")
+    if wanted.name != "mcap":  # a log of nonsense is still a log; verify says what it is
+        require_sense(log, source, "exported")
     chosen = chosen_lifts(log, lifts)
     if wanted.is_dated and start is None:
         progress.note(f"no --start: the first lift starts at {begins.isoformat(' ')}")

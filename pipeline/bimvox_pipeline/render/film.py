@@ -9,6 +9,7 @@ from bimvox.errors import InputError
 from bimvox.files import write_atomically
 from bimvox.progress import Progress
 from bimvox_pipeline.render.scene import FilmPace, SceneOptions, film_of
+from bimvox_pipeline.sensible_log import require_sense
 
 
 def render_film(
@@ -40,7 +41,7 @@ def render_film(
     if seconds is not None and not 0.0 < seconds <= 3600.0:
         raise InputError(f"an animation of {seconds:g} seconds cannot be made", hint="give more than 0, at most 3600")
     progress.stage("read")
-    log = read_log(source)
+    log = require_sense(read_log(source), source)
     film = film_of(log)
     tracks = film.tracks if wanted.lift is None else (film.track_of(chosen_lift(log, wanted.lift)),)
     length_s = default_seconds(len(tracks)) if seconds is None else seconds

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from bimvox.errors import LogFileError
 from bimvox.library.verify import prove, prove_plan
 from bimvox.progress import Progress
+from bimvox_pipeline.sensible_log import require_sense
 from bimvox_pipeline.watch.log import segments_on_disk
 
 if TYPE_CHECKING:
@@ -205,16 +206,7 @@ def revisions_of(
 
 
 def _judged(read: Read, proven: bool, progress: Progress) -> Judged:
-    from bimvox.proof.values import check_values
-
-    record, proof = read.record, None
-    if record.remarks is None:
-        values = check_values(record.plan, record.motions, record.context)
-        raise LogFileError(
-            read.file,
-            f"its values make no sense, so it cannot be shown: {values.failures[0]}",
-            hint=f"bimvox verify {read.file} names them all",
-        )
+    record, proof = require_sense(read.record, read.file), None
     if proven:
         proof = prove_plan(record, progress) if read.contents is None else prove(read.contents, record, progress)
-    return Judged(proof, record.remarks)
+    return Judged(proof, record.remarks or ())

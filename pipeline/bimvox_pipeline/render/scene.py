@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from bimvox.errors import InputError, SelectionError
 from bimvox.progress import Progress
 from bimvox_pipeline.inspect.kinds import Kind
+from bimvox_pipeline.sensible_log import require_sense
 
 if TYPE_CHECKING:
     import numpy as np
@@ -151,7 +152,7 @@ def _log_scene(source: Path, options: SceneOptions, progress: Progress) -> tuple
     from bimvox.rendering.scene.site import view_of_site
 
     progress.stage("read")
-    log = read_log(source)
+    log = require_sense(read_log(source), source)
     site = log.plan.site
     if options.time is None:
         moment = None if options.lift is None else Instant(chosen_lift(log, options.lift), options.share)

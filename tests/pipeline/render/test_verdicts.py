@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 import seeded_faults as faults
+from bimvox_pipeline.export.export import export
 from bimvox_pipeline.render.page import page_of_log
+from bimvox_pipeline.render.render import render
 from bimvox_pipeline.report.report import report
 from bimvox_pipeline.verify import verify
 from opened_pages import Opened
@@ -68,3 +70,16 @@ def test_values_that_make_no_sense_are_not_drawn(good, tmp_path, name, proven):
         with pytest.raises(LogFileError, match="its values make no sense, so it cannot be shown: "):
             show()
     assert not (tmp_path / "log.html").exists()
+
+
+@pytest.mark.parametrize("name", sorted(faults.NONSENSE))
+def test_values_that_make_no_sense_are_neither_painted_nor_exported(good, tmp_path, name):
+    file = tmp_path / "log.mcap"
+    write_log_file(file, faults.NONSENSE[name][0](good), inputs=[])
+    for suffix in (".png", ".gif"):
+        with pytest.raises(LogFileError, match="its values make no sense, so it cannot be shown: "):
+            render(file, tmp_path / f"log{suffix}", progress=SilentProgress())
+    for suffix in (".csv", ".glb", ".json"):
+        with pytest.raises(LogFileError, match="its values make no sense, so it cannot be exported: "):
+            export(file, out=tmp_path / f"log{suffix}", progress=SilentProgress())
+    assert [one.name for one in tmp_path.iterdir()] == ["log.mcap"]
