@@ -39,12 +39,14 @@ class Preparation:
         relations: Which part must be set before which.
         sequence: The erection sequence.
         places: Per component its place in the yard, None if it has none.
+        refusals: Per component why the crane cannot lift it whatever the path, None if it can.
     """
 
     contacts: Contacts
     relations: Precedence
     sequence: ErectionSequence
     places: tuple[YardPlace | None, ...]
+    refusals: tuple[str | None, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +114,8 @@ def prepare(site: Site, progress: Report | None = None) -> Preparation:
     contacts = Contacts(site)
     relations = precedence(site, contacts, lambda done, total: report("order", done, total))
     sequence, places = order_and_yard(site, Sequencer(site, relations, contacts))
-    return Preparation(contacts, relations, sequence, places)
+    refusals = tuple(refused_by_crane(site, component) for component in site.components)
+    return Preparation(contacts, relations, sequence, places, refusals)
 
 
 class Assembly:
@@ -154,7 +157,7 @@ class Assembly:
 
         Looks at no cells. None if only the path decides.
         """
-        refused = refused_by_crane(self._site, self._site.components[index])
+        refused = self._preparation.refusals[index]
         if refused is not None:
             return Obstacle(refused)
         if self._preparation.places[index] is None:
