@@ -107,6 +107,7 @@ class PartToInsert(NamedTuple):
         present: Numbers of the solids in place now.
         space: The collision rule for it now, nothing cleared.
         transit: The rule up to the gate (see ``bimvox.site.margin``).
+        may_be_guided: Whether guided last moves are searched for too, which takes longer.
     """
 
     site: Site
@@ -116,6 +117,7 @@ class PartToInsert(NamedTuple):
     present: Collection[int]
     space: CollisionSpace
     transit: CollisionSpace
+    may_be_guided: bool = True
 
 
 def find_insertion(part: PartToInsert) -> Insertion | NoInsertion:
@@ -162,7 +164,7 @@ class _Inserter:
     """Searches the last moves of a part; by shapes, true triangles also decide about solids that are not neighbours."""
 
     def __init__(self, part: PartToInsert, *, by_shapes: bool) -> None:
-        site, contacts, counts, component, present, space, transit = part
+        site, contacts, counts, component, present, space, transit, self.may_be_guided = part
         self.contacts, self.component, self.space, self.transit = contacts, component, space, transit
         self.step_m, self.site_frame = site.frame.voxel_size_m, site.frame
         self.crane = None if site.has_several_cranes else site.crane_of(component)
@@ -274,7 +276,7 @@ class _Inserter:
 
     def guided(self) -> Insertion | None:
         """Return moves straight down on which a crew guides the part, or None."""
-        if self.crane is None:
+        if self.crane is None or not self.may_be_guided:
             return None
         x, y, bottom = (int(n) for n in self.target)
         rise = next((k for k in range(1, self.highest - bottom + 1) if self._is_gate((x, y, bottom + k))), None)

@@ -94,7 +94,7 @@ class Disassembly:
         occupancy.remove(target_cells(component))
         fixed = range(len(self._site.components), len(self._contacts.solids))
         present, space = (in_place - {index}) | set(fixed), occupancy.space(component)
-        part = PartToInsert(self._site, self._contacts, occupancy.counts, component, present, space, space)
+        part = PartToInsert(self._site, self._contacts, occupancy.counts, component, present, space, space, False)
         found = find_insertion(part)
         occupancy.add(target_cells(component))
         return isinstance(found, Insertion) and not found.enclosed
