@@ -11,7 +11,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +57,7 @@ class NarrowPhase:
 def row(name: str, site_file: Path, narrow: NarrowPhase) -> str:
     """Plan a site both ways and return its row of the table."""
     from bimvox.library.site import load_site
-    from bimvox.planning.assembly import prepare
+    from bimvox.planning.assembly import Preparation, prepare
     from bimvox.planning.order.sequence import Sequencer
     from bimvox.planning.planner import plan_lifts
     from bimvox.planning.yard import allocate_yard
@@ -71,7 +70,7 @@ def row(name: str, site_file: Path, narrow: NarrowPhase) -> str:
     plan = plan_lifts(site, chosen)
     share = narrow.cpu_s / (time.process_time() - begun_s)
     order = Sequencer(site, chosen.relations, chosen.contacts).lowest_first()
-    plain = replace(chosen, sequence=order, places=allocate_yard(site, order.order))
+    plain = Preparation(chosen.contacts, chosen.relations, order, allocate_yard(site, order.order))
     before, after = crane_hours(site, plain, plan_lifts(site, plain)), crane_hours(site, chosen, plan)
     return (
         f"| {name} | {after[0]} of {len(site.components)} | {before[1]:.2f} / {before[2]:.2f} h "

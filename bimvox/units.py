@@ -31,6 +31,12 @@ def metres_per(unit: str) -> float:
         raise InputError(f"unknown unit {unit!r}", hint=f"use one of {known}") from None
 
 
+def elapsed(seconds: float) -> str:
+    """Return an elapsed time: ``8 d 16 h``, less than a day as on the clock; ``-`` before it starts."""
+    sign, whole_h = "-" if seconds < -0.5 else "", round(abs(seconds) / 3600.0)
+    return f"{sign}{whole_h // 24} d {whole_h % 24} h" if abs(seconds) >= 86_400.0 else f"{sign}{clock(abs(seconds))}"
+
+
 def clock(seconds: float) -> str:
     """Return a time on the site's clock in hours, minutes and seconds: ``5:56:19``."""
     whole = round(seconds)

@@ -6,7 +6,9 @@ keep the assumptions of each lift true at every moment:
 * R1: a part is hooked on after all earlier parts of the sequence have left the yard;
 * R2: a part is set after all earlier parts of the sequence are set and their slings are off;
 * R3: a part of a later delivery is hooked on after all parts of earlier deliveries are set and their slings are off;
-* R4: the cranes keep their separation at every moment, also if they brake from there (``bimvox.crane.conflict``).
+* R4: the cranes keep their separation at every moment, also if they brake from there (``bimvox.crane.conflict``);
+* R5: a part that rests on work that the crane does not do is hooked on after all earlier parts of the sequence are set
+  and their slings are off: until that work carries, the cranes may pause then.
 
 Lifts are scheduled one by one in sequence. Each gets the first time (in steps of some seconds) at which it obeys the
 rules against everything scheduled for the other cranes, and against their positions afterwards. A crane that has
@@ -28,6 +30,7 @@ from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.track import approach_track
 from bimvox.errors import MotionError
 from bimvox.motion.shift import held_longer
+from bimvox.motion.steps import may_pause
 from bimvox.motion.time_plan import time_plan
 from bimvox.motion.timing import NS_PER_S
 from bimvox.records.lift import Lift, LiftPlan
@@ -86,6 +89,7 @@ class _Schedule:
     ) -> None:
         self.plan, self.site, self.lifts = plan, plan.site, lifts
         self.resumed, self.ready_ns = resumed, ready_ns
+        self.may_pause = may_pause(plan)
         self.released_ns: dict[int, int] = {}
         self.raised_ns: dict[int, int] = {}
         self.set_ns: dict[int, int] = {}
@@ -211,7 +215,7 @@ class _Schedule:
         first_ns = max(
             [crane.free_ns, self.ready_ns, self._set_after_ns(order) - carry.set_ns]
             + [self.raised_ns[n] for n in earlier]
-            + [self.released_ns[n] for n in earlier if self._delivery(n) < delivery]
+            + [self.released_ns[n] for n in earlier if order in self.may_pause or self._delivery(n) < delivery]
         )
         start_ns = self._first_free(crane, one.track, first_ns)
         if start_ns is None:

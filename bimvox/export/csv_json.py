@@ -15,6 +15,7 @@ from bimvox.log.recorder import tracks_of, write_log
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.other_means import needed_by_ns
+from bimvox.records.steps import Steps
 
 SAMPLE_COLUMNS = {
     "number": "number of the lift, from 1",
@@ -47,6 +48,10 @@ LIFT_COLUMNS = {
     "stored_pose": "its pose in the yard",
     "start_s": "when the lift starts, on the site's clock",
     "duration_s": "how long it takes",
+    "elapsed_start_s": "the same in elapsed time, which counts the pauses of the crane; of a part that the crane does "
+    "not set, when the work at it begins",
+    "elapsed_end_s": "when the lift, or that work, ends in elapsed time",
+    "carries_s": "when that work carries what rests on it, in elapsed time",
     "bound_s": "synchronised point-to-point time of the loaded motion; empty without a crane",
     "reason": "why it is infeasible",
     "by_other_means": "whether its part is set by other means than the crane",
@@ -129,7 +134,7 @@ def _samples(log: PlanLog) -> Iterable[tuple[Lift, list[tuple[Any, ...]]]]:
 def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
     tracks = {track.lift.order: track for track in tracks_of(log)}
     motions: dict[int, LiftMotion] = {motion.order: motion for motion in log.motions}
-    needed_ns = needed_by_ns(log.all_lifts, log.motions)
+    needed_ns, steps = needed_by_ns(log.all_lifts, log.motions), log.steps
     records = []
     for lift in log.plan.lifts:
         component = log.plan.site.components[lift.component]
@@ -151,6 +156,7 @@ def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
             None if lift.place is None else lift.place.pose.value,
             None if track is None else track.start_ns / 1e9,
             None if track is None else (track.end_ns - track.start_ns) / 1e9,
+            *_elapsed_s(steps, lift, motion),
             None if motion is None or not np.isfinite(motion.loaded.bound_s) else motion.loaded.bound_s,
             lift.reason,
             lift.by_other_means,
@@ -160,6 +166,16 @@ def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
         )
         records.append(dict(zip(LIFT_COLUMNS, values, strict=True)))
     return records
+
+
+def _elapsed_s(steps: Steps, lift: Lift, motion: LiftMotion | None) -> tuple[float | None, float | None, float | None]:
+    """Return start and end of a lift or step in elapsed time, and when a step carries."""
+    if motion is not None:
+        return steps.starting_ns(motion.start_ns) / 1e9, steps.ending_ns(motion.end_ns) / 1e9, None
+    step = steps.of_order.get(lift.order)
+    if step is None:
+        return None, None, None
+    return step.begins_ns / 1e9, step.ends_ns / 1e9, step.carries_ns / 1e9
 
 
 def _table(columns: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:

@@ -75,7 +75,7 @@ class _Writer:
                 RelatedObjects=[entity],
                 RelatingProduct=product,
             )
-            if cranes:
+            if cranes and task.crane is not None:
                 self._rooted(
                     "IfcRelAssignsToProcess",
                     f"crane {task.component}",
@@ -99,7 +99,7 @@ class _Writer:
                 )
 
     def _task(self, task: LiftTask) -> Any:
-        shared = {"Name": task.name, "Description": task.description, "IsMilestone": False, "WorkMethod": "crane lift"}
+        shared = {"Name": task.name, "Description": task.description, "IsMilestone": False, "WorkMethod": task.method}
         if self.old:
             return self._rooted("IfcTask", f"task {task.component}", TaskId=str(task.number), **shared)
         start, finish = self.schedule.times(task)
@@ -118,7 +118,7 @@ class _Writer:
             "summary",
             Name=f"Assembly of {self.schedule.name}",
             IsMilestone=False,
-            TaskTime=self._task_time(self.schedule.begins, self.schedule.finishes),
+            TaskTime=self._task_time(self.schedule.starts, self.schedule.finishes),
             PredefinedType="CONSTRUCTION",
         )
 
@@ -162,7 +162,7 @@ class _Writer:
             ifc_class,
             Name=name,
             CreationDate=date(self.schedule.begins),
-            StartTime=date(self.schedule.begins),
+            StartTime=date(self.schedule.starts),
             FinishTime=date(self.schedule.finishes),
             **{identifier: self.schedule.identity[:16], kind: "PLANNED"},
         )

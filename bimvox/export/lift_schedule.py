@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from math import floor
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
 from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.not_lifted import HOW
+from bimvox.records.steps import Step, Steps
 from bimvox.records.track import LoadTrack
+from bimvox.site.site import Site
+from bimvox.units import elapsed
 
 DEFAULT_BEGIN = datetime(2000, 1, 3, 7, 0, 0)
 """Start of the first lift if none is given: a Monday long past. Files hold no wall-clock time."""
@@ -18,7 +23,7 @@ DEFAULT_BEGIN = datetime(2000, 1, 3, 7, 0, 0)
 
 @dataclass(frozen=True, slots=True)
 class LiftTask:
-    """One lift.
+    """One lift, or one step of work that the crane does not do.
 
     Attributes:
         number: Its number, from 1.
@@ -26,9 +31,11 @@ class LiftTask:
         global_id: Its GlobalId.
         name: Name of the task.
         description: Mass, moves and how the path was found, in one line.
-        start_s: When it starts, seconds after the schedule's beginning.
+        start_s: When it starts, elapsed seconds after the start of the first lift.
         finish_s: When it ends.
-        crane: Its crane: index into ``LiftSchedule.cranes``.
+        crane: Its crane: index into ``LiftSchedule.cranes``; None for a step.
+        method: The method of work, in words.
+        waits_for: Numbers of the steps that it waits for.
     """
 
     number: int
@@ -38,7 +45,9 @@ class LiftTask:
     description: str
     start_s: float
     finish_s: float
-    crane: int = 0
+    crane: int | None = 0
+    method: str = "crane lift"
+    waits_for: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,33 +85,43 @@ class LiftSchedule:
         """Return the predecessors of a task: their indices, and whether the task starts after them or only ends after.
 
         The lifts of one crane follow each other. A part is set only after the part before it in the erection sequence
-        was released, whichever crane set that one.
+        was released, whichever crane set that one. A step begins after the lift before it; what rests on it waits for
+        it.
         """
         task = self.tasks[index]
-        own = [n for n in range(index) if self.tasks[n].crane == task.crane][-1:]
-        links = [(n, True) for n in own]
-        if index and self.tasks[index - 1].crane != task.crane:
-            links.append((index - 1, False))
-        return tuple(links)
+        lifts = [n for n in range(index) if self.tasks[n].crane is not None]
+        waits = [(n, True) for n in range(index) if self.tasks[n].number in task.waits_for]
+        if task.crane is None:
+            return (*((n, True) for n in lifts[-1:]), *waits)
+        links = [(n, True) for n in lifts if self.tasks[n].crane == task.crane][-1:]
+        if lifts and self.tasks[lifts[-1]].crane != task.crane:
+            links.append((lifts[-1], False))
+        return (*links, *waits)
 
     def times(self, task: LiftTask) -> tuple[datetime, datetime]:
         """Return start and finish to the second, both rounded half up, so that adjoining tasks still adjoin."""
         start, finish = (
-            self.begins + timedelta(seconds=int(seconds + 0.5)) for seconds in (task.start_s, task.finish_s)
+            self.begins + timedelta(seconds=floor(seconds + 0.5)) for seconds in (task.start_s, task.finish_s)
         )
         return start, finish
 
     @property
+    def starts(self) -> datetime:
+        """When the first work starts: the first lift, or a step before it."""
+        return min((self.times(task)[0] for task in self.tasks), default=self.begins)
+
+    @property
     def finishes(self) -> datetime:
-        """When the last lift ends."""
+        """When the last lift, or the last step, ends."""
         return max((self.times(task)[1] for task in self.tasks), default=self.begins)
 
 
 def schedule_of(log: PlanLog, begins: datetime, orders: Collection[int]) -> LiftSchedule:
-    """Return the planned lifts of a log, those of the given orders, as dated tasks."""
-    site = log.plan.site
+    """Return the planned lifts of a log and the steps of other work, those of the given orders, as dated tasks."""
+    site, steps = log.plan.site, log.steps
     motions = {motion.order: motion for motion in log.motions}
-    tasks = []
+    tasks = [_step_task(site, step) for step in steps.steps if step.order in orders]
+    paused = {pause.order: steps.starting_ns(pause.at_ns) for pause in steps.pauses}
     for track in tracks_of(log):
         lift = track.lift
         if lift.order not in orders:
@@ -115,10 +134,12 @@ def schedule_of(log: PlanLog, begins: datetime, orders: Collection[int]) -> Lift
                 component.global_id,
                 f"Lift {lift.number}: {component.name or component.id}",
                 f"{component.mass_kg:.0f} kg, {lift.moves} moves, path by {lift.method.value if lift.method else '?'}",
-                *_span_s(track, motions.get(lift.order)),
+                *_span_s(track, motions.get(lift.order), steps),
                 component.crane,
+                waits_for=tuple(one.order + 1 for one in steps.steps if one.carries_ns == paused.get(lift.order)),
             )
         )
+    tasks.sort(key=lambda task: task.number)
     cranes = tuple(CraneResource(crane.name, _properties(crane)) for crane in site.cranes)
     return LiftSchedule(site.name, f"{site.digest} {log.revision}", begins, tuple(tasks), cranes)
 
@@ -130,12 +151,29 @@ def duration_text(length: timedelta) -> str:
     return f"PT{hours}H{minutes}M{seconds}S"
 
 
-def _span_s(track: LoadTrack, motion: LiftMotion | None) -> tuple[float, float]:
+def _step_task(site: Site, step: Step) -> LiftTask:
+    component = site.components[step.component]
+    how = HOW.get(component.means.value, "set by other means")
+    wait_s = (step.carries_ns - step.ends_ns) / 1e9
+    return LiftTask(
+        step.order + 1,
+        component.id,
+        component.global_id,
+        f"Step {step.order + 1}: {component.name or component.id}, {how}",
+        f"{component.mass_kg:.0f} kg, {how}" + (f", carries {elapsed(wait_s)} after its end" if wait_s else ""),
+        step.begins_ns / 1e9,
+        step.ends_ns / 1e9,
+        None,
+        how,
+    )
+
+
+def _span_s(track: LoadTrack, motion: LiftMotion | None, steps: Steps) -> tuple[float, float]:
     """Return start and end of the work on a lift, without the crane's wait before it and its departure after it."""
     if motion is None:
         return track.start_ns / 1e9, track.end_ns / 1e9
     waited = [p.end_ns for p in motion.phases if p.name is PhaseName.WAIT and p.end_ns <= motion.released_ns]
-    return max([motion.start_ns, *waited]) / 1e9, motion.released_ns / 1e9
+    return steps.starting_ns(max([motion.start_ns, *waited])) / 1e9, steps.ending_ns(motion.released_ns) / 1e9
 
 
 def _properties(crane: TowerCrane) -> tuple[tuple[str, str | float], ...]:

@@ -20,7 +20,7 @@ _ROUND_THE_CLOCK = "1"
 
 
 def to_ms_project(schedule: LiftSchedule) -> bytes:
-    """Return a schedule as Microsoft Project XML: a summary task, one task per lift, the cranes as resources.
+    """Return a schedule as Microsoft Project XML: a summary, one task per lift or step, the cranes as resources.
 
     Durations are elapsed time to the second, on a round-the-clock calendar, so that no lift is stretched over a night.
     Each task carries the part's GlobalId as ``Text1``.
@@ -34,7 +34,7 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
             "Name": schedule.name,
             "Title": f"Lifts of {schedule.name}",
             "ScheduleFromStart": "1",
-            "StartDate": schedule.begins.isoformat(),
+            "StartDate": schedule.starts.isoformat(),
             "FinishDate": schedule.finishes.isoformat(),
             "CalendarUID": _ROUND_THE_CLOCK,
             "MinutesPerDay": "1440",
@@ -47,7 +47,7 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
     _fill(attribute, {"FieldID": "188743731", "FieldName": "Text1", "Alias": "GlobalId"})
     _calendar(_child(_child(project, "Calendars"), "Calendar"))
     tasks = _child(project, "Tasks")
-    _task(tasks, 0, f"Assembly of {schedule.name}", schedule.begins, schedule.finishes, level=1, summary=True)
+    _task(tasks, 0, f"Assembly of {schedule.name}", schedule.starts, schedule.finishes, level=1, summary=True)
     for number, task in enumerate(schedule.tasks, start=1):
         start, finish = schedule.times(task)
         entry = _task(tasks, number, task.name, start, finish, level=2, summary=False)
@@ -116,6 +116,8 @@ def _cranes(project: ElementTree.Element, schedule: LiftSchedule) -> None:
         _fill(resource, {"UID": str(number), "ID": str(number), "Name": crane.name, "Type": _EQUIPMENT})
     assignments = _child(project, "Assignments")
     for number, task in enumerate(schedule.tasks, start=1):
+        if task.crane is None:
+            continue
         start, finish = schedule.times(task)
         _fill(
             _child(assignments, "Assignment"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -31,14 +31,20 @@ def same_fields(check: Check, name: str, found: Any, wanted: Any, source: str, *
 
 
 def same_rules(check: Check, found: Rules, wanted: Rules, source: str) -> None:
-    """Check each rule, and each of the crew's times by class of work."""
-    if found.times is None or wanted.times is None:
-        same_fields(check, "rules.", found, wanted, source)
-        return
-    same_fields(check, "rules.", found, wanted, source, but=("times",))
-    for work in fields(wanted.times):
-        own, other = getattr(found.times, work.name), getattr(wanted.times, work.name)
-        same_fields(check, f"rules.times.{work.name}.", own, other, source)
+    """Check each rule, and each of the times by class of work."""
+    several = ("times", "casting")
+    same_fields(check, "rules.", found, wanted, source, but=several)
+    for name in several:
+        own, other = getattr(found, name), getattr(wanted, name)
+        if own is None or other is None:
+            same(check, f"rules.{name}", own, other, source)
+            continue
+        for key in fields(other):
+            one, wished = getattr(own, key.name), getattr(other, key.name)
+            if is_dataclass(wished):
+                same_fields(check, f"rules.{name}.{key.name}.", one, wished, source)
+            else:
+                same(check, f"rules.{name}.{key.name}", one, wished, source)
 
 
 def same_cranes(check: Check, found: Sequence[TowerCrane], wanted: Sequence[TowerCrane], source: str) -> None:

@@ -147,9 +147,12 @@ def rules_for(site: Site, config: SiteConfig) -> Rules:
     """Return the rules of a site file as the site of a log must have them.
 
     A log that was made before crew times by class has one time for all parts. It fits a file that says nothing about
-    times by class; the conditions of the verdict name these times.
+    times by class; the conditions of the verdict name these times. The same holds for the times of work that the crane
+    does not do.
     """
     rules = config.rules.rules()
+    if site.rules.casting is None and "casting" not in config.rules.model_fields_set:
+        rules = replace(rules, casting=None)
     if site.rules.times is not None or "times" in config.rules.model_fields_set:
         return rules
     return replace(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError, NoPlanError, listed
+from bimvox.motion.steps import steps_of
 from bimvox.planning.assembly import Preparation, prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.propose import Propose
@@ -16,11 +17,13 @@ from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
+from bimvox.proof.steps import verify_steps
 from bimvox.proof.values import check_values
 from bimvox.records.lift import LiftPlan, Method, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
 from bimvox.records.reasons import NOT_DRIVEN
+from bimvox.records.steps import Steps
 from bimvox.site.part_names import names_by_id
 from bimvox.site.site import Site
 
@@ -157,7 +160,9 @@ def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Plan
     except MotionError as error:
         return {error.component: f"{NOT_DRIVEN}{error.message}"}
     progress.stage("prove")
-    of_motions = verify_motions(made, motions)
+    steps = steps_of(made.site, made.lifts, motions)
+    of_steps = () if steps == Steps() else (verify_steps(made, motions, steps),)
+    of_motions = Verification((*verify_motions(made, motions).checks, *of_steps))
     if not of_motions.verified:
         return refusals(of_motions)
     return Planned(made, motions, Verification((*of_plan.checks, *of_motions.checks)))

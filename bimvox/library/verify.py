@@ -9,17 +9,21 @@ from bimvox.library.bound import check_bound
 from bimvox.library.own_files import check_own_files
 from bimvox.library.plan_value import Plan
 from bimvox.library.search import with_search
+from bimvox.log import schema as topics
 from bimvox.log.check import check_commands, check_digests, check_load_poses
 from bimvox.log.mcap.form_check import form_faults
 from bimvox.log.mcap.reader import Contents, read_contents, read_file
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import log_of
 from bimvox.log.shown import check_shown
+from bimvox.log.steps_json import steps_from_json
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.proof.coverage import with_coverage
 from bimvox.proof.over_time import not_current, verify_motions_over_time, verify_plan_over_time
+from bimvox.proof.steps import verify_steps
 from bimvox.proof.values import check_values
 from bimvox.records.proof import Verification
+from bimvox.records.steps import Steps
 
 
 def verify(
@@ -113,7 +117,8 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
         record: Their meaning.
         progress: Receives the stages.
     """
-    proven = prove_plan(record, progress)
+    told = contents.attachments.get(topics.STEPS_FILE)
+    proven = prove_plan(record, progress, None if told is None else steps_from_json(told, "the log"))
     if not proven.checks[0].passed:
         return proven
     progress.stage("log")
@@ -129,8 +134,14 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
     return replace(found, checks=(*found.checks, check_shown(contents, record)))
 
 
-def prove_plan(record: PlanLog, progress: Progress) -> Verification:
-    """Prove a plan and its motions. If its values make no sense, that is the only check: nothing follows from them."""
+def prove_plan(record: PlanLog, progress: Progress, told: Steps | None = None) -> Verification:
+    """Prove a plan and its motions. If its values make no sense, that is the only check: nothing follows from them.
+
+    Args:
+        record: The plan.
+        progress: Receives the stages.
+        told: The steps that its log states. Default: those that follow from the plan.
+    """
     progress.stage("plan")
     values = check_values(record.plan, record.motions, record.context)
     if not values.passed:
@@ -138,5 +149,7 @@ def prove_plan(record: PlanLog, progress: Progress) -> Verification:
     of_plan = verify_plan_over_time(record.plan, record.motions, record.context).checks
     progress.stage("motions")
     of_motions = verify_motions_over_time(record.plan, record.motions, record.context).checks
-    checks = with_coverage(record.plan, (*of_plan, *of_motions))
+    steps = told or record.steps
+    of_steps = () if steps == Steps() else (verify_steps(record.plan, record.motions, steps),)
+    checks = with_coverage(record.plan, (*of_plan, *of_motions, *of_steps))
     return Verification((values, *checks), not_current(record.plan, record.motions))

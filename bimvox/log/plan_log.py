@@ -7,9 +7,11 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from bimvox.motion.steps import steps_of_log
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.remark import Remark
+from bimvox.records.steps import Steps
 from bimvox.remarks.sensible import remarks_if_sensible
 
 
@@ -63,6 +65,11 @@ class PlanLog:
     def planned(self) -> tuple[Lift, ...]:
         """The carried lifts that have a path."""
         return tuple(lift for lift in self.plan.lifts if lift.status is Status.PLANNED)
+
+    @cached_property
+    def steps(self) -> Steps:
+        """The steps of work that the crane does not do, and its pauses; none of an extract, because all lifts count."""
+        return steps_of_log(self.plan, self.motions, self.context)
 
     @cached_property
     def remarks(self) -> tuple[Remark, ...] | None:

@@ -35,6 +35,7 @@ from bimvox.log.plan_json import plan_to_json
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.scene import scene_messages
 from bimvox.log.segments import is_segment
+from bimvox.log.steps_json import steps_to_json
 from bimvox.log.track import crane_track, nominal_track
 from bimvox.log.transforms import CraneTransforms, load_transforms
 from bimvox.log.voxels import voxel_grid
@@ -180,6 +181,8 @@ def own_attachments(
     yield topics.PLAN_FILE, plan_to_json(record.plan, record.context)
     if record.motions:
         yield topics.MOTION_FILE, motions_to_json(record.motions)
+    if record.steps.steps:
+        yield topics.STEPS_FILE, steps_to_json(record.steps)
     for number, crane in enumerate(record.plan.site.cranes):
         chart = {
             "crane": crane.name,

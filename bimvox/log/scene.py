@@ -45,9 +45,9 @@ def states_before(lifts: Iterable[Lift], order: int) -> dict[int, ConstructionSt
     delivery = next((lift.place.delivery for lift in lifts if lift.order == order and lift.place is not None), None)
     states = {}
     for lift in lifts:
-        if lift.order < order and lift.is_set:
+        if lift.is_set and lift.order < order:
             states[lift.component] = ConstructionState.ASSEMBLED
-        elif lift.place is not None and lift.place.delivery == delivery and lift.in_yard is not None:
+        elif lift.in_yard is not None and lift.in_yard.delivery == delivery:
             states[lift.component] = ConstructionState.UNBUILT
     return states
 
@@ -110,26 +110,18 @@ class SceneUpdates:
 
     def change(self, states: States, time_ns: int) -> Any | None:
         """Return the update from what was sent to ``states``; None if nothing changes."""
-        gone = self.sent.keys() - states.keys()
+        gone = [index for index in self.sent if index not in states]
         changed = [index for index, state in states.items() if self.sent.get(index) is not state]
         self.sent = dict(states)
-        return self._update(gone, changed, time_ns) if gone or changed else None
-
-    def change_one(self, index: int, state: ConstructionState, time_ns: int) -> Any | None:
-        """Return the update from what was sent to the same with another state of one component."""
-        if self.sent.get(index) is state:
+        if not gone and not changed:
             return None
-        self.sent[index] = state
-        return self._update((), (index,), time_ns)
-
-    def _update(self, gone: Iterable[int], changed: Iterable[int], time_ns: int) -> Any:
         deletions = [
             SceneEntityDeletion(
                 timestamp=stamp(time_ns), type=SceneEntityDeletion.MATCHING_ID, id=self.site.components[index].id
             )
             for index in sorted(gone)
         ]
-        entities = [self._component_entity(index, self.sent[index], time_ns) for index in sorted(changed)]
+        entities = [self._component_entity(index, states[index], time_ns) for index in sorted(changed)]
         return SceneUpdate(deletions=deletions, entities=entities)
 
     def _component_entity(self, index: int, state: ConstructionState, time_ns: int) -> Any:
@@ -247,10 +239,8 @@ def scene_messages(
             later = {one.lift.component for one in tracks if one.start_ns > time_ns}
             states = states_before(lifts, track.lift.order) | begun
             states |= {n: ConstructionState.UNBUILT for n in later if states.get(n) is ConstructionState.ASSEMBLED}
-        part = track.lift.component
-        states[part] = begun[part] = state
-        is_next = state is ConstructionState.UNBUILT
-        if (update := scene.change(states, time_ns) if is_next else scene.change_one(part, state, time_ns)) is not None:
+        states[track.lift.component] = begun[track.lift.component] = state
+        if (update := scene.change(states, time_ns)) is not None:
             yield time_ns, topics.SCENE, update
 
 

@@ -41,6 +41,7 @@ URDF_FILE = "crane.urdf"
 CHART_FILE = "load_chart.json"
 MOTION_FILE = "motions.json"
 LAYOUT_FILE = "foxglove.layout.json"
+STEPS_FILE = "steps.json"
 REMARKS_FILE = "remarks.json"
 MEDIA_TYPES = {
     SITE_FILE: "application/zip",
@@ -49,6 +50,7 @@ MEDIA_TYPES = {
     URDF_FILE: "application/xml",
     CHART_FILE: "application/json",
     LAYOUT_FILE: "application/json",
+    STEPS_FILE: "application/json",
     REMARKS_FILE: "application/json",
     **{f"crane_{n}.{URDF_FILE.removeprefix('crane.')}": "application/xml" for n in range(2, MOST_CRANES + 1)},
     **{f"crane_{n}.{CHART_FILE}": "application/json" for n in range(2, MOST_CRANES + 1)},

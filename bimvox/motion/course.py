@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.motion.move import Line, Move, axes_along
-from bimvox.motion.profile import Pieces, Profile, add_shares
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.motion.move import Line, Move, axes_along, axes_of
+from bimvox.motion.profile import Profile, add_shares
 from bimvox.motion.shaping import ShapedProfile
 
 _ENDS = np.array([0.0, 1.0])
@@ -35,39 +35,12 @@ class Moves:
 
     def __init__(self, crane: TowerCrane, moves: Sequence[Move]) -> None:
         self.crane, self.moves = crane, tuple(moves)
-        self.ends = np.array([[_axes(move.start), _axes(move.end)] for move in moves])
+        self.ends = np.array([[axes_of(move.start), axes_of(move.end)] for move in moves])
         self.travel_m = tuple(_travel_m(move) for move in moves)
         self.runs: list[tuple[int, int, bool]] = []
         for is_joint, run in groupby(enumerate(moves), key=lambda one: one[1].line is Line.JOINT):
             numbers = [n for n, _ in run]
             self.runs.append((numbers[0], numbers[-1] + 1, is_joint))
-        self._joined: dict[tuple[int, ...], tuple[_Joined, list[Pieces]]] = {}
-
-    def joined(self, pieces: list[Pieces]) -> _Joined:
-        """Return the pieces of all moves, one after the other; most shapings of moves share them."""
-        key = tuple([id(piece.state) for piece in pieces])
-        known = self._joined.get(key)
-        if known is None:
-            counts = [len(piece.start_s) for piece in pieces]
-            found = _Joined(
-                np.concatenate([piece.start_s for piece in pieces]),
-                np.concatenate([piece.state for piece in pieces]),
-                np.array([*accumulate(counts, initial=0)]),
-            )
-            known = self._joined[key] = found, pieces  # the pieces live on, so that no other ones get their ids
-        return known[0]
-
-
-def _axes(pose: CranePose) -> tuple[float, float, float]:
-    return (pose.slew_rad, pose.radius_m, pose.height_m)
-
-
-class _Joined(NamedTuple):
-    """The first three of ``_Packed``'s arrays that depend on profiles."""
-
-    start_s: NDArray[np.float64]
-    state: NDArray[np.float64]
-    piece_of: NDArray[np.int64]
 
 
 class _Packed(NamedTuple):
@@ -111,9 +84,11 @@ class Course:
         pieces = [profile.pieces for profile in profiles]
         self._packed = _Packed(
             moves.ends,
-            *moves.joined(pieces),
+            np.concatenate([piece.start_s for piece in pieces]),
+            np.concatenate([piece.state for piece in pieces]),
+            np.array([*accumulate((len(piece.start_s) for piece in pieces), initial=0)]),
             np.array([part for piece in pieces for part in piece.parts]),
-            np.array([*accumulate([len(piece.parts) for piece in pieces], initial=0)]),
+            np.array([*accumulate((len(piece.parts) for piece in pieces), initial=0)]),
             np.array(
                 [(piece.duration_s, piece.apart_s, whole) for piece, whole in zip(pieces, self.duration_s, strict=True)]
             ),

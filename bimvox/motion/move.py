@@ -6,7 +6,7 @@ sideways in contact); along an arc it follows the head of a component that is up
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import hypot, pi
 
@@ -42,34 +42,38 @@ class Move:
         end: Where it ends; the slewing angle is unwrapped, so that the difference has the direction.
         line: The line that the hook follows.
         least_s: It takes this long or longer: a crew guides the load meanwhile.
-        difference: Slew (rad), radius (m) and height (m) from start to end.
-        moving: Which axes move (slewing, trolley, hoist); along a site line or an arc slewing and trolley always count.
-        is_vertical: Whether only the hoist moves.
-        swings: Whether it moves the load sideways; a part that is being upended stands on its foot.
     """
 
     start: CranePose
     end: CranePose
     line: Line = Line.JOINT
     least_s: float = 0.0
-    difference: tuple[float, float, float] = field(init=False, repr=False, compare=False)
-    moving: tuple[bool, bool, bool] = field(init=False, repr=False, compare=False)
-    is_vertical: bool = field(init=False, repr=False, compare=False)
-    swings: bool = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        start, end, flat = self.start, self.end, self.line is not Line.JOINT
-        slew, radius, height = difference = (
-            end.slew_rad - start.slew_rad,
-            end.radius_m - start.radius_m,
-            end.height_m - start.height_m,
+    @property
+    def difference(self) -> tuple[float, float, float]:
+        """Slew (rad), radius (m) and height (m) from start to end."""
+        return (
+            self.end.slew_rad - self.start.slew_rad,
+            self.end.radius_m - self.start.radius_m,
+            self.end.height_m - self.start.height_m,
         )
-        moving = (slew != 0.0 or flat, radius != 0.0 or flat, height != 0.0)
-        is_vertical = moving == (False, False, True)
-        object.__setattr__(self, "difference", difference)
-        object.__setattr__(self, "moving", moving)
-        object.__setattr__(self, "is_vertical", is_vertical)
-        object.__setattr__(self, "swings", not is_vertical and self.line is not Line.ARC)
+
+    @property
+    def moving(self) -> tuple[bool, bool, bool]:
+        """Which axes move (slewing, trolley, hoist); along a site line or an arc slewing and trolley always count."""
+        slew, radius, height = (difference != 0.0 for difference in self.difference)
+        flat = self.line is not Line.JOINT
+        return (slew or flat, radius or flat, height)
+
+    @property
+    def swings(self) -> bool:
+        """Whether it moves the load sideways; a part that is being upended stands on its foot."""
+        return not self.is_vertical and self.line is not Line.ARC
+
+    @property
+    def is_vertical(self) -> bool:
+        """Whether only the hoist moves."""
+        return self.moving == (False, False, True)
 
 
 def axes_along(crane: TowerCrane, move: Move, share: NDArray[np.float64]) -> NDArray[np.float64]:

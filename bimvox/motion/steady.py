@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.pendulum import GRAVITY_M_S2
+from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import PlanningError
 from bimvox.motion.cancel_swing import STRETCH, cancelled
@@ -71,8 +70,9 @@ def swaying(timeline: Timeline, pendulum: Pendulum, spacing_m: float) -> Swaying
     steps = int(np.ceil(max(duration_s / STEP_S, duration_s * timeline.top_speed_m_s / spacing_m))) + 1
     time_s = evenly_s(0.0, duration_s, steps)
     axes = timeline.axes_at(time_s)
-    swing = swing_of(timeline.crane, axes, duration_s / steps, pendulum)
-    return Swaying(time_s, axes, swing, sqrt(GRAVITY_M_S2 / float(swing.length_m[-1])))
+    length_m = float(pendulum_lengths_m(timeline.crane, axes[-1:], pendulum.below_hook_m)[0])
+    rate_rad_s = float(np.sqrt(GRAVITY_M_S2 / length_m))
+    return Swaying(time_s, axes, swing_of(timeline.crane, axes, duration_s / steps, pendulum), rate_rad_s)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -45,12 +45,10 @@ class Swing:
     Attributes:
         offset_m: (N, 2) float64 on the plan, in the site's frame.
         amplitude_m: (N,) float64 its amplitude if the crane stood still from then on.
-        length_m: (N,) float64 length of the pendulum.
     """
 
     offset_m: NDArray[np.float64]
     amplitude_m: NDArray[np.float64]
-    length_m: NDArray[np.float64]
 
     def beyond_m(self, rest_m: float) -> NDArray[np.float64]:
         """Return (N, 2) the offsets minus what counts as rest; 0 if the load swings less than that."""
@@ -69,7 +67,7 @@ def pendulum_of(site: Site, crane: TowerCrane, component: Component | None) -> P
 def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendulum: Pendulum) -> Swing:
     """Return the swing of a load that is at rest at the start, for (N, 3) axes ``step_s`` apart, ``STEP_S`` at most."""
     length_m = pendulum_lengths_m(crane, axes, pendulum.below_hook_m)
-    return Swing(*_swing(axes, crane.base_m[0], crane.base_m[1], length_m, step_s, GRAVITY_M_S2), length_m)
+    return Swing(*_swing(axes, crane.base_m[0], crane.base_m[1], length_m, step_s, GRAVITY_M_S2))
 
 
 @kernel

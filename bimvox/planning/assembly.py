@@ -39,14 +39,12 @@ class Preparation:
         relations: Which part must be set before which.
         sequence: The erection sequence.
         places: Per component its place in the yard, None if it has none.
-        refusals: Per component why the crane cannot lift it whatever the path, None if it can.
     """
 
     contacts: Contacts
     relations: Precedence
     sequence: ErectionSequence
     places: tuple[YardPlace | None, ...]
-    refusals: tuple[str | None, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,8 +112,7 @@ def prepare(site: Site, progress: Report | None = None) -> Preparation:
     contacts = Contacts(site)
     relations = precedence(site, contacts, lambda done, total: report("order", done, total))
     sequence, places = order_and_yard(site, Sequencer(site, relations, contacts))
-    refusals = tuple(refused_by_crane(site, component) for component in site.components)
-    return Preparation(contacts, relations, sequence, places, refusals)
+    return Preparation(contacts, relations, sequence, places)
 
 
 class Assembly:
@@ -157,7 +154,7 @@ class Assembly:
 
         Looks at no cells. None if only the path decides.
         """
-        refused = self._preparation.refusals[index]
+        refused = refused_by_crane(self._site, self._site.components[index])
         if refused is not None:
             return Obstacle(refused)
         if self._preparation.places[index] is None:

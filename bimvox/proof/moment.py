@@ -118,8 +118,8 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
 def _delivered(site: Site, lifts: Sequence[Lift], delivery: int) -> Iterator[tuple[Lift, Thing]]:
     """Return every lift of a delivery, and its part in the yard."""
     for lift in lifts:
-        if lift.place is not None and lift.place.delivery == delivery and lift.in_yard is not None:
-            yield lift, stored_thing(site, lift, lift.place)
+        if lift.in_yard is not None and lift.in_yard.delivery == delivery:
+            yield lift, stored_thing(site, lift, lift.in_yard)
 
 
 @kept

@@ -165,6 +165,14 @@ def _check_rules(check: Check, rules: Rules) -> None:
         for key in fields(own):
             _within(check, f"site.rules.times.{work.name}.{key.name}", getattr(own, key.name), _Range(0.0, _DAY_S))
 
+    if rules.casting is not None:
+        _within(check, "site.rules.casting.people", rules.casting.people, _Range(0.0, 1e4, with_low=False))
+        _within(check, "site.rules.casting.hand_s", rules.casting.hand_s, _Range(0.0, _DAY_S))
+        for work in fields(rules.casting)[2:]:
+            own = getattr(rules.casting, work.name)
+            _within(check, f"site.rules.casting.{work.name}.hours_m3", own.hours_m3, _Range(0.0, 1e4))
+            _within(check, f"site.rules.casting.{work.name}.wait_h", own.wait_h, _Range(0.0, 2e4))
+
 
 def _check_crane(check: Check, crane: TowerCrane) -> None:
     where = f"crane {crane.name!r}"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from bimvox.records.lift import NOT_LIFTED, Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.other_means import needed_by_ns
+from bimvox.records.steps import Steps
 from bimvox.site.component import Component
 from bimvox.site.means import Means
 from bimvox.site.site import Site
@@ -28,6 +29,9 @@ class NotLifted:
         lifts: Their entries in the sequence, in order.
         mass_kg: Their mass together.
         needed_by_ns: When the first of them is needed; None if not known.
+        begins_ns: When the work at them begins, in elapsed time; None if not known.
+        ends_ns: When the work at all of them has ended.
+        carries_ns: When all of them carry what rests on them.
     """
 
     means: Means
@@ -36,6 +40,9 @@ class NotLifted:
     lifts: tuple[Lift, ...]
     mass_kg: float
     needed_by_ns: int | None
+    begins_ns: int | None = None
+    ends_ns: int | None = None
+    carries_ns: int | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the group for the JSON documents."""
@@ -47,11 +54,16 @@ class NotLifted:
             "mass_kg": round(self.mass_kg, 1),
             "numbers": [lift.number for lift in self.lifts],
             "reason": self.lifts[0].reason,
-            "needed_by_s": None if self.needed_by_ns is None else round(self.needed_by_ns / 1e9, 3),
+            "needed_by_s": _seconds(self.needed_by_ns),
+            "begins_s": _seconds(self.begins_ns),
+            "ends_s": _seconds(self.ends_ns),
+            "carries_s": _seconds(self.carries_ns),
         }
 
 
-def not_lifted_groups(site: Site, lifts: Iterable[Lift], motions: Iterable[LiftMotion]) -> tuple[NotLifted, ...]:
+def not_lifted_groups(
+    site: Site, lifts: Iterable[Lift], motions: Iterable[LiftMotion], steps: Steps
+) -> tuple[NotLifted, ...]:
     """Return the parts of a plan that the crane does not lift, by means, storey and kind, in the order of need."""
     groups: dict[tuple[Means, str | None, str], list[Lift]] = {}
     chosen = sorted((lift for lift in lifts if lift.status in NOT_LIFTED), key=lambda lift: lift.order)
@@ -59,9 +71,24 @@ def not_lifted_groups(site: Site, lifts: Iterable[Lift], motions: Iterable[LiftM
         component = site.components[lift.component]
         groups.setdefault((component.means, component.storey, _kind(component)), []).append(lift)
     needed_ns = needed_by_ns(chosen, motions)
-    return tuple(
-        NotLifted(*key, tuple(own), _mass_kg(site, own), needed_ns[own[0].order]) for key, own in groups.items()
-    )
+    of_order = steps.of_order
+    found = []
+    for key, own in groups.items():
+        group = NotLifted(*key, tuple(own), _mass_kg(site, own), needed_ns[own[0].order])
+        work = [of_order[lift.order] for lift in own if lift.order in of_order]
+        if work:
+            group = replace(
+                group,
+                begins_ns=min(step.begins_ns for step in work),
+                ends_ns=max(step.ends_ns for step in work),
+                carries_ns=max(step.carries_ns for step in work),
+            )
+        found.append(group)
+    return tuple(found)
+
+
+def _seconds(at_ns: int | None) -> float | None:
+    return None if at_ns is None else round(at_ns / 1e9, 3)
 
 
 def _kind(component: Component) -> str:

@@ -229,6 +229,7 @@ def _with_fixed_digests(site: Site) -> Site:
             release_s=0.0,
             turn_s=0.0,
             times=None,
+            casting=None,
             truckload_kg=0.0,
             wind_speed_m_s=0.0,
             critical_share=0.0,

@@ -20,6 +20,7 @@ from bimvox.bim.options import MOST_SELECT
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.load_chart import LoadChart
 from bimvox.errors import ConfigError, shown
+from bimvox.site.casting import FIELD_CASTING, Casting, CastTimes
 from bimvox.site.component import StoredPose
 from bimvox.site.crew_times import FIELD_TIMES, CrewTimes, TimesByWork
 from bimvox.site.limits import (
@@ -462,6 +463,60 @@ class TimesConfig(Table):
         )
 
 
+class CastTimesConfig(Table):
+    """The time of work of one class that is cast in place. Default: typical of the field."""
+
+    hours_m3: Annotated[NotNegative, Field(le=1e4)] | None = None
+    """Working hours of one person for a cubic metre: formwork, reinforcement and pouring. The volume is the mass over
+    2400 kg/m3."""
+    wait_h: Annotated[NotNegative, Field(le=2e4)] | None = None
+    """Hours from the end of the work until it carries what rests on it."""
+
+    @classmethod
+    def of(cls, times: CastTimes) -> Self:
+        """Return the table of these times."""
+        return cls(**asdict(times))
+
+
+class CastingConfig(Table):
+    """The times of work that the crane does not do: cast in place, by class of work, and set by hand.
+
+    Such work begins when all earlier lifts of the sequence are set and what it rests on carries. The crane goes on with
+    the parts that do not rest on it, then it pauses. The sources of the defaults: section "Work cast in place" of the
+    documentation of formats.
+    """
+
+    people: Annotated[Positive, Field(le=1e4)] = FIELD_CASTING.people
+    """People who cast; they do one part after the other."""
+    hand_s: Pause = FIELD_CASTING.hand_s
+    """Time to set a part by hand; one part after the other."""
+    footing: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.footing)
+    """Footings, piles, base slabs."""
+    column: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.column)
+    """Columns, and upright slender parts."""
+    wall: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.wall)
+    """Walls, and thin upright parts."""
+    beam: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.beam)
+    """Beams, and long parts."""
+    slab: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.slab)
+    """Slabs, and flat parts."""
+    stair: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.stair)
+    """Flights of stairs, ramps and landings."""
+    steel: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.steel)
+    """Parts of steel that are built up in place; for 2.4 t."""
+    other: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.other)
+    """All other parts."""
+
+    def casting(self) -> Casting:
+        """Return the times, those that the file does not give from the defaults."""
+        given = self.model_dump(exclude_none=True)
+        own = {
+            name: replace(getattr(FIELD_CASTING, name), **value) if isinstance(value, dict) else value
+            for name, value in given.items()
+        }
+        return replace(FIELD_CASTING, **own)
+
+
 class RulesConfig(Table):
     """The rules of the site."""
 
@@ -484,6 +539,8 @@ class RulesConfig(Table):
     """Sampling interval of the trajectory in the log."""
     times: TimesConfig = TimesConfig()
     """The crew's times by class of work."""
+    casting: CastingConfig = CastingConfig()
+    """The times of work that the crane does not do."""
     bracing_s: Pause | None = None
     """Time to align, fix and brace a part while it hangs on the hook: one value for all classes, instead of ``times``.
     """
@@ -515,7 +572,8 @@ class RulesConfig(Table):
 
     def rules(self) -> Rules:
         """Return the rules as a value for the planner."""
-        return Rules(**(self.model_dump() | {"swing": SwingRule(self.swing), "times": self.times.times()}))
+        own = {"swing": SwingRule(self.swing), "times": self.times.times(), "casting": self.casting.casting()}
+        return Rules(**(self.model_dump() | own))
 
 
 class MeansConfig(Table):

@@ -18,3 +18,6 @@ ROAD_HEIGHT_M = 4.0
 
 FEW_HANDS_KG = 75.0
 """What three people or a small hoist handle; a crane lifts such parts by the bundle (professional judgement)."""
+
+ON_GROUND_M = 0.3
+"""What begins lower lies on the ground."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import Casting, Element
 from bimvox.errors import SelectionError
+from bimvox.site.limits import ON_GROUND_M
 from bimvox.site.upright_box import sizes_m
 
 if TYPE_CHECKING:
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
 _CONCRETE_KG_M3 = (1500.0, 2900.0)
 """Density of concrete and masonry, from lightweight to heavily reinforced."""
-_ON_GROUND_M = 0.3
 _WHOLE_M = 1e-3
 
 
@@ -126,7 +126,7 @@ def _is_concrete(element: Element) -> bool:
 
 
 def _is_ground_slab(element: Element) -> bool:
-    return element.ifc_class.startswith("IfcSlab") and bool(element.mesh.bounds_m[0, 2] <= _ON_GROUND_M)
+    return element.ifc_class.startswith("IfcSlab") and bool(element.mesh.bounds_m[0, 2] <= ON_GROUND_M)
 
 
 def _is_under(low_high_m: NDArray[np.float64], slab_m: NDArray[np.float64]) -> bool:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
+from bimvox.site.casting import FIELD_CASTING, Casting
 from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
 from bimvox.sparse import SPARSE, absent_means
@@ -63,6 +64,7 @@ class Rules:
         by_other_means: Whether a part that the crane cannot set counts as set by other means from its turn on.
             Otherwise it is missing, and so is everything that rests on it.
         times: The crew's times by class of work; None: the same for every part, as in logs made before such times.
+        casting: The times of work that the crane does not do; None: not known, as in logs made before such times.
     """
 
     clearance_m: float = 0.0
@@ -84,6 +86,7 @@ class Rules:
     crane_separation_m: float = field(default=2.0, metadata=SPARSE)
     by_other_means: bool = field(default=True, metadata=SPARSE)
     times: TimesByWork | None = field(default=FIELD_TIMES, metadata=absent_means(None))
+    casting: Casting | None = field(default=FIELD_CASTING, metadata=absent_means(None))
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)

@@ -16,6 +16,7 @@ from bimvox.site.config import (
 )
 from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.validation import Table
+from bimvox.site.work import Work
 
 _HEAD = """\
 # Site file of bimvox: parts to be lifted, yard, crane and rules. Units: metres, radians, kilograms, seconds.
@@ -224,6 +225,15 @@ def _rules(config: SiteConfig) -> str:
         "# and brace the part; to take the slings off. Typical of the field, not measured; sources: docs/formats.md.",
         "[rules.times]",
         *(_key(work, getattr(rules.times, work)) for work in type(rules.times).model_fields),
+        "",
+        "# Work that the crane does not do: it begins when all earlier parts are set and what it rests on carries.",
+        "# The crane goes on with what does not rest on it, then it pauses. Work before the first lift is done when",
+        "# the clock starts. hours_m3: working hours of one person for a cubic metre; wait_h: hours until it carries",
+        "# what rests on it. Typical of the field, not measured; sources: docs/formats.md.",
+        "[rules.casting]",
+        _key("people", rules.casting.people, "who cast, one part after the other"),
+        _key("hand_s", rules.casting.hand_s, "to set a part by hand"),
+        *(_key(work.value, getattr(rules.casting, work.value)) for work in Work),
     )
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox.errors import InputError, listed
-from bimvox.units import clock
+from bimvox.units import clock, elapsed
 from bimvox_cli.crane_fields import crane_fields
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
 from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps, Train
@@ -157,7 +157,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
     )
     rows(
         console,
-        ("means", "storey", "kind", "parts", "t", "why", "needed by"),
+        ("means", "storey", "kind", "parts", "t", "why", "needed by", "work begins", "carries"),
         [
             (
                 group["means"].replace("_", " "),
@@ -167,10 +167,12 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
                 round(group["mass_kg"] / 1000.0, 2),
                 group["reason"],
                 None if group["needed_by_s"] is None else clock(group["needed_by_s"]),
+                *(None if group[key] is None else elapsed(group[key]) for key in ("begins_s", "carries_s")),
             )
             for group in document["not_lifted"]
         ],
-        title=f"no lifts of the crane: {sum(group['parts'] for group in document['not_lifted']):,}",
+        title=f"no lifts of the crane: {sum(group['parts'] for group in document['not_lifted']):,}; work begins and "
+        "carries in elapsed time",
     )
     show_remarks(console, document["remarks"], every=every)
     console.print()
@@ -182,6 +184,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
             ("proof", verdict(_verdict(document, others), document, others=others)),
             *crane_fields(document["cranes"]),
             *figure_fields(document["figures"]),
+            ("elapsed", _elapsed(document)),
             ("policy", _policy(document["policy"])),
             ("retrained", _retrained(document.get("retrained"))),
             ("took", spent(document["seconds"])),
@@ -193,6 +196,19 @@ def _verdict(document: Mapping[str, Any], others: int) -> str:
     from bimvox.records.other_means import proven_in_words  # heavy
 
     return f"every planned lift is {proven_in_words(others)}" if document["verified"] else "FAILED"
+
+
+def _elapsed(document: Mapping[str, Any]) -> str | None:
+    """Return elapsed time, if work that the crane does not do makes it longer than crane time."""
+    hours, pauses = document["figures"]["elapsed_hours"], document["pauses"]
+    if hours is None or not document["steps"]:
+        return None
+    paused_s = sum(pause["length_s"] for pause in pauses)
+    times = "once" if len(pauses) == 1 else f"{len(pauses):,} times"
+    waits = f"; the crane pauses {times}, {elapsed(paused_s)} in all" if pauses else ""
+    first_s = min(step["begins_s"] for step in document["steps"])
+    before = f"; work before the first lift begins {elapsed(-first_s)} earlier" if first_s < 0.0 else ""
+    return f"{elapsed(3600.0 * hours)}{waits}{before}"
 
 
 def _policy(policy: Mapping[str, Any]) -> str:

@@ -12,6 +12,8 @@ _ATTACHMENTS = {
     topics.MOTION_FILE: "spans and phases of the motions (with a crane)",
     topics.URDF_FILE: "the crane as a URDF robot (with a crane)",
     topics.CHART_FILE: "capacity over radius (with a crane)",
+    topics.STEPS_FILE: "the steps of work that the crane does not do, in elapsed time, and the pauses of the crane "
+    "until such work carries, at times of the site's clock",
     topics.REMARKS_FILE: "what a person should look at although the plan is proven: a list of `kind`, `severity`, "
     "`component`, `name`, `text`; not in segments of a watch",
     topics.LAYOUT_FILE: "panels for Foxglove-class viewers: save it, and import it there",

@@ -13,6 +13,7 @@ from bimvox.library.plan import plan as plan_site
 from bimvox.library.prove import Planned
 from bimvox.library.site import load_site
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
+from bimvox.motion.steps import steps_of
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.records.lift import LiftPlan, Status
@@ -73,6 +74,7 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
     """Return the document of ``bimvox plan --json`` for a proven plan."""
     site = proven.plan.site
     motions = {motion.order: motion for motion in proven.motions}
+    steps = steps_of(site, proven.plan.lifts, proven.motions)
     lifts = []
     for lift in proven.plan.lifts:
         component, motion = site.components[lift.component], motions.get(lift.order)
@@ -92,6 +94,8 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
                 "bound_s": round(motion.loaded.bound_s, 3) if motion else None,
                 "start_s": round(motion.start_ns / 1e9, 3) if motion else None,
                 "end_s": round(motion.end_ns / 1e9, 3) if motion else None,
+                "elapsed_start_s": round(steps.starting_ns(motion.start_ns) / 1e9, 3) if motion else None,
+                "elapsed_end_s": round(steps.ending_ns(motion.end_ns) / 1e9, 3) if motion else None,
                 "status": lift.status.value,
                 **({"crane": site.cranes[component.crane].name} if site.has_several_cranes else {}),
             }
@@ -100,10 +104,12 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
         "verified": True,
         "cranes": [identity(crane) for crane in site.cranes],
         "policy": policy.to_dict(),
-        "figures": figures_document(plan_figures(proven.plan, proven.motions)),
+        "figures": figures_document(plan_figures(proven.plan, proven.motions))
+        | {"elapsed_hours": round(steps.elapsed_ns(proven.motions) / 3.6e12, 6) if motions else None},
         "lifts": lifts,
         "infeasible": infeasible_lifts(proven.plan, proven.motions),
-        "not_lifted": [one.to_dict() for one in not_lifted_groups(site, proven.plan.lifts, proven.motions)],
+        "not_lifted": [one.to_dict() for one in not_lifted_groups(site, proven.plan.lifts, proven.motions, steps)],
+        **steps.documents(site),
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": round(c.depth_m, 4), "at_least": c.at_least}
             for c in proven.plan.clashes

@@ -54,7 +54,10 @@ def verify(
         "not_current": _lifts_as_json(record, proof.not_current),
         "lifts": len(record.planned),
         "infeasible_lifts": sum(lift.status is Status.INFEASIBLE for lift in record.plan.lifts),
-        "not_lifted": [one.to_dict() for one in not_lifted_groups(record.plan.site, record.all_lifts, record.motions)],
+        "not_lifted": [
+            one.to_dict() for one in not_lifted_groups(record.plan.site, record.all_lifts, record.motions, record.steps)
+        ],
+        **record.steps.documents(record.plan.site),
         "by_other_means": len(by_other_means(record.all_lifts)),
         "left_out": len(record.context),
         "revision": record.revision,

@@ -381,14 +381,16 @@ def rewrite(
     attachments: Mapping[str, Callable[[bytes], bytes]] | None = None,
     metadata: Mapping[str, str] | None = None,
     more: Sequence[tuple[str, int, bytes]] = (),
+    without: str | None = None,
 ) -> None:
-    """Rewrite the log in a folder with other messages, attachments and metadata."""
+    """Rewrite the log in a folder with other messages, attachments and metadata, or without an attachment."""
     contents = read_contents(read_file(folder / "log.mcap"), "log")
     with (folder / "log.mcap").open("wb") as stream, LogWriter(stream) as writer:
         for key, values in contents.metadata.items():
             writer.metadata(key, values | dict(metadata or {}))
         for key, data in contents.attachments.items():
-            writer.attachment(key, (attachments or {}).get(key, bytes)(data))
+            if key != without:
+                writer.attachment(key, (attachments or {}).get(key, bytes)(data))
         for m in contents.messages:
             writer.raw(m.topic, m.sequence, m.time_ns, (messages or {}).get(m.topic, bytes)(m.data))
         for topic, time_ns, data in more:
@@ -603,6 +605,28 @@ def test_a_site_that_is_not_that_of_the_attached_files_is_refused(good: PlanLog,
     document = proven(forge(good), tmp_path)
     assert "own_files" in failed(document)
     assert any(says in failure for failure in document["checks"]["own_files"]["failures"])
+
+
+@pytest.mark.parametrize("name", faults.NOT_ITS_STEPS)
+def test_steps_that_do_not_fit_the_plan_are_refused(tmp_path: Path, name: str):
+    change, says = faults.NOT_ITS_STEPS[name]
+    document = proven(faults.telling(change)(faults.log_with_a_cast_beam()), tmp_path)
+    assert failed(document) == {"steps"}
+    assert any(re.search(says, failure) for failure in document["checks"]["steps"]["failures"])
+
+
+def test_steps_are_those_of_the_plan(tmp_path: Path):
+    log = faults.log_with_a_cast_beam()
+    document = proven(log, tmp_path)
+    assert document["verified"], failed(document)
+    rewrite(tmp_path, without=topics.STEPS_FILE)
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert failed(document) == {"shown"}
+    assert "attached steps.json is missing" in document["checks"]["shown"]["failures"]
+    proven(log, tmp_path)
+    rewrite(tmp_path, attachments={topics.STEPS_FILE: lambda data: b'{"steps": 3}'})
+    with pytest.raises(LogFileError, match="the steps in it cannot be read"):
+        verify(tmp_path / "log.mcap", progress=SilentProgress())
 
 
 def test_a_log_of_its_own_obstruction_file_is_verified(good: PlanLog, tmp_path: Path):

@@ -42,8 +42,10 @@ from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.records.lift import Epoch, LeftPath, ModelledClash, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
+from bimvox.records.steps import Steps
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.build import labels_of, with_digests
+from bimvox.site.casting import FIELD_CASTING, CastTimes
 from bimvox.site.component import Component, Lifting, StoredPose
 from bimvox.site.config import (
     AreasConfig,
@@ -671,6 +673,20 @@ NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
         keeping_its_files(lambda log: with_rules(log, times=dataclasses.replace(FIELD_TIMES, column=FIELD_TIMES.slab))),
         "rules.times.column.brace_s is 180.0 in the log, 720.0 in the attached site.toml",
     ),
+    "wait of a class": (
+        keeping_its_files(
+            lambda log: with_rules(log, casting=dataclasses.replace(FIELD_CASTING, beam=CastTimes(11.0, 1.0)))
+        ),
+        "rules.casting.beam.wait_h is 1.0 in the log, 168.0 in the attached site.toml",
+    ),
+    "people who cast": (
+        keeping_its_files(lambda log: with_rules(log, casting=dataclasses.replace(FIELD_CASTING, people=80.0))),
+        "rules.casting.people is 80.0 in the log, 8.0 in the attached site.toml",
+    ),
+    "no times of casting": (
+        keeping_its_files(lambda log: with_rules(log, casting=None)),
+        "rules.casting is None in the log",
+    ),
     "posing as an old log": (
         keeping_its_files(lambda log: with_rules(log, times=None, bracing_s=120.0, release_s=30.0)),
         "rules.times is None in the log",
@@ -1293,6 +1309,98 @@ def set_by_other_means_and_lifted_elsewhere(log: PlanLog) -> PlanLog:
     alone = log.extract([log.motions[-1].order])
     context = tuple(dataclasses.replace(lift, by_other_means=True) for lift in alone.context)
     return dataclasses.replace(alone, context=context)
+
+
+# Work that the crane does not do: its steps and the pauses for it, as the log states them.
+
+
+def log_with_a_cast_beam() -> PlanLog:
+    """Return the log of a portal whose beam is cast on its columns: the slab waits until it carries."""
+    crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
+    site = box_site(PARTS, structure=[WALL], crane=crane, shape=(40, 30, 24))
+    parts = (
+        dataclasses.replace(one, means=Means.IN_SITU, means_reason="the site file says so") if one.id == "beam" else one
+        for one in site.components
+    )
+    site = with_digests(dataclasses.replace(site, components=tuple(parts)))
+    entry = ComponentConfig(global_id="beam", means="in_situ")
+    return with_files(log_of(site), {"site.toml": site_file_of(site, component=(entry,))})
+
+
+def telling(change: Callable[[Steps], Steps]) -> Forge:
+    """Return the forgery of a log that states other steps than follow from its plan."""
+
+    def forge(log: PlanLog) -> PlanLog:
+        forged = dataclasses.replace(log)
+        vars(forged)["steps"] = change(log.steps)
+        return forged
+
+    return forge
+
+
+def with_step(steps: Steps, **by_ns: int) -> Steps:
+    (step,) = steps.steps
+    return dataclasses.replace(
+        steps, steps=(dataclasses.replace(step, **{key: getattr(step, key) + ns for key, ns in by_ns.items()}),)
+    )
+
+
+def with_pause(steps: Steps, **by_ns: int) -> Steps:
+    (pause,) = steps.pauses
+    return dataclasses.replace(
+        steps, pauses=(dataclasses.replace(pause, **{key: getattr(pause, key) + ns for key, ns in by_ns.items()}),)
+    )
+
+
+def a_shorter_wait(steps: Steps) -> Steps:
+    """The beam carries a day earlier than the rules ask for, and the slab comes then."""
+    return with_pause(with_step(steps, carries_ns=-_DAY_NS), length_ns=-_DAY_NS)
+
+
+_DAY_NS = 86_400 * 10**9
+NOT_ITS_STEPS: dict[str, tuple[Callable[[Steps], Steps], str]] = {
+    "set before it carries": (
+        lambda steps: with_pause(steps, length_ns=-_DAY_NS),
+        r"lift 4 \(slab\): it is there at .* s of elapsed time; beam under it carries from",
+    ),
+    "no pause": (
+        lambda steps: dataclasses.replace(steps, pauses=()),
+        r"lift 4 \(slab\): it is there at .* s of elapsed time; beam under it carries from",
+    ),
+    "a shorter wait": (
+        a_shorter_wait,
+        r"lift 3 \(beam\): it carries 518400 s after the work; the rules ask for 604800 s",
+    ),
+    "no work": (
+        lambda steps: with_step(steps, begins_ns=10**12),
+        r"lift 3 \(beam\): the work takes .* s; the rules ask for",
+    ),
+    "before the columns": (
+        lambda steps: with_step(steps, begins_ns=-(10**9), ends_ns=-(10**9)),
+        r"lift 3 \(beam\): it begins at .* s, before lift 2 is set",
+    ),
+    "a step twice": (
+        lambda steps: dataclasses.replace(steps, steps=steps.steps * 2),
+        "there are 2 steps; 1 parts are not set by the crane",
+    ),
+    "a pause for nothing": (
+        lambda steps: with_pause(steps, length_ns=_DAY_NS),
+        "the pause before lift 4 ends when nothing begins to carry",
+    ),
+    "a pause under load": (
+        lambda steps: with_pause(steps, at_ns=10**11 * 2),
+        r"the pause before lift 4: lifts \[4\] hang on their hooks meanwhile",
+    ),
+    "a pause elsewhere": (
+        lambda steps: with_pause(steps, at_ns=-(10**9)),
+        "the pause before lift 4 is at .* s, where that lift does not begin",
+    ),
+    "a pause twice": (
+        lambda steps: dataclasses.replace(steps, pauses=steps.pauses * 2),
+        "a lift has two pauses",
+    ),
+}
+"""Steps and pauses that do not fit the plan, each with what the refusal says."""
 
 
 def everything_unheld(log: PlanLog) -> PlanLog:

@@ -40,6 +40,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "blocked_by": list(lift.blocked_by),
         "by_other_means": lift.by_other_means,
         "needed_by_s": _needed_by_s(revision, lift),
+        **_elapsed(revision, lift, motion),
         "delivery": place.delivery if place else None,
         "stored": place.pose.value if place else None,
         "turn": place.turn if place else 0,
@@ -54,6 +55,15 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "governs": _governing(site, motion) if motion else None,
         "pick": _hook(site, motion, last=False) if motion else None,
         "set": _hook(site, motion, last=True) if motion else None,
+    }
+
+
+def _elapsed(revision: Revision, lift: Lift, motion: LiftMotion | None) -> dict[str, Any]:
+    """Return the elapsed time at which a lift starts, and the times of a step; None for what does not apply."""
+    step = revision.steps.of_order.get(lift.order)
+    return {
+        "elapsed_s": None if motion is None else revision.steps.starting_ns(motion.start_ns) / 1e9,
+        "step": None if step is None else step.seconds(),
     }
 
 

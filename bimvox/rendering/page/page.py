@@ -12,6 +12,7 @@ from bimvox.rendering.page.document import document_of
 from bimvox.rendering.page.source import PageSource
 from bimvox.rendering.plain import escape
 from bimvox.rendering.words import counted, hours
+from bimvox.units import elapsed
 
 _LEVEL = 9
 
@@ -81,4 +82,6 @@ def _summary(source: PageSource) -> str:
     words = f"{counted(planned, 'lift')} planned, {shown.infeasible} infeasible"
     if shown.motions:
         words += f", {hours(max(motion.end_ns for motion in shown.motions))} of crane time"
+        if shown.steps.pauses:
+            words += f", {elapsed(shown.steps.elapsed_ns(shown.motions) / 1e9)} elapsed"
     return f"{words}; {shown.verdict.line}. Log {shown.log}, SHA-256 {shown.sha256}."

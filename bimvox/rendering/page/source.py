@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from bimvox.motion.steps import steps_of_log
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
 from bimvox.records.remark import Remark
+from bimvox.records.steps import Steps
 from bimvox.records.track import LoadTrack
 from bimvox.remarks.conditions import conditions_of
 from bimvox.rendering.verdict import Verdict, verdict_of
@@ -29,6 +31,7 @@ class Revision:
         proof: The verdict of a proof made now from the log; None if none was made.
         remarks: What a person should look at.
         metadata: Plain values about the plan (seed, policy, hashes ...).
+        steps: The steps of work that the crane does not do, and its pauses.
     """
 
     number: int
@@ -41,6 +44,10 @@ class Revision:
     proof: Verification | None
     remarks: tuple[Remark, ...]
     metadata: Mapping[str, str] = field(default_factory=dict)
+    steps: Steps = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "steps", steps_of_log(self.plan, self.motions, self.context))
 
     @property
     def lifts(self) -> tuple[Lift, ...]:

@@ -34,14 +34,16 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         critical_share: Share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
 
     Returns:
-        ``log, site, crane, totals, methods, lifts, critical, infeasible, not_lifted, deliveries, verdict, conditions,
-        proof, remarks, inputs, clashes, notes``; ``critical`` are orders of lifts, the highest utilisation first;
-        ``infeasible`` orders of lifts, causes first: those blocked only by other infeasible ones come last.
+        ``log, site, crane, totals, methods, lifts, critical, infeasible, steps, pauses, not_lifted, deliveries,
+        verdict, conditions, proof, remarks, inputs, clashes, notes``; ``critical`` are orders of lifts, the highest
+        utilisation first; ``infeasible`` orders of lifts, causes first: those blocked only by other infeasible ones
+        come last.
     """
     site = revision.plan.site
     if critical_share is None:
         critical_share = site.rules.critical_share
     motions = {motion.order: motion for motion in revision.motions}
+    steps = revision.steps
     lifts = [_lift(revision, lift, motions.get(lift.order), critical_share) for lift in revision.lifts]
     critical = sorted((lift for lift in lifts if lift["critical"]), key=_most_used)
     return {
@@ -62,7 +64,8 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "lifts": lifts,
         "critical": [lift["order"] for lift in critical],
         "infeasible": _causes_first(lifts),
-        "not_lifted": [one.to_dict() for one in not_lifted_groups(site, revision.lifts, revision.motions)],
+        **steps.documents(site),
+        "not_lifted": [one.to_dict() for one in not_lifted_groups(site, revision.lifts, revision.motions, steps)],
         "deliveries": _deliveries(lifts),
         "verdict": revision.verdict.to_dict(),
         "conditions": list(revision.conditions),
@@ -200,6 +203,8 @@ def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
         "proven": sum(lift["proven"] is True for lift in lifts),
         "timed_by": "crane" if revision.motions else "nominal",
         "total_s": max(ends) - min(begins) if begins else 0.0,
+        "elapsed_s": revision.steps.elapsed_ns(revision.motions) / 1e9 if revision.steps.steps else None,
+        "paused_s": revision.steps.paused_ns / 1e9,
         "carrying_s": sum(carried),
         "hook_travel_m": sum(lift["hook_travel_m"] or 0.0 for lift in lifts) if revision.motions else None,
         "mass_kg": sum(lift["mass_kg"] for lift in planned),

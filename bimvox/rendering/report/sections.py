@@ -13,7 +13,7 @@ from bimvox.rendering.report.lifts import critical_first, lift_table
 from bimvox.rendering.report.words import CHECKS, METHODS, fixed, named, names_of, percent, span, tonnes
 from bimvox.rendering.words import counted
 from bimvox.site.part_names import with_names
-from bimvox.units import clock
+from bimvox.units import clock, elapsed
 
 _LISTED = 12
 
@@ -47,6 +47,7 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
     return [
         ("Lifts", f"{count('planned')} of {count('lifts')} parts planned, {count('infeasible')} infeasible"),
         ("Total time", f"{hours} = {span(totals['total_s'])}{nominal}"),
+        ("Elapsed", _elapsed(totals)),
         ("Load in transit", number(totals["carrying_s"] or None, span(totals["carrying_s"]), "carrying_s")),
         ("Cranes", _cranes(totals["cranes"], totals["total_s"]) if "cranes" in totals else ""),
         ("Hook travel", number(travel, f"{fixed(travel / 1000, 2)} km", "hook_travel_m") if travel else ""),
@@ -62,6 +63,16 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Paths found", ", ".join(_method(method) for method in record["methods"])),
         ("Moves / fewest", number(ratio, fixed(ratio, 3), "moves_ratio") if ratio else ""),
     ]
+
+
+def _elapsed(totals: dict[str, Any]) -> str:
+    """Return the elapsed time, if there is work that the crane does not do."""
+    if totals["elapsed_s"] is None:
+        return ""
+    paused = number(totals["paused_s"], elapsed(totals["paused_s"]), "paused_s")
+    return (
+        f"{number(totals['elapsed_s'], elapsed(totals['elapsed_s']), 'elapsed_s')}, in which the crane pauses {paused}"
+    )
 
 
 def _cranes(cranes: Sequence[dict[str, Any]], whole_s: float) -> str:
@@ -132,11 +143,13 @@ def not_lifted(record: dict[str, Any]) -> str:
                 tonnes(group["mass_kg"]),
                 escape(group["reason"] or ""),
                 "–" if group["needed_by_s"] is None else clock(group["needed_by_s"]),
+                *("–" if group[key] is None else elapsed(group[key]) for key in ("begins_s", "ends_s", "carries_s")),
             ]
         )
         for group in groups
     ]
-    head = ("Means", "Storey", "Kind", "Parts", "Mass, t", "Why", "Needed by")
+    times = ("Needed by\ncrane time", "Work begins\nelapsed", "Ends\nelapsed", "Carries\nelapsed")
+    head = ("Means", "Storey", "Kind", "Parts", "Mass, t", "Why", *times)
     parts = sum(group["parts"] for group in groups)
     table_ = table(head, rows, class_="words", id_="not-lifted")
     return section(

@@ -3,7 +3,7 @@ import { byId, el, fill, terms } from "./dom.mjs";
 import { cranesOf } from "./cranes.mjs";
 import { HOT, HOW } from "./plan.mjs";
 import { extent } from "./overlays.mjs";
-import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, fixed, metres, nameOf, percent, point, span, tonnes, whole } from "./words.mjs";
+import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, elapsed, fixed, metres, nameOf, percent, point, span, tonnes, whole } from "./words.mjs";
 
 export class Details {
   constructor(app) {
@@ -79,9 +79,11 @@ export class Details {
 
   _notLifted(lift, words) {
     const by = lift.needed_by_s === null ? "" : `, by ${clock(lift.needed_by_s)}`;
+    const { step } = lift;
     return el("div", { class: "aside", role: "note" },
       el("strong", {}, `No lift of the crane: ${words}.`),
       el("p", {}, `${lift.reason}. It is needed after all earlier parts of the sequence${by}.`),
+      step ? el("p", {}, `In elapsed time, the work begins at ${elapsed(step.begins_s)} and ends at ${elapsed(step.ends_s)}; it carries what rests on it from ${elapsed(step.carries_s)}.`) : null,
     ); // prettier-ignore
   }
 
@@ -229,6 +231,7 @@ export class Details {
         ["In this log", revision.carried < app.plan.lifts.length ? `${revision.carried} (it is an extract)` : null],
         ["Recovered", revision.metadata.recovered === "true" ? "recovered from a damaged log; some lifts may be missing" : null],
         ["Crane time", revision.timed ? span(revision.ends_s - revision.begins_s) : "no crane: nominal times, 1 s per move"],
+        ["Elapsed", revision.elapsed_s === null ? null : `${elapsed(revision.elapsed_s)}${revision.paused_s ? `; the crane pauses ${elapsed(revision.paused_s)} for work cast in place or set by hand` : ""}`],
         ["Crane", cranesOf(app.document).length > 1 ? null : app.document.crane?.name],
         ...this._cranes(),
         ...this._overrides(),

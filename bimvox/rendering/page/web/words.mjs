@@ -20,6 +20,13 @@ export function span(seconds) {
   return `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
 }
 
+/** An elapsed time: `8 d 16 h`, less than a day as on the clock; `-` before it starts. */
+export function elapsed(seconds) {
+  const far = Math.abs(seconds);
+  const hours = Math.round(far / 3600);
+  return `${seconds < -0.5 ? "-" : ""}${far >= 86400 ? `${Math.floor(hours / 24)} d ${hours % 24} h` : clock(far)}`;
+}
+
 export const fixed = (value, digits) => Number(value).toLocaleString("en", { minimumFractionDigits: digits, maximumFractionDigits: digits });
 export const whole = (value) => fixed(value, 0);
 export const counted = (count, noun) => `${whole(count)} ${noun}${count === 1 ? "" : "s"}`;

@@ -1,0 +1,174 @@
+"""When work that the crane does not do is done, and where the crane must pause for it.
+
+Work at a part begins when all earlier lifts of the sequence are set and what it rests on carries. One crew casts and
+another one sets parts by hand, each one part after the other. Meanwhile the crane does the lifts that do not rest on
+it; then it pauses. Work before the first lift is done before the clock starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.grid.labels import Label
+from bimvox.motion.timing import NS_PER_S
+from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.motion import LiftMotion
+from bimvox.records.steps import Pause, Step, Steps
+from bimvox.site.casting import work_and_wait_s
+from bimvox.site.component import Component
+from bimvox.site.means import Means
+from bimvox.site.site import Site
+
+_NOWHERE = 2**30
+
+
+def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -> Steps:
+    """Return the steps and pauses of a plan; none if it has no motions or its rules have no times for them.
+
+    Args:
+        site: The site.
+        lifts: All its lifts.
+        motions: The motions of all planned lifts.
+    """
+    by_order = {motion.order: motion for motion in motions}
+    if site.rules.casting is None or not by_order or not any(lift.is_set_otherwise for lift in lifts):
+        return Steps()
+    resting = Resting(site, lifts)
+    steps: list[Step] = []
+    pauses: list[Pause] = []
+    carries_ns: dict[int, int] = {}
+    free_ns = dict.fromkeys(Means, 0)
+    last_ns: int | None = None
+    for lift in sorted(lifts, key=lambda lift: lift.order):
+        under = resting.on(lift.component, held=lift.order in by_order)
+        ready_ns = max((carries_ns[other] for other in under if other in carries_ns), default=0)
+        so_far = Steps((), tuple(pauses))
+        if (motion := by_order.get(lift.order)) is not None:
+            if last_ns is None:
+                # What comes before the first lift is done when the clock starts.
+                late_ns = max(carries_ns.values(), default=0)
+                steps = [_earlier(step, late_ns) for step in steps]
+                carries_ns, free_ns, ready_ns = dict.fromkeys(carries_ns, 0), dict.fromkeys(Means, 0), 0
+            at_ns = pause_ns(site, motion)
+            wait_ns = ready_ns - so_far.starting_ns(at_ns)
+            if wait_ns > 0:
+                pauses.append(Pause(lift.order, at_ns, wait_ns))
+            last_ns = max(last_ns or 0, motion.released_ns)
+        elif lift.is_set_otherwise:
+            component = site.components[lift.component]
+            means = component.means
+            work_s, wait_s = work_and_wait_s(site.rules.casting, component, means, component.mass_kg)
+            begins_ns = max(ready_ns, 0 if last_ns is None else so_far.ending_ns(last_ns))
+            if means is not Means.CRANE:
+                begins_ns = max(begins_ns, free_ns[means])
+            free_ns[means] = ends_ns = begins_ns + round(work_s * NS_PER_S)
+            carries_ns[lift.component] = ends_ns + round(wait_s * NS_PER_S)
+            steps.append(Step(lift.order, lift.component, begins_ns, ends_ns, carries_ns[lift.component]))
+    return Steps(tuple(steps), tuple(pauses))
+
+
+def steps_of_log(plan: LiftPlan, motions: Sequence[LiftMotion], context: Sequence[Lift]) -> Steps:
+    """Return the steps and pauses of a log; none of an extract, because they follow from all lifts.
+
+    Args:
+        plan: What the log carries.
+        motions: Its motions.
+        context: Lifts of the same plan that it does not carry.
+    """
+    planned = sum(lift.status is Status.PLANNED for lift in plan.lifts)
+    return Steps() if context or len(motions) < planned else steps_of(plan.site, plan.lifts, motions)
+
+
+def may_pause(plan: LiftPlan) -> frozenset[int]:
+    """Return the orders of the lifts before which the cranes may have to pause, whatever their motions."""
+    lifts = sorted(plan.lifts, key=lambda lift: lift.order)
+    first = next((lift.order for lift in lifts if lift.status is Status.PLANNED), len(lifts))
+    later = {lift.component for lift in lifts if lift.order > first and lift.is_set_otherwise}
+    if plan.site.rules.casting is None or not later:
+        return frozenset()
+    resting = Resting(plan.site, lifts)
+    return frozenset(
+        lift.order
+        for lift in lifts
+        if lift.status is Status.PLANNED and not later.isdisjoint(resting.on(lift.component))
+    )
+
+
+def pause_ns(site: Site, motion: LiftMotion) -> int:
+    """Return when the crane pauses before a lift, on the site's clock; of several cranes, no load hangs then."""
+    return motion.hooked_ns if site.has_several_cranes else motion.start_ns
+
+
+class Resting:
+    """Which parts rest on which, by their cells.
+
+    Args:
+        site: The site.
+        lifts: All its lifts.
+    """
+
+    def __init__(self, site: Site, lifts: Iterable[Lift]) -> None:
+        parts = site.components
+        self._site = site
+        self._order = np.full(len(parts), _NOWHERE)
+        for lift in lifts:
+            if lift.is_set:
+                self._order[lift.component] = lift.order
+        self._low = np.array([part.target_vox for part in parts], np.int64)
+        self._high = self._low + np.array([part.shape.size_vox for part in parts], np.int64)
+        self._profiles: dict[int, tuple[NDArray[np.int64], NDArray[np.int64]]] = {}
+        self._gap_vox = 1 + int(np.ceil(site.rules.support_gap_m / site.frame.voxel_size_m - 1e-9))
+
+    def on(self, number: int, *, held: bool = True) -> tuple[int, ...]:
+        """Return the earlier components that carry this one, or that the site file asks to be earlier.
+
+        A part that rests on nothing may be ``held`` by those that it is next to.
+        """
+        part, low, high = self._site.components[number], self._low[number], self._high[number]
+        earlier = self._order < self._order[number]
+        over = earlier & ((self._low[:, :2] < high[:2]) & (self._high[:, :2] > low[:2])).all(axis=1)
+        close = (self._low[:, 2] <= high[2]) & (self._high[:, 2] >= low[2] - self._gap_vox)
+        found = {n for n in np.flatnonzero(over & close).tolist() if self._carries(n, number)}
+        if held and not found and not self._is_grounded(part):
+            near = earlier & ((self._low <= high) & (self._high >= low)).all(axis=1)
+            found.update(np.flatnonzero(near).tolist())
+        for other in np.flatnonzero(earlier).tolist():
+            if self._site.components[other].id in part.after or part.id in self._site.components[other].before:
+                found.add(other)
+        return tuple(sorted(found))
+
+    def _carries(self, other: int, part: int) -> bool:
+        """Return whether an underside of a part is on top of another one, or at most the support gap above it."""
+        low = np.maximum(self._low[part], self._low[other])[:2]
+        high = np.minimum(self._high[part], self._high[other])[:2]
+        above = self._profile(part, low, high)[0] - self._profile(other, low, high)[1]
+        return bool(((above >= -1) & (above <= self._gap_vox)).any())
+
+    def _profile(self, part: int, low: NDArray[np.int64], high: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
+        """Return the lowest and the highest cell of a part in a range of columns; far away where it has none."""
+        if part not in self._profiles:
+            component = self._site.components[part]
+            x, y, z = component.shape.cells.T.astype(np.int64)
+            bottom = np.full(component.shape.size_vox[:2], _NOWHERE, np.int64)
+            top = np.full(component.shape.size_vox[:2], -_NOWHERE, np.int64)
+            np.minimum.at(bottom, (x, y), z + component.target_vox[2])
+            np.maximum.at(top, (x, y), z + component.target_vox[2])
+            self._profiles[part] = (bottom, top)
+        x, y = (slice(*ends) for ends in zip(low - self._low[part, :2], high - self._low[part, :2], strict=True))
+        return tuple(profile[x, y] for profile in self._profiles[part])
+
+    def _is_grounded(self, part: Component) -> bool:
+        """Return whether a part is on the ground or over a structure."""
+        cells = part.shape.cells + np.array(part.target_vox)
+        below = self._site.labels[cells[:, 0], cells[:, 1], np.maximum(cells[:, 2] - 1, 0)]
+        return bool(part.target_vox[2] <= self._gap_vox or (below == Label.STRUCTURE).any())
+
+
+def _earlier(step: Step, by_ns: int) -> Step:
+    return replace(
+        step, begins_ns=step.begins_ns - by_ns, ends_ns=step.ends_ns - by_ns, carries_ns=step.carries_ns - by_ns
+    )

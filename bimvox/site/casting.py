@@ -1,0 +1,99 @@
+"""The time of work that the crane does not do: cast in place, by class of work, or set by hand.
+
+The defaults are typical values of the field, not measured:
+
+* the work, in working hours of one person for a cubic metre of concrete: formwork, reinforcement and pouring together.
+  A square metre of formwork takes 0.5 hours (slab, wall) to 1 hour (column, beam, stair), and a cubic metre has 4 to
+  12 m2 of it; its 80 to 200 kg of reinforcement take 15 hours a tonne; pouring takes 0.5 to 1 hours. Professional
+  judgement without a source at hand;
+* the wait before it carries what stands on it, its props still under it: two days for what stands, seven days for what
+  spans. By EN 1992-1-1, equation 3.2 (cement of class N, 20 degrees), concrete then has 50 % and 78 % of its strength.
+  Seven days is also what ACI 347 recommends for slabs of 3 to 6 m ("Safe time to strip a slab", Concrete Construction);
+* a part that is set by hand: five minutes. Professional judgement.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bimvox.site.limits import ON_GROUND_M
+from bimvox.site.means import Means
+from bimvox.site.work import Part, Work, work_of
+
+CONCRETE_KG_M3 = 2400.0
+"""Mass of a cubic metre, by which the volume of work follows from its mass: files state it more often than volumes."""
+
+
+@dataclass(frozen=True, slots=True)
+class CastTimes:
+    """The time of a class of work that is cast in place.
+
+    Attributes:
+        hours_m3: Working hours of one person for a cubic metre.
+        wait_h: Hours from the end of the work until it carries what rests on it.
+    """
+
+    hours_m3: float
+    wait_h: float
+
+
+@dataclass(frozen=True, slots=True)
+class Casting:
+    """The times of work that the crane does not do; the fields after the first two are the values of ``Work``.
+
+    Attributes:
+        people: People who cast; they do one part after the other.
+        hand_s: Time to set a part by hand; one part after the other.
+    """
+
+    people: float
+    hand_s: float
+    footing: CastTimes
+    column: CastTimes
+    wall: CastTimes
+    beam: CastTimes
+    slab: CastTimes
+    stair: CastTimes
+    steel: CastTimes
+    other: CastTimes
+
+
+FIELD_CASTING = Casting(
+    people=8.0,
+    hand_s=300.0,
+    footing=CastTimes(3.0, 48.0),
+    column=CastTimes(14.0, 48.0),
+    wall=CastTimes(6.0, 48.0),
+    beam=CastTimes(11.0, 168.0),
+    slab=CastTimes(4.5, 168.0),
+    stair=CastTimes(15.0, 168.0),
+    steel=CastTimes(40.0, 0.0),
+    other=CastTimes(6.0, 48.0),
+)
+"""The defaults of the site file."""
+
+
+def work_and_wait_s(casting: Casting, part: Part, means: Means, mass_kg: float) -> tuple[float, float]:
+    """Return how long a part that the crane does not set is worked on, and then waited for until it carries, seconds.
+
+    Both are 0 for a part that the crane should set but cannot: nobody has said how it gets there.
+    """
+    if means is Means.BY_HAND:
+        return casting.hand_s, 0.0
+    if means is Means.CRANE:
+        return 0.0, 0.0
+    own = times_of(casting, cast_work(part))
+    return 3600.0 * own.hours_m3 * mass_kg / CONCRETE_KG_M3 / casting.people, 3600.0 * own.wait_h
+
+
+def cast_work(part: Part) -> Work:
+    """Return the class of work of a part that is cast: what lies on the ground spans nothing, so it is a footing."""
+    work = work_of(part)
+    spans = work in (Work.BEAM, Work.SLAB, Work.STAIR)
+    return Work.FOOTING if spans and part.mesh.bounds_m[0, 2] <= ON_GROUND_M else work
+
+
+def times_of(casting: Casting, work: Work) -> CastTimes:
+    """Return the times of a class of work."""
+    found: CastTimes = getattr(casting, work.value)
+    return found

@@ -1,0 +1,121 @@
+"""Work that the crane does not do: its time, the wait before it carries, and the pauses of the crane."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import cache
+
+import pytest
+from box_sites import box_site, test_crane
+
+from bimvox.motion.steps import may_pause, steps_of
+from bimvox.motion.time_plan import time_plan
+from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.planner import plan_lifts
+from bimvox.records.lift import LiftPlan
+from bimvox.records.motion import LiftMotion
+from bimvox.records.steps import Pause, Step, Steps
+from bimvox.site.casting import FIELD_CASTING, CastTimes
+from bimvox.site.means import Means
+from bimvox.site.site import Rules
+
+H = 3600 * 10**9
+COLUMN = {"ifc_class": "IfcColumn", "erected": True}
+PORTAL = [
+    ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
+    ("beam", (1.0, 1.4, 3.0), (5.0, 1.6, 3.4)),
+    ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.98), COLUMN),
+    ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.98), COLUMN),
+    ("aside", (7.0, 1.4, 0.0), (7.4, 1.8, 2.98), COLUMN),
+]
+CASTING = dataclasses.replace(FIELD_CASTING, people=2.0, beam=CastTimes(10.0, 50.0), column=CastTimes(5.0, 20.0))
+
+
+@cache
+def portal(casting=CASTING, **means: Means) -> tuple[LiftPlan, tuple[LiftMotion, ...]]:
+    """Return the plan of a portal with a block next to it, of which some parts are not lifted."""
+    crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
+    site = box_site(PORTAL, crane=crane, shape=(40, 30, 24), rules=Rules(casting=casting))
+    parts = (
+        dataclasses.replace(one, means=means.get(one.id, Means.CRANE), means_reason="so") for one in site.components
+    )
+    site = dataclasses.replace(site, components=tuple(parts))
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    return plan, time_plan(plan, replay(site, preparation, plan))
+
+
+def steps_by_name(plan: LiftPlan, motions: tuple[LiftMotion, ...]) -> tuple[Steps, dict[str, Step], dict[str, int]]:
+    steps = steps_of(plan.site, plan.lifts, motions)
+    names = {lift.order: plan.site.components[lift.component].id for lift in plan.lifts}
+    return steps, {names[one.order]: one for one in steps.steps}, {name: order for order, name in names.items()}
+
+
+def test_the_crane_pauses_until_a_cast_beam_carries_the_slab():
+    plan, motions = portal(beam=Means.IN_SITU)
+    steps, of, order = steps_by_name(plan, motions)
+    before = [motion for motion in motions if motion.order < order["beam"]]
+    slab = next(motion for motion in motions if motion.order == order["slab"])
+    beam = of["beam"]
+    assert beam.begins_ns == before[-1].end_ns
+    work_h = 10.0 * 4.0 * 0.2 * 0.4 / 2.0
+    assert beam.ends_ns - beam.begins_ns == pytest.approx(work_h * H)
+    assert beam.carries_ns - beam.ends_ns == 50 * H
+    assert steps.pauses == (Pause(slab.order, slab.start_ns, beam.carries_ns - slab.start_ns),)
+    assert steps.starting_ns(slab.start_ns) == beam.carries_ns
+    assert steps.ending_ns(slab.start_ns) == slab.start_ns
+    assert may_pause(plan) == {slab.order}
+
+
+def test_the_crane_goes_on_with_what_does_not_rest_on_it():
+    plan, motions = portal(left=Means.IN_SITU, right=Means.IN_SITU)
+    steps, _, _ = steps_by_name(plan, motions)
+    assert not steps.pauses  # both were cast before the first lift
+    plan, motions = portal(right=Means.IN_SITU)
+    steps, of, order = steps_by_name(plan, motions)
+    aside, beam = (next(one for one in motions if one.order == order[name]) for name in ("aside", "beam"))
+    assert order["right"] < aside.order < beam.order
+    assert steps.starting_ns(aside.start_ns) == aside.start_ns < of["right"].carries_ns
+    assert [pause.order for pause in steps.pauses] == [beam.order]
+    assert steps.starting_ns(beam.start_ns) == of["right"].carries_ns
+
+
+def test_work_before_the_first_lift_is_done_when_the_clock_starts():
+    plan, motions = portal(left=Means.IN_SITU, right=Means.IN_SITU)
+    steps, of, _ = steps_by_name(plan, motions)
+    first, last = sorted((of["left"], of["right"]), key=lambda step: step.order)
+    assert max(first.carries_ns, last.carries_ns) == 0
+    assert first.ends_ns == last.begins_ns < 0  # one crew
+    assert last.carries_ns - last.ends_ns == 20 * H
+    assert motions[0].start_ns == 0
+    assert not steps.pauses
+
+
+def test_what_is_set_by_hand_takes_a_little_time_and_no_wait():
+    plan, motions = portal(beam=Means.BY_HAND)
+    steps, of, _ = steps_by_name(plan, motions)
+    assert of["beam"].ends_ns - of["beam"].begins_ns == round(CASTING.hand_s * 1e9)
+    assert of["beam"].carries_ns == of["beam"].ends_ns
+    assert [pause.length_ns for pause in steps.pauses] == [round(CASTING.hand_s * 1e9)]
+
+
+def test_a_part_that_is_set_by_other_means_waits_for_what_it_rests_on():
+    plan, _ = portal(beam=Means.IN_SITU)
+    site, preparation = plan.site, prepare(plan.site)
+    made = plan_lifts(site, preparation, refused={"slab": "so"})
+    steps, of, _ = steps_by_name(made, time_plan(made, replay(site, preparation, made)))
+    assert of["slab"].begins_ns == of["slab"].carries_ns == of["beam"].carries_ns
+    assert not steps.pauses
+
+
+def test_rules_without_such_times_and_plans_without_such_work_have_no_steps():
+    plan, motions = portal(casting=None, beam=Means.IN_SITU)
+    assert steps_of(plan.site, plan.lifts, motions) == Steps()
+    assert not may_pause(plan)
+    assert steps_of(*_of(portal())) == Steps()
+    with_crane, _ = portal(beam=Means.IN_SITU)
+    assert steps_of(with_crane.site, with_crane.lifts, ()) == Steps()
+
+
+def _of(made: tuple[LiftPlan, tuple[LiftMotion, ...]]):
+    return made[0].site, made[0].lifts, made[1]
