@@ -13,6 +13,7 @@ from bimvox.remarks.density import density
 from bimvox.remarks.earlier import earlier
 from bimvox.remarks.floating import floating
 from bimvox.remarks.foot import crane_feet
+from bimvox.remarks.guided import guided
 from bimvox.remarks.machine import machines
 from bimvox.remarks.overlaps import overlaps
 from bimvox.remarks.rules import rules
@@ -20,7 +21,7 @@ from bimvox.remarks.subject import Subject
 from bimvox.remarks.transport import transport
 
 _FAMILIES = (
-    machines, crane_feet, floating, overlaps, density, transport, carried_low, high_utilisation,
+    machines, crane_feet, floating, overlaps, density, transport, carried_low, high_utilisation, guided,
     earlier, rules, assumptions,
 )  # fmt: skip
 """Every rule, in the order in which its remarks are listed within a severity."""
