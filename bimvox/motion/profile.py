@@ -11,6 +11,7 @@ Only state-to-state motions are computed: ruckig sends waypoints to a network se
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -103,6 +104,7 @@ def add_shares(
         shares[i] += size * min(max(p + t * (v + t * (a / 2.0 + t * j / 6.0)), 0.0), 1.0)
 
 
+@lru_cache(maxsize=8192)
 def profile_of(limits: AxisLimits) -> Profile:
     """Return the fastest profile of the share from 0 to 1 under limits on the share.
 

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.reach import allowed_radii_m
-from bimvox.errors import VerificationError
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.insertion import Insertion, NoInsertion, PartToInsert, find_insertion
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
@@ -345,22 +344,23 @@ def _departure(free: CollisionSpace, transit: CollisionSpace, start: IntVec) -> 
     return np.array(places or [start], np.int32), False
 
 
-def replay(site: Site, preparation: Preparation, plan: LiftPlan) -> Iterator[tuple[Lift, CollisionSpace]]:
-    """Yield every planned lift of a plan with the collision rule of its stage, last moves cleared.
+def replay(
+    site: Site, preparation: Preparation, plan: LiftPlan, last: int = -1
+) -> Iterator[tuple[Lift, CollisionSpace]]:
+    """Yield every planned lift of a plan with the collision rule of its stage, its own last moves cleared.
 
-    Yields:
-        Planned lifts in order; only one stage's tables are in memory at a time.
+    The last moves are those of the plan: nothing is planned again.
 
-    Raises:
-        VerificationError: If a planned lift meets an obstacle.
+    Args:
+        site: The site.
+        preparation: What was prepared for it.
+        plan: The plan.
+        last: Lifts up to this order have begun: their last moves are not cleared.
     """
     assembly = Assembly(site, preparation)
     for lift in plan.lifts:
-        stage = assembly.begin(lift.component)
-        planned = lift.status is Status.PLANNED
-        if planned:
-            if isinstance(stage, Obstacle):
-                component = site.components[lift.component].label
-                raise VerificationError(f"{component}: planned, but {stage.reason}", failures=stage.blocked_by)
-            yield lift, stage.clearance_with_insertion
+        assembly.skip(lift.component)
+        if lift.status is Status.PLANNED:
+            space = assembly.space(lift.component)
+            yield lift, space if lift.order <= last else with_cleared(space, lift.last_moves_vox)
         assembly.finish(lift.component, placed=lift.is_set)

@@ -14,13 +14,13 @@ import numpy as np
 
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError
+from bimvox.planning.assembly import replay
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.reasons import NOT_DRIVEN
 from bimvox.revision.current_plan import CurrentPlan
 from bimvox.revision.draft import RevisionDraft
-from bimvox.revision.motions import stages_of
 from bimvox.revision.obstruction_change import ObstructionChange
 from bimvox.revision.part_proof import Proof
 from bimvox.revision.request import RevisionRequest
@@ -54,7 +54,7 @@ class SeveralCranes:
         """Return the draft with all motions on the clock; or which lift cannot be driven, and why."""
         plan = draft.plan(self._was, self._request, self._change)
         try:
-            motions = time_lifts(plan, stages_of(plan, self._request.preparation))
+            motions = time_lifts(plan, replay(plan.site, self._request.preparation, plan))
         except MotionError as error:
             return {error.component: f"{NOT_DRIVEN}{error.message}"}
         return with_motions(self._was, draft, motions)

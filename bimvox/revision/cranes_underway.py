@@ -23,6 +23,7 @@ from bimvox.cranes.schedule import time_rest
 from bimvox.cranes.track import approach_track, carrying_track
 from bimvox.errors import MotionError
 from bimvox.motion.timing import NS_PER_S
+from bimvox.planning.assembly import replay
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
@@ -32,7 +33,6 @@ from bimvox.revision.cranes_now import CraneNow, cranes_at, is_met, motion_is_me
 from bimvox.revision.current_plan import CurrentPlan
 from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.held_cranes import HeldCranes
-from bimvox.revision.motions import stages_of
 from bimvox.revision.obstruction_change import ObstructionChange
 from bimvox.revision.part_proof import Proof
 from bimvox.revision.request import RevisionRequest
@@ -249,7 +249,7 @@ class CranesUnderWay:
             track = carrying_track(self.site, self.site.cranes[number], one.lift, motion, resumes_ns)
             resumed.append(ResumedLoad(one.lift, number, motion, resumes_ns, track))
         starts = {number: crane.resumes_from for number, crane in self.cranes.items()}
-        made = crane_lifts_from(plan, stages_of(plan, self.request.preparation, self.last), starts)
+        made = crane_lifts_from(plan, replay(plan.site, self.request.preparation, plan, self.last), starts)
         tracks = {one.lift.order: one.track for one in made}
         begun = {
             number: Begun(

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 from bimvox.errors import MotionError
 from bimvox.motion.shift import joined_on, waiting
 from bimvox.motion.time_plan import time_lift
 from bimvox.motion.timing import NS_PER_S
-from bimvox.planning.assembly import Assembly, Preparation, with_cleared
+from bimvox.planning.assembly import Assembly, with_cleared
 from bimvox.planning.rounds import Refused
-from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.lift import Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.reasons import NOT_DRIVEN
 from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.request import RevisionRequest
-from bimvox.site.collision import CollisionSpace
 
 
 def made_in_full(request: RevisionRequest, draft: RevisionDraft) -> RevisionDraft | Refused:
@@ -58,7 +56,7 @@ def _missing_motions(request: RevisionRequest, draft: RevisionDraft) -> tuple[di
     for lift in draft.lifts:
         assembly.skip(lift.component)
         if lift.order in missing:
-            rule = _with_last_moves(assembly.space(lift.component), lift)
+            rule = with_cleared(assembly.space(lift.component), lift.last_moves_vox)
             try:
                 crane = site.cranes[site.components[lift.component].crane]
                 motions[lift.order] = time_lift(site, crane, lift, rule, before, 0, 0.0)
@@ -73,31 +71,9 @@ def _missing_motions(request: RevisionRequest, draft: RevisionDraft) -> tuple[di
     return motions, refused
 
 
-def stages_of(plan: LiftPlan, preparation: Preparation, last: int = -1) -> Iterator[tuple[Lift, CollisionSpace]]:
-    """Yield every planned lift with the collision rule of its stage, its own last moves cleared.
-
-    Args:
-        plan: The plan.
-        preparation: What was prepared for its site.
-        last: Lifts up to this order have begun: their last moves are not cleared.
-    """
-    assembly = Assembly(plan.site, preparation)
-    for lift in plan.lifts:
-        assembly.skip(lift.component)
-        if lift.status is Status.PLANNED:
-            space = assembly.space(lift.component)
-            yield lift, space if lift.order <= last else _with_last_moves(space, lift)
-        assembly.finish(lift.component, placed=lift.is_set)
-
-
 def _in_time(request: RevisionRequest, motion: LiftMotion) -> LiftMotion:
     """Return a motion that does not start in the past: an idle crane waits until now and for the hold."""
     now_ns = request.now_ns
     if now_ns is None or motion.start_ns >= now_ns:
         return motion
     return waiting(motion, now_ns + round(request.hold_s * NS_PER_S) - motion.start_ns)
-
-
-def _with_last_moves(space: CollisionSpace, lift: Lift) -> CollisionSpace:
-    """Return a collision rule with a lift's own last moves cleared."""
-    return with_cleared(space, lift.last_moves_vox)
