@@ -1,7 +1,8 @@
 """Reach: where the hook may be, as a map over the site's columns.
 
 Rope, reach and capacity constrain the hook, not the load's boxes. A column is admissible if its centre lies between the
-smallest and the largest radius, and within the radius at which the load chart carries the mass.
+smallest and the largest radius, and within the radius at which the load chart carries the mass. For a load, the hook's
+own place within its column counts instead of the centre.
 """
 
 from __future__ import annotations
@@ -56,6 +57,8 @@ def hook_floor(
     mass_kg: float,
     rope: bool,
     mast_clearance_m: float = 0.0,
+    aside_m: tuple[float, float] = (0.0, 0.0),
+    slack_m: float = 0.0,
 ) -> NDArray[np.int32]:
     """Return the lowest cell at which the foot of the hook line may be, per column.
 
@@ -66,6 +69,8 @@ def hook_floor(
         mass_kg: The load's mass, without rigging.
         rope: Whether the column above the hook must be free: the floor is then ``top``, otherwise 0.
         mast_clearance_m: Clearance by which the mast's cells in ``top`` are wider than the mast.
+        aside_m: How far the hook is from the middle of its column.
+        slack_m: By how much a radius may be out of the limits.
 
     Returns:
         (X, Y) int32; ``HOOK_FORBIDDEN`` where the hook may not be: outside the crane's radii for this mass, or if even
@@ -78,10 +83,10 @@ def hook_floor(
     floor: NDArray[np.int32] = _hook_floor(
         top,
         bool(rope),
-        (frame.origin_m[0] - crane.base_m[0]) / frame.voxel_size_m,
-        (frame.origin_m[1] - crane.base_m[1]) / frame.voxel_size_m,
-        (low_m - _SLACK_M) / frame.voxel_size_m,
-        (high_m + _SLACK_M) / frame.voxel_size_m,
+        (frame.origin_m[0] + aside_m[0] - crane.base_m[0]) / frame.voxel_size_m,
+        (frame.origin_m[1] + aside_m[1] - crane.base_m[1]) / frame.voxel_size_m,
+        (low_m - _SLACK_M - slack_m) / frame.voxel_size_m,
+        (high_m + _SLACK_M + slack_m) / frame.voxel_size_m,
         int(np.floor(highest + 1e-6)),
         HOOK_FORBIDDEN,
     )
@@ -93,7 +98,8 @@ def hook_floor(
     given = crane.working_range
     if given.slew_rad is not None or given.radius_m is not None:
         shape = (floor.shape[0], floor.shape[1])
-        outside = ~columns_in_range(given, crane.base_m, frame.origin_m, frame.voxel_size_m, shape)
+        origin_m = (frame.origin_m[0] + aside_m[0], frame.origin_m[1] + aside_m[1], frame.origin_m[2])
+        outside = ~columns_in_range(given, crane.base_m, origin_m, frame.voxel_size_m, shape)
         floor[outside] = HOOK_FORBIDDEN
     return floor
 

@@ -30,9 +30,9 @@ from bimvox.cranes.parking import drawn_up, parking_cells
 from bimvox.cranes.track import approach_track, carrying_track
 from bimvox.errors import PlanningError
 from bimvox.motion.empty_hook import empty_hook_clearance
-from bimvox.motion.load_frame import axes_of_cells, cells_of_axes
+from bimvox.motion.load_frame import HookEnd, axes_of_cells, cells_of_axes, in_cell
 from bimvox.motion.rigged_crane import rigged_crane
-from bimvox.motion.time_plan import empty_hook_move, hook_on_cell, left_cells, time_lift
+from bimvox.motion.time_plan import empty_hook_move, hook_on_at, left_at, left_cells, time_lift
 from bimvox.motion.trajectories import delayed, one_after_another
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
@@ -144,39 +144,39 @@ class CraneLiftMaker:
 
     def made(self, space: CollisionSpace, before: LastLift | None) -> CraneLift:
         """Return the lift, given the rule of its stage and the crane's previous lift."""
-        pick_vox = hook_on_cell(self.component, self.place, space)
+        pick_vox = hook_on_at(self.component, self.place, space)
         lying = self.lying()
         now = self.hook_rule(space, above=lying)
         early = late = None
         parkings: list[Parking] = []
-        near = [pick_vox]
+        near: list[HookEnd] = [pick_vox]
         slew_rad = 0.0
         if before is not None:
             slew_rad = before.slew_rad
-            exit_vox = left_cells(self.site, before.lift)
-            near.append(exit_vox[-1])
+            exit_vox, exit_at = left_cells(self.site, before.lift), left_at(self.site, before.lift)
+            near.append(exit_at)
             above = [
                 target_cells(self.site.components[before.lift.component]),
                 *self.arrived_since(before.lift, [self.lift]),
                 *self.other_means_since(before.lift, self.lift),
             ]
             then = self.hook_rule(before.space, exit_vox, above)
-            early = self._early(then, exit_vox[-1], pick_vox, slew_rad)
+            early = self._early(then, exit_at, pick_vox, slew_rad)
             late = early
             if self.between or early is None:
-                late = self._late(space, exit_vox, pick_vox, slew_rad, lying)
+                late = self._late(space, before.lift, pick_vox, slew_rad, lying)
         for parked_vox in self.parking_cells(now, near):
             back = self.leg(now, parked_vox, pick_vox, slew_rad)
             if back is None:
                 back = self.leg(self.hook_rule(space), parked_vox, pick_vox, slew_rad, last=True)
-            aside = self._early(then, exit_vox[-1], parked_vox, slew_rad) if before is not None else None
+            aside = self._early(then, exit_at, parked_vox, slew_rad) if before is not None else None
             if back is not None and (before is None or aside is not None):
                 parkings.append(Parking(aside, back))
             if len(parkings) == _KEPT:
                 break
         if before is not None and early is None and late is None and not parkings:
             raise HookError(self.component.id, "the empty hook has no free path to it from its crane's previous lift")
-        free = placement_is_free(now, *(int(n) for n in pick_vox))
+        free = placement_is_free(now, *in_cell(pick_vox))
         return replace(self.with_legs(space, early, late, parkings, slew_rad), starts_there=free)
 
     def with_legs(
@@ -210,7 +210,7 @@ class CraneLiftMaker:
         track = carrying_track(self.site, self.crane, self.lift, carry)
         return CraneLift(self.lift, self.number, carry, None, None, (), track)
 
-    def parking_cells(self, rule: CollisionSpace, near: Sequence[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
+    def parking_cells(self, rule: CollisionSpace, near: Sequence[HookEnd]) -> list[NDArray[np.int32]]:
         """Return cells to wait at, sorted by how many of the other cranes' lifts they obstruct, then by slewing angle.
 
         Args:
@@ -250,7 +250,7 @@ class CraneLiftMaker:
 
     def left(self, last: LastLift) -> tuple[Leg, ...]:
         """Return the crane's legs to a parking place after its last lift."""
-        exit_vox = left_cells(self.site, last.lift)
+        exit_vox, exit_at = left_cells(self.site, last.lift), left_at(self.site, last.lift)
         above = [
             target_cells(self.component),
             *self.arrived_since(last.lift, self.between[-1:]),
@@ -258,8 +258,8 @@ class CraneLiftMaker:
         ]
         rule = self.hook_rule(last.space, exit_vox, above)
         legs = (
-            self._early(rule, exit_vox[-1], parked_vox, last.slew_rad)
-            for parked_vox in self.parking_cells(rule, [exit_vox[-1]])[:_KEPT]
+            self._early(rule, exit_at, parked_vox, last.slew_rad)
+            for parked_vox in self.parking_cells(rule, [exit_at])[:_KEPT]
         )
         return tuple(leg for leg in legs if leg is not None)
 
@@ -276,35 +276,34 @@ class CraneLiftMaker:
         coming = (one for one in self.plan.lifts if one.is_set_otherwise and before.order < one.order < last)
         return [target_cells(self.site.components[one.component]) for one in coming]
 
-    def _early(
-        self, rule: CollisionSpace, start_vox: NDArray[np.int32], end_vox: NDArray[np.int32], slew_rad: float
-    ) -> Leg | None:
+    def _early(self, rule: CollisionSpace, start_vox: HookEnd, end_vox: HookEnd, slew_rad: float) -> Leg | None:
         leg = self.leg(rule, start_vox, end_vox, slew_rad)
         return None if leg is None else replace(leg, before=frozenset(self.crossed(leg.trajectory)))
 
     def _late(
         self,
         space: CollisionSpace,
-        exit_vox: NDArray[np.int32],
-        pick_vox: NDArray[np.int32],
+        before: Lift,
+        pick_vox: HookEnd,
         slew_rad: float,
         lying: Sequence[NDArray[np.int32]],
     ) -> Leg | None:
         """Return the late leg; the exit from the set point is not free if a part was set above it since."""
+        exit_vox, exit_at = left_cells(self.site, before), left_at(self.site, before)
         tops = self._tops(self.between)
         kept = exit_vox[exit_vox[:, 2] >= tops[exit_vox[:, 0], exit_vox[:, 1]]]
         if not len(kept) or (kept[-1] != exit_vox[-1]).any():
             return None
-        leg = self.leg(self.hook_rule(space, kept, lying), exit_vox[-1], pick_vox, slew_rad)
+        leg = self.leg(self.hook_rule(space, kept, lying), exit_at, pick_vox, slew_rad)
         if leg is None and lying:
-            leg = self.leg(self.hook_rule(space, kept), exit_vox[-1], pick_vox, slew_rad, last=True)
+            leg = self.leg(self.hook_rule(space, kept), exit_at, pick_vox, slew_rad, last=True)
         return leg
 
     def leg(
         self,
         rule: CollisionSpace,
-        start_vox: NDArray[np.int32],
-        end_vox: NDArray[np.int32],
+        start_vox: HookEnd,
+        end_vox: HookEnd,
         slew_rad: float,
         *,
         last: bool = False,
@@ -317,20 +316,20 @@ class CraneLiftMaker:
             return Leg(straight, last=last)
         # If slewing at the hook's radius leaves the site or meets something, the hook trolleys in before it slews.
         inner = [self._drawn_in(rule, cell) for cell in (start_vox, end_vox)]
-        stops = [start_vox, *(cell for cell in inner if cell is not None), end_vox]
+        stops: list[HookEnd] = [start_vox, *(cell for cell in inner if cell is not None), end_vox]
         stops = [cell for n, cell in enumerate(stops) if n == 0 or (cell != stops[n - 1]).any()]
         detour = self._through(rule, stops, slew_rad) if len(stops) > 2 else None
         found = [trajectory for trajectory in (straight, detour) if trajectory is not None]
         return Leg(min(found, key=lambda trajectory: trajectory.duration_s), last=last) if found else None
 
-    def _drawn_in(self, rule: CollisionSpace, cell: NDArray[np.int32]) -> NDArray[np.int32] | None:
+    def _drawn_in(self, rule: CollisionSpace, cell: HookEnd) -> NDArray[np.int32] | None:
         """Return the parking cell closest to the mast in about the direction of a cell."""
         hook = self.empty.load
         wanted_rad = float(axes_of_cells(hook, cell)[0])
         cells = parking_cells(self.site, self.number, rule)[::2]
         return min(cells, key=lambda place: _turn(float(axes_of_cells(hook, place)[0]) - wanted_rad), default=None)
 
-    def _through(self, rule: CollisionSpace, stops: Sequence[NDArray[np.int32]], slew_rad: float) -> Trajectory | None:
+    def _through(self, rule: CollisionSpace, stops: Sequence[HookEnd], slew_rad: float) -> Trajectory | None:
         """Return the trajectory from stop to stop, at rest at each; None if it is not free."""
         parts: list[Trajectory] = []
         for start_vox, end_vox in pairwise(stops):

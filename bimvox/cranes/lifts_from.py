@@ -18,8 +18,8 @@ from bimvox.cranes.lift import CraneLift, HookError, Leg, Parking
 from bimvox.cranes.lifts import CraneLiftMaker, LastLift, lifts_by
 from bimvox.cranes.track import carrying_track
 from bimvox.errors import PlanningError
-from bimvox.motion.load_frame import cells_of_axes
-from bimvox.motion.time_plan import hook_on_cell
+from bimvox.motion.load_frame import HookEnd, cells_of_axes
+from bimvox.motion.time_plan import hook_on_at
 from bimvox.motion.timeline import in_sequence
 from bimvox.motion.timing import NS_PER_S, sampled
 from bimvox.motion.trajectories import delayed, one_after_another
@@ -91,7 +91,7 @@ def _from_there(
     """Return the crane's next lift with its hook at any pose; ``last`` is the last lift that is hooked on, if any."""
     site, place, component = maker.site, maker.place, maker.component
     pose = CranePose(*(float(n) for n in axes))
-    pick_vox = hook_on_cell(component, place, space)
+    pick_vox = hook_on_at(component, place, space)
     at_vox = cells_of_axes(maker.empty.load, axes)
     now = maker.hook_rule(space, above=maker.lying())
     there = bool(np.abs(at_vox - pick_vox).max() <= _THERE_VOX)
@@ -111,7 +111,7 @@ def _from_there(
         if late is None:
             late = _leg(maker, maker.hook_rule(space), pose, pick_vox, last=True)
     parkings: list[Parking] = []
-    near = [pick_vox, np.round(at_vox).astype(np.int32)]
+    near = [pick_vox, at_vox]
     for parked_vox in maker.parking_cells(now, near):
         back = maker.leg(now, parked_vox, pick_vox, pose.slew_rad)
         aside = _leg(maker, now, pose, parked_vox)
@@ -126,9 +126,7 @@ def _from_there(
     return maker.with_legs(space, early, late, parkings, pose.slew_rad, stays=there)
 
 
-def _early(
-    maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox: NDArray[np.int32], since: int
-) -> Leg | None:
+def _early(maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox: HookEnd, since: int) -> Leg | None:
     """Return a leg that passes the places of later lifts before their parts are set; None if there is none."""
     leg = _leg(maker, rule, pose, end_vox)
     if leg is None:
@@ -137,7 +135,7 @@ def _early(
 
 
 def _leg(
-    maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox: NDArray[np.int32], *, last: bool = False
+    maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox: HookEnd, *, last: bool = False
 ) -> Leg | None:
     """Return a leg of the empty hook from rest at any pose to a cell; None if there is none."""
     empty = maker.empty

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.motion.load_frame import HookEnd, in_cell
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace
 from bimvox.site.site import Site
 
@@ -15,9 +16,9 @@ _OFF_VOX = 3.0
 """Distance from the smallest radius at which the hook can slew: columns nearer to it are only partly in reach."""
 
 
-def drawn_up(site: Site, rule: CollisionSpace, cell: NDArray[np.int32]) -> NDArray[np.int32]:
+def drawn_up(site: Site, rule: CollisionSpace, end_vox: HookEnd) -> NDArray[np.int32]:
     """Return the highest cell of the slings' lower end over a column."""
-    x, y = int(cell[0]), int(cell[1])
+    x, y, _ = in_cell(end_vox)
     return np.array([x, y, _top(site, rule)[x, y]], np.int32)
 
 

@@ -115,8 +115,8 @@ def _empty(site: Site, crane: TowerCrane) -> _Hung:
 
 
 def _hanging(site: Site, rigged: TowerCrane, component: Component) -> _Hung:
-    """Return the part upright, its hook line above the centre of its hook column."""
-    size_m, at = site.frame.voxel_size_m, np.array(component.hook_offset_vox[:2]) + 0.5
+    """Return the part upright, its hook line above its centre of mass."""
+    size_m, at = site.frame.voxel_size_m, np.array(component.hook_line_vox[:2]) + 0.5
     width = np.array(component.shape.size_vox[:2])
     half_m = size_m * float(np.hypot(*np.maximum(at, width - at)))
     height_m = size_m * component.shape.size_vox[2]

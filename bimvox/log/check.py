@@ -192,5 +192,5 @@ def _corners_m(site: Site, motion: LiftMotion) -> NDArray[np.float64]:
     """Return (N, 3) lowest corner of the reference cell at every sample with the load hanging level, metres."""
     component = site.components[motion.component]
     crane = crane_for(site, site.cranes[motion.crane], component)
-    cells = reference_cells(crane, site.frame, motion.loaded.axes, component.hook_offset_vox)
+    cells = reference_cells(crane, site.frame, motion.loaded.axes, component.hook_line_vox)
     return site.frame.corner_of(cells)

@@ -53,13 +53,15 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
     time_ns, axes = _with_turn(motion, *motion.samples())
     held = (time_ns >= lifted_ns) & (time_ns <= assembled_ns)
     time_ns, axes = time_ns[held], axes[held]
-    load = load_frame(crane_for(site, crane, component), site.frame, component.hook_offset_vox)
+    load = load_frame(crane_for(site, crane, component), site.frame, component.hook_line_vox)
     corner_m = site.frame.corner_of(cells_of_axes(load, axes))
     angle_rad = np.zeros(len(time_ns))
     size_m = site.frame.voxel_size_m
     if place.pose is not StoredPose.AS_BUILT:
         upright_m = load.zero_height_m + size_m * place.cell_vox[2]
+        # At its full height it may be moved to where it is turned.
         tipping = time_ns < motion.start_ns + int(motion.raising.time_ns[-1])
+        tipping &= axes[:, 2] < float(motion.raising.height_m[-1]) - 1e-9
         low_m = float(motion.raising.height_m[0])
         raised = np.clip((axes[:, 2] - low_m) / max(upright_m - low_m, 1e-9), 0.0, 1.0)
         angle_rad = np.where(tipping, np.pi / 2 - np.arcsin(raised), 0.0)
@@ -70,7 +72,7 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
         yaw_rad = _yaw_rad(motion, place.turn, time_ns)
         tilt = _turned_before(tilt, yaw_rad)
         # The part turns about its hook, and the corner of its reference cell with it.
-        arm_m = -site.frame.voxel_size_m * (np.array(component.hook_offset_vox[:2]) + 0.5)
+        arm_m = -site.frame.voxel_size_m * (np.array(component.hook_line_vox[:2]) + 0.5)
         axis_m = corner_m[:, :2] - arm_m
         cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
         corner_m[:, 0] = axis_m[:, 0] + cos * arm_m[0] - sin * arm_m[1]

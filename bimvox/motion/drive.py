@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import PlanningError
 from bimvox.motion.guided import guided
-from bimvox.motion.move import Move
+from bimvox.motion.load_frame import HookEnd, in_cell, pose_next_to
+from bimvox.motion.move import Line, Move
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.shortcut import Route, along_the_path, check_path, follow, joined, over_the_top
 from bimvox.motion.steady import Swaying, SwingRules, busiest_s, steadied, swing_fault_s
@@ -126,13 +127,14 @@ def _straight(place_vox: NDArray[np.int32], begins: int) -> NDArray[np.int32]:
 def drive_free(
     rigged: RiggedCrane,
     space: CollisionSpace,
-    start_vox: NDArray[np.int32],
-    end_vox: NDArray[np.int32],
+    start_vox: HookEnd,
+    end_vox: HookEnd,
     slew_rad: float,
 ) -> tuple[Timeline, float]:
     """Return a motion between two placements for which there is no path yet (the empty hook).
 
-    The hook goes over the top if that is free, otherwise along a path found by search.
+    The hook goes over the top if that is free, otherwise along a path found by search. An end may be aside of a whole
+    cell on plan (``in_cell``): the path begins and ends in that cell.
 
     Returns:
         The motion, and the height that the hook has to reach.
@@ -142,18 +144,31 @@ def drive_free(
     """
     route: Route | None = over_the_top(rigged, space, start_vox, end_vox, slew_rad)
     if route is None:
-        first, last = (tuple(int(n) for n in cell) for cell in (start_vox, end_vox))
-        found = shortest_path(space, (first[0], first[1], first[2]), (last[0], last[1], last[2])).path_vox
+        first, last = in_cell(start_vox), in_cell(end_vox)
+        found = shortest_path(space, first, last).path_vox
         if found is None:
             raise PlanningError(
                 f"no free path for the empty hook from cell {list(first)} to cell {list(last)}",
                 hint="something is in the way over the set point or the pick point; look at the lift in the log",
             )
         check_path(rigged, space, found)
-        route = along_the_path(rigged, space, found, slew_rad)
+        route = _from_aside(rigged, along_the_path(rigged, space, found, slew_rad), start_vox, end_vox)
     timeline = _Driver(rigged, space, space).steady(joined(route.moves), 0, -np.inf)
     assert timeline is not None
     return timeline, route.clearance_height_m
+
+
+def _from_aside(
+    rigged: RiggedCrane,
+    route: Route,
+    start_vox: HookEnd,
+    end_vox: HookEnd,
+) -> Route:
+    """Return a route between whole cells from and to where the hook hangs in these cells."""
+    first, last = route.moves[0].start, route.moves[-1].end
+    begin, end = (pose_next_to(rigged.load, vox, pose) for vox, pose in ((start_vox, first), (end_vox, last)))
+    moves = (Move(begin, first, Line.SITE), *route.moves, Move(last, end, Line.SITE))
+    return replace(route, moves=tuple(move for move in moves if move.start != move.end))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

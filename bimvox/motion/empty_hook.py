@@ -49,6 +49,7 @@ def empty_hook_clearance(
         np.maximum.at(top, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
     floor, ceiling = hook_room(site, crane, top, None)
     floor = floor.copy()
+    _reach_ends(site, crane, top, floor, [place.shape.cells + np.array(place.cell_vox, np.int32), left_vox])
     # The next part is not in the table: keep the hook above it.
     for cells in (place.shape.cells + np.array(place.cell_vox, np.int32), *above):
         np.maximum.at(floor, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
@@ -58,6 +59,25 @@ def empty_hook_clearance(
         cleared = np.zeros(left_vox.max(axis=0) - low + 1, np.bool_)
         cleared[tuple((left_vox - low).T)] = True
     return CollisionSpace(space.table, HOOK_CELL, HOOK_OFFSET, floor, low, cleared, ceiling)
+
+
+def _reach_ends(
+    site: Site,
+    crane: TowerCrane,
+    top: NDArray[np.int32],
+    floor: NDArray[np.int32],
+    ends: Sequence[NDArray[np.int32]],
+) -> None:
+    """Admit the columns next to both ends in ``floor`` (in place) although their middles may be just out of reach.
+
+    At its ends the hook is above a centre of mass, where its load may be; the columns around it count as its own.
+    """
+    wide = hook_room(site, crane, top, None, slack_m=2.0 * site.frame.voxel_size_m).floor
+    for cells in ends:
+        if len(cells):
+            low = np.maximum(cells[:, :2].min(axis=0) - 1, 0)
+            near = (slice(low[0], cells[:, 0].max() + 2), slice(low[1], cells[:, 1].max() + 2))
+            floor[near] = wide[near]
 
 
 @kernel

@@ -1,7 +1,7 @@
 """From hook poses to (continuous) reference cells of the load and back.
 
 The load keeps its orientation while the crane slews (tag lines hold it): it is only translated, as on the voxel path.
-The hook is above the middle of the hook column, one sling length above the load's top.
+The hook is above the load's centre of mass, one sling length above its top.
 """
 
 from __future__ import annotations
@@ -11,8 +11,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bimvox.crane.kinematics import nearest_turn
 from bimvox.crane.reach import ColumnFrame
-from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.tower_crane import CranePose, TowerCrane
+
+HookEnd = NDArray[np.int32] | NDArray[np.float64]
+"""(3,) where a move of the empty hook begins or ends, in cells; above a centre of mass, aside of a whole cell."""
+
+_THERE_M = 1e-9
 
 
 class LoadFrame(NamedTuple):
@@ -31,9 +37,9 @@ class LoadFrame(NamedTuple):
     voxel_size_m: float
 
 
-def load_frame(crane: TowerCrane, frame: ColumnFrame, hook_offset_vox: ArrayLike) -> LoadFrame:
-    """Return the correspondence for a load whose hook column and top are at ``hook_offset_vox`` ((3,) cells)."""
-    x, y, z = (int(n) for n in np.asarray(hook_offset_vox))
+def load_frame(crane: TowerCrane, frame: ColumnFrame, hook_line_vox: ArrayLike) -> LoadFrame:
+    """Return the correspondence for a load whose hook line and top are at ``hook_line_vox`` ((3,) cells)."""
+    x, y, z = np.asarray(hook_line_vox, np.float64).tolist()
     size = frame.voxel_size_m
     return LoadFrame(
         (crane.base_m[0] - frame.origin_m[0]) / size - (x + 0.5),
@@ -50,6 +56,23 @@ def axes_of_cells(load: LoadFrame, cells: ArrayLike) -> NDArray[np.float64]:
     dy = (at[..., 1] - load.axis_y) * load.voxel_size_m
     height = load.zero_height_m + at[..., 2] * load.voxel_size_m
     return np.stack([np.arctan2(dy + 0.0, dx), np.hypot(dx, dy), height], axis=-1)
+
+
+def in_cell(end_vox: HookEnd) -> tuple[int, int, int]:
+    """Return the whole cell in which the empty hook is at an end."""
+    x, y, z = np.rint(end_vox).astype(np.int64).tolist()
+    return (x, y, z)
+
+
+def pose_next_to(load: LoadFrame, cell: ArrayLike, pose: CranePose) -> CranePose:
+    """Return the hook pose over a reference cell ((3,)), slewed by less than half a turn from a pose.
+
+    It is the pose itself if the hook is there already.
+    """
+    slew, radius, height = axes_of_cells(load, cell).tolist()
+    there = CranePose(nearest_turn(slew, pose.slew_rad), radius, height)
+    gaps = (there.slew_rad - pose.slew_rad) * radius, radius - pose.radius_m, height - pose.height_m
+    return pose if max(abs(gap) for gap in gaps) <= _THERE_M else there
 
 
 def cells_of_axes(load: LoadFrame, axes: ArrayLike) -> NDArray[np.float64]:

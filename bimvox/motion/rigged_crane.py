@@ -36,6 +36,6 @@ class RiggedCrane(NamedTuple):
 def rigged_crane(site: Site, crane: TowerCrane, component: Component | None) -> RiggedCrane:
     """Return one of a site's cranes with a component on its hook; with the empty hook (usual slings) if None."""
     rigged = crane_for(site, crane, component)
-    offset_vox = HOOK_OFFSET if component is None else component.hook_offset_vox
-    load = load_frame(rigged, site.frame, offset_vox)
+    line_vox = HOOK_OFFSET if component is None else component.hook_line_vox
+    load = load_frame(rigged, site.frame, line_vox)
     return RiggedCrane(rigged, load, pendulum_of(site, crane, component), site.rules.sample_period_s)

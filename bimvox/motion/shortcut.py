@@ -21,7 +21,7 @@ from bimvox.crane.bound import rest_to_rest_s
 from bimvox.crane.kinematics import nearest_turn, unwrap_slew
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import PlanningError
-from bimvox.motion.load_frame import LoadFrame, axes_of_cells
+from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, in_cell
 from bimvox.motion.move import Line, Move, axes_of, move_time_s
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.swept import line_is_free
@@ -53,12 +53,13 @@ def move_is_free(space: CollisionSpace, load: LoadFrame, move: Move) -> bool:
 def over_the_top(
     rigged: RiggedCrane,
     space: CollisionSpace,
-    start_vox: NDArray[np.int32],
-    end_vox: NDArray[np.int32],
+    start_vox: HookEnd,
+    end_vox: HookEnd,
     slew_rad: float,
 ) -> Route | None:
     """Return a route up, across and down between two placements ((3,) cells), at the lowest free height.
 
+    An end may be aside of a whole cell on plan (``in_cell``): up and down, the column of that cell counts.
     ``slew_rad`` is the angle at the start, including full turns. Across: straight in (slew, radius) by the smaller
     angle; if that is free at no height, trolley and slewing one after the other, then with the trolley drawn in while
     slewing, then the same by the larger angle.
@@ -82,10 +83,13 @@ def over_the_top(
 
 
 def _open_heights(
-    rigged: RiggedCrane, space: CollisionSpace, start_vox: NDArray[np.int32], end_vox: NDArray[np.int32]
+    rigged: RiggedCrane,
+    space: CollisionSpace,
+    start_vox: HookEnd,
+    end_vox: HookEnd,
 ) -> Iterator[float]:
     """Yield ascending hook heights up to which the columns over both placements are free."""
-    until = min(free_up_to(space, int(x), int(y), int(z)) for x, y, z in (start_vox, end_vox))
+    until = min(free_up_to(space, *in_cell(end)) for end in (start_vox, end_vox))
     for z in range(max(int(start_vox[2]), int(end_vox[2])), until):
         height_m = rigged.load.zero_height_m + z * rigged.load.voxel_size_m
         if height_m > rigged.crane.highest_hook_m + _HAIR_M:

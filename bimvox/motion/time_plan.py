@@ -13,7 +13,7 @@ from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import InputError, MotionError, PlanningError
 from bimvox.motion.drive import drive_free, drive_path
 from bimvox.motion.empty_hook import empty_hook_clearance
-from bimvox.motion.load_frame import LoadFrame, axes_of_cells
+from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, pose_next_to
 from bimvox.motion.move import Line, Move
 from bimvox.motion.phases import phases_from
 from bimvox.motion.rigged_crane import HOOK_OFFSET, RiggedCrane, rigged_crane
@@ -26,6 +26,7 @@ from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
+from bimvox.site.shape import turned_aside
 from bimvox.site.site import Site
 
 
@@ -108,11 +109,11 @@ def _motion(
     crew = crew_times(site.rules, component)
     spans: list[tuple[PhaseName, int]] = []
     approach: Trajectory | None = None
-    hook_on_vox = hook_on_cell(component, place, space)
+    hook_on_vox = hook_on_at(component, place, space)
     if before is not None:
         left_vox = left_cells(site, before)
         rule = empty_hook_clearance(site, empty.crane, space, place, left_vox)
-        approach = empty_hook_move(empty, rule, left_vox[-1], hook_on_vox, slew_rad)
+        approach = empty_hook_move(empty, rule, left_at(site, before), hook_on_vox, slew_rad)
         slew_rad = float(approach.slew_rad[-1])
         spans.append((PhaseName.APPROACH, int(approach.time_ns[-1])))
     spans.append((PhaseName.HOOK_ON, round(crew.sling_s * NS_PER_S)))
@@ -143,11 +144,13 @@ def _motion(
 def empty_hook_move(
     empty: RiggedCrane,
     rule: CollisionSpace,
-    start_vox: NDArray[np.int32],
-    end_vox: NDArray[np.int32],
+    start_vox: HookEnd,
+    end_vox: HookEnd,
     slew_rad: float,
 ) -> Trajectory:
     """Return the trajectory of the empty hook between two cells of the slings' lower end (``empty_hook_clearance``).
+
+    Above a part's centre of mass, an end is aside of a whole cell.
 
     Raises:
         PlanningError: If there is no free route.
@@ -174,11 +177,12 @@ def carrying_phases(timeline: Timeline, length_ns: int) -> list[tuple[PhaseName,
     ]
 
 
-def hook_on_cell(component: Component, place: YardPlace, space: CollisionSpace) -> NDArray[np.int32]:
-    """Return the cell of the slings' lower end at hook on: above the part's top as it lies.
+def hook_on_at(component: Component, place: YardPlace, space: CollisionSpace) -> NDArray[np.float64]:
+    """Return (3,) where the slings' lower end is at hook on, in cells: above the part's top as it lies.
 
-    A part that lies is hooked at its head, the end away from its foot, and upended. If the hook may not be over the
-    head, or anywhere between head and foot (reach, rope, zones), the part is hooked over its foot.
+    That is above its centre of mass. A part that lies is hooked at its head, the end away from its foot, and upended.
+    If the hook may not be over the head, or anywhere between head and foot (reach, rope, zones), the part is hooked
+    over its foot.
     """
     x, y, z = place.cell_vox
     size_x, size_y, size_z = place.shape.size_vox
@@ -192,7 +196,9 @@ def hook_on_cell(component: Component, place: YardPlace, space: CollisionSpace) 
     above = space._replace(boxes=np.array([[0, 0, 0, 1, 1, 1]], np.int32), hook_offset=HOOK_OFFSET)
     path = foot + np.sign(head - foot) * np.arange(np.abs(head - foot).max() + 1, dtype=np.int32)[:, None]
     inside = (path[:, :2] < space.hook_floor.shape).all()
-    return head if inside and all(placement_is_free(above, *cell) for cell in path) else foot
+    hooked = head if inside and all(placement_is_free(above, *cell) for cell in path) else foot
+    at: NDArray[np.float64] = hooked + np.array([*turned_aside(component.hook_aside_vox, place.turn), 0.0])
+    return at
 
 
 def left_cells(site: Site, lift: Lift) -> NDArray[np.int32]:
@@ -203,24 +209,43 @@ def left_cells(site: Site, lift: Lift) -> NDArray[np.int32]:
     return cells
 
 
+def left_at(site: Site, lift: Lift) -> NDArray[np.float64]:
+    """(3,) where the slings' lower end is at the set point of a lift, in cells: above the part's centre of mass."""
+    aside = site.components[lift.component].hook_aside_vox
+    at: NDArray[np.float64] = left_cells(site, lift)[-1] + np.array([*aside, 0.0])
+    return at
+
+
 def _raising(
     rigged: RiggedCrane,
     hook: LoadFrame,
     component: Component,
     place: YardPlace,
-    hook_on_vox: NDArray[np.int32],
+    hook_on_vox: NDArray[np.float64],
     slew_rad: float,
 ) -> Timeline:
-    """Return the moves that upend a lying part about its foot and lift it straight up to the transit start."""
+    """Return the moves that upend a lying part about its foot and lift it straight up to the transit start.
+
+    A part that is turned afterwards about its hook, onto whole cells, is first moved to where its hook is then.
+    """
     on = axes_of_cells(hook, hook_on_vox)
     up = axes_of_cells(rigged.load, np.array(place.transit_start_vox))
     start = CranePose(nearest_turn(float(on[0]), slew_rad), float(on[1]), float(on[2]))
     end = CranePose(nearest_turn(float(up[0]), start.slew_rad), float(up[1]), float(up[2]))
-    foot = np.array(place.transit_start_vox) + np.array(component.hook_offset_vox)
+    foot = hook_on_vox.copy()
+    foot[:2] = np.add(place.transit_start_vox, component.hook_offset_vox)[:2]
+    foot[:2] += turned_aside(component.hook_aside_vox, place.turn)
+    raised = pose_next_to(hook, foot, replace(end, height_m=float(on[2])))
+    raised = replace(raised, height_m=end.height_m)
     if (hook_on_vox[:2] == foot[:2]).all():
-        return in_sequence(rigged.crane, [Move(start, replace(start, height_m=end.height_m))])
-    upright = replace(end, height_m=end.height_m - place.rise_vox * hook.voxel_size_m)
-    return in_sequence(rigged.crane, [Move(start, upright, Line.ARC), Move(upright, end)])
+        raised = replace(start, height_m=end.height_m)
+        moves = [Move(start, raised)]
+    else:
+        upright = replace(raised, height_m=end.height_m - place.rise_vox * hook.voxel_size_m)
+        moves = [Move(start, upright, Line.ARC), Move(upright, raised)]
+    if place.turn and component.hook_aside_vox != turned_aside(component.hook_aside_vox, place.turn):
+        moves.append(Move(raised, end, Line.SITE))
+    return in_sequence(rigged.crane, moves)
 
 
 def _length_ns(trajectory: Trajectory) -> int:

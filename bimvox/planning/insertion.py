@@ -185,15 +185,13 @@ class _Inserter:
         self.foreign = foreign > 0
         self.rule = space._replace(table=summed_area_table(self.foreign))
         hook = self.target + np.array(component.hook_offset_vox)
-        self.hook_m = site.frame.centre_of(hook)
+        self.hook_m = site.frame.corner_of(self.target + np.array(component.hook_line_vox) + (0.5, 0.5, 0.0))
         self.highest = site.shape[2] - int(transit.boxes[:, 5].max())
         if space.hook_ceiling.size:
             # Counts as open where the crane cannot hold the part any higher.
             most = int(space.hook_ceiling[hook[0], hook[1]]) - int(component.hook_offset_vox[2])
             self.highest = min(self.highest, max(most, int(self.target[2])))
-        origin = site.frame.origin_m
         self.hook_column = tuple(int(n) for n in (hook - self.low)[:2])
-        self.hook_m[2] = origin[2] + self.step_m * hook[2]
         self.rooms = np.zeros(site.shape, np.int8)
         self.own_cells = component.shape.cells
         self.entangled = [

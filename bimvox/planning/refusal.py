@@ -31,7 +31,7 @@ def refused_by_crane(site: Site, component: Component) -> str | None:
 
 def place_radius_m(site: Site, crane: TowerCrane, component: Component) -> float:
     """Return the radius of the hook when a part is set."""
-    x, y = (component.target_vox[axis] + component.hook_offset_vox[axis] + 0.5 for axis in (0, 1))
+    x, y = (component.target_vox[axis] + component.hook_line_vox[axis] + 0.5 for axis in (0, 1))
     at = site.frame.corner_of([x, y, 0])
     return hypot(float(at[0]) - crane.base_m[0], float(at[1]) - crane.base_m[1])
 

@@ -187,7 +187,7 @@ class _YardTimes:
         return seconds if before is None else seconds + self._travel.between_s(self._over(before), hook)
 
     def _over(self, component: Component) -> Axes:
-        return self._axes(np.add(component.target_vox, component.hook_offset_vox)[None])
+        return self._axes(np.add(component.target_vox, component.hook_line_vox)[None])
 
     def _axes(self, cells: NDArray[np.int64]) -> Axes:
         return self._travel.axes_of(self._origin_m + self._size_m * (cells + np.array([0.5, 0.5, 0.0])))
@@ -204,10 +204,10 @@ def _find(
     if not choices:
         return None
     margin = margin_vox(site)
-    room = hook_room(site, site.crane_of(component), np.zeros(site.shape[:2], np.int32), component)
-    hook = room.floor < HOOK_FORBIDDEN
-    shape = component.shape
+    shape, flat, crane = component.shape, np.zeros(site.shape[:2], np.int32), site.crane_of(component)
+    upright = hook_room(site, crane, flat, component).floor < HOOK_FORBIDDEN
     for pose, turn in choices:
+        hook = upright & (hook_room(site, crane, flat, component, turn).floor < HOOK_FORBIDDEN) if turn else upright
         size_x, size_y, size_z = erection_size_vox(turned_shape(shape, turn), pose)
         if 1 + size_z > site.shape[2]:
             continue
@@ -216,7 +216,7 @@ def _find(
         # Its transit clearance must lie inside the site boundary, and so must its turning circle.
         low, high = np.full(2, margin), np.array(site.shape[:2]) - margin - np.array(shape.size_vox[:2])
         if turn:
-            around = turning_columns(shape, component.hook_offset_vox)
+            around = turning_columns(shape, component.hook_line_vox, turn)
             low = np.maximum(low, -around.min(axis=0))
             high = np.minimum(high, np.array(site.shape[:2]) - 1 - around.max(axis=0))
         start = cells + offset - np.array(component.hook_offset_vox[:2])

@@ -132,7 +132,7 @@ def _hung_by(site: Site, crane: TowerCrane, motions: Sequence[LiftMotion]) -> tu
     for motion in motions:
         component = site.components[motion.component]
         rigged = crane_for(site, crane, component)
-        x, y = (n + 0.5 for n in component.hook_offset_vox[:2])
+        x, y = (n + 0.5 for n in component.hook_line_vox[:2])
         width, depth, height = component.shape.size_vox
         box_m = (-size_m * x, size_m * (width - x), -size_m * y, size_m * (depth - y))
         height_m = size_m * height

@@ -12,7 +12,7 @@ from bimvox.proof.space import reference_cells
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, PhaseName, quarters_of
 from bimvox.records.proof import Check
-from bimvox.site.component import Component, IntVec
+from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
@@ -52,7 +52,7 @@ def check_ends(
     same("the load's way ends", loaded[-1], _hook_over(site, crane, component, component.target_vox))
     same("it is raised", raising[-1], hook_of(crane, *loaded[0]))
     _check_resumed(check, name, site, crane, moment.lift, motion)
-    _check_hooked_on(check, name, site, crane, moment, raising[0])
+    _check_hooked_on(check, name, site, crane, moment, raising)
     first = raising[0]
     if motion.approach is not None:
         approach = motion.approach.axes
@@ -95,7 +95,7 @@ def _check_resumed(check: Check, name: str, site: Site, crane: TowerCrane, lift:
         resumed_ns = min((end_ns for end_ns in stops_ns if end_ns > left.until_ns), default=left.until_ns)
         at_ns = resumed_ns - motion.start_ns
         axes = np.array([[np.interp(at_ns, loaded.time_ns, axis) for axis in loaded.axes.T]])
-        load = reference_cells(crane, site.frame, axes, component.hook_offset_vox)[0]
+        load = reference_cells(crane, site.frame, axes, component.hook_line_vox)[0]
         first = tuple(int(n) for n in path_vox[0])
         check.look(
             bool((np.abs(load - path_vox[0]) <= _AROUND_VOX).all()),
@@ -106,10 +106,15 @@ def _check_resumed(check: Check, name: str, site: Site, crane: TowerCrane, lift:
 def _check_hooked_on(
     check: Check, name: str, site: Site, crane: TowerCrane, moment: Moment, axes: NDArray[np.float64]
 ) -> None:
-    """Check that the end of the slings is on top of the part as it lies, inside its outline in plan."""
+    """Check that the end of the slings is on top of the part as it lies; if it is upright, above its centre of mass.
+
+    ``axes`` are the (N, 3) samples of its raising.
+    """
     place = moment.lift.place
     assert place is not None
-    foot_m = hook_of(crane, *axes) - np.array([0.0, 0.0, crane.sling_m])
+    component = site.components[moment.lift.component]
+    slings_end = np.array([0.0, 0.0, crane.sling_m])
+    foot_m = hook_of(crane, *axes[0]) - slings_end
     low_m = site.frame.corner_of(place.cell_vox)
     high_m = site.frame.corner_of(np.array(place.cell_vox) + place.shape.size_vox)
     over = bool((foot_m[:2] >= low_m[:2] - _SAME_M).all() and (foot_m[:2] <= high_m[:2] + _SAME_M).all())
@@ -117,11 +122,25 @@ def _check_hooked_on(
         over and abs(float(foot_m[2] - high_m[2])) <= _SAME_M,
         f"{name}: is hooked on at {_text(foot_m)}, but its top in the yard is {_text(low_m)} to {_text(high_m)}",
     )
+    if place.pose is not StoredPose.AS_BUILT:
+        return
+    # It hangs level from its yard to its place: the hook is above its centre of mass as it lies, too.
+    x, y = (n + 0.5 for n in component.hook_line_vox[:2])
+    width, depth, _ = component.shape.size_vox
+    turned = ((x, y), (depth - y, x), (width - x, depth - y), (y, width - x))[place.turn % 4]
+    wanted_m = site.frame.corner_of(np.add(place.cell_vox, (*turned, 0)))[:2]
+    off_m = float(np.hypot(*(foot_m[:2] - wanted_m)))
+    check.look(off_m <= _SAME_M, f"{name}: is hooked on {off_m:.3f} m away from the vertical above its centre of mass")
+    if place.turn:
+        hook_m = hook_of(crane, *axes.T)
+        low = hook_m[:, 2] < hook_m[-1, 2] - _SAME_M
+        gone_m = float(np.hypot(*(hook_m[low, :2] - hook_m[0, :2]).T).max(initial=0.0))
+        check.look(gone_m <= _SAME_M, f"{name}: moves sideways by {gone_m:.3f} m while it is raised to be turned")
 
 
 def _hook_over(site: Site, crane: TowerCrane, component: Component, cell_vox: IntVec) -> NDArray[np.float64]:
     """Return (3,) the hook position for a component's reference cell at a placement, metres."""
-    cell = np.array(cell_vox) + np.array(component.hook_offset_vox) + [0.5, 0.5, 0.0]
+    cell = np.array(cell_vox) + np.array(component.hook_line_vox) + [0.5, 0.5, 0.0]
     return np.asarray(site.frame.corner_of(cell) + np.array([0.0, 0.0, crane.sling_m]), np.float64)
 
 

@@ -25,7 +25,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.guided import guided_box_vox
 from bimvox.proof.hook import jib_cell, reaches_jib, tallest_met
 from bimvox.proof.jib import swept_by_jib
-from bimvox.proof.space import positions_of, whole_cells
+from bimvox.proof.space import Line, positions_of, whole_cells
 from bimvox.proof.swing import swung_placements
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion
@@ -212,7 +212,7 @@ def _add_motion(mask: CellMask, site: Site, place: YardPlace, motion: LiftMotion
         trajectory = _rest_of(whole, rest_ns)
         if trajectory is None:
             continue
-        placements = _placements(site, crane_for(site, crane, component), trajectory, component.hook_offset_vox)
+        placements = _placements(site, crane_for(site, crane, component), trajectory, component.hook_line_vox)
         if whole is motion.loaded:
             swung = swung_placements(site, crane, motion, whole, component, rest_ns)
             placements = np.concatenate([placements, swung])
@@ -251,8 +251,8 @@ def _rest_of(trajectory: Trajectory, rest_ns: int) -> Trajectory | None:
     )
 
 
-def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_offset: IntVec) -> NDArray[np.int64]:
-    return positions_of(crane, site.frame, trajectory, hook_offset).placements.cells
+def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_line: Line) -> NDArray[np.int64]:
+    return positions_of(crane, site.frame, trajectory, hook_line).placements.cells
 
 
 def _kept_free(site: Site, component: Component) -> NDArray[np.int32]:

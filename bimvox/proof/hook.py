@@ -13,12 +13,14 @@ from bimvox.proof.jib import check_luffing_jib
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.load import check_zone, things_over
 from bimvox.proof.moment import Moment, Thing, near_and_far
-from bimvox.proof.space import positions_of, within
+from bimvox.proof.placements import Placements
+from bimvox.proof.space import positions_of, reference_cells, within
 from bimvox.records.motion import LiftMotion
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site, is_mast_of
 
 _SLINGS_END = (0, 0, 0)
+_AT_LINE_VOX = 1e-4
 
 
 class HookProof(LiftProof):
@@ -31,7 +33,7 @@ class HookProof(LiftProof):
         """
         self.start_ns = motion.start_ns
         for way in one_way(self.site, moment, motion) if ways is None else ways:
-            self._check_approach(name, way)
+            self._check_approach(name, way, motion)
         time_ns, axes = motion.samples()
         first, last = np.searchsorted(time_ns, self.window_ns)
         seen = slice(max(int(first) - 1, 0), int(last) + 1)
@@ -46,14 +48,18 @@ class HookProof(LiftProof):
         load = (component, axes[seen][time_ns[seen] >= loaded_ns])
         check_luffing_jib(self.checks["jib"], name, self.site, crane, jib, present, axes[seen], load)
 
-    def _check_approach(self, name: str, empty: EmptyWay) -> None:
+    def _check_approach(self, name: str, empty: EmptyWay, motion: LiftMotion) -> None:
         """Check that the cell at the slings' end and the line above it are free, also of the next part in the yard.
 
-        When it leaves a set point, the line may pass through cells of what touches the part just set, if it misses
-        the triangles.
+        Above a set point and a pick point, the line is in the column of the cell that holds it. Elsewhere it is one
+        cell wide, so in up to four columns. When it leaves a set point, the line may pass through cells of what touches
+        the part just set, if it misses the triangles.
         """
         check, frame, approach, left = self.checks["empty_hook"], self.site.frame, empty.way, empty.left
         way, cells, placements = positions_of(self.crane, frame, approach)
+        at_lines = _in_own_columns(cells, self._own_columns(empty, motion))
+        if (at_lines != cells).any():
+            placements = Placements(at_lines, way.slack_vox)
         time_s = approach.time_ns[way.sample] / 1e9
         check_zone(
             self.checks["zones"], f"{name}, {empty.what}", self.site, self.crane, placements, None, cells, time_s
@@ -70,7 +76,7 @@ class HookProof(LiftProof):
             near, _ = near_and_far(left, present)
             with self.cells.without(near):
                 bad |= leaving & placements.at_positions(self.cells.line_meets(placements, _SLINGS_END))
-            set_at = np.array(left.target_vox) + np.array(left.hook_offset_vox)
+            set_at = np.array(left.target_vox) + np.array(left.hook_line_vox)
             for n in np.flatnonzero(leaving & ~bad).tolist():
                 offset_m = (cells[n] - set_at) * frame.voxel_size_m
                 bad[n] = not all(self.triangles.rope_is_clear(left, offset_m, thing.solid) for thing in near)
@@ -84,6 +90,14 @@ class HookProof(LiftProof):
                 check.about, what = left.id, f"{what} from {left.id}"
             when = f"{name}: on its {what}, at {time_s[n]:.2f} s"
             check.look(False, f"{when}, the empty hook or its rope meets {met}")
+
+    def _own_columns(self, empty: EmptyWay, motion: LiftMotion) -> NDArray[np.float64]:
+        """Return (N, 2) the lines above the set point that a move leaves and the pick point of the lift, in cells."""
+        lines = reference_cells(self.crane, self.site.frame, motion.raising.axes[:1], _SLINGS_END)
+        if empty.left is not None:
+            left = np.array(empty.left.target_vox) + np.array(empty.left.hook_line_vox)
+            lines = np.concatenate([lines, left[None]])
+        return lines[:, :2]
 
     def _check_jib(self, name: str, present: Sequence[Thing], axes: NDArray[np.float64]) -> None:
         """Check that the jib, as wide as the mast, turns over nothing as high as itself.
@@ -105,6 +119,16 @@ class HookProof(LiftProof):
             check.look(
                 not met, f"{name}: the jib at {crane.jib_height_m:g} m turns into {thing.name}, which is as high"
             )
+
+
+def _in_own_columns(cells: NDArray[np.float64], lines: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return positions ((N, 3) cells); those from a line ((M, 2)) to the middle of its cell are moved to the middle."""
+    moved = cells.copy()
+    for line in lines:
+        middle = np.rint(line)
+        near = (np.abs(cells[:, :2] - middle) <= np.abs(line - middle) + _AT_LINE_VOX).all(axis=1)
+        moved[near, :2] = middle
+    return moved
 
 
 def jib_cell(site: Site, crane: TowerCrane) -> int:

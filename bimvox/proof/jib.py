@@ -166,7 +166,7 @@ def _check_load(
 ) -> None:
     """Check that no column of the load reaches the jib above it."""
     size_m = site.frame.voxel_size_m
-    columns = np.unique(component.shape.cells[:, :2], axis=0) - np.array(component.hook_offset_vox[:2])
+    columns = np.unique(component.shape.cells[:, :2], axis=0) - np.array(component.hook_line_vox[:2])
     slew, radius, height = axes.T
     share = np.clip((radius - jib.pivot_offset_m) / jib.length_m, -1.0, 1.0)
     slope = np.tan(np.arccos(share))

@@ -70,7 +70,7 @@ class LoadProof(LiftProof):
         with_load: bool,
     ) -> None:
         crane = crane_for(self.site, self.crane, component)
-        way, cells, placements = positions_of(crane, self.site.frame, trajectory, component.hook_offset_vox)
+        way, cells, placements = positions_of(crane, self.site.frame, trajectory, component.hook_line_vox)
         own = component.shape.cells
         time_s = trajectory.time_ns[way.sample] / 1e9
         tail, now = tail_of(cells, lift), within(trajectory, way, self.start_ns, self.window_ns)

@@ -112,7 +112,7 @@ class _Verifier:
             refused = (lift.reason or "").startswith(NOT_ITS_CELLS)
             if lift.status is Status.INFEASIBLE and not refused and component.index not in self.known_shapes:
                 check.about = component.id
-                check_shape(check, component, self.site.frame)
+                check_shape(check, component, self.site.frame, exact_hook=self.site.exact_hook)
         check.about = None
 
     def _check_deliveries(self) -> None:
@@ -187,7 +187,7 @@ class _Verifier:
             return
         own = [self.checks[name] for name in ("shapes", "mass", "slings")]
         failed = sum(check.failed for check in own)
-        check_shape(own[0], component, self.site.frame)
+        check_shape(own[0], component, self.site.frame, exact_hook=self.site.exact_hook)
         check_mass(own[1], component, self.site.frame.voxel_size_m)
         check_slings(own[2], self.site, component)
         if sum(check.failed for check in own) == failed:
@@ -263,21 +263,24 @@ class _Verifier:
         lies = np.array(place.cell_vox[:2]) + turned_hook(shape, hook, place.turn)[:2]
         axis = np.array(place.transit_start_vox[:2]) + hook[:2]
         check.look(bool((lies == axis).all()), f"{component.id}: does not turn about its hook")
-        far = np.abs(shape.cells[:, :2] - np.array(hook[:2])) + 0.5
-        radius = float(np.hypot(*far.T).max())
+        # The hook need not be at the same place within that column for the part as it lies: it moves first.
+        x, y = component.hook_aside_vox
+        lain = [(x, y), (-y, x), (-x, -y), (y, -x)][place.turn % 4]
+        far = np.abs(shape.cells[:, :2] - np.array(component.hook_line_vox[:2])) + 0.5
+        radius = float(np.hypot(*far.T).max() + np.hypot(lain[0] - x, lain[1] - y))
         low = place.cell_vox[2] + place.rise_vox
         high = low + int(shape.cells[:, 2].max()) + 1
-        centre = axis + 0.5
+        centre = axis + 0.5 + component.hook_aside_vox
         inside = (centre - radius >= -1e-9).all() and (centre + radius <= np.array(self.site.shape[:2]) + 1e-9).all()
         check.look(bool(inside) and high <= self.site.shape[2], f"{component.id}: turns beyond the site's boundary")
         # The circle fits into this box of cells.
-        reach = int(np.ceil(radius)) + 1
+        reach = int(np.ceil(radius)) + 2
         first, last = [*(axis - reach).tolist(), low], [*(axis + reach).tolist(), high - 1]
         close = beside(present, first, last)
         check.look(True, "", samples=len(present) - len(close))
         for thing in close:
             cells = thing.cells[(thing.cells[:, 2] >= low) & (thing.cells[:, 2] < high)]
-            away = np.hypot(*np.maximum(np.abs(cells[:, :2] - axis) - 0.5, 0.0).T)
+            away = np.hypot(*np.maximum(np.abs(cells[:, :2] + 0.5 - centre) - 0.5, 0.0).T)
             check.look(bool((away >= radius - 1e-9).all()), f"{component.id}: meets {thing.name} while it is turned")
 
     def _check_cells(self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
@@ -349,8 +352,9 @@ class _Verifier:
         if crane is None:
             return
         hook = path + np.array(component.hook_offset_vox, np.int32)
-        centre_m = np.array(site.frame.origin_m)[:2] + site.frame.voxel_size_m * (hook[:, :2] + 0.5)
-        radius_m = np.hypot(*(centre_m - np.array(crane.base_m[:2])).T)
+        line_vox = path[:, :2] + np.array(component.hook_line_vox[:2]) + 0.5
+        hook_m = np.array(site.frame.origin_m)[:2] + site.frame.voxel_size_m * line_vox
+        radius_m = np.hypot(*(hook_m - np.array(crane.base_m[:2])).T)
         reach = self.checks["reach"]
         low_m, high_m = crane.min_radius_m - 1e-6, crane.jib_length_m + 1e-6
         good = (radius_m >= low_m) & (radius_m <= high_m)

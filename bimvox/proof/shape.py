@@ -16,20 +16,34 @@ from bimvox.site.site import Blocker
 _BORDER_M = 2e-4  # a point this close to a cell border may count to either side (the voxelizer's tolerance is 0.1 mm)
 _FINEST = 64
 _OFF_VOX = 1e-6
+_HOOK_M = 1e-3
+"""How far from the vertical above the centre of mass a hook may be."""
 _NO_VOLUME = 1e-3  # of its box; the volume of an open mesh means nothing
 
 
-def check_shape(check: Check, component: Component, frame: GridFrame) -> None:
-    """Check that a part's cells cover its surface and reach no further, and that it hangs above its centre of mass."""
+def check_shape(check: Check, component: Component, frame: GridFrame, *, exact_hook: bool = True) -> None:
+    """Check that a part's cells cover its surface and reach no further, and that it hangs above its centre of mass.
+
+    Without ``exact_hook``, the hook is in the middle of the cell above it, as in logs made before that rule.
+    """
     _check_cells(check, component.id, component.mesh, component.shape.cells + np.array(component.target_vox), frame)
     x, y, z = component.hook_offset_vox
     size = component.shape.cells.max(axis=0) + 1
-    good = 0 <= x < size[0] and 0 <= y < size[1] and z == size[2]
-    if good and (centre_m := _centre_m(component.mesh)) is not None:
-        at = (centre_m - np.array(frame.origin_m)) / frame.voxel_size_m - component.target_vox
-        off = np.abs(np.clip(at[:2], 0.5, size[:2] - 0.5) - (x + 0.5, y + 0.5))
-        good = bool((off <= 1.0 + _OFF_VOX).all())
-    check.look(good, f"{component.id}: its hook, {component.hook_offset_vox}, is not above its centre of mass")
+    aside = np.abs(component.hook_aside_vox)
+    good = 0 <= x < size[0] and 0 <= y < size[1] and z == size[2] and bool((aside <= 0.5 + _OFF_VOX).all())
+    name = f"{component.label}: its hook, {component.hook_line_vox},"
+    check.look(good, f"{name} is not in a column of its cells, above its top")
+    if (centre_m := _centre_m(component.mesh)) is None:
+        return
+    at = (centre_m - np.array(frame.origin_m)) / frame.voxel_size_m - component.target_vox
+    off_vox = np.clip(at[:2], 0.0, size[:2]) - np.array(component.hook_line_vox[:2]) - 0.5
+    off_m = float(np.hypot(*off_vox)) * frame.voxel_size_m
+    if exact_hook:
+        check.look(off_m <= _HOOK_M, f"{name} is {off_m:.3f} m away from the vertical above its centre of mass")
+        return
+    around = np.clip(at[:2], 0.5, size[:2] - 0.5) - (x + 0.5, y + 0.5)
+    middle = component.hook_aside_vox == (0.0, 0.0) and bool((np.abs(around) <= 1.0 + _OFF_VOX).all())
+    check.look(middle, f"{name} is not in the middle of the cell above its centre of mass")
 
 
 def check_structure(check: Check, blocker: Blocker, frame: GridFrame, shape: IntVec) -> None:

@@ -29,7 +29,7 @@ def check_slings(check: Check, site: Site, component: Component) -> None:
         )
     wanted = fewest = 0
     if component.lifting.source == "anchors" and crane is not None and points_m:
-        cell = np.array(component.target_vox) + np.array(component.hook_offset_vox) + (0.5, 0.5, 0.0)
+        cell = np.array(component.target_vox) + np.array(component.hook_line_vox) + (0.5, 0.5, 0.0)
         x, y, top_m = site.frame.corner_of(cell).tolist()
         slope = tan(site.rules.sling_angle_rad / 2.0)
         highest_m = max(point[2] + hypot(point[0] - x, point[1] - y) / slope for point in points_m)

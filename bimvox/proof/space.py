@@ -22,6 +22,8 @@ from bimvox.records.lift import Lift
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.component import IntVec
 
+Line = tuple[float, float, float]
+
 _SPACING_VOX = 0.125
 _MOST_BETWEEN = 4096
 _AT_SAMPLE_VOX = 1e-5
@@ -73,11 +75,11 @@ class Positions(NamedTuple):
 
 @lru_cache(maxsize=64)  # a proof and the footprints after it ask for the same trajectories, about 20 lifts at a time
 def positions_of(
-    crane: TowerCrane, frame: GridFrame, trajectory: Trajectory, hook_offset_vox: IntVec = (0, 0, 0)
+    crane: TowerCrane, frame: GridFrame, trajectory: Trajectory, hook_line_vox: Line = (0.0, 0.0, 0.0)
 ) -> Positions:
     """Return where a load is along a trajectory of a crane that is rigged for it (by default the empty hook)."""
     way = way_of(crane, trajectory.axes, frame.voxel_size_m)
-    cells = reference_cells(crane, frame, way.axes, hook_offset_vox)
+    cells = reference_cells(crane, frame, way.axes, hook_line_vox)
     return Positions(way, cells, Placements(cells, way.slack_vox))
 
 
@@ -119,25 +121,25 @@ def _between(
 
 
 def reference_cells(
-    crane: TowerCrane, frame: GridFrame, axes: NDArray[np.float64], hook_offset_vox: IntVec
+    crane: TowerCrane, frame: GridFrame, axes: NDArray[np.float64], hook_line_vox: Line
 ) -> NDArray[np.float64]:
     """Return the continuous reference cells ((N, 3)) of a load at hook poses ((N, 3) slew, radius, height).
 
-    The hook is one sling's length above the middle of the lower face of the load's hook cell, ``hook_offset_vox`` from
-    the reference cell (zero for the empty hook).
+    The hook is one sling's length above the load's top, half a cell in x and y from ``hook_line_vox``, which counts
+    from the reference cell (zero for the empty hook).
     """
-    return cells_below(crane, frame, hook_of(crane, *axes.T), hook_offset_vox)
+    return cells_below(crane, frame, hook_of(crane, *axes.T), hook_line_vox)
 
 
 def cells_below(
-    crane: TowerCrane, frame: GridFrame, hook_m: NDArray[np.float64], hook_offset_vox: IntVec
+    crane: TowerCrane, frame: GridFrame, hook_m: NDArray[np.float64], hook_line_vox: Line
 ) -> NDArray[np.float64]:
     """Return the reference cells of a load at hook positions ((N, 3), metres)."""
     cells: NDArray[np.float64] = hook_m - np.array([0.0, 0.0, crane.sling_m])
     cells -= np.array(frame.origin_m)
     cells /= frame.voxel_size_m
     cells -= np.array([0.5, 0.5, 0.0])
-    cells -= np.array(hook_offset_vox, np.float64)
+    cells -= np.array(hook_line_vox, np.float64)
     return cells
 
 

@@ -86,8 +86,10 @@ class SwingProof(LiftProof):
         """Check that a load that swings further than what counts as rest hits nothing, to either side."""
         self.checks["swing"].look(True, "", samples=len(swung.time_s))
         frame = self.site.frame
-        offset = _SLINGS_END if component is None else component.hook_offset_vox
-        cells = cells_below(crane_for(self.site, self.crane, component), frame, swung.hook_m, offset)
+        offset, line = (
+            (_SLINGS_END, _SLINGS_END) if component is None else (component.hook_offset_vox, component.hook_line_vox)
+        )
+        cells = cells_below(crane_for(self.site, self.crane, component), frame, swung.hook_m, line)
         beyond_vox = beyond_rest_m(swung.offset_m) / frame.voxel_size_m
         clock_ns = swung.time_s * 1e9 + float(start_ns)
         now = (clock_ns >= self.window_ns[0] - STEP_NS) & (clock_ns <= self.window_ns[1] + STEP_NS)
@@ -156,8 +158,8 @@ def swung_placements(
     below_hook_m = hanging_m(site, crane, component)
     found = [np.empty((0, 3), np.int64)]
     for swung in swung_parts(crane, motion, way, below_hook_m) if below_hook_m is not None else ():
-        offset = _SLINGS_END if component is None else component.hook_offset_vox
-        cells = cells_below(crane_for(site, crane, component), site.frame, swung.hook_m, offset)
+        line = _SLINGS_END if component is None else component.hook_line_vox
+        cells = cells_below(crane_for(site, crane, component), site.frame, swung.hook_m, line)
         beyond_vox = beyond_rest_m(swung.offset_m) / site.frame.voxel_size_m
         swings = (beyond_vox[:, 0] != 0.0) | (beyond_vox[:, 1] != 0.0)
         rows = np.flatnonzero(swings & (swung.time_s * 1e9 >= rest_ns - STEP_NS))

@@ -76,7 +76,7 @@ class YardPlace:
         """Return (N, 3) int32 cells that it sweeps while it is turned; none if it is not turned."""
         if self.turn == 0:
             return np.zeros((0, 3), np.int32)
-        columns = turning_columns(component.shape, component.hook_offset_vox)
+        columns = turning_columns(component.shape, component.hook_line_vox, self.turn)
         x, y, z = self.transit_start_vox
         height = component.shape.size_vox[2]
         layers = [np.column_stack([columns, np.full(len(columns), k)]) for k in range(height)]

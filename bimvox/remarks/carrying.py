@@ -95,7 +95,7 @@ def _travelled(site: Site, component: Component, motion: LiftMotion) -> NDArray[
     """Return (N, 3) the reference cells of a load at the samples of its travel."""
     crane = site.crane_of(component)
     assert crane is not None
-    load = load_frame(crane_for(site, crane, component), site.frame, component.hook_offset_vox)
+    load = load_frame(crane_for(site, crane, component), site.frame, component.hook_line_vox)
     time_ns = motion.loaded.time_ns + np.int64(motion.start_ns)
     inside = np.zeros(len(time_ns), np.bool_)
     for phase in motion.phases:

@@ -63,6 +63,11 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
         pairs = [f"{labels.get(one.first, one.first)} and {labels.get(one.second, one.second)}" for one in plan.clashes]
         found.append(f"parts may overlap as deep as they are drawn into each other: {_names(pairs)}")
     if site.cranes:
+        if not site.exact_hook:
+            size_m = site.frame.voxel_size_m
+            found.append(
+                f"hooks are up to {size_m / 2**0.5:.2f} m away from the centre of mass: in the middle of a cell"
+            )
         if own.times is None:
             crew = crew_times(own, site.components[0])
             found.append(

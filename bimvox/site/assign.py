@@ -134,7 +134,7 @@ def _work_s(crane: TowerCrane, radius_m: NDArray[np.float64], crew_s: NDArray[np
 
 
 def _hook_m(component: Component, frame: GridFrame) -> tuple[float, float]:
-    x, y = (component.target_vox[i] + component.hook_offset_vox[i] + 0.5 for i in (0, 1))
+    x, y = (component.target_vox[i] + component.hook_line_vox[i] + 0.5 for i in (0, 1))
     at = frame.corner_of([x, y, 0])
     return float(at[0]), float(at[1])
 

@@ -221,6 +221,7 @@ def _with_fixed_digests(site: Site) -> Site:
         [(c.shape.cells, c.target_vox, c.hook_offset_vox, c.erected, c.mass_kg) for c in site.components],
         replace(first, name="") if first else None,
         *([[replace(crane, name="") for crane in others], lifted_by] if others else []),
+        *([[c.hook_aside_vox for c in site.components]] if site.exact_hook else []),
         # A policy does not depend on log sampling, crew times or truck loads.
         replace(
             site.rules,

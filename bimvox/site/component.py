@@ -109,6 +109,8 @@ class Component:
         mass_kg: Its mass.
         hook_offset_vox: Cell of the hook line relative to the reference cell: x and y of the column above the centre of
             mass, z one above the shape's top.
+        hook_aside_vox: How far the hook hangs from the middle of that cell on plan, cells: its line is exactly above
+            the centre of mass.
         erected: Whether it is stored lying down and upended before transit (columns).
         start_vox: Reference cell in the yard from the site file; None if the planner places it.
         stored_pose: Pose in the yard for an explicit ``start_vox``.
@@ -158,9 +160,16 @@ class Component:
     means: Means = field(default=Means.CRANE, metadata=SPARSE)
     means_reason: str = field(default="", metadata=SPARSE)
     casting: Casting | None = field(default=None, metadata=SPARSE)
+    hook_aside_vox: tuple[float, float] = field(default=(0.0, 0.0), metadata=SPARSE)
 
     def __repr__(self) -> str:
         return f"<Component {self.label}: {self.ifc_class}, {self.mass_kg / 1000:.3g} t>"
+
+    @property
+    def hook_line_vox(self) -> tuple[float, float, float]:
+        """``hook_offset_vox`` with the hook's place within its cell: its line is half a cell from there in x and y."""
+        (x, y, z), (aside_x, aside_y) = self.hook_offset_vox, self.hook_aside_vox
+        return (x + aside_x, y + aside_y, z)
 
     @property
     def label(self) -> str:

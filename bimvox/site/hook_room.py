@@ -15,6 +15,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.collision import NO_CEILING
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
+from bimvox.site.shape import turned_aside
 from bimvox.site.site import Site
 from bimvox.site.zones import hooks_with_load_over
 
@@ -31,7 +32,14 @@ class HookRoom(NamedTuple):
     ceiling: NDArray[np.int32]
 
 
-def hook_room(site: Site, crane: TowerCrane | None, top: NDArray[np.int32], component: Component | None) -> HookRoom:
+def hook_room(
+    site: Site,
+    crane: TowerCrane | None,
+    top: NDArray[np.int32],
+    component: Component | None,
+    turn: int = 0,
+    slack_m: float = 0.0,
+) -> HookRoom:
     """Return the lowest and highest hook cell per column.
 
     Args:
@@ -39,11 +47,16 @@ def hook_room(site: Site, crane: TowerCrane | None, top: NDArray[np.int32], comp
         crane: The crane of the hook; None on a site without a crane.
         top: (X, Y) int32, one above the highest occupied cell of each column.
         component: The load; None for the empty hook.
+        turn: By how many quarters the load is turned.
+        slack_m: By how much a radius may be out of the crane's limits.
     """
     if crane is not None:
         crane = crane_for(site, crane, component)
-    load_kg = component.mass_kg if component else 0.0
-    floor = hook_floor(crane, site.frame, top, load_kg, site.rules.rope, site.rules.clearance_m)
+    load_kg, aside_m = 0.0, (0.0, 0.0)
+    if component is not None:
+        x, y = turned_aside(component.hook_aside_vox, turn)
+        load_kg, aside_m = component.mass_kg, (x * site.frame.voxel_size_m, y * site.frame.voxel_size_m)
+    floor = hook_floor(crane, site.frame, top, load_kg, site.rules.rope, site.rules.clearance_m, aside_m, slack_m)
     forbidden = np.zeros(top.shape, np.bool_)
     if site.prohibited is not None:
         forbidden |= site.prohibited
@@ -63,7 +76,7 @@ def _half_m(site: Site, component: Component | None) -> float:
     """Return how far a load reaches from its hook on plan, metres."""
     if component is None:
         return 0.0
-    corners = component.shape.boxes[:, [0, 1, 3, 4]] - np.tile(np.array(component.hook_offset_vox[:2]) + 0.5, 2)
+    corners = component.shape.boxes[:, [0, 1, 3, 4]] - np.tile(np.array(component.hook_line_vox[:2]) + 0.5, 2)
     x, y = np.abs(corners[:, [0, 2]]).max(axis=1), np.abs(corners[:, [1, 3]]).max(axis=1)
     return float(np.hypot(x, y).max()) * site.frame.voxel_size_m
 

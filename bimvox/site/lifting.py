@@ -69,7 +69,7 @@ def hung(
         angle_rad: Largest angle between two legs of a sling.
         frame: Frame of the grid.
     """
-    x, y, z = np.array(component.target_vox) + np.array(component.hook_offset_vox)
+    x, y, z = np.array(component.target_vox) + np.array(component.hook_line_vox)
     hook = frame.corner_of([x + 0.5, y + 0.5, z])
     sling_m = np.inf if crane is None else crane.sling_m
     at, top_m = (float(hook[0]), float(hook[1])), float(hook[2])

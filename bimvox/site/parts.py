@@ -20,6 +20,8 @@ from bimvox.site.validation import nearest
 
 _UPRIGHT_CLASSES = frozenset({"IfcColumn", "IfcMember", "IfcPile", "Mesh"})
 _SLENDER = 2.0
+_ASIDE_VOX = 0.4999
+"""A hook on the border of two cells is kept this little inside its own, so that rounding finds the same cell."""
 
 
 def entries_by_id(config: SiteConfig, elements: Iterable[Element]) -> dict[str, ComponentConfig]:
@@ -87,6 +89,7 @@ def component_of(
     """
     shape, target_vox = shape_of(cells)
     stored = stored_as(element, entry, frame)
+    hook_vox, aside_vox = _hook(element.mesh, target_vox, shape.size_vox, frame, shape.cells)
     return Component(
         index=index,
         id=element.id,
@@ -97,7 +100,7 @@ def component_of(
         target_vox=target_vox,
         mesh=element.mesh,
         mass_kg=element.mass_kg,
-        hook_offset_vox=_hook_offset(element.mesh, target_vox, shape.size_vox, frame, shape.cells),
+        hook_offset_vox=hook_vox,
         erected=stored.erected,
         start_vox=stored.start_vox,
         stored_pose=stored.stored_pose,
@@ -114,6 +117,7 @@ def component_of(
         means=means.means,
         means_reason=means.why,
         casting=element.casting,
+        hook_aside_vox=aside_vox,
     )
 
 
@@ -171,17 +175,21 @@ def centre_of_mass_m(mesh: TriangleMesh) -> NDArray[np.float64] | None:
     return centre
 
 
-def _hook_offset(
+def _hook(
     mesh: TriangleMesh, target_vox: IntVec, size_vox: IntVec, frame: GridFrame, cells: NDArray[np.int32]
-) -> IntVec:
-    """Return the column above the centre of mass, inside the bounding box, one cell above the top."""
-    centre_m = centre_of_mass_m(mesh)
+) -> tuple[IntVec, tuple[float, float]]:
+    """Return the hook's cell, one above the top in the column above the centre of mass, and its place in that column.
+
+    The column is inside the bounding box. Without a volume, it is the middle of the cells.
+    """
+    centre_m, most = centre_of_mass_m(mesh), np.array(size_vox[:2])
     if centre_m is None:
-        column = np.floor(cells.mean(axis=0) + 0.5).astype(np.int64)
-    else:
-        column = frame.cell_of(centre_m) - np.array(target_vox)
-    x, y = (int(n) for n in np.clip(column[:2], 0, np.array(size_vox[:2]) - 1))
-    return (x, y, size_vox[2])
+        x, y = (int(n) for n in np.clip(np.floor(cells.mean(axis=0) + 0.5)[:2], 0, most - 1))
+        return (x, y, size_vox[2]), (0.0, 0.0)
+    x, y = (int(n) for n in np.clip((frame.cell_of(centre_m) - np.array(target_vox))[:2], 0, most - 1))
+    at = (centre_m - np.array(frame.origin_m))[:2] / frame.voxel_size_m - target_vox[:2]
+    aside = np.clip(at - np.array([x, y]) - 0.5, -_ASIDE_VOX, _ASIDE_VOX)
+    return (x, y, size_vox[2]), (round(float(aside[0]), 9), round(float(aside[1]), 9))
 
 
 def _find(config: SiteConfig, key: str, name: str, components: Sequence[Element]) -> str:

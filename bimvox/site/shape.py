@@ -43,16 +43,31 @@ def turned_hook(shape: Shape, hook_offset_vox: IntVec, turn: int) -> IntVec:
     return (x, y, z)
 
 
-def turning_columns(shape: Shape, hook_offset_vox: IntVec) -> NDArray[np.int32]:
-    """Return the (N, 2) columns, relative to the reference cell, that a part sweeps turning about its hook: a disc."""
-    x, y, _ = hook_offset_vox
+def turned_aside(aside_vox: tuple[float, float], turn: int) -> tuple[float, float]:
+    """Return how far the hook is from the middle of its cell when its part is turned by quarters about z."""
+    x, y = aside_vox
+    for _ in range(turn % 4):
+        x, y = -y, x
+    return (x, y)
+
+
+def turning_columns(shape: Shape, hook_line_vox: tuple[float, float, float], turn: int) -> NDArray[np.int32]:
+    """Return the (N, 2) columns, relative to the reference cell, that a part sweeps turning about its hook: a disc.
+
+    Turned by ``turn`` quarters, the part lies on whole cells, and its hook need not be where it is with the part not
+    turned: before it turns, it moves by the difference. The disc is wider by as much.
+    """
+    x, y, _ = hook_line_vox
+    column = np.rint([x, y]).astype(np.int32)
+    aside = (x - float(column[0]), y - float(column[1]))
     corners = shape.boxes[:, [0, 1, 3, 1, 0, 4, 3, 4]].reshape(-1, 2) - np.array([x + 0.5, y + 0.5])
-    radius = float(np.hypot(*corners.T).max())
-    reach = int(np.ceil(radius + 0.5))
+    moves = float(np.hypot(*np.subtract(turned_aside(aside, turn), aside)))
+    radius = float(np.hypot(*corners.T).max()) + moves
+    reach = int(np.ceil(radius + 1.0))
     offsets = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
-    nearest = np.maximum(np.abs(offsets) - 0.5, 0.0)
+    nearest = np.maximum(np.abs(offsets - np.array(aside)) - 0.5, 0.0)
     inside: NDArray[np.int32] = offsets[np.hypot(*nearest.T) < radius - 1e-9].astype(np.int32)
-    return inside + np.array([x, y], np.int32)
+    return inside + column
 
 
 def stored_shape(shape: Shape, pose: StoredPose, turn: int = 0) -> Shape:

@@ -140,6 +140,8 @@ class Site:
         source: Plain values about the model (``name``, ``sha256`` ...).
         notes: Remarks on the site, one sentence each.
         obstruction_notes: Remarks on the obstructions (clipped, outside).
+        exact_hook: Whether hooks are above the centre of mass; otherwise in the middle of the cell above it, as in logs
+            made before that.
         geometry_digest: Hash of grid, component shapes and crane: the policy's key.
         fixed_digest: Hash of everything that a plan depends on, except obstructions.
         digest: Hash of everything that a plan depends on, including obstructions: the plan's key.
@@ -160,6 +162,7 @@ class Site:
     source: Mapping[str, str | float | bool] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     obstruction_notes: tuple[str, ...] = ()
+    exact_hook: bool = field(default=True, metadata=absent_means(False))
     geometry_digest: str = ""
     fixed_digest: str = ""
     digest: str = ""

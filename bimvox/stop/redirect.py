@@ -17,7 +17,7 @@ from bimvox.errors import PlanningError
 from bimvox.motion import phases, trajectories
 from bimvox.motion.drive import drive_path
 from bimvox.motion.empty_hook import empty_hook_clearance
-from bimvox.motion.load_frame import cells_of_axes
+from bimvox.motion.load_frame import cells_of_axes, in_cell
 from bimvox.motion.rigged_crane import RiggedCrane, rigged_crane
 from bimvox.motion.time_plan import carrying_phases, left_cells
 from bimvox.motion.timing import NS_PER_S, sampled
@@ -206,13 +206,13 @@ def _approached(
     found = manoeuvre(empty, motion, approach, time_ns, free)
     if not found.is_free:
         return f"its empty hook {found.kind}"
-    goal = tuple(int(n) for n in np.round(cells_of_axes(hook, motion.raising.axes[:1])[0]))
+    at_vox = cells_of_axes(hook, motion.raising.axes[0])
     for cell in resume_cells(free, hook, found.stop.pose):
-        path_vox = shortest_path(free, cell, (goal[0], goal[1], goal[2])).path_vox
+        path_vox = shortest_path(free, cell, in_cell(at_vox)).path_vox
         if path_vox is None or len(path_vox) < 2:
             continue
         try:
-            onward, needed_m = resume(empty, free, found.stop.pose, path_vox, 0)
+            onward, needed_m = resume(empty, free, found.stop.pose, path_vox, 0, at_vox)
         except PlanningError:
             continue
         later = sampled(onward, needed_m, empty)

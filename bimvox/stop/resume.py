@@ -11,8 +11,8 @@ from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import PlanningError
 from bimvox.motion.course import Course, Moves
 from bimvox.motion.drive import drive_path
-from bimvox.motion.load_frame import LoadFrame, axes_of_cells, cells_of_axes
-from bimvox.motion.move import Move, axes_of
+from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, cells_of_axes, pose_next_to
+from bimvox.motion.move import Line, Move, axes_of
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.shortcut import move_is_free
 from bimvox.motion.timeline import Timeline, in_sequence
@@ -41,6 +41,7 @@ def resume(
     path_vox: NDArray[np.int32],
     contact_moves: int,
     guide: Guide | None = None,
+    end_vox: HookEnd | None = None,
 ) -> tuple[Timeline, float]:
     """Return the motion of a load from rest at any pose to the end of a voxel path that begins next to it.
 
@@ -51,6 +52,7 @@ def resume(
         path_vox: (N, 3) int32 reference cells, N >= 2, the first one of :func:`resume_cells`.
         contact_moves: How many of the last placements were cleared by the narrow phase.
         guide: How a crew guides the load on its last moves.
+        end_vox: Where the hook stops within the path's last cell; None: in the middle.
 
     Returns:
         The motion, and the height that the hook has to reach.
@@ -66,12 +68,21 @@ def resume(
             hint="begin the path at one of the free cells around the load",
         )
     onward, needed_m = drive_path(rigged, space, path_vox, contact_moves, first.end.slew_rad, guide)
-    if not any(first.moving):
-        return onward, needed_m
-    begin = in_sequence(rigged.crane, [first], rigged.pendulum)
-    later = tuple(start + begin.duration_s for start in onward.start_s)
-    course = Course(Moves(rigged.crane, begin.moves + onward.moves), begin.profiles + onward.profiles)
-    return Timeline(course, begin.start_s + later), max(needed_m, pose.height_m)
+    if any(first.moving):
+        onward = _followed(in_sequence(rigged.crane, [first], rigged.pendulum), onward)
+        needed_m = max(needed_m, pose.height_m)
+    arrived = onward.moves[-1].end
+    end = arrived if end_vox is None else pose_next_to(load, end_vox, arrived)
+    if end != arrived:
+        onward = _followed(onward, in_sequence(rigged.crane, [Move(arrived, end, Line.SITE)], rigged.pendulum))
+    return onward, needed_m
+
+
+def _followed(first: Timeline, then: Timeline) -> Timeline:
+    """Return moves over time, and others that begin when they have ended."""
+    later = tuple(start + first.duration_s for start in then.start_s)
+    course = Course(Moves(first.crane, first.moves + then.moves), first.profiles + then.profiles)
+    return Timeline(course, first.start_s + later)
 
 
 def _around(at: NDArray[np.float64]) -> Iterator[tuple[int, int, int]]:

@@ -87,7 +87,7 @@ def test_the_hook_is_over_the_part_where_it_waits_and_where_it_is_set(planned, m
     site = planned[0].site
     for lift, motion in zip(planned[0].lifts, motions, strict=True):
         component = site.components[lift.component]
-        offset = np.array(component.hook_offset_vox)
+        offset = np.array(component.hook_line_vox)
         _, axes = motion.samples()
         hook_m = hook_of(site.cranes[0], *axes.T)
         target = np.array(component.target_vox) + offset

@@ -34,7 +34,7 @@ def made(site):
 
 @pytest.fixture(scope="module")
 def good():
-    crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
+    crane = test_crane(base=(10.0, -4.0, 0.0), jib=40.0, height=14.0)
     return made(box_site(PORTAL, structure=[WALL], crane=crane, shape=(40, 30, 24)))
 
 
@@ -79,7 +79,7 @@ def load_m(plan, motion, sample):
     hook_m = hook_of(site.cranes[0], loaded.slew_rad[sample], loaded.radius_m[sample], loaded.height_m[sample])
     half = np.array([0.5, 0.5, 0.0])
     size_m = site.frame.voxel_size_m
-    low = hook_m - [0.0, 0.0, site.cranes[0].sling_m] - size_m * (half + component.hook_offset_vox)
+    low = hook_m - [0.0, 0.0, site.cranes[0].sling_m] - size_m * (half + component.hook_line_vox)
     return low, low + size_m * np.array(component.shape.size_vox)
 
 

@@ -390,7 +390,7 @@ MUTANTS: dict[str, Mutant] = {
         },
     ),
     "gravity of the moon": Mutant(
-        portal,
+        quick_to_start,
         "swing",
         {
             f"bimvox.{where}.GRAVITY_M_S2": times(1.0 / 6.0)

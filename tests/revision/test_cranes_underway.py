@@ -65,7 +65,7 @@ def load_cell(current: CurrentPlan, order: int, time_ns: int) -> np.ndarray:
     motion = current.motions[order]
     site = current.plan.site
     component = site.components[motion.component]
-    load = load_frame(crane_for(site, site.cranes[motion.crane], component), site.frame, component.hook_offset_vox)
+    load = load_frame(crane_for(site, site.cranes[motion.crane], component), site.frame, component.hook_line_vox)
     times, axes = motion.samples()
     return np.round(cells_of_axes(load, np.array([[np.interp(time_ns, times, axis) for axis in axes.T]]))[0])
 

@@ -4,7 +4,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.site.component import StoredPose
-from bimvox.site.shape import erection_size_vox, shape_of, stored_shape, turned_hook, turned_shape, turning_columns
+from bimvox.site.shape import (
+    erection_size_vox,
+    shape_of,
+    stored_shape,
+    turned_aside,
+    turned_hook,
+    turned_shape,
+    turning_columns,
+)
 
 cells = st.lists(
     st.tuples(st.integers(-3, 3), st.integers(-3, 3), st.integers(-3, 3)), min_size=1, max_size=20, unique=True
@@ -102,8 +110,20 @@ def test_turning_by_quarters_keeps_cells_around_the_hook(turn, more, size_x, siz
 
 def test_a_part_turns_within_the_circle_of_its_corners():
     shape, _ = shape_of(np.argwhere(np.ones((9, 1, 1), bool)))
-    columns = {tuple(c) for c in turning_columns(shape, (4, 0, 1)).tolist()}
+    columns = {tuple(c) for c in turning_columns(shape, (4.0, 0.0, 1.0), 1).tolist()}
     assert {(x, 0) for x in range(9)} <= columns
     assert {(4, y) for y in range(-4, 5)} <= columns
     assert (7, 3) in columns
     assert not {(0, 4), (8, -4)} & columns
+
+
+def test_a_part_with_its_hook_aside_of_a_cell_is_first_moved_to_where_it_turns():
+    shape, _ = shape_of(np.argwhere(np.ones((9, 1, 1), bool)))
+    straight = {tuple(c) for c in turning_columns(shape, (4.0, 0.0, 1.0), 1).tolist()}
+    columns = {tuple(c) for c in turning_columns(shape, (4.3, -0.2, 1.0), 2).tolist()}
+    assert straight < columns
+    # Its hook is 0.72 cells away from there as it lies, and its far corner 4.85 cells from its hook.
+    assert (10, 0) in columns
+    assert not {(11, 0), (4, 8)} & columns
+    assert turned_aside((0.3, -0.2), 1) == (0.2, 0.3)
+    assert turned_aside((0.3, -0.2), 2) == (-0.3, 0.2)

@@ -52,6 +52,13 @@ def box_cells(frame: GridFrame, low, high) -> np.ndarray:
     return np.argwhere(np.ones(last - first, bool)).astype(np.int32) + first.astype(np.int32)
 
 
+def _hook_above_the_middle(frame: GridFrame, low, high, target, size) -> dict:
+    at = ((np.array(low) + high)[:2] / 2 - frame.origin_m[:2]) / frame.voxel_size_m - target[:2]
+    cell = np.clip(np.floor(at + 1e-6), 0, np.array(size[:2]) - 1).astype(int)
+    aside = np.clip(at - cell - 0.5, -0.4999, 0.4999).round(9)
+    return {"hook_offset_vox": (*cell.tolist(), size[2]), "hook_aside_vox": tuple(aside.tolist())}
+
+
 def box_component(frame: GridFrame, index: int, name: str, low, high, **more) -> Component:
     shape, target = shape_of(box_cells(frame, low, high))
     size = shape.size_vox
@@ -65,8 +72,7 @@ def box_component(frame: GridFrame, index: int, name: str, low, high, **more) ->
         target_vox=target,
         mesh=box_mesh(low, high),
         mass_kg=float(np.prod(np.array(high) - np.array(low)) * 2400),
-        hook_offset_vox=(size[0] // 2, size[1] // 2, size[2]),
-        **more,
+        **{**_hook_above_the_middle(frame, low, high, target, size), **more},
     )
 
 

@@ -49,7 +49,7 @@ def motions_by_hand(plan: LiftPlan) -> tuple[LiftMotion, ...]:
     for lift in plan.lifts:
         if lift.path_vox is None:
             continue
-        load = load_frame(site.cranes[0], site.frame, site.components[lift.component].hook_offset_vox)
+        load = load_frame(site.cranes[0], site.frame, site.components[lift.component].hook_line_vox)
         axes = axes_of_cells(load, lift.path_vox)
         start_ns = lift.order * 600 * 10**9
         raising, loaded = _trajectory(axes[:1].repeat(2, axis=0), 0), _trajectory(axes, 2)

@@ -193,7 +193,7 @@ def tiny_motions(plan: LiftPlan) -> tuple[LiftMotion, ...]:
     for lift in plan.lifts:
         if lift.path_vox is None or lift.place is None:
             continue
-        load = load_frame(crane, frame, plan.site.components[lift.component].hook_offset_vox)
+        load = load_frame(crane, frame, plan.site.components[lift.component].hook_line_vox)
         start_ns = motions[-1].end_ns if motions else 0
         path = axes_of_cells(load, lift.path_vox)
         path[:, 0] = np.unwrap(path[:, 0])

@@ -115,21 +115,21 @@ def _with_place(places: Places) -> int:
 
 
 def _target_axes(site: Site, travel: Travel) -> Axes:
-    return _axes(site, travel, [tuple(np.add(c.target_vox, c.hook_offset_vox)) for c in site.components])
+    return _axes(site, travel, [tuple(np.add(c.target_vox, c.hook_line_vox)) for c in site.components])
 
 
 def _pick_axes(site: Site, travel: Travel, places: Places) -> Axes:
     """Return the hook's axes at the picks; for a part without a place in the yard, at its target."""
     cells = []
     for component, place in zip(site.components, places, strict=True):
-        cell = np.add(component.target_vox, component.hook_offset_vox)
+        cell = np.add(component.target_vox, component.hook_line_vox)
         if place is not None:
-            cell = np.add(place.transit_start_vox, component.hook_offset_vox)
+            cell = np.add(place.transit_start_vox, component.hook_line_vox)
             cell[2] = place.cell_vox[2] + place.shape.size_vox[2]
         cells.append(tuple(cell))
     return _axes(site, travel, cells)
 
 
-def _axes(site: Site, travel: Travel, cells: list[tuple[int, ...]]) -> Axes:
+def _axes(site: Site, travel: Travel, cells: list[tuple[float, ...]]) -> Axes:
     at_m = np.array(site.frame.origin_m) + site.frame.voxel_size_m * (np.array(cells) + np.array([0.5, 0.5, 0.0]))
     return travel.axes_of(at_m)

@@ -112,7 +112,7 @@ def _blocks(site: Site, contacts: Contacts, i: int, j: int, foot_m: NDArray[np.f
 def _hook_foot_m(site: Site, i: int) -> NDArray[np.float64]:
     """Return the foot of the hook line above part i at its place, (3,) metres."""
     component = site.components[i]
-    foot = np.add(component.target_vox, component.hook_offset_vox) + np.array([0.5, 0.5, 0.0])
+    foot = np.add(component.target_vox, component.hook_line_vox) + np.array([0.5, 0.5, 0.0])
     foot_m: NDArray[np.float64] = np.array(site.frame.origin_m) + site.frame.voxel_size_m * foot
     return foot_m
 

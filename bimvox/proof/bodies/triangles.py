@@ -213,7 +213,7 @@ class TriangleCheck:
     def rope_is_clear(self, component: Component, offset_m: NDArray[np.float64], other: int) -> bool:
         """Return whether a rope above the part's hook line misses another solid's triangles."""
         frame = self._site.frame
-        foot = np.array(component.target_vox) + np.array(component.hook_offset_vox) + np.array([0.5, 0.5, 0.0])
+        foot = np.array(component.target_vox) + np.array(component.hook_line_vox) + np.array([0.5, 0.5, 0.0])
         foot_m = np.array(frame.origin_m) + frame.voxel_size_m * foot + offset_m
         low, high = self._boxes[other]
         if (foot_m[:2] - _ROPE_M > high[:2]).any() or (foot_m[:2] + _ROPE_M < low[:2]).any():

@@ -239,7 +239,7 @@ def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.floa
     middle = np.array(component.shape.size_vox) / 2.0
     if motion is not None and site.cranes:
         loaded, crane = motion.loaded, site.cranes[motion.crane]
-        load = load_frame(crane_for(site, crane, component), site.frame, component.hook_offset_vox)
+        load = load_frame(crane_for(site, crane, component), site.frame, component.hook_line_vox)
         cells = cells_of_axes(load, loaded.axes)
     else:
         assert lift.path_vox is not None
@@ -272,7 +272,7 @@ def _load_at(site: Site, lift: Lift, motion: LiftMotion | None, share: float) ->
     loaded = motion.loaded
     time = loaded.time_ns[0] + share * float(loaded.time_ns[-1] - loaded.time_ns[0])
     axes = np.array([np.interp(time, loaded.time_ns, axis) for axis in loaded.axes.T])
-    load = load_frame(crane_for(site, site.cranes[motion.crane], component), site.frame, component.hook_offset_vox)
+    load = load_frame(crane_for(site, site.cranes[motion.crane], component), site.frame, component.hook_line_vox)
     x, y, z = (round(float(n)) for n in cells_of_axes(load, axes))
     return (x, y, z), CranePose(*axes.tolist())
 

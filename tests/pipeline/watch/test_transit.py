@@ -54,7 +54,7 @@ def redirected(part):
 def loaded_at(current: CurrentPlan, order: int, time_ns: int) -> np.ndarray:
     """Return the continuous reference cell of a lift's load at a time."""
     motion, site = current.motions[order], current.plan.site
-    load = load_frame(site.cranes[0], site.frame, site.components[motion.component].hook_offset_vox)
+    load = load_frame(site.cranes[0], site.frame, site.components[motion.component].hook_line_vox)
     times, axes = motion.samples()
     return cells_of_axes(load, np.array([[np.interp(time_ns, times, axis) for axis in axes.T]]))[0]
 

@@ -178,8 +178,9 @@ def test_what_would_block_the_rope_comes_later():
 
 
 def test_what_would_block_the_rope_beside_a_narrow_part_comes_later():
-    """The hook line is the middle of a column of cells, here in the wall beside the beam."""
-    beam, wall = ("beam", (1.3, 1.0, 0.0), (1.45, 4.0, 0.5)), ("wall", (1.1, 1.0, 0.0), (1.29, 4.0, 3.0))
+    """The hook line is in the wall beside the beam."""
+    aside = {"hook_aside_vox": (0.0, 0.0)}  # as if its centre of mass were in the middle of that column of cells
+    beam, wall = ("beam", (1.3, 1.0, 0.0), (1.45, 4.0, 0.5), aside), ("wall", (1.1, 1.0, 0.0), (1.29, 4.0, 3.0))
     site = box_site([wall, beam], crane=test_crane(base=(8.0, 8.0, 0.0)))
     relations, sequence = order_of(site)
     assert relations.descent[1] == (0,)
