@@ -153,7 +153,17 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.lifted_far_from_the_part, "slings", r"slab: its lifting point \(40.000, .*\) m is 35.00 m away from it"),
     (faults.slings_that_are_too_flat, "slings", r"slab: its slings raise the hook by 0 cells; .* need \d+"),
     (faults.slings_longer_than_needed, "slings", r"slab: its slings raise the hook by 2 cells; .* need 0"),
-    (faults.a_hook_aside, "shapes", "beam: its hook, .* is not above its centre of mass"),
+    (faults.a_hook_aside, "shapes", r"beam: its hook, .* is \d\.\d+ m away from the vertical above its centre of mass"),
+    (
+        faults.a_hook_5_mm_aside,
+        "shapes",
+        "beam: its hook, .* is 0.005 m away from the vertical above its centre of mass",
+    ),
+    (
+        faults.posing_as_a_log_with_hooks_above_cells,
+        "shapes",
+        "slab: its hook, .* is not in the middle of the cell above its centre of mass",
+    ),
     (faults.one_cell_by_other_means, "shapes", r"left: its surface at .* m lies outside its cells"),
     (faults.a_sheet_by_other_means, "shapes", "left: its cells reach further than its surface"),
     (

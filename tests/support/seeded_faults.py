@@ -77,7 +77,7 @@ WALL = ("wall", (8.0, 0.0, 0.0), (8.5, 15.0, 3.0))
 
 def good_log(swing: SwingRule = SwingRule.SHAPED) -> PlanLog:
     """Return the log of a portal of two columns, beam and slab, planned over a wall and timed."""
-    crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
+    crane = test_crane(base=(10.0, -4.0, 0.0), jib=40.0, height=14.0)
     rules = Rules(swing=swing)
     return log_of(box_site(PARTS, structure=[WALL], crane=crane, shape=(40, 30, 24), rules=rules))
 
@@ -106,8 +106,16 @@ def log_with_a_clash() -> PlanLog:
         ]
     )
     shape, target = shape_of(cells)
-    hook = (0, 1, shape.size_vox[2])
-    angle = dataclasses.replace(angle, mesh=mesh, shape=shape, target_vox=target, hook_offset_vox=hook)
+    # Its legs weigh 1.5 x 0.5 and 0.5 x 1.5 to the metre.
+    aside = ((0.75 * 0.75 + 0.75 * 0.25) / 1.5 / 0.5 - 1.5, -0.4999)
+    angle = dataclasses.replace(
+        angle,
+        mesh=mesh,
+        shape=shape,
+        target_vox=target,
+        hook_offset_vox=(1, 1, shape.size_vox[2]),
+        hook_aside_vox=aside,
+    )
     return log_of(dataclasses.replace(site, components=(*site.components[:3], angle)))
 
 
@@ -315,7 +323,7 @@ def a_building_in_the_air(log: PlanLog) -> PlanLog:
     site = log.plan.site
     slab = site.components[index_of(log, "slab")]
     beside = slab.shape.cells + np.array(slab.target_vox)
-    at = beside[np.lexsort((beside[:, 2], beside[:, 1], beside[:, 0]))[0]] - [1, 0, 0]
+    at = beside[np.lexsort((beside[:, 2], beside[:, 1], beside[:, 0]))[0]] - [0, 1, 0]
     afloat = with_site(log, blockers=tuple(b for b in site.blockers if b.kind != "ground"))
     low = site.frame.corner_of(at)
     return with_blocker(afloat, "hook", at, "structure", box_mesh(low + 0.1, low + 0.4))
@@ -396,9 +404,11 @@ def a_motion_over_a_zone(log: PlanLog) -> PlanLog:
 
 
 def something_where_only_the_motion_goes(log: PlanLog) -> PlanLog:
-    """Return the first cell that a load's corner passes through and no planned placement or rope touches."""
+    """Return the first cell that a load's corner passes through and no planned placement, rope or hook touches."""
     site = log.plan.site
     planned = np.zeros(site.shape, bool)
+    for x, y in hook_columns(log)[2]:
+        planned[x - 1 : x + 2, y - 1 : y + 2] = True
     for lift in log.plan.lifts:
         component = site.components[lift.component]
         for cell in lift.path_vox:
@@ -412,7 +422,7 @@ def something_where_only_the_motion_goes(log: PlanLog) -> PlanLog:
     for n in range(len(motion.loaded.time_ns) // 2, len(motion.loaded.time_ns)):
         loaded = motion.loaded
         hook_m = hook_of(site.cranes[0], loaded.slew_rad[n], loaded.radius_m[n], loaded.height_m[n])
-        low = hook_m - [0, 0, site.cranes[0].sling_m] - size_m * (np.array([0.5, 0.5, 0.0]) + component.hook_offset_vox)
+        low = hook_m - [0, 0, site.cranes[0].sling_m] - size_m * (np.array([0.5, 0.5, 0.0]) + component.hook_line_vox)
         high = low + size_m * np.array(component.shape.size_vox)
         for corner in np.ndindex(2, 2, 2):
             at = np.where(np.array(corner) == 0, low + 0.1 * size_m, high - 0.1 * size_m)
@@ -494,9 +504,8 @@ def outside_the_boundary(log: PlanLog) -> PlanLog:
 
 
 def a_part_rotated(log: PlanLog) -> PlanLog:
-    place = lift_of(log, "left").place
-    other = StoredPose.LYING_Y if place.pose is StoredPose.LYING_X else StoredPose.LYING_X
-    return with_lift(log, "left", place=dataclasses.replace(place, pose=other))
+    place = lift_of(log, "beam").place
+    return with_lift(log, "beam", place=dataclasses.replace(place, pose=StoredPose.LYING_X))
 
 
 def a_part_turned(log: PlanLog) -> PlanLog:
@@ -935,6 +944,16 @@ def a_hook_aside(log: PlanLog) -> PlanLog:
     """The load would hang at its end, nearer to the crane."""
     part = log.plan.site.components[index_of(log, "beam")]
     return with_component(log, "beam", hook_offset_vox=(0, 0, part.shape.size_vox[2]))
+
+
+def a_hook_5_mm_aside(log: PlanLog) -> PlanLog:
+    part = log.plan.site.components[index_of(log, "beam")]
+    x, y = part.hook_aside_vox
+    return with_component(log, "beam", hook_aside_vox=(x + 0.005 / log.plan.site.frame.voxel_size_m, y))
+
+
+def posing_as_a_log_with_hooks_above_cells(log: PlanLog) -> PlanLog:
+    return with_site(log, exact_hook=False)
 
 
 def a_mirrored_model(log: PlanLog) -> PlanLog:
