@@ -84,6 +84,10 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
     numbers = {lift.component: lift.number for lift in (*plan.lifts, *context)}
     _check_frame(check, site)
     _check_rules(check, site.rules)
+    check.look(
+        site.exact_hook or site.rules.times is None,
+        "site.exact_hook is missing: only logs of 0.1.0 have hooks above the middle of a cell",
+    )
     for crane in site.cranes:
         _check_crane(check, crane)
     for component in site.components:
@@ -198,6 +202,7 @@ def _check_component(check: Check, component: Component, name: str) -> None:
     _within(check, f"{name}: sail_area_m2", component.sail_area_m2, _Range(0.0, 1e6))
     _within(check, f"{name}: lifting.sling_rise_vox", component.lifting.sling_rise_vox, _Range(0.0, 1e5))
     _finite(check, f"{name}: lifting.points_m", component.lifting.points_m, most=_FAR_M)
+    _finite(check, f"{name}: hook_aside_vox", component.hook_aside_vox, most=0.5)
     _finite(check, f"{name}: mesh.vertices_m", component.mesh.vertices_m, most=_FAR_M)
     check.look(len(component.mesh.faces) > 0, f"{name}: mesh.faces: it has no surface")
 

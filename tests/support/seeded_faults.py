@@ -952,6 +952,10 @@ def a_hook_5_mm_aside(log: PlanLog) -> PlanLog:
     return with_component(log, "beam", hook_aside_vox=(x + 0.005 / log.plan.site.frame.voxel_size_m, y))
 
 
+def a_hook_in_another_cell(log: PlanLog) -> PlanLog:
+    return with_component(log, "slab", hook_aside_vox=(float("nan"), 0.6))
+
+
 def posing_as_a_log_with_hooks_above_cells(log: PlanLog) -> PlanLog:
     return with_site(log, exact_hook=False)
 
