@@ -212,7 +212,7 @@ def _approached(
         if path_vox is None or len(path_vox) < 2:
             continue
         try:
-            onward, needed_m = resume(empty, free, found.stop.pose, path_vox, 0, at_vox)
+            onward, needed_m = resume(empty, free, found.stop.pose, path_vox, 0, end_vox=at_vox)
         except PlanningError:
             continue
         later = sampled(onward, needed_m, empty)

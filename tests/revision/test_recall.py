@@ -91,7 +91,7 @@ def test_a_second_round_keeps_the_motions_that_the_first_has_proven(monkeypatch)
     high = current.plan.lifts[order_of("high")]
     cell = high.path_vox[len(high.path_vox) // 2]
     low_m = current.plan.site.frame.corner_of(cell)
-    beam = Obstruction("beam", Box(tuple(low_m.tolist()), tuple((low_m + 0.5).tolist())))
+    beam = Obstruction("beam", Box(tuple(low_m.tolist()), tuple((low_m + 1.5).tolist())))
     site = with_obstructions(current.plan.site, ObstructionSet.of([beam]), rasterise)
     proven: list[set[int]] = []
     real = module.prove_new
