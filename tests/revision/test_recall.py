@@ -88,10 +88,10 @@ def test_planned_again_if_a_part_in_place_is_in_the_footprint() -> None:
 
 def test_a_second_round_keeps_the_motions_that_the_first_has_proven(monkeypatch) -> None:
     current, preparation = planned()
-    high = current.plan.lifts[order_of("high")]
-    cell = high.path_vox[len(high.path_vox) // 2]
+    lift = current.plan.lifts[order_of("low")]
+    cell = lift.path_vox[len(lift.path_vox) // 2]
     low_m = current.plan.site.frame.corner_of(cell)
-    beam = Obstruction("beam", Box(tuple(low_m.tolist()), tuple((low_m + 1.5).tolist())))
+    beam = Obstruction("beam", Box(tuple(low_m.tolist()), tuple((low_m + 0.5).tolist())))
     site = with_obstructions(current.plan.site, ObstructionSet.of([beam]), rasterise)
     proven: list[set[int]] = []
     real = module.prove_new
