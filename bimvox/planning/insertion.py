@@ -33,7 +33,7 @@ from bimvox.planning.contact.pairs import LEAST_GAP_M, Contacts
 from bimvox.planning.contact.sweep import rope_meets
 from bimvox.planning.guided import Pair, find_guide
 from bimvox.planning.search import room_around
-from bimvox.records.guide import MOST_FORCE_N, Guide, side_force_n, swept_box_m
+from bimvox.records.guide import MOST_ASIDE_M, MOST_FORCE_N, Guide, side_force_n, swept_box_m
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.parts import centre_of_mass_m
@@ -299,7 +299,7 @@ class _Inserter:
         pairs = [Pair(*self.contacts.pair_m(own, n), self._way_out_m(n)) for n in self.near]
         asides_m = np.concatenate([np.zeros((1, 3)), gap_m * np.eye(3), -gap_m * np.eye(3)])
         wide_m = (self.contacts.triangles_m(own)[None] + asides_m[:, None, None]).reshape(-1, 3, 3)
-        pairs += [Pair(wide_m, self.contacts.triangles_m(n), np.zeros(3)) for n in self.others.tolist()]
+        pairs += [Pair(wide_m, self.contacts.triangles_m(n), np.zeros(3)) for n in self._around(centre_m, top_m)]
         known = list(dict.fromkeys(guide.poses for guide in self.contacts.guides.values() if guide is not None))
         size_m = np.ptp(self.contacts.bounds_m[own], axis=0)
         along = 0.0 if size_m[0] >= size_m[1] else np.pi / 2.0
@@ -308,6 +308,18 @@ class _Inserter:
             if guide is not None:
                 return guide
         return None
+
+    def _around(self, centre_m: NDArray[np.float64], top_m: float) -> list[int]:
+        """Return the others that a guided part may meet, and one of them in any case."""
+        low, high = self.contacts.bounds_m[self.component.index]
+        reach_m = float(np.linalg.norm(np.maximum(high - centre_m, centre_m - low) + LEAST_GAP_M + self.gap_m))
+        aside_m = min(self._most_aside_m(), MOST_ASIDE_M) + 2.0 * reach_m
+        low, high = low - aside_m, high + aside_m + np.array([0.0, 0.0, top_m])
+        bounds = self.contacts.bounds_m[self.others]
+        near = (bounds[:, 0] <= high).all(axis=1) & (bounds[:, 1] >= low).all(axis=1)
+        near[:1] = True
+        found: list[int] = self.others[near].tolist()
+        return found
 
     def _way_out_m(self, solid: int) -> NDArray[np.float64]:
         way_m = self.contacts.way_out_m(self.component.index, solid)
