@@ -172,7 +172,9 @@ def _check_rules(check: Check, rules: Rules) -> None:
     if rules.casting is not None:
         _within(check, "site.rules.casting.people", rules.casting.people, _Range(0.0, 1e4, with_low=False))
         _within(check, "site.rules.casting.hand_s", rules.casting.hand_s, _Range(0.0, _DAY_S))
-        for work in fields(rules.casting)[2:]:
+        _within(check, "site.rules.casting.bundle_kg", rules.casting.bundle_kg, _Range(0.0, _HEAVY_KG))
+        _within(check, "site.rules.casting.bundle_s", rules.casting.bundle_s, _Range(0.0, _DAY_S))
+        for work in fields(rules.casting)[4:]:
             own = getattr(rules.casting, work.name)
             _within(check, f"site.rules.casting.{work.name}.hours_m3", own.hours_m3, _Range(0.0, 1e4))
             _within(check, f"site.rules.casting.{work.name}.wait_h", own.wait_h, _Range(0.0, 2e4))

@@ -32,6 +32,8 @@ class NotLifted:
         begins_ns: When the work at them begins, in elapsed time; None if not known.
         ends_ns: When the work at all of them has ended.
         carries_ns: When all of them carry what rests on them.
+        crane_s: Crane time of the material lift that brings the bundle; None if people carry it, or it is cast. It has
+            no path, is not proven, and is not in the plan's crane time.
     """
 
     means: Means
@@ -43,10 +45,19 @@ class NotLifted:
     begins_ns: int | None = None
     ends_ns: int | None = None
     carries_ns: int | None = None
+    crane_s: float | None = None
+
+    @property
+    def name(self) -> str:
+        """What the group is called: ``bundle: 24 railings, Level 2``."""
+        where = "" if self.storey is None else f", {self.storey}"
+        what = "bundle" if self.means is Means.BY_HAND else HOW[self.means.value]
+        return f"{what}: {len(self.lifts):,} x {self.kind}{where}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the group for the JSON documents."""
         return {
+            "name": self.name,
             "means": self.means.value,
             "storey": self.storey,
             "kind": self.kind,
@@ -58,6 +69,7 @@ class NotLifted:
             "begins_s": _seconds(self.begins_ns),
             "ends_s": _seconds(self.ends_ns),
             "carries_s": _seconds(self.carries_ns),
+            "material_lift_s": self.crane_s,
         }
 
 
@@ -74,7 +86,8 @@ def not_lifted_groups(
     of_order = steps.of_order
     found = []
     for key, own in groups.items():
-        group = NotLifted(*key, tuple(own), _mass_kg(site, own), needed_ns[own[0].order])
+        mass_kg = _mass_kg(site, own)
+        group = NotLifted(*key, tuple(own), mass_kg, needed_ns[own[0].order], crane_s=_crane_s(site, key[0], mass_kg))
         work = [of_order[lift.order] for lift in own if lift.order in of_order]
         if work:
             group = replace(
@@ -85,6 +98,13 @@ def not_lifted_groups(
             )
         found.append(group)
     return tuple(found)
+
+
+def _crane_s(site: Site, means: Means, mass_kg: float) -> float | None:
+    """Return the crane time of the material lift of a bundle; None if people carry it."""
+    casting = site.rules.casting
+    is_load = casting is not None and site.cranes and means is Means.BY_HAND and mass_kg > casting.bundle_kg
+    return casting.bundle_s if casting is not None and is_load else None
 
 
 def _seconds(at_ns: int | None) -> float | None:

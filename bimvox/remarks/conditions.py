@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from bimvox.proof.over_time import not_current
-from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.reasons import NOT_ITS_CELLS
 from bimvox.remarks.subject import name_of
@@ -74,6 +74,8 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
                 f"every part takes {crew.sling_s:g} s to sling, {crew.brace_s:g} s to set and {crew.release_s:g} s to "
                 "release: the rules of this log give no times by class of work"
             )
+        if own.casting is None and any(lift.status in NOT_LIFTED for lift in lifts):
+            found.append("work cast in place and set by hand takes no time: the rules of this log give no times for it")
         if not own.wind_speed_m_s:
             found.append("there is no wind")
         if own.swing is SwingRule.OFF:

@@ -9,7 +9,8 @@ The defaults are typical values of the field, not measured:
 * the wait before it carries what stands on it, its props still under it: two days for what stands, seven days for what
   spans. By EN 1992-1-1, equation 3.2 (cement of class N, 20 degrees), concrete then has 50 % and 78 % of its strength.
   Seven days is also what ACI 347 recommends for slabs of 3 to 6 m ("Safe time to strip a slab", Concrete Construction);
-* a part that is set by hand: five minutes. Professional judgement.
+* a part that is set by hand: five minutes. Such parts of a storey and kind come up as one bundle; a bundle beyond
+  300 kg is a load of the crane, in ten minutes: slinging, travel and release without bracing. Professional judgement.
 """
 
 from __future__ import annotations
@@ -39,15 +40,19 @@ class CastTimes:
 
 @dataclass(frozen=True, slots=True)
 class Casting:
-    """The times of work that the crane does not do; the fields after the first two are the values of ``Work``.
+    """The times of work that the crane does not do; the fields after the first four are the values of ``Work``.
 
     Attributes:
         people: People who cast; they do one part after the other.
         hand_s: Time to set a part by hand; one part after the other.
+        bundle_kg: A heavier bundle of parts that are set by hand is a material lift of the crane.
+        bundle_s: Crane time of a material lift.
     """
 
     people: float
     hand_s: float
+    bundle_kg: float
+    bundle_s: float
     footing: CastTimes
     column: CastTimes
     wall: CastTimes
@@ -61,6 +66,8 @@ class Casting:
 FIELD_CASTING = Casting(
     people=8.0,
     hand_s=300.0,
+    bundle_kg=300.0,
+    bundle_s=600.0,
     footing=CastTimes(3.0, 48.0),
     column=CastTimes(14.0, 48.0),
     wall=CastTimes(6.0, 48.0),

@@ -490,6 +490,11 @@ class CastingConfig(Table):
     """People who cast; they do one part after the other."""
     hand_s: Pause = FIELD_CASTING.hand_s
     """Time to set a part by hand; one part after the other."""
+    bundle_kg: NotNegative = FIELD_CASTING.bundle_kg
+    """Parts that are set by hand come up in bundles, one a storey and kind. A heavier bundle is a material lift of the
+    crane: it is listed with its mass and its crane time, but has no path and is not proven."""
+    bundle_s: Pause = FIELD_CASTING.bundle_s
+    """Crane time of a material lift."""
     footing: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.footing)
     """Footings, piles, base slabs."""
     column: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.column)

@@ -233,6 +233,8 @@ def _rules(config: SiteConfig) -> str:
         "[rules.casting]",
         _key("people", rules.casting.people, "who cast, one part after the other"),
         _key("hand_s", rules.casting.hand_s, "to set a part by hand"),
+        _key("bundle_kg", rules.casting.bundle_kg, "heavier bundles of such parts are material lifts of the crane"),
+        _key("bundle_s", rules.casting.bundle_s, "crane time of a material lift; it has no path"),
         *(_key(work.value, getattr(rules.casting, work.value)) for work in Work),
     )
 

@@ -157,7 +157,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
     )
     rows(
         console,
-        ("means", "storey", "kind", "parts", "t", "why", "needed by", "work begins", "carries"),
+        ("means", "storey", "kind", "parts", "t", "why", "needed by", "work begins", "carries", "crane min"),
         [
             (
                 group["means"].replace("_", " "),
@@ -168,6 +168,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
                 group["reason"],
                 None if group["needed_by_s"] is None else clock(group["needed_by_s"]),
                 *(None if group[key] is None else elapsed(group[key]) for key in ("begins_s", "carries_s")),
+                None if group["material_lift_s"] is None else round(group["material_lift_s"] / 60.0, 1),
             )
             for group in document["not_lifted"]
         ],
@@ -185,6 +186,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
             *crane_fields(document["cranes"]),
             *figure_fields(document["figures"]),
             ("elapsed", _elapsed(document)),
+            ("material lifts", _material_lifts(document)),
             ("policy", _policy(document["policy"])),
             ("retrained", _retrained(document.get("retrained"))),
             ("took", spent(document["seconds"])),
@@ -209,6 +211,18 @@ def _elapsed(document: Mapping[str, Any]) -> str | None:
     first_s = min(step["begins_s"] for step in document["steps"])
     before = f"; work before the first lift begins {elapsed(-first_s)} earlier" if first_s < 0.0 else ""
     return f"{elapsed(3600.0 * hours)}{waits}{before}"
+
+
+def _material_lifts(document: Mapping[str, Any]) -> str | None:
+    """Return the bundles that the crane brings in addition to its lifts."""
+    bundles = [group for group in document["not_lifted"] if group["material_lift_s"] is not None]
+    if not bundles:
+        return None
+    kg, minutes = (sum(one[key] for one in bundles) for key in ("mass_kg", "material_lift_s"))
+    return (
+        f"{len(bundles):,} of bundles set by hand, {kg / 1000.0:.2f} t: {minutes / 60.0:.0f} min of crane time in "
+        "addition, without a path and not proven"
+    )
 
 
 def _policy(policy: Mapping[str, Any]) -> str:

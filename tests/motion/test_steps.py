@@ -16,10 +16,12 @@ from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Pause, Step, Steps
 from bimvox.site.casting import FIELD_CASTING, CastTimes
+from bimvox.site.component import OrderHints
 from bimvox.site.means import Means
 from bimvox.site.site import Rules
 
 H = 3600 * 10**9
+ORDER = ("left", "right", "aside", "beam", "slab")
 COLUMN = {"ifc_class": "IfcColumn", "erected": True}
 PORTAL = [
     ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
@@ -37,7 +39,13 @@ def portal(casting=CASTING, **means: Means) -> tuple[LiftPlan, tuple[LiftMotion,
     crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
     site = box_site(PORTAL, crane=crane, shape=(40, 30, 24), rules=Rules(casting=casting))
     parts = (
-        dataclasses.replace(one, means=means.get(one.id, Means.CRANE), means_reason="so") for one in site.components
+        dataclasses.replace(
+            one,
+            means=means.get(one.id, Means.CRANE),
+            means_reason="so",
+            hints=OrderHints(rank=ORDER.index(one.id)),
+        )
+        for one in site.components
     )
     site = dataclasses.replace(site, components=tuple(parts))
     preparation = prepare(site)

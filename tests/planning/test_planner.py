@@ -14,6 +14,7 @@ from bimvox.proof.moment import moments
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Method, Status
 from bimvox.records.not_lifted import not_lifted_groups
+from bimvox.records.steps import Steps
 from bimvox.site.means import Means
 from bimvox.site.site import Blocker, Rules
 
@@ -135,7 +136,7 @@ def test_what_is_no_lift_of_the_crane_is_there_from_its_turn_on(means):
     for moment in moments(plan):
         assert ("left" in {thing.name for thing in moment.present}) == (moment.lift.order > left.order)
         assert bool(moment.arrived) == (moment.lift.order == left.order + 1)
-    (group,) = not_lifted_groups(site, plan.lifts, ())
+    (group,) = not_lifted_groups(site, plan.lifts, (), Steps())
     assert (group.means, group.lifts, group.needed_by_ns) == (means, (left,), None)
 
 

@@ -144,11 +144,18 @@ def not_lifted(record: dict[str, Any]) -> str:
                 escape(group["reason"] or ""),
                 "–" if group["needed_by_s"] is None else clock(group["needed_by_s"]),
                 *("–" if group[key] is None else elapsed(group[key]) for key in ("begins_s", "ends_s", "carries_s")),
+                "–" if group["material_lift_s"] is None else span(group["material_lift_s"]),
             ]
         )
         for group in groups
     ]
-    times = ("Needed by\ncrane time", "Work begins\nelapsed", "Ends\nelapsed", "Carries\nelapsed")
+    times = (
+        "Needed by\ncrane time",
+        "Work begins\nelapsed",
+        "Ends\nelapsed",
+        "Carries\nelapsed",
+        "Material lift\nwithout a path",
+    )
     head = ("Means", "Storey", "Kind", "Parts", "Mass, t", "Why", *times)
     parts = sum(group["parts"] for group in groups)
     table_ = table(head, rows, class_="words", id_="not-lifted")

@@ -1,0 +1,68 @@
+"""What the crane does not lift, in groups: named, weighed, with the times of the work and of material lifts."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+from box_sites import box_site, test_crane
+
+from bimvox.records.lift import LiftPlan, not_lifted
+from bimvox.records.not_lifted import NotLifted, not_lifted_groups
+from bimvox.records.steps import Step, Steps
+from bimvox.remarks.conditions import conditions_of
+from bimvox.site.casting import FIELD_CASTING
+from bimvox.site.means import Means
+from bimvox.site.site import Rules, Site
+
+BOX = (0.2, 0.2, 0.5)
+"""A box of 48 kg."""
+
+
+def site_of(count: int, means: Means = Means.BY_HAND, **rules: object) -> Site:
+    corners = [(float(n), 0.0, 0.0) for n in range(count)]
+    parts = [(f"post {n}", low, tuple(a + b for a, b in zip(low, BOX, strict=True))) for n, low in enumerate(corners)]
+    site = box_site(parts, crane=test_crane(base=(10.0, -3.0, 0.0)), rules=Rules(**rules))  # type: ignore[arg-type]
+    return dataclasses.replace(
+        site,
+        components=tuple(
+            dataclasses.replace(part, means=means, means_reason="so", storey="Level 2", type_name="Post")
+            for part in site.components
+        ),
+    )
+
+
+def group_of(site: Site, steps: Steps = Steps()) -> NotLifted:  # noqa: B008 (a frozen value)
+    (group,) = not_lifted_groups(site, [not_lifted(part, part.index) for part in site.components], (), steps)
+    return group
+
+
+@pytest.mark.parametrize(("count", "crane_s"), [(6, None), (7, FIELD_CASTING.bundle_s)])
+def test_a_bundle_beyond_the_limit_is_a_material_lift(count: int, crane_s: float | None) -> None:
+    group = group_of(site_of(count))
+    assert group.name == f"bundle: {count} x Post, Level 2"
+    assert group.mass_kg == pytest.approx(48.0 * count)
+    assert group.crane_s == crane_s
+    assert group.to_dict()["material_lift_s"] == crane_s
+
+
+def test_what_is_cast_is_no_bundle() -> None:
+    group = group_of(site_of(20, Means.IN_SITU))
+    assert group.name == "cast in place: 20 x Post, Level 2"
+    assert group.crane_s is None
+
+
+def test_rules_without_such_times_have_no_material_lifts_and_say_so() -> None:
+    site = site_of(20, casting=None)
+    assert group_of(site).crane_s is None
+    lifts = tuple(not_lifted(part, part.index) for part in site.components)
+    words = "work cast in place and set by hand takes no time: the rules of this log give no times for it"
+    assert words in conditions_of(LiftPlan(site, lifts), (), ())
+    assert words not in conditions_of(LiftPlan(site_of(20), lifts), (), ())
+
+
+def test_a_group_has_the_times_of_all_its_steps() -> None:
+    steps = Steps((Step(0, 0, -5 * 10**9, 10**9, 2 * 10**9), Step(1, 1, 10**9, 4 * 10**9, 9 * 10**9)))
+    document = group_of(site_of(2), steps).to_dict()
+    assert [document[key] for key in ("begins_s", "ends_s", "carries_s")] == [-5.0, 4.0, 9.0]
+    assert group_of(site_of(2)).to_dict()["begins_s"] is None
