@@ -12,7 +12,7 @@ from bimvox.planning.assembly import Preparation, prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.propose import Propose
 from bimvox.planning.rollout import proposer
-from bimvox.planning.rounds import Refused, proven_in_rounds, refusals
+from bimvox.planning.rounds import OtherWays, Refusals, Refused, proven_in_rounds, refusals
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.proof.motion import verify_motions
@@ -85,8 +85,9 @@ def plan_and_prove(
 ) -> Planned:
     """Plan all lifts, time them, and prove both.
 
-    A lift that cannot be proven, or that the crane cannot execute, becomes infeasible, with the failed check as its
-    reason; so do the lifts of parts that rest on it. The rest is planned and proven again.
+    A lift that cannot be proven, or that the crane cannot execute, gets other last moves. If these fail too, it becomes
+    infeasible, with the failed check as its reason; so do the lifts of parts that rest on it. The rest is planned and
+    proven again.
 
     Args:
         site: The site.
@@ -102,6 +103,7 @@ def plan_and_prove(
         VerificationError: If a proof of the plan as a whole fails.
     """
     propose = None if policy.network is None else proposer(policy.network)
+    other_ways = OtherWays()
 
     def planned(policy_retrained: Propose | None, kept: LiftPlan | None, refused: Refused) -> LiftPlan:
         progress.stage("plan", len(site.components))
@@ -111,7 +113,7 @@ def plan_and_prove(
             propose=propose,
             retrained=policy_retrained,
             previous=kept,
-            refused=refused,
+            refused=Refusals(refused, other_ways),
             progress=progress.report,
         )
 
@@ -128,10 +130,11 @@ def plan_and_prove(
         found = _prove(made, preparation, progress)
         if isinstance(found, Planned):
             progress.finish()
-        else:
-            for component, reason in found.items():
-                progress.note(f"{component}: {reason}")
-        return found
+            return found
+        left = other_ways.without(made, found)
+        for component, reason in found.items():
+            progress.note(f"{component}: {reason}" + ("" if component in left else "; another way is tried"))
+        return left or attempt(refused)
 
     return proven_in_rounds(attempt, "written")
 

@@ -139,14 +139,17 @@ class Assembly:
         """Edge length of a cell."""
         return self._site.frame.voxel_size_m
 
-    def begin(self, index: int) -> Stage | Obstacle:
-        """Take component ``index`` out of the yard and return the stage of its lift, or why it cannot be planned."""
+    def begin(self, index: int, avoided: tuple[Insertion, ...] = ()) -> Stage | Obstacle:
+        """Take component ``index`` out of the yard and return the stage of its lift, or why it cannot be planned.
+
+        Its last moves are other than those to avoid.
+        """
         component, place = self._site.components[index], self._preparation.places[index]
         self.skip(index)
         obstacle = self.unsupported(index)
         if obstacle is not None or place is None:
             return obstacle or self._no_place(component)
-        return self._stage(component, place)
+        return self._stage(component, place, avoided)
 
     def unsupported(self, index: int) -> Obstacle | None:
         """Return why component ``index`` cannot be lifted whatever its path: the crane, the yard or its supports.
@@ -229,7 +232,7 @@ class Assembly:
             return ()
         return tuple(j for j in relations.holds[index] if self._position[j] < self._position[index])
 
-    def _stage(self, component: Component, place: YardPlace) -> Stage | Obstacle:
+    def _stage(self, component: Component, place: YardPlace, avoided: tuple[Insertion, ...]) -> Stage | Obstacle:
         space = self._occupancy.space(component)
         swept = place.raising_size_vox(component)
         box = np.argwhere(np.ones(swept, np.bool_)) + np.array(place.cell_vox)
@@ -248,7 +251,7 @@ class Assembly:
         departure, is_out = _departure(space, transit, start)
         if not is_out:
             return self._too_near(component, departure)
-        insertion = self._insertion(component, space, transit)
+        insertion = self._insertion(component, space, transit, avoided)
         if isinstance(insertion, Obstacle):
             return insertion
         return Stage(component, place, with_cleared(transit, departure), start, insertion)
@@ -280,9 +283,15 @@ class Assembly:
         )
         return Stage(component, place, rule, place.transit_start_vox, last), blocked
 
-    def _insertion(self, component: Component, space: CollisionSpace, transit: CollisionSpace) -> Insertion | Obstacle:
+    def _insertion(
+        self,
+        component: Component,
+        space: CollisionSpace,
+        transit: CollisionSpace,
+        avoided: tuple[Insertion, ...] = (),
+    ) -> Insertion | Obstacle:
         contacts, counts = self._preparation.contacts, self._occupancy.counts
-        part = PartToInsert(self._site, contacts, counts, component, self._in_place, space, transit)
+        part = PartToInsert(self._site, contacts, counts, component, self._in_place, space, transit, avoided=avoided)
         found = find_insertion(part)
         return self._blocked_target(found) if isinstance(found, NoInsertion) else found
 

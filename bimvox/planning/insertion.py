@@ -108,6 +108,7 @@ class PartToInsert(NamedTuple):
         space: The collision rule for it now, nothing cleared.
         transit: The rule up to the gate (see ``bimvox.site.margin``).
         may_be_guided: Whether guided last moves are searched for too, which takes longer.
+        avoided: Last moves that its proof refused: others are searched for.
     """
 
     site: Site
@@ -118,10 +119,13 @@ class PartToInsert(NamedTuple):
     space: CollisionSpace
     transit: CollisionSpace
     may_be_guided: bool = True
+    avoided: tuple[Insertion, ...] = ()
 
 
 def find_insertion(part: PartToInsert) -> Insertion | NoInsertion:
     """Return the last moves of a part, or why there are none."""
+    if part.avoided:
+        return _find_another(part)
     by_cells = _Inserter(part, by_shapes=False)
     found = by_cells.find()
     if isinstance(found, Insertion) and not found.enclosed:
@@ -139,6 +143,21 @@ def find_insertion(part: PartToInsert) -> Insertion | NoInsertion:
         return found
     size_m = part.site.frame.voxel_size_m
     return replace(found, reason=f"{found.reason}; checked with cells of {size_m:g} m and the true shapes around it")
+
+
+def _find_another(part: PartToInsert) -> Insertion | NoInsertion:
+    """Return last moves that share no placement but the place with those to avoid, or guided ones."""
+    for by_shapes in (False, True):
+        inserter = _Inserter(part, by_shapes=by_shapes)
+        for found in (inserter.straight_down(), inserter.detour()):
+            if isinstance(found, Insertion) and not found.enclosed and not _is_avoided(part, found):
+                return found
+    found = inserter.guided()
+    return NoInsertion("there is no other way to its place") if found is None or _is_avoided(part, found) else found
+
+
+def _is_avoided(part: PartToInsert, found: Insertion) -> bool:
+    return any(found.guide == one.guide and np.array_equal(found.path_vox, one.path_vox) for one in part.avoided)
 
 
 class _Entangled:
@@ -164,7 +183,8 @@ class _Inserter:
     """Searches the last moves of a part; by shapes, true triangles also decide about solids that are not neighbours."""
 
     def __init__(self, part: PartToInsert, *, by_shapes: bool) -> None:
-        site, contacts, counts, component, present, space, transit, self.may_be_guided = part
+        site, contacts, counts, component, present, space, transit, self.may_be_guided, avoided = part
+        self.avoided = {tuple(place) for one in avoided for place in one.path_vox[:-1].tolist()}
         self.contacts, self.component, self.space, self.transit = contacts, component, space, transit
         self.step_m, self.site_frame = site.frame.voxel_size_m, site.frame
         self.crane = None if site.has_several_cranes else site.crane_of(component)
@@ -201,12 +221,12 @@ class _Inserter:
         ]
 
     def find(self) -> Insertion | NoInsertion:
-        straight = self._straight_down()
+        straight = self.straight_down()
         if isinstance(straight, Insertion) and not straight.enclosed:
             return straight
-        return self._detour() or replace(straight, cut_off=self.cut_off)
+        return self.detour() or replace(straight, cut_off=self.cut_off)
 
-    def _straight_down(self) -> Insertion | NoInsertion:
+    def straight_down(self) -> Insertion | NoInsertion:
         """Return the moves straight down from the lowest gate; without a gate, from an enclosed room.
 
         The enclosed room is returned so that its walls can be named.
@@ -239,7 +259,7 @@ class _Inserter:
             was_free = free
         return enclosed or NoInsertion("there is no room above its place to lower it from", self.near)
 
-    def _detour(self) -> Insertion | None:
+    def detour(self) -> Insertion | None:
         """Search breadth-first from the target outward; a move out is the move in, reversed."""
         start = (int(self.target[0]), int(self.target[1]), int(self.target[2]))
         if self._wrong_at(start) is not None:
@@ -258,7 +278,7 @@ class _Inserter:
             for action, (x, y, z) in enumerate(MOVES.tolist()):
                 there = (here[0] + x, here[1] + y, here[2] + z)
                 inside = all(0 <= n < size for n, size in zip(there, self.rooms.shape, strict=True))
-                if there in came_from or there[2] > self.highest or there[2] < 1 or not inside:
+                if there in came_from or there in self.avoided or there[2] > self.highest or there[2] < 1 or not inside:
                     continue
                 free_there = self._is_free(there)
                 aside = max(abs(there[0] - start[0]), abs(there[1] - start[1]))

@@ -16,6 +16,7 @@ from bimvox.env.actions import MOVES
 from bimvox.grid.distinct import distinct
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage
 from bimvox.planning.propose import Propose, Transit
+from bimvox.planning.rounds import Refusals
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
 from bimvox.progress import Report
 from bimvox.records.lift import Lift, LiftPlan, Method, Status, YardPlace, not_lifted
@@ -48,7 +49,8 @@ def plan_lifts(
         propose: The policy; None for search alone.
         retrained: The policy after more training on this site; asked if the first one fails.
         previous: A plan of the same geometry with other obstructions; a lift whose path is still valid is kept.
-        refused: Components whose lift was planned but not proven, with the reason: they are infeasible.
+        refused: Components whose lift was planned but not proven, with the reason: they are infeasible. ``Refusals``
+            also hold the last moves that others must avoid.
         kept: Lifts by component that do not change whatever is in the way, from a plan in execution.
         progress: Called with (stage, done, total).
 
@@ -70,8 +72,10 @@ def plan_lifts(
             assembly.finish(index, placed=kept[index].is_set)
             lifts.append(kept[index])
             continue
-        stage = assembly.begin(index)
-        reason = (refused or {}).get(site.components[index].id)
+        name = site.components[index].id
+        avoided, why = refused.avoided_by(name) if isinstance(refused, Refusals) else ((), None)
+        stage = assembly.begin(index, avoided)
+        reason = (refused or {}).get(name, why if isinstance(stage, Obstacle) else None)
         if reason is not None:
             stage = Obstacle(reason)
         unplanned = unplanned_lift(site, index, number, preparation.places[index])

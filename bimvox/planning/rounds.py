@@ -1,4 +1,7 @@
-"""Planning and proving in rounds: lifts that fail their proof are refused, and the rest is planned and proven again."""
+"""Planning and proving in rounds: a lift that fails its proof gets another way; if none is proven, it is refused.
+
+The rest is planned and proven again.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,8 @@ from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 from bimvox.errors import VerificationError
+from bimvox.planning.insertion import Insertion
+from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.proof import Verification
 from bimvox.records.reasons import NOT_PROVEN
 
@@ -15,6 +20,44 @@ Refused = Mapping[str, str]
 """Ids of the components whose lifts are refused, with the reason."""
 
 _ROUNDS = 12
+_MOST_OTHER_WAYS = 2
+"""Most other ways that are tried for a lift ..."""
+_MOST_OTHER_ROUNDS = 4
+"""... and most rounds in which any are."""
+
+
+class OtherWays:
+    """The last moves that a proof refused: another way is tried before the lift is refused."""
+
+    def __init__(self) -> None:
+        self._ways: dict[str, tuple[Insertion, ...]] = {}
+        self._reasons: dict[str, str] = {}
+        self._rounds = 0
+
+    def of(self, component: str) -> tuple[tuple[Insertion, ...], str | None]:
+        """Return the last moves to avoid for a component, and why its first ones were refused; None if none were."""
+        return self._ways.get(component, ()), self._reasons.get(component)
+
+    def without(self, made: LiftPlan, failed: Refused) -> dict[str, str]:
+        """Return those of the lifts that failed for which no other way is tried; the others are noted."""
+        site, left = made.site, dict(failed)
+        self._rounds += 1
+        for lift in made.lifts if self._rounds <= _MOST_OTHER_ROUNDS else ():
+            name = site.components[lift.component].id
+            known = self._ways.get(name, ())
+            if name in failed and lift.status is Status.PLANNED and len(known) < _MOST_OTHER_WAYS:
+                self._ways[name] = (*known, Insertion(lift.last_moves_vox, guide=lift.guide))
+                self._reasons.setdefault(name, left.pop(name))
+                left.pop(name, None)
+        return left
+
+
+class Refusals(dict[str, str]):
+    """The refused lifts with their reasons, and the other ways of lifts that are not refused yet."""
+
+    def __init__(self, refused: Refused, other_ways: OtherWays) -> None:
+        super().__init__(refused)
+        self.avoided_by = other_ways.of
 
 
 def proven_in_rounds(attempt: Callable[[Refused], T | Refused], left: str) -> T:
