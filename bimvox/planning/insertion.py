@@ -320,6 +320,8 @@ class _Inserter:
         asides_m = np.concatenate([np.zeros((1, 3)), gap_m * np.eye(3), -gap_m * np.eye(3)])
         wide_m = (self.contacts.triangles_m(own)[None] + asides_m[:, None, None]).reshape(-1, 3, 3)
         pairs += [Pair(wide_m, self.contacts.triangles_m(n), np.zeros(3)) for n in self._around(centre_m, top_m)]
+        if not pairs:
+            return None  # cells of things without triangles are in the way
         known = list(dict.fromkeys(guide.poses for guide in self.contacts.guides.values() if guide is not None))
         size_m = np.ptp(self.contacts.bounds_m[own], axis=0)
         along = 0.0 if size_m[0] >= size_m[1] else np.pi / 2.0
