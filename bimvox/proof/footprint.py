@@ -22,6 +22,7 @@ from scipy.ndimage import maximum_filter
 
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.kept import kept
 from bimvox.proof.guided import guided_box_vox
 from bimvox.proof.hook import jib_cell, reaches_jib, tallest_met
 from bimvox.proof.jib import swept_by_jib
@@ -70,11 +71,11 @@ class CellMask:
             self.empty = False
             _mark_cells(self._words, self._shape, cells)
 
-    def add_placements(self, placements: NDArray[np.int64], own: NDArray[np.int32]) -> None:
-        """Add the cells ((C, 3) relative to the reference cell) of a part at placements ((N, 3))."""
+    def add_placements(self, placements: NDArray[np.int64], own: NDArray[np.int64]) -> None:
+        """Add the cells of a part (runs relative to its reference cell, see ``_as_runs``) at placements ((N, 3))."""
         if len(placements):
             self.empty = False
-            _mark_boxes(self._words, self._shape, np.ascontiguousarray(placements, np.int64), _as_runs(own))
+            _mark_boxes(self._words, self._shape, np.ascontiguousarray(placements, np.int64), own)
 
     def add_columns_above(self, cells: NDArray[np.int64]) -> None:
         """Add cells ((N, 3)) and everything above them."""
@@ -140,8 +141,9 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     mask.add_placements(path, _kept_free(site, component))
     _add_guide(mask, site, lift)
     if site.cranes and site.rules.rope:
-        for aside in _around(whole_cells(site.rules.rope_clearance_m, site.frame)):
-            mask.add_columns_above(path + np.array(component.hook_offset_vox) + aside)
+        asides = _around(whole_cells(site.rules.rope_clearance_m, site.frame))
+        hooks = path + np.array(component.hook_offset_vox)
+        mask.add_columns_above((hooks[:, None] + asides[None]).reshape(-1, 3))
     return mask.footprint()
 
 
@@ -255,12 +257,19 @@ def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_line
     return positions_of(crane, site.frame, trajectory, hook_line).placements.cells
 
 
-def _kept_free(site: Site, component: Component) -> NDArray[np.int32]:
-    """Return (N, 3) a part's cells and those within its transit clearance, relative to its reference cell."""
-    reach, cells = whole_cells(site.rules.transit_clearance_m, site.frame), component.shape.cells
+def _kept_free(site: Site, component: Component) -> NDArray[np.int64]:
+    """Return a part's cells and those within its transit clearance, as runs relative to its reference cell."""
+    return _runs_around(component, whole_cells(site.rules.transit_clearance_m, site.frame))
+
+
+@kept
+def _runs_around(component: Component, reach: int) -> NDArray[np.int64]:
+    cells = component.shape.cells
+    if not reach:
+        return _as_runs(cells)
     dense = np.zeros(cells.max(axis=0) + 2 * reach + 1, np.bool_)
     dense[tuple((cells + reach).T)] = True
-    return (np.argwhere(maximum_filter(dense, size=2 * reach + 1)) - reach).astype(np.int32) if reach else cells
+    return _as_runs((np.argwhere(maximum_filter(dense, size=2 * reach + 1)) - reach).astype(np.int32))
 
 
 def _around(reach: int) -> NDArray[np.int64]:
