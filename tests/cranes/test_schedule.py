@@ -11,11 +11,13 @@ from two_cranes import two_crane_site
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError
 from bimvox.motion.figures import plan_figures
+from bimvox.motion.steps import may_pause, steps_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
+from bimvox.proof.steps import verify_steps
 from bimvox.records.lift import Status
 from bimvox.records.motion import PhaseName
 from bimvox.records.other_means import by_other_means, needed_by_ns
@@ -147,6 +149,26 @@ def test_what_is_cast_in_place_keeps_the_motions_of_several_cranes_proven():
     assert [lift.status for lift in plan.lifts].count(Status.IN_SITU) == 1
     assert verify_plan(plan).verified
     assert verify_motions(plan, motions).verified
+
+
+def test_no_load_hangs_while_the_cranes_pause_for_what_is_cast():
+    site = two_crane_site()
+    for name in ("east left", "west right"):
+        parts = tuple(
+            dataclasses.replace(one, means=Means.IN_SITU, means_reason="so") if one.id == name else one
+            for one in site.components
+        )
+        plan, motions = planned(dataclasses.replace(site, components=parts))
+        steps = steps_of(plan.site, plan.lifts, motions)
+        (step,) = steps.steps
+        check = verify_steps(plan, motions, steps)
+        assert check.passed, check.failures
+        waiting = may_pause(plan)
+        assert {pause.order for pause in steps.pauses} <= waiting
+        assert bool(steps.pauses) == (step.carries_ns > 0)
+        for order in waiting:
+            hooked_ns = next(motion.hooked_ns for motion in motions if motion.order == order)
+            assert not [one for one in motions if one.hooked_ns < hooked_ns < one.released_ns]
 
 
 def test_cranes_that_always_obstruct_each_other_are_reported():
