@@ -1339,15 +1339,20 @@ def set_by_other_means_and_lifted_elsewhere(log: PlanLog) -> PlanLog:
 
 def log_with_a_cast_beam() -> PlanLog:
     """Return the log of a portal whose beam is cast on its columns: the slab waits until it carries."""
+    return log_cast("beam")
+
+
+def log_cast(*names: str) -> PlanLog:
+    """Return the log of a portal of which parts are cast in place."""
     crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
     site = box_site(PARTS, structure=[WALL], crane=crane, shape=(40, 30, 24))
     parts = (
-        dataclasses.replace(one, means=Means.IN_SITU, means_reason="the site file says so") if one.id == "beam" else one
+        dataclasses.replace(one, means=Means.IN_SITU, means_reason="the site file says so") if one.id in names else one
         for one in site.components
     )
     site = with_digests(dataclasses.replace(site, components=tuple(parts)))
-    entry = ComponentConfig(global_id="beam", means="in_situ")
-    return with_files(log_of(site), {"site.toml": site_file_of(site, component=(entry,))})
+    entries = tuple(ComponentConfig(global_id=name, means="in_situ") for name in names)
+    return with_files(log_of(site), {"site.toml": site_file_of(site, component=entries)})
 
 
 def telling(change: Callable[[Steps], Steps]) -> Forge:
