@@ -63,8 +63,8 @@ def test_a_policys_path_without_the_margin_is_not_taken():
     _, _, close = planned(0.0)
     paths = {tuple(lift.path_vox[-1]): lift.path_vox for lift in close.lifts}
 
-    def propose(transits):
-        return [paths.get(transit.goal_vox) for transit in transits]
+    def propose(transit):
+        return paths.get(transit.goal_vox)
 
     plan = plan_lifts(site, preparation, propose=propose)
     assert verify_plan(plan).verified

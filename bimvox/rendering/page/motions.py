@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.tipping import from_box_to_origin_m
+from bimvox.records.guide import Guide
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.page.blob import Blob, rounded
@@ -50,6 +52,7 @@ def crane_motion(site: Site, motion: LiftMotion, track: LoadTrack, blob: Blob) -
         "below_m": rounded(below_m),
         "tip": _tip(site, track, motion, blob),
         "yaw": _yaw(track, motion),
+        **({} if track.lift.guide is None else {"guide": _guide(track.lift.guide, crane, motion)}),
         "phases": [[phase.name.value, _seconds(phase.start_ns - motion.start_ns)] for phase in motion.phases],
         **_times(track),
     }
@@ -60,6 +63,20 @@ def carried_motion(track: LoadTrack, blob: Blob) -> dict[str, Any]:
     chosen = keyframes(track.time_ns, track.corner_m, [track.arrived_ns], lambda values: values)
     rows = _rows(track.time_ns[chosen] - track.start_ns, track.corner_m[chosen] * LENGTH_STEPS_PER_M)
     return {"kind": "carried", "keys": blob.put_steps(rows), "tip": None, "yaw": None, "phases": [], **_times(track)}
+
+
+def _guide(guide: Guide, crane: TowerCrane, motion: LiftMotion) -> dict[str, Any]:
+    """Return the poses of a guided load by the height of its hook above ``hook_m``, ascending."""
+    last = motion.loaded
+    height_m, aside_m, tilt_rad = np.array(guide.poses)[::-1].T
+    return {
+        "hook_m": rounded(hook_of(crane, last.slew_rad[-1], last.radius_m[-1], last.height_m[-1])),
+        "height_m": rounded(height_m),
+        "aside_m": rounded(aside_m),
+        "tilt_rad": [round(float(angle), 6) for angle in tilt_rad],
+        "ahead": [round(float(n), 9) for n in guide.ahead[:2]],
+        "centre_m": rounded(np.array(guide.centre_m)),
+    }
 
 
 def _yaw(track: LoadTrack, motion: LiftMotion) -> dict[str, Any] | None:

@@ -70,7 +70,28 @@ export function loadAt(motion, baseM, stored, at) {
   const hook = hookOf(baseM, values);
   const angle = yawOf(motion, at);
   const below = yawed(motion.below_m, angle);
+  const guided = motion.guide && guidedAt(motion.guide, hook, below);
+  if (guided) return guided;
   return { corner: hook.map((value, n) => value + below[n]), tilt: yawTilt(angle) };
+}
+
+const IN_LINE_M = 0.01;
+
+/** The frame of a load that a crew tilts and holds aside above its place; null elsewhere. */
+function guidedAt(guide, hook, below) {
+  const height = hook[2] - guide.hook_m[2];
+  const away = Math.max(Math.abs(hook[0] - guide.hook_m[0]), Math.abs(hook[1] - guide.hook_m[1]));
+  if (away > IN_LINE_M || height >= guide.height_m[guide.height_m.length - 1]) return null;
+  const [aside, tilt] = valuesAt(guide.height_m, [guide.aside_m, guide.tilt_rad], height);
+  const [x, y] = guide.ahead;
+  const arm = guide.hook_m.map((value, n) => value + below[n] - guide.centre_m[n]);
+  // The tilt turns what is ahead upward; what is across stays.
+  const ahead = arm[0] * x + arm[1] * y;
+  const turned = ahead * Math.cos(tilt) - arm[2] * Math.sin(tilt) + aside;
+  const up = ahead * Math.sin(tilt) + arm[2] * Math.cos(tilt) + height;
+  const moved = [arm[0] + (turned - ahead) * x, arm[1] + (turned - ahead) * y, up];
+  const sine = Math.sin(tilt / 2);
+  return { corner: moved.map((value, n) => value + guide.centre_m[n]), tilt: [y * sine, -x * sine, 0, Math.cos(tilt / 2)] };
 }
 
 /** The angle about z of a hanging part that was stored turned; it goes to 0 the shorter way, at a constant rate. */
