@@ -120,8 +120,8 @@ class Disassembly:
             )
         if stuck:
             notes.append(
-                f"interlocked in the model: none of {self._named(stuck)} can be set while the others are in place; "
-                "the last of them cannot be lifted in"
+                f"interlocked in the model: none of {self._named(stuck)} can be set level while the others are in "
+                "place; the last of them can be lifted in only if a crew guides it, tilted and aside"
             )
         return tuple(notes)
 
