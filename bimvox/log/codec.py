@@ -23,6 +23,7 @@ from bimvox.sparse import ABSENT, names_to_write
 DTYPES = ("bool", "uint8", "int32", "int64", "float32", "float64")
 
 
+_MOST = 2**63
 _PLAIN = frozenset((str, int, float, bool, types.NoneType))
 
 
@@ -132,6 +133,8 @@ def decode(hint: Any, value: Any, arrays: ArrayReader, where: str) -> Any:
             raise DecodeError(f"{where}: {value!r} is not one of {', '.join(str(m.value) for m in hint)}") from None
     if hint is float and isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
+    if hint is int and type(value) is int and not -_MOST <= value < _MOST:
+        raise DecodeError(f"{where}: the number has more than 64 bits")
     if type(value) is hint or (hint is types.NoneType and value is None):
         return value
     raise DecodeError(f"{where}: {value!r} is not {getattr(hint, '__name__', hint)}")

@@ -26,6 +26,7 @@ from bimvox.site.site import Rules, Site
 _DAY_S = 86_400.0
 _LONGEST_NS = 3652 * 86_400 * 10**9
 _FAR_M = 1e5
+_FAR_VOX = 2.0**20
 _HEAVY_KG = 1e8
 _RIGID = 1e-9
 _FAST = (10.0, 100.0, 1e4)
@@ -112,10 +113,15 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
         check.look(there, f"lift {motion.number}: its motion is of component {motion.component}, which does not exist")
         name = f"lift {motion.number} ({site.components[motion.component].label})" if there else "a motion"
         _finite(check, f"{name}: joint states", motion.samples()[1])
-        _within(check, f"{name}: bound_s", motion.loaded.bound_s, _Range(0.0, 1e9))
-        longer = motion.loaded.bound_s > motion.loaded.duration_s * (1.0 + 1e-6) and not motion.stops_ns
-        check.look(not longer, f"{name}: bound_s is longer than its loaded motion")
+        for what in ("approach", "raising", "loaded", "departure"):
+            if (way := getattr(motion, what)) is not None:
+                _within(check, f"{name}: bound_s of its {what} motion", way.bound_s, _Range(0.0, 1e9))
+                longer = way.bound_s > way.duration_s * (1.0 + 1e-6) and not motion.stops_ns
+                check.look(not longer, f"{name}: bound_s is longer than its {what} motion")
         _check_time(check, f"{name}: it ends", motion.end_ns)
+        for phase in motion.phases:
+            _check_time(check, f"{name}: its phase {phase.name.value} begins", phase.start_ns)
+            _check_time(check, f"{name}: its phase {phase.name.value} ends", phase.end_ns)
     for number, epoch in enumerate(plan.history):
         _check_time(check, f"history[{number}]: it ends", epoch.until_ns)
     return check
@@ -203,6 +209,9 @@ def _check_component(check: Check, component: Component, name: str) -> None:
     _within(check, f"{name}: mass_kg", component.mass_kg, _Range(0.0, _HEAVY_KG, with_low=False))
     _within(check, f"{name}: sail_area_m2", component.sail_area_m2, _Range(0.0, 1e6))
     _within(check, f"{name}: lifting.sling_rise_vox", component.lifting.sling_rise_vox, _Range(0.0, 1e5))
+    _finite(check, f"{name}: target_vox", component.target_vox, most=_FAR_VOX)
+    _finite(check, f"{name}: hook_offset_vox", component.hook_offset_vox, most=_FAR_VOX)
+    _finite(check, f"{name}: start_vox", component.start_vox or (), most=_FAR_VOX)
     _finite(check, f"{name}: lifting.points_m", component.lifting.points_m, most=_FAR_M)
     _finite(check, f"{name}: hook_aside_vox", component.hook_aside_vox, most=0.5)
     _finite(check, f"{name}: mesh.vertices_m", component.mesh.vertices_m, most=_FAR_M)
@@ -211,6 +220,12 @@ def _check_component(check: Check, component: Component, name: str) -> None:
 
 def _check_lift(check: Check, lift: Lift, name: str) -> None:
     _within(check, f"{name}: contact_moves", lift.contact_moves, _MOVES)
+    for left in lift.left:
+        _within(check, f"{name}: contact_moves of a path that it left", left.contact_moves, _MOVES)
+        _check_time(check, f"{name}: it leaves a path", left.until_ns)
+    if lift.place is not None:
+        place = lift.place
+        _finite(check, f"{name}: place.cell_vox", (*place.cell_vox, place.rise_vox, place.delivery), most=_FAR_VOX)
     if lift.guide is not None:
         _finite(check, f"{name}: guide.poses", lift.guide.poses, most=_FAR_M)
         _finite(check, f"{name}: guide.centre_m", lift.guide.centre_m, most=_FAR_M)

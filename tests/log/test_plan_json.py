@@ -61,6 +61,7 @@ def test_the_json_is_readable_by_others() -> None:
         ("status", "done", "not one of planned, infeasible"),
         ("moves", 3, "3 moves, but its path has 17"),
         ("place", {"pose": "lying_x", "delivery": "x", "cell_vox": [0, 0, 0]}, "'x' is not int"),
+        ("place", {"pose": "lying_x", "delivery": 2**70, "cell_vox": [0, 0, 0]}, "more than 64 bits"),
         ("carried", None, "not a lift"),
         ("surprise", 1, "unknown key 'surprise'"),
         ("order", -1, "order"),

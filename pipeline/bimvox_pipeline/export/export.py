@@ -74,8 +74,7 @@ def export(
     log, lost = _read(source, recover)
     for sentence in lost:
         progress.note(f"lost: {sentence}")
-    if wanted.name != "mcap":  # a log of nonsense is still a log; verify says what it is
-        require_sense(log, source, "exported")
+    require_sense(log, source, "exported")
     chosen = chosen_lifts(log, lifts)
     if wanted.is_dated and start is None:
         progress.note(f"no --start: the first lift starts at {begins.isoformat(' ')}")

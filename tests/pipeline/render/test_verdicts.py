@@ -79,7 +79,7 @@ def test_values_that_make_no_sense_are_neither_painted_nor_exported(good, tmp_pa
     for suffix in (".png", ".gif"):
         with pytest.raises(LogFileError, match="its values make no sense, so it cannot be shown: "):
             render(file, tmp_path / f"log{suffix}", progress=SilentProgress())
-    for suffix in (".csv", ".glb", ".json"):
+    for suffix in (".csv", ".glb", ".json", ".out.mcap"):
         with pytest.raises(LogFileError, match="its values make no sense, so it cannot be exported: "):
             export(file, out=tmp_path / f"log{suffix}", progress=SilentProgress())
     assert [one.name for one in tmp_path.iterdir()] == ["log.mcap"]
