@@ -40,7 +40,7 @@ from bimvox.log.track import crane_track, nominal_track
 from bimvox.log.transforms import CraneTransforms, load_transforms
 from bimvox.log.voxels import voxel_grid
 from bimvox.motion.commands import commands
-from bimvox.records.lift import Lift
+from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LoadTrack
 from bimvox.site.site import Site
@@ -62,8 +62,8 @@ def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None
         Number of messages.
 
     Raises:
-        InputError: If the motions are not those of the planned lifts, or an attachment or a metadata key has a name
-            that the log uses itself.
+        InputError: If the motions are not those of the planned lifts, an object is outside the grid, the crane of a
+            part does not exist, or an attachment or a metadata key has a name that the log uses itself.
     """
     _check(record)
     with_remarks = not is_segment(record) and record.remarks is not None
@@ -131,6 +131,7 @@ def _crane_number(record: PlanLog, track: LoadTrack) -> int:
 
 
 def _check(record: PlanLog) -> None:
+    _check_site(record.plan, record.motions)
     if not record.plan.site.cranes and record.motions:
         raise InputError("there are motions, but the site has no crane")
     planned = [lift.number for lift in record.planned]
@@ -143,6 +144,26 @@ def _check(record: PlanLog) -> None:
     for event in record.events:
         if event.kind in OWN_EVENTS:
             raise InputError(f"the log writes events of the kind {event.kind!r} itself", hint="give it another kind")
+
+
+def _check_site(plan: LiftPlan, motions: Sequence[LiftMotion]) -> None:
+    """Raise an error if an object is outside the grid, or the crane of a part or a motion does not exist."""
+    site = plan.site
+    past = (blocker for epoch in plan.history for blocker in epoch.obstructions)
+    for blocker in (*site.blockers, *past):
+        if len(blocker.cells) and (blocker.cells.min() < 0 or (blocker.cells.max(axis=0) >= site.shape).any()):
+            raise InputError(
+                f"{blocker.kind} {blocker.id!r} has cells outside the grid of {site.shape}",
+                hint="clip it, as bimvox.plan and bimvox.revise do",
+            )
+    named = [(f"part {part.label}", part.crane) for part in site.components]
+    named += [(f"the motion of lift {motion.number}", motion.crane) for motion in motions]
+    for name, crane in named:
+        if not 0 <= crane < max(1, len(site.cranes)):
+            raise InputError(
+                f"{name} is of crane {crane}; the site has {len(site.cranes)}",
+                hint="the number of a crane is its index in Site.cranes, from 0",
+            )
 
 
 def metadata_of(record: PlanLog) -> dict[str, str]:

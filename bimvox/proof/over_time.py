@@ -190,6 +190,7 @@ def _together(found: Sequence[Verification]) -> Verification:
         whole.failed += check.failed
         whole.failures += check.failures
         whole.culprits |= check.culprits
+        whole.undecided += [one for one in check.undecided if one not in whole.undecided]
         if check.worst is not None:
             whole.measure(check.worst)
     return Verification(tuple(checks.values()))

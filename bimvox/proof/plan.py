@@ -2,7 +2,8 @@
 
 The planner uses a summed-area table and an exact sweep. This module uses neither: it counts what is in each raw cell,
 in a plain grid kept between lifts, and tests the triangles with a collision library (FCL) at fine samples.
-Infeasible lifts are not checked, only the cells of their parts, and no part may rest on a part that they do not set.
+Of parts that the crane does not set, the cells and what carries them are checked; no part may rest on a part that is
+not set.
 """
 
 from __future__ import annotations
@@ -61,23 +62,25 @@ def verify_plan(
     Args:
         plan: The plan.
         context: Lifts of the same plan that it does not contain (it is an extract of a log): their parts are where the
-            plan sets or stores them, but the lifts are not proven.
+            plan sets or stores them, but their paths are not proven.
         known_shapes: Indices of components of the same site whose cells, masses and slings are known to fit. They are
-            not checked again; components that pass now are added.
+            not checked again; components that pass now are added. The context is then taken for proven. None: nothing
+            is known, so the parts of the context are checked too: their shapes, and what carries them.
 
     Returns:
         Every check, with what failed and where.
     """
-    return _Verifier(plan, context, set() if known_shapes is None else known_shapes).run()
+    return _Verifier(plan, context, known_shapes).run()
 
 
 class _Verifier:
-    def __init__(self, plan: LiftPlan, context: Collection[Lift], known_shapes: set[int]) -> None:
+    def __init__(self, plan: LiftPlan, context: Collection[Lift], known_shapes: set[int] | None) -> None:
         self.plan, self.context, self.site = plan, context, plan.site
         self.lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
         self.infeasible = {lift.component for lift in self.lifts if lift.status is Status.INFEASIBLE}
         self.triangles = TriangleCheck(plan)
-        self.known_shapes = known_shapes
+        self.known_shapes = set() if known_shapes is None else known_shapes
+        self.proven = frozenset() if known_shapes is None else frozenset(lift.order for lift in context)
         self.marks, self.near_marks = Marks(self.site.shape), Marks(self.site.shape)
         self.checks = {name: Check(name) for name in CHECKS}
         if self.site.rules.transit_clearance_m > 0.0:
@@ -95,25 +98,31 @@ class _Verifier:
         self._check_deliveries()
         if not self.context:
             self.triangles.check_clashes(self.checks["triangles"])
-        proven = {lift.order for lift in self.context}
-        check_stands(self.checks["stands"], self.site, self.lifts, unheld=self.plan.unheld, proven=proven)
+        check_stands(self.checks["stands"], self.site, self.lifts, unheld=self.plan.unheld, proven=self.proven)
         for blocker in self.site.blockers:
             check_structure(self.checks["shapes"], blocker, self.site.frame, self.site.shape)
-        self._check_not_lifted()
+        self._check_others()
         for moment in moments(self.plan, self.context):
             self._check_lift(moment.lift, moment.present, moment.placed)
         return Verification(tuple(self.checks.values()))
 
-    def _check_not_lifted(self) -> None:
-        """Check the cells of parts that are not lifted: set by other means, or in the yard, they are in the way."""
-        check = self.checks["shapes"]
+    def _check_others(self) -> None:
+        """Check the parts that no lift of this proof sets: where they are, they are in the way and carry others."""
+        own = {lift.order for lift in self.plan.lifts if lift.status is Status.PLANNED} | self.proven
+        placed: set[int] = set()
         for lift in self.lifts:
             component = self.site.components[lift.component]
-            refused = (lift.reason or "").startswith(NOT_ITS_CELLS)
-            if lift.status is Status.INFEASIBLE and not refused and component.index not in self.known_shapes:
-                check.about = component.id
-                check_shape(check, component, self.site.frame, exact_hook=self.site.exact_hook)
-        check.about = None
+            if lift.order not in own:
+                turn_to(self.checks.values(), component.id)
+                if lift.status is Status.PLANNED:
+                    self._check_shape(component)
+                elif component.index not in self.known_shapes and not (lift.reason or "").startswith(NOT_ITS_CELLS):
+                    check_shape(self.checks["shapes"], component, self.site.frame, exact_hook=self.site.exact_hook)
+                if lift.is_set:
+                    self._check_support(component, placed)
+            if lift.is_set:
+                placed.add(component.index)
+        turn_to(self.checks.values(), None)
 
     def _check_deliveries(self) -> None:
         """Check that deliveries come in order, and that none is heavier than a truck's load, except a single part."""

@@ -9,8 +9,10 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.grid.frame import GridFrame
 from bimvox.proof.bodies.filled import unfilled
+from bimvox.proof.bodies.solid import corner_numbers, is_matched
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, IntVec
+from bimvox.site.means import Means
 from bimvox.site.site import Blocker
 
 _BORDER_M = 2e-4  # a point this close to a cell border may count to either side (the voxelizer's tolerance is 0.1 mm)
@@ -24,9 +26,11 @@ _NO_VOLUME = 1e-3  # of its box; the volume of an open mesh means nothing
 def check_shape(check: Check, component: Component, frame: GridFrame, *, exact_hook: bool = True) -> None:
     """Check that a part's cells cover its surface and reach no further, and that it hangs above its centre of mass.
 
+    If a part that the crane does not lift has an open mesh, it is undecided whether this fills its cells.
     Without ``exact_hook``, the hook is in the middle of the cell above it, as in logs made before that rule.
     """
-    _check_cells(check, component.id, component.mesh, component.shape.cells + np.array(component.target_vox), frame)
+    cells, is_lifted = component.shape.cells + np.array(component.target_vox), component.means is Means.CRANE
+    _check_cells(check, component.id, component.mesh, cells, frame, may_be_open=not is_lifted)
     x, y, z = component.hook_offset_vox
     size = component.shape.cells.max(axis=0) + 1
     aside = np.abs(component.hook_aside_vox)
@@ -53,7 +57,14 @@ def check_structure(check: Check, blocker: Blocker, frame: GridFrame, shape: Int
 
 
 def _check_cells(
-    check: Check, name: str, mesh: TriangleMesh, cells: NDArray[np.int32], frame: GridFrame, shape: IntVec | None = None
+    check: Check,
+    name: str,
+    mesh: TriangleMesh,
+    cells: NDArray[np.int32],
+    frame: GridFrame,
+    shape: IntVec | None = None,
+    *,
+    may_be_open: bool = False,
 ) -> None:
     """Check that points spread over triangles, half a cell apart, lie in the cells, and that their boxes agree.
 
@@ -64,6 +75,7 @@ def _check_cells(
         cells: (N, 3) its cells.
         frame: Frame of the grid.
         shape: Points outside a grid of this shape are ignored; None: there are none.
+        may_be_open: Whether it is undecided, not a failure, that an open mesh does not fill its cells.
     """
     first, last = cells.min(axis=0), cells.max(axis=0)
     dense = np.zeros(last - first + 3, np.bool_)
@@ -86,6 +98,11 @@ def _check_cells(
     check.look(not reaches, f"{name}: its cells reach further than its surface")
     corners = (mesh.triangles_m - np.array(frame.origin_m)) / frame.voxel_size_m - (first - 1)
     empty = unfilled(dense, touched, mesh, corners, border)
+    if len(empty) and may_be_open and not is_matched(corner_numbers(mesh)):
+        check.undecided.append(
+            f"{name}: its mesh is open and does not fill its cells: {len(empty)} of {len(cells)} count as they are"
+        )
+        return
     at = frame.corner_of(empty[0] + first - 0.5) if len(empty) else first
     check.look(
         not len(empty),

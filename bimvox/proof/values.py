@@ -72,6 +72,17 @@ _CRANE = {
 }
 
 
+_LUFFING = {
+    "pivot_offset_m": _Range(-100.0, 100.0),
+    "pivot_height_m": _Range(0.0, 1e3, with_low=False),
+    "length_m": _Range(0.0, 1e3, with_low=False),
+    "tail_radius_m": _Range(0.0, 100.0, with_low=False),
+    "tail_low_m": _Range(-100.0, 1e3),
+    "tail_width_m": _Range(0.0, 100.0, with_low=False),
+    "width_m": _Range(0.0, 100.0, with_low=False),
+}
+
+
 def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Collection[Lift] = ()) -> Check:
     """Check that every number of a plan and its site is finite and in a sane range, and that ids are unique.
 
@@ -191,9 +202,17 @@ def _check_crane(check: Check, crane: TowerCrane) -> None:
     for key, good in _CRANE.items():
         _within(check, f"{where}: {key}", getattr(crane, key), good)
     _finite(check, f"{where}: base_m", crane.base_m, most=_FAR_M)
-    for name, axis in (("slewing", crane.slewing), ("trolley", crane.trolley), ("hoist", crane.hoist)):
+    axes = {"slewing": crane.slewing, "trolley": crane.trolley, "hoist": crane.hoist}
+    if (jib := crane.luffing) is not None:
+        axes |= {"luffing.limits": jib.limits, "luffing.winch": jib.winch}
+        for key, good in _LUFFING.items():
+            _within(check, f"{where}: luffing.{key}", getattr(jib, key), good)
+    for name, axis in axes.items():
         for limit, value, most in zip(fields(AxisLimits), astuple(axis), _FAST, strict=True):
             _within(check, f"{where}: {name}.{limit.name}", value, _Range(0.0, most, with_low=False))
+    for one in fields(crane.working_range):
+        if (limits := getattr(crane.working_range, one.name)) is not None:
+            _finite(check, f"{where}: working_range.{one.name}", limits, most=1e3)
     for radius_m, capacity_kg in zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True):
         _within(check, f"{where}: chart, radius", radius_m, _Range(0.0, 1e3, with_low=False))
         _within(check, f"{where}: chart, capacity in kg", capacity_kg, _Range(0.0, _HEAVY_KG, with_low=False))
@@ -202,7 +221,8 @@ def _check_crane(check: Check, crane: TowerCrane) -> None:
         _within(check, f"{where}: gears, rate in m/s", rate_m_s, _Range(0.0, _FAST[0], with_low=False))
     for zone in crane.slow_zones:
         _within(check, f"{where}: slow zone, share", zone.share, _Range(0.0, 1.0, with_low=False))
-        _finite(check, f"{where}: slow zone, polygon", zone.polygon)
+        _finite(check, f"{where}: slow zone, polygon", zone.polygon, most=_FAR_M)
+        check.look(len(zone.polygon) > 2, f"{where}: slow zone, polygon: it has fewer than three corners")
 
 
 def _check_component(check: Check, component: Component, name: str) -> None:

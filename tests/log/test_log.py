@@ -21,6 +21,8 @@ from bimvox.log.bundle import site_from_bytes
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.schema import COMMAND, JOINTS, topics_of
+from bimvox.records.lift import Epoch
+from bimvox.site.site import Blocker
 
 
 @pytest.fixture(scope="module")
@@ -274,6 +276,37 @@ def test_motions_must_be_those_of_the_plan() -> None:
 def test_names_of_the_log_itself_cannot_be_taken(changes: dict[str, Any]) -> None:
     with pytest.raises(InputError, match=r"the log writes .+ itself"):
         log_bytes(dataclasses.replace(tiny_log(), **changes))
+
+
+def with_a_block(log: PlanLog, cell: tuple[int, int, int], *, past: bool = False) -> PlanLog:
+    """Return a log with an obstruction of one cell, now or in the past."""
+    block = Blocker("block", "obstruction", np.array([cell], np.int32))
+    site = log.plan.site
+    blocked = dataclasses.replace(site, blockers=(*site.blockers, block))
+    now = log.plan if past else dataclasses.replace(log.plan, site=blocked)
+    history = (Epoch(1, (block,)),) if past else ()
+    return dataclasses.replace(log, plan=dataclasses.replace(now, history=history))
+
+
+@pytest.mark.parametrize("past", [False, True])
+@pytest.mark.parametrize("cell", [(900, 0, 1), (0, 0, -1)])
+def test_an_obstruction_outside_the_grid_is_not_written(cell: tuple[int, int, int], past: bool) -> None:
+    with pytest.raises(InputError, match=r"obstruction 'block' has cells outside the grid of \(") as refused:
+        log_bytes(with_a_block(tiny_log(), cell, past=past))
+    assert refused.value.hint == "clip it, as bimvox.plan and bimvox.revise do"
+
+
+@pytest.mark.parametrize("crane", [-1, 3])
+def test_the_crane_of_a_part_and_of_a_motion_exists(crane: int) -> None:
+    log = tiny_log()
+    site, count = log.plan.site, len(log.plan.site.cranes)
+    parts = (dataclasses.replace(site.components[0], crane=crane), *site.components[1:])
+    plan = dataclasses.replace(log.plan, site=dataclasses.replace(site, components=parts))
+    with pytest.raises(InputError, match=f"part .+ is of crane {crane}; the site has {count}"):
+        log_bytes(dataclasses.replace(log, plan=plan))
+    motions = (dataclasses.replace(log.motions[0], crane=crane), *log.motions[1:])
+    with pytest.raises(InputError, match=f"the motion of lift 1 is of crane {crane}; the site has {count}"):
+        log_bytes(dataclasses.replace(log, motions=motions))
 
 
 def test_a_plan_without_any_lift_is_still_a_log(tmp_path: Path) -> None:

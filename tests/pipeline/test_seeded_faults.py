@@ -120,6 +120,11 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
         r"history\[0\]: it ends at 1000000000 s on the site's clock",
     ),
     (
+        faults.an_epoch_while_a_load_is_held,
+        "own_files",
+        r"lift 4 \(slab\): its load is called held, but no attached file says where it hangs",
+    ),
+    (
         faults.a_pause_at_a_change,
         "timeline",
         r"lift 4 \(slab\): starts at .* s; after the lift before it, it can start",
@@ -186,6 +191,14 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.no_time_to_set, "timeline", r"lift 4 \(slab\): setting takes 1e-06 s; the rules ask for 180 s \(slab\)"),
     (faults.no_time_to_release, "timeline", r"lift 4 \(slab\): releasing takes 1e-06 s; the rules ask for 60 s"),
     (faults.every_part_set_like_a_slab, "timeline", r"lift 1 \(left\): setting takes 180 s; the rules ask for 720 s"),
+    (faults.one_cell_cast_in_place, "shapes", r"left: its surface at .* m lies outside its cells"),
+    (faults.a_sheet_cast_in_place, "shapes", "left: its cells reach further than its surface"),
+    (faults.a_frame_cast_in_place, "shapes", r"slab: its mesh does not fill its cells: \d+ of 32 are neither on"),
+    (faults.a_beam_by_other_means_before_its_columns, "support", "beam: rests on left, which is not in place"),
+    (faults.a_beam_cast_before_its_columns, "support", "beam: rests on left, which is not in place"),
+    (faults.one_cell_in_an_extract, "shapes", r"left: its surface at .* m lies outside its cells"),
+    (faults.an_extract_in_another_order, "support", "beam: rests on left, which is not in place"),
+    (faults.an_extract_in_another_order, "stands", "beam: has no hold until left is set"),
     (faults.a_file_without_a_digest, "digests", "attached site.toml: the metadata does not have its digest"),
     (faults.a_file_with_an_empty_digest, "digests", "attached site.toml: digest mismatch with the metadata"),
     (faults.an_obstruction_called_like_a_part, "values", "fixed object 'beam': a part has the same id"),
@@ -334,6 +347,16 @@ def test_cells_of_a_part_set_by_other_means_that_were_refused_are_a_condition(go
     assert told in document["conditions"]
 
 
+def test_a_part_that_is_cast_in_place_is_proven_and_an_open_mesh_of_it_is_told(good: PlanLog, tmp_path: Path):
+    document = proven(faults.cast_in_place(good, "left"), tmp_path)
+    assert document["verified"] is True, failed(document)
+    assert document["checks"]["shapes"]["undecided"] == []
+    document = proven(faults.an_open_mesh_cast_in_place(good), tmp_path)
+    assert document["verified"] is True, failed(document)
+    (told,) = document["checks"]["shapes"]["undecided"]
+    assert told.startswith("slab: its mesh is open and does not fill its cells: ")
+
+
 def test_the_command_says_that_nothing_was_proven(
     good: PlanLog, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
@@ -405,7 +428,7 @@ def rewrite(
         for m in contents.messages:
             writer.raw(m.topic, m.sequence, m.time_ns, (messages or {}).get(m.topic, bytes)(m.data))
         for topic, time_ns, data in more:
-            writer.raw(topic, 10**6, time_ns, data)
+            writer.raw(topic, sum(m.topic == topic for m in contents.messages), time_ns, data)
 
 
 @pytest.mark.parametrize("name", faults.MESSAGES)
@@ -682,7 +705,7 @@ def test_a_log_of_an_earlier_build_without_remarks_stays_proven(good: PlanLog, t
                 writer.attachment(key, data)
         for m in contents.messages:
             if b" remark: " not in m.data:
-                writer.raw(m.topic, m.sequence, m.time_ns, m.data)
+                writer.serialized(m.topic, m.time_ns, m.data)
     document = verify(tmp_path / "log.mcap", progress=SilentProgress())
     assert document["verified"] is True, failed(document)
     assert {remark["kind"] for remark in document["remarks"]} >= {"wind", "crane_unknown"}

@@ -29,10 +29,13 @@ from guided_sites import slab_between_beams
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Chunk
+from named_cranes import default_luffing_crane
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.kinematics import hook_of
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.working_range import SlowZone, WorkingRange
 from bimvox.grid.labels import Label
 from bimvox.library.plan import digests_of
 from bimvox.log import schema as topics
@@ -40,9 +43,10 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
-from bimvox.records.lift import Epoch, LeftPath, ModelledClash, Status
+from bimvox.records.lift import Epoch, LeftPath, ModelledClash, Status, not_lifted
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.steps import Steps
+from bimvox.records.reasons import LOAD_IS_HELD
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.build import labels_of, with_digests
 from bimvox.site.casting import FIELD_CASTING, CastTimes
@@ -190,6 +194,7 @@ def entry_of(site: Site) -> Callable[[Component], ComponentConfig | None]:
             turn=part.stored_turn,
             before=part.before,
             after=part.after,
+            means=None if part.means is Means.CRANE else part.means.value,
         )
         return table if table != ComponentConfig(global_id=part.id) else None
 
@@ -580,7 +585,44 @@ def two_parts_of_one_id(log: PlanLog) -> PlanLog:
     return with_site(log, components=tuple(components))
 
 
+def luffing(log: PlanLog, **changes: Any) -> PlanLog:
+    """Return the log with a luffing crane instead of its own; the motions stay."""
+    crane = default_luffing_crane("luffing-40")
+    assert crane.luffing is not None
+    return with_crane_of(log, dataclasses.replace(crane, luffing=dataclasses.replace(crane.luffing, **changes)))
+
+
+def with_crane_of(log: PlanLog, crane: TowerCrane) -> PlanLog:
+    return with_site(log, cranes=(crane,))
+
+
+_FASTEST = AxisLimits(float("inf"), float("inf"), float("inf"))
+
 NONSENSE: dict[str, tuple[Forge, str]] = {
+    "luffing without limits": (lambda log: luffing(log, limits=_FASTEST), "luffing.limits.rate is inf"),
+    "winch without limits": (lambda log: luffing(log, winch=_FASTEST), "luffing.winch.rate is inf"),
+    "a jib of no width": (lambda log: luffing(log, width_m=0.0), "luffing.width_m is 0"),
+    "a jib of nan": (lambda log: luffing(log, width_m=float("nan")), "luffing.width_m is nan"),
+    "no counterweight": (lambda log: luffing(log, tail_radius_m=0.0), "luffing.tail_radius_m is 0"),
+    "a counterweight of no width": (lambda log: luffing(log, tail_width_m=-2.0), "luffing.tail_width_m is -2"),
+    "a counterweight in the sky": (lambda log: luffing(log, tail_low_m=1e5), "luffing.tail_low_m is 100000"),
+    "a pivot nowhere": (lambda log: luffing(log, pivot_height_m=float("nan")), "luffing.pivot_height_m is nan"),
+    "slow zone of nan": (
+        lambda log: with_crane(log, slow_zones=(SlowZone(((0.0, 0.0), (9.0, 0.0), (9.0, float("nan"))), 0.5),)),
+        "slow zone, polygon",
+    ),
+    "a slow zone that is a line": (
+        lambda log: with_crane(log, slow_zones=(SlowZone(((0.0, 0.0), (9.0, 9.0)), 0.5),)),
+        "slow zone, polygon: it has fewer than three corners",
+    ),
+    "a slow zone that is fast": (
+        lambda log: with_crane(log, slow_zones=(SlowZone(((0.0, 0.0), (9.0, 0.0), (9.0, 9.0)), float("nan")),)),
+        "slow zone, share is nan",
+    ),
+    "limiter of nan": (
+        lambda log: with_crane(log, working_range=WorkingRange(highest_hook_m=float("nan"))),
+        "working_range.highest_hook_m: nan is not a coordinate in range",
+    ),
     "tolerance of a metre": (lambda log: with_rules(log, contact_tolerance_m=1.0), "contact_tolerance_m is 1;"),
     "negative tolerance": (lambda log: with_rules(log, contact_tolerance_m=-0.01), "contact_tolerance_m is -0.01"),
     "tolerance nan": (lambda log: with_rules(log, contact_tolerance_m=float("nan")), "contact_tolerance_m is nan"),
@@ -1063,6 +1105,12 @@ def an_epoch_after_an_infeasible_end(until_ns: int | None = None) -> Forge:
     return forge
 
 
+def an_epoch_while_a_load_is_held(log: PlanLog) -> PlanLog:
+    """The crate came later than the last motion: a load is said to hang on the hook meanwhile."""
+    held = called_infeasible(log, "slab", f"{LOAD_IS_HELD}on the hook (stopped): nothing is free")
+    return with_plan(a_box_on_the_path(held), history=(Epoch(held.motions[-1].end_ns + 1, ()),))
+
+
 # What a viewer shows, changed after the plan was written: by topic, a function from bytes of a message to others.
 
 
@@ -1128,8 +1176,11 @@ def records_of(data: bytes) -> list[Record]:
     return found
 
 
-def file_of(records: Sequence[Record], summary: tuple[int, int] | None = None) -> bytes:
-    """Return an MCAP file of these records; the footer points at the summary, or says that it is elsewhere."""
+def file_of(records: Sequence[Record], summary: tuple[int, int] | None = None, *, checked: bool = True) -> bytes:
+    """Return an MCAP file of these records; the footer points at the summary, or says that it is elsewhere.
+
+    Without ``checked``, the data have no checksum.
+    """
     body, start, offsets = bytearray(_MAGIC), 0, 0
     for kind, content in records:
         if kind == Opcode.SUMMARY_OFFSET and not offsets:
@@ -1139,7 +1190,9 @@ def file_of(records: Sequence[Record], summary: tuple[int, int] | None = None) -
             body += struct.pack("<BQQQ", kind, 20, start, offsets)
             body += struct.pack("<I", zlib.crc32(body[start:]) if start else 0)
             continue
-        body += struct.pack("<BQ", kind, len(content)) + (bytes(4) if kind == Opcode.DATA_END else content)
+        if kind == Opcode.DATA_END:
+            content = struct.pack("<I", zlib.crc32(body) if checked else 0)
+        body += struct.pack("<BQ", kind, len(content)) + content
         if kind == Opcode.DATA_END:
             start = len(body)
     return bytes(body) + _MAGIC
@@ -1195,7 +1248,26 @@ def _published_later(data: bytes) -> bytes:
     return _with(data, Opcode.CHUNK, _in_chunks(late))
 
 
+def _numbered_from_7(data: bytes) -> bytes:
+    def late(inner: bytes) -> bytes:
+        out, at = bytearray(inner), 0
+        while at < len(inner):
+            kind, length = struct.unpack_from("<BQ", inner, at)
+            if kind == Opcode.MESSAGE:
+                channel, number = struct.unpack_from("<HI", inner, at + 9)
+                struct.pack_into("<HI", out, at + 9, channel, number + 7 * (channel == 1))
+            at += 9 + length
+        return bytes(out)
+
+    return _with(data, Opcode.CHUNK, _in_chunks(late))
+
+
 OTHER_READERS: dict[str, tuple[Callable[[bytes], bytes], str]] = {
+    "no checksum": (
+        lambda data: file_of(records_of(data), checked=False),
+        "its data have no checksum, or another one",
+    ),
+    "numbers of messages": (_numbered_from_7, "/tf: its messages are not numbered 0, 1, 2 ..."),
     "no summary": (lambda data: file_of(records_of(data), (0, 0)), "its footer does not point at its summary"),
     "offsets nowhere": (lambda data: file_of(records_of(data), (0, 777)), "its footer does not point at its summary"),
     "summary at the header": (lambda data: file_of(records_of(data), (8, 777)), "its footer does not point at"),
@@ -1287,7 +1359,7 @@ def a_beam_lifted_and_set_by_other_means(log: PlanLog) -> PlanLog:
 def a_beam_called_cast_in_place(log: PlanLog) -> PlanLog:
     """A beam that the crane could lift is left out of the proof as cast in place."""
     spoiled = with_component(unplanned(log, "beam", "so"), "beam", means=Means.IN_SITU, means_reason="so")
-    return with_lift(spoiled, "beam", status=Status.IN_SITU)
+    return with_files(with_lift(spoiled, "beam", status=Status.IN_SITU), log.attachments)
 
 
 def a_column_by_other_means(log: PlanLog) -> PlanLog:
@@ -1319,6 +1391,78 @@ def a_sheet_by_other_means(log: PlanLog) -> PlanLog:
 def cells_that_do_not_fit_and_say_so(log: PlanLog) -> PlanLog:
     """The reason that the planner gives if the proof refuses the cells of a part."""
     return with_lift(one_cell_by_other_means(log), "left", reason="its lift could not be proven: shapes: left: so")
+
+
+def cast_in_place(log: PlanLog, name: str) -> PlanLog:
+    """No fault: a part is cast in place when it is its turn."""
+    why = {"means": Means.IN_SITU, "means_reason": "the site file says so"}
+    part = dataclasses.replace(log.plan.site.components[index_of(log, name)], **why)
+    lift, order = lift_of(log, name), lift_of(log, name).order
+    lifts = tuple(not_lifted(part, order) if one is lift else one for one in log.plan.lifts)
+    return retimed(with_plan(with_component(log, name, **why), lifts=lifts))
+
+
+def one_cell_cast_in_place(log: PlanLog) -> PlanLog:
+    part = log.plan.site.components[index_of(log, "left")]
+    shape, target = shape_of(part.shape.cells[:1] + np.array(part.target_vox))
+    return with_component(cast_in_place(log, "left"), "left", shape=shape, target_vox=target)
+
+
+def a_sheet_cast_in_place(log: PlanLog) -> PlanLog:
+    mesh = box_mesh((1.0, 1.4, 0.0), (1.01, 1.41, 2.98))
+    return with_component(cast_in_place(log, "left"), "left", mesh=mesh)
+
+
+def a_frame_cast_in_place(log: PlanLog) -> PlanLog:
+    """Closed columns on the edges of a beam: they reach as far as its cells, and do not fill them."""
+    low, high = np.array((1.0, 1.0, 3.4)), np.array((5.0, 2.0, 3.6))
+    edges = [(x, y) for x in (low[0], high[0] - 0.001) for y in (low[1], high[1] - 0.001)]
+    columns = [box_mesh((x, y, low[2]), (x + 0.001, y + 0.001, high[2])) for x, y in edges]
+    return with_component(cast_in_place(log, "slab"), "slab", mesh=TriangleMesh.joined(columns))
+
+
+def an_open_mesh_cast_in_place(log: PlanLog) -> PlanLog:
+    """No fault of the plan: the model has an open mesh, and nobody lifts it."""
+    return with_component(cast_in_place(log, "slab"), "slab", mesh=thin_columns((1.0, 1.0, 3.4), (5.0, 2.0, 3.6)))
+
+
+def in_order(log: PlanLog, *names: str) -> PlanLog:
+    """Return the log with its lifts in another order; their motions stay as they are."""
+    orders = {index_of(log, name): n for n, name in enumerate(names)}
+    lifts = sorted(
+        (dataclasses.replace(lift, order=orders[lift.component]) for lift in log.plan.lifts), key=lambda one: one.order
+    )
+    motions = sorted(
+        (dataclasses.replace(one, order=orders[one.component]) for one in log.motions), key=lambda one: one.order
+    )
+    return dataclasses.replace(with_plan(log, lifts=tuple(lifts)), motions=tuple(motions))
+
+
+def a_beam_by_other_means_before_its_columns(log: PlanLog) -> PlanLog:
+    """Nobody lifts the beam, and nothing carries it when it is its turn."""
+    reason = "governing radius 12.0 m, at its place: 9000 kg"
+    spoiled = with_lift(unplanned(log, "beam", reason), "beam", by_other_means=True)
+    return in_order(spoiled, "beam", "left", "right", "slab")
+
+
+def a_beam_cast_before_its_columns(log: PlanLog) -> PlanLog:
+    return in_order(cast_in_place(log, "beam"), "beam", "left", "right", "slab")
+
+
+def one_cell_in_an_extract(log: PlanLog) -> PlanLog:
+    """The extract carries the slab; the column that is said to stand has only one cell."""
+    part = log.plan.site.components[index_of(log, "left")]
+    shape, target = shape_of(part.shape.cells[:1] + np.array(part.target_vox))
+    alone = log.extract([lift_of(log, "slab").order])
+    return with_component(alone, "left", shape=shape, target_vox=target)
+
+
+def an_extract_in_another_order(log: PlanLog) -> PlanLog:
+    """The extract carries the slab; the beam is said to be set before the columns."""
+    alone = log.extract([lift_of(log, "slab").order])
+    orders = {index_of(log, name): n for n, name in enumerate(("beam", "left", "right"))}
+    context = tuple(dataclasses.replace(lift, order=orders[lift.component]) for lift in alone.context)
+    return dataclasses.replace(alone, context=tuple(sorted(context, key=lambda lift: lift.order)))
 
 
 def lifts_left_to_nobody(log: PlanLog) -> PlanLog:
@@ -1481,10 +1625,6 @@ FALSE_CLAIMS: dict[str, tuple[Forge, str]] = {
     "not driven": (
         infeasible_for("the crane cannot drive its path: slab: the rope is too short"),
         "(slab): it is called infeasible (the crane cannot drive",
-    ),
-    "held": (
-        infeasible_for("it is held on the hook (stopped): nothing"),
-        "(slab): it is called infeasible (it is held",
     ),
     "fewer": (
         lambda log: with_lift(log, "beam", shortest_moves=lift_of(log, "beam").shortest_moves - 1),

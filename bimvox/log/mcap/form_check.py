@@ -7,6 +7,7 @@ only what the summary and the indices at its end name: forged ones would show so
 from __future__ import annotations
 
 import struct
+import zlib
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -36,6 +37,7 @@ from bimvox.log.mcap.reader import chunk_body
 from bimvox.log.schema import MEDIA_TYPES, MOST_CRANES, OTHER_MEDIA_TYPE, topics_of
 
 _PREFIX = struct.Struct("<BQ")
+_CHECKSUM = struct.Struct("<I")
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 _INDICES: dict[int, Any] = {
     Opcode.SCHEMA: Schema,
@@ -55,7 +57,7 @@ def form_faults(data: bytes) -> tuple[str, ...]:
     """
     found = _File()
     for at, opcode, body in _records(data, MAGIC_SIZE, len(data) - MAGIC_SIZE):
-        found.add(at, opcode, body)
+        found.add(data, at, opcode, body)
     found.check_registered()
     found.check_summary()
     return tuple(found.faults)
@@ -88,6 +90,7 @@ class _File:
         open: The messages of the last chunk by channel, as (time, offset): their indices follow.
         counts: Number of messages by channel.
         times: First and last time of the messages of each chunk.
+        misnumbered: Channels whose messages are not numbered from 0.
     """
 
     faults: list[str] = field(default_factory=list)
@@ -102,8 +105,9 @@ class _File:
     open: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
     counts: defaultdict[int, int] = field(default_factory=lambda: defaultdict(int))
     times: list[int] = field(default_factory=list)
+    misnumbered: set[int] = field(default_factory=set)
 
-    def add(self, at: int, opcode: int, body: bytes) -> None:
+    def add(self, data: bytes, at: int, opcode: int, body: bytes) -> None:
         end = at + _PREFIX.size + len(body)
         if opcode == Opcode.MESSAGE_INDEX:
             self._add_message_index(at, len(body) + _PREFIX.size, _parsed(MessageIndex, body))
@@ -135,6 +139,8 @@ class _File:
             self.indices[Opcode.METADATA_INDEX].append(MetadataIndex(offset=at, length=end - at, name=one.name))
         elif opcode == Opcode.DATA_END:
             self.start = end
+            (said,) = _CHECKSUM.unpack(body)
+            self._insist(said == zlib.crc32(data[:at]), "its data have no checksum, or another one")
         else:
             self._insist(opcode == Opcode.HEADER and at == MAGIC_SIZE, f"a record of the kind {opcode} is out of place")
 
@@ -147,8 +153,10 @@ class _File:
         entries: defaultdict[int, list[tuple[int, int]]] = defaultdict(list)
         for offset, opcode, body in _records(chunk_body(chunk, chunk.uncompressed_size), 0, chunk.uncompressed_size):
             if opcode == Opcode.MESSAGE:
-                channel, _, time_ns, published_ns = _MESSAGE.unpack_from(body)
+                channel, sequence, time_ns, published_ns = _MESSAGE.unpack_from(body)
                 entries[channel].append((time_ns, offset))
+                if sequence != self.counts[channel]:
+                    self.misnumbered.add(channel)
                 self.counts[channel] += 1
                 times.append(time_ns)
                 self._insist(time_ns == published_ns, "a message is published at another time than it is logged")
@@ -210,6 +218,8 @@ class _File:
             good = channel.message_encoding == MessageEncoding.Protobuf and not channel.metadata
             self._insist(good, f"{channel.topic}: its channel is not as bimvox writes it")
             self._insist(names.count(channel.topic) == 1, f"{channel.topic}: it has two channels")
+            numbered = channel.id not in self.misnumbered
+            self._insist(numbered, f"{channel.topic}: its messages are not numbered 0, 1, 2 ...")
 
     def check_summary(self) -> None:
         """Check that the summary names everything in the file, and nothing else."""

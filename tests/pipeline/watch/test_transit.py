@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from seeded_faults import obstruction_file_of, with_files
 
 from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import prepared
@@ -115,7 +116,8 @@ def test_a_load_in_the_air_stops_and_continues_from_where_it_is(frame, order, sh
     # What was done need not be free of the new obstructions, but it is proven over time, and from the log alone.
     log = frame[0]
     stream = io.BytesIO()
-    write_log(stream, type(log)(plan=after.plan, motions=after.chain, attachments=log.attachments))
+    files = {**log.attachments, **obstruction_file_of(after.plan.site)}
+    write_log(stream, with_files(type(log)(plan=after.plan, motions=after.chain), files))
     (tmp_path / "log.mcap").write_bytes(stream.getvalue())
     again = read_log(tmp_path / "log.mcap")
     assert [epoch.until_ns for epoch in again.plan.history] == [now_ns]
