@@ -273,7 +273,7 @@ def by(rate: float = 1.0, acceleration: float = 1.0, jerk: float = 1.0) -> Wrong
 
 
 def never_blocked(*args: Any) -> Any:
-    return np.zeros(args[-1], np.bool_)
+    return np.zeros(args[5], np.bool_)
 
 
 def without_obstructions(site: Site) -> Site:
