@@ -309,6 +309,15 @@ def test_the_crane_of_a_part_and_of_a_motion_exists(crane: int) -> None:
         log_bytes(dataclasses.replace(log, motions=motions))
 
 
+def test_a_motion_of_another_part_is_not_read(tmp_path: Path) -> None:
+    log, path = tiny_log(), tmp_path / "other.mcap"
+    other = (log.motions[0].component + 1) % len(log.plan.site.components)
+    motions = (dataclasses.replace(log.motions[0], component=other), *log.motions[1:])
+    path.write_bytes(log_bytes(dataclasses.replace(log, motions=motions)))
+    with pytest.raises(LogFileError, match="its motion 1 is not of the planned lift with that number"):
+        read_log(path)
+
+
 def test_a_plan_without_any_lift_is_still_a_log(tmp_path: Path) -> None:
     plan = tiny_plan()
     record = PlanLog(dataclasses.replace(plan, lifts=plan.lifts[1:2]))

@@ -596,9 +596,28 @@ def with_crane_of(log: PlanLog, crane: TowerCrane) -> PlanLog:
     return with_site(log, cranes=(crane,))
 
 
+def a_phase_that_never_ends(log: PlanLog) -> PlanLog:
+    phases = log.motions[1].phases
+    return with_motion(log, 1, phases=(*phases[:-1], dataclasses.replace(phases[-1], end_ns=2**62)))
+
+
+def a_bound_of_its_raising(log: PlanLog) -> PlanLog:
+    return with_motion(log, 1, raising=dataclasses.replace(log.motions[1].raising, bound_s=1e6))
+
+
 _FASTEST = AxisLimits(float("inf"), float("inf"), float("inf"))
 
 NONSENSE: dict[str, tuple[Forge, str]] = {
+    "last moves before the first": (
+        lambda log: with_lift(log, "beam", contact_moves=10**6),
+        "(beam): contact_moves is 1,000,000, but its path has",
+    ),
+    "a phase that never ends": (a_phase_that_never_ends, "its phase release ends at 4611686018 s on the site"),
+    "a bound of its raising": (a_bound_of_its_raising, "(right): bound_s is longer than its raising motion"),
+    "a hook beyond all grids": (
+        lambda log: with_component(log, "beam", hook_offset_vox=(0, 0, 2**40)),
+        "(beam): hook_offset_vox: 1.09951e+12 is not a coordinate in range",
+    ),
     "luffing without limits": (lambda log: luffing(log, limits=_FASTEST), "luffing.limits.rate is inf"),
     "winch without limits": (lambda log: luffing(log, winch=_FASTEST), "luffing.winch.rate is inf"),
     "a jib of no width": (lambda log: luffing(log, width_m=0.0), "luffing.width_m is 0"),
