@@ -84,10 +84,10 @@ def _assemble(contents: Contents, metadata: dict[str, str], path: Path, *, parti
     motions: tuple[LiftMotion, ...] = ()
     if (data := contents.attachments.get(topics.MOTION_FILE)) is not None:
         motions = motions_from_json(data, _joints(contents.messages, site, path), name, partial=partial)
-        lifts = {lift.order: lift.component for lift in (*plan.lifts, *context) if lift.status is Status.PLANNED}
+        planned = {lift.order for lift in (*plan.lifts, *context) if lift.status is Status.PLANNED}
         for motion in motions:
-            if lifts.get(motion.order) != motion.component:
-                raise LogFileError(path, f"its motion {motion.number} is not of the planned lift with that number")
+            if motion.order not in planned:
+                raise LogFileError(path, f"its motion {motion.number} is of a lift that is not planned")
     log = PlanLog(
         plan=plan,
         motions=motions,

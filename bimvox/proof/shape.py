@@ -26,11 +26,13 @@ _NO_VOLUME = 1e-3  # of its box; the volume of an open mesh means nothing
 def check_shape(check: Check, component: Component, frame: GridFrame, *, exact_hook: bool = True) -> None:
     """Check that a part's cells cover its surface and reach no further, and that it hangs above its centre of mass.
 
-    If a part that the crane does not lift has an open mesh, it is undecided whether this fills its cells.
+    A part that the crane does not lift has no hook; if its mesh is open, it is undecided whether this fills its cells.
     Without ``exact_hook``, the hook is in the middle of the cell above it, as in logs made before that rule.
     """
     cells, is_lifted = component.shape.cells + np.array(component.target_vox), component.means is Means.CRANE
     _check_cells(check, component.id, component.mesh, cells, frame, may_be_open=not is_lifted)
+    if not is_lifted:
+        return
     x, y, z = component.hook_offset_vox
     size = component.shape.cells.max(axis=0) + 1
     aside = np.abs(component.hook_aside_vox)

@@ -45,8 +45,8 @@ from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.records.lift import Epoch, LeftPath, ModelledClash, Status, not_lifted
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
-from bimvox.records.steps import Steps
 from bimvox.records.reasons import LOAD_IS_HELD
+from bimvox.records.steps import Steps
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.build import labels_of, with_digests
 from bimvox.site.casting import FIELD_CASTING, CastTimes
