@@ -96,10 +96,6 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
     numbers = {lift.component: lift.number for lift in (*plan.lifts, *context)}
     _check_frame(check, site)
     _check_rules(check, site.rules)
-    check.look(
-        site.exact_hook or site.rules.times is None,
-        "site.exact_hook is missing: only logs of 0.1.0 have hooks above the middle of a cell",
-    )
     for crane in site.cranes:
         _check_crane(check, crane)
     for component in site.components:

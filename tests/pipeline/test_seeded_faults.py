@@ -167,7 +167,7 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.a_hook_in_another_cell, "values", r"\(slab\): hook_aside_vox"),
     (
         faults.posing_as_a_log_with_hooks_above_cells,
-        "values",
+        "digests",
         "site.exact_hook is missing: only logs of 0.1.0 have hooks above the middle of a cell",
     ),
     (faults.one_cell_by_other_means, "shapes", r"left: its surface at .* m lies outside its cells"),
