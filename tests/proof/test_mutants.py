@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from box_sites import box_site, test_crane
+from guided_sites import slab_between_beams
 from planned_sites import rectangle
 
 from bimvox.crane.axis_limits import AxisLimits
@@ -314,6 +315,19 @@ MUTANTS: dict[str, Mutant] = {
     ),
     "swept contact finds nothing": Mutant(
         under_a_lip(0.3), "triangles", {"bimvox.planning.contact.pairs.blocked_steps": lambda true: never_blocked}
+    ),
+    "a guided load that seems to meet nothing": Mutant(
+        slab_between_beams,
+        "triangles",
+        {
+            "bimvox.planning.guided.blocked_steps": lambda true: never_blocked,
+            "bimvox.planning.guided._Way._meets": always(False),
+        },
+    ),
+    "a load guided as fast as the crane goes": Mutant(
+        slab_between_beams,
+        "timeline",
+        {"bimvox.motion.timeline.no_shorter": lambda true: lambda limits, least_s: limits},
     ),
     "an obstruction forgotten": Mutant(
         behind_a_screen,
