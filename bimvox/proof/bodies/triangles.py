@@ -20,7 +20,7 @@ from bimvox.compiled import kernel
 from bimvox.kept import kept
 from bimvox.proof.bodies.guided_poses import poses_along
 from bimvox.proof.bodies.overlap import overlaps_m
-from bimvox.proof.bodies.solid import FINEST_M, solid_of
+from bimvox.proof.bodies.solid import FINEST_M, Solid, solid_of
 from bimvox.proof.bodies.turned import turned
 from bimvox.records.guide import Guide, swept_box_m
 from bimvox.records.lift import LiftPlan
@@ -72,6 +72,7 @@ class TriangleCheck:
         self._measured: dict[tuple[int, int], bool] = {}
         self._boxes = [_bounds_m(mesh) for mesh in self._meshes]
         self._bounds = np.array(self._boxes, np.float64).reshape(-1, 2, 3)
+        self._leaning: tuple[int, dict[bytes, Solid]] = (-1, {})
         self._objects: dict[tuple[bool, int], fcl.CollisionObject] = {}
 
     def check_moves(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
@@ -136,7 +137,7 @@ class TriangleCheck:
             rows, turn = poses[poses[:, 2] == tilt_rad], guide.turns(np.array([tilt_rad]))[0]
             moved_m = centre_m - turn @ centre_m + rows[:, :1] * up + rows[:, 1:2] * guide.ahead + way_m
             if by_skins:
-                leaning = turned(part, turn)
+                leaning = self._turned(component, part, turn)
                 points_m = overlaps_m(leaning, solid, -moved_m) if bears else overlaps_m(solid, leaning, moved_m)
                 met = ~np.isnan(points_m[:, 0])
             else:
@@ -146,6 +147,16 @@ class TriangleCheck:
                 check.look(
                     False, f"{component.id}: guided to its place, meets {self._ids[other]}, {height_m:.2f} m above it"
                 )
+
+    def _turned(self, component: Component, part: Solid, turn: NDArray[np.float64]) -> Solid:
+        """Return a part turned; the same one for all solids around it."""
+        if self._leaning[0] != component.index:
+            self._leaning = component.index, {}
+        known = self._leaning[1]
+        key = turn.tobytes()
+        if key not in known:
+            known[key] = turned(part, turn)
+        return known[key]
 
     def _too_deep(
         self, moving: int, fixed: int, tolerance_m: float
