@@ -82,11 +82,16 @@ def log_messages(
     for note in plan.notes:
         yield _line(start_ns, Log.INFO, with_names(note, names))
     delivery = None
+    pauses = {pause.order: pause for pause in record.steps.pauses}
     for track in tracks:
         lift, component = track.lift, site.components[track.lift.component]
         if lift.place is not None and lift.place.delivery != delivery:
             delivery = lift.place.delivery
             yield _line(track.start_ns, Log.INFO, f"delivery {delivery} is in the yard")
+        if lift.order in pauses:
+            length = elapsed(pauses[lift.order].length_ns / 1e9)
+            text = f"the crane pauses before lift {lift.number}: what its part rests on carries {length} later"
+            yield _line(track.start_ns, Log.INFO, text)
         fewest = "" if lift.shortest_moves is None else f" (fewest possible {lift.shortest_moves})"
         yield _line(
             track.start_ns,

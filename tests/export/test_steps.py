@@ -15,7 +15,9 @@ import bimvox
 from bimvox.export.csv_json import lifts_csv
 from bimvox.export.lift_schedule import DEFAULT_BEGIN, LiftSchedule, schedule_of
 from bimvox.export.ms_project import NAMESPACE, to_ms_project
+from bimvox.log.narration import log_messages
 from bimvox.log.plan_log import PlanLog
+from bimvox.log.recorder import tracks_of
 from bimvox.records.steps import Steps
 from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet
 
@@ -64,6 +66,13 @@ def test_the_table_of_lifts_has_both_clocks() -> None:
     assert float(beam["carries_s"]) - float(beam["elapsed_end_s"]) == 168 * 3600.0
     assert slab["elapsed_start_s"] == beam["carries_s"]
     assert float(slab["elapsed_start_s"]) - float(slab["start_s"]) > 168 * 3600.0
+
+
+def test_the_log_tells_of_work_and_pauses() -> None:
+    words = [message.message for _, _, message in log_messages(log(), tracks_of(log()), 0)]
+    assert any("in situ: IfcBeam: 1 parts" in text and "all carry from 7 d 1 h" in text for text in words)
+    assert "the crane pauses before lift 4: what its part rests on carries 7 d 0 h later" in words
+    assert not any("pauses" in message.message for _, _, message in log_messages(log().extract([3]), (), 0))
 
 
 def test_an_extract_has_no_steps() -> None:
