@@ -144,7 +144,8 @@ def _cells(data: bytes, site: Site, path: Path) -> NDArray[np.int32]:
     corner_m = np.array([(p.position.x, p.position.y, p.position.z) for p in poses], np.float64).reshape(-1, 3)
     if not len(corner_m) or not np.isfinite(corner_m).all():
         raise LogFileError(path, "a planned path in it is empty or not finite")
-    cells = site.frame.cell_of(corner_m + site.frame.voxel_size_m / 2)
+    with np.errstate(invalid="ignore"):  # cells that no integer counts are outside the site
+        cells = site.frame.cell_of(corner_m + site.frame.voxel_size_m / 2)
     off_m = float(np.abs(site.frame.corner_of(cells) - corner_m).max())
     if off_m > 1e-6 * site.frame.voxel_size_m or (cells < 0).any() or (cells >= site.shape).any():
         raise LogFileError(path, "a planned path in it leaves the cells of the site")

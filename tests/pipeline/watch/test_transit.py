@@ -14,7 +14,8 @@ from seeded_faults import obstruction_file_of, with_files
 
 from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import prepared
-from bimvox.library.verify import prove
+from bimvox.library.verify import prove, prove_plan
+from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
 from bimvox.motion.load_frame import cells_of_axes, load_frame
@@ -126,6 +127,24 @@ def test_a_load_in_the_air_stops_and_continues_from_where_it_is(frame, order, sh
     contents = read_contents(read_file(tmp_path / "log.mcap"), tmp_path / "log.mcap")
     proof = prove(contents, again, SilentProgress())
     assert proof.verified, proof.failures[:3]
+    assert_left_paths_are_proven(again, order)
+
+
+def assert_left_paths_are_proven(log: PlanLog, order: int) -> None:
+    """Forge the path that a load left: its end in time, a cell aside, all but its first cells, and no such path."""
+    (left,) = log.plan.lifts[order].left
+    aside = left.path_vox.copy()
+    aside[len(aside) // 2] += (0, 0, 3)
+    for forged, says in (
+        ((replace(left, until_ns=left.until_ns + 1),), "epochs: "),
+        ((replace(left, path_vox=aside),), "unit_moves: "),
+        ((replace(left, path_vox=left.path_vox[:2]),), "unit_moves: "),
+        ((), ""),
+    ):
+        lifts = tuple(replace(one, left=forged) if one.order == order else one for one in log.plan.lifts)
+        found = prove_plan(replace(log, plan=replace(log.plan, lifts=lifts)), SilentProgress())
+        assert not found.verified
+        assert any(failure.startswith(says) for failure in found.failures), found.failures
 
 
 def test_what_the_change_no_longer_affects_is_not_stopped(frame):
