@@ -236,7 +236,9 @@ class _Way:
         blocked, start_m = np.zeros(count, np.bool_), np.array([start[0], 0.0, start[1]])
         if tilt not in self._tilted:
             turn = _turn(tilt * self._tilt_rad)
-            self._tilted[tilt] = [pair.part_m @ turn.T + pair.aside_m for pair in self.pairs]
+            parts = {id(pair.part_m): pair.part_m for pair in self.pairs}
+            leaning = {key: part_m @ turn.T for key, part_m in parts.items()}
+            self._tilted[tilt] = [leaning[id(pair.part_m)] + pair.aside_m for pair in self.pairs]
         for part_m, pair in zip(self._tilted[tilt], self.pairs, strict=True):
             blocked |= blocked_steps(part_m, pair.other_m, axis, 1, step_m, count, start_m)
         return blocked
