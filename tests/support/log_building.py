@@ -240,7 +240,8 @@ def _trajectory(points: np.ndarray[Any, Any], start_ns: int, bound_s: float) -> 
     axes = np.stack([np.interp(steps, np.arange(len(points)), column) for column in points.T], axis=1)
     slew, radius, height = (np.ascontiguousarray(column) for column in axes.T)
     time_ns = start_ns + np.round(steps * NS).astype(np.int64)
-    return Trajectory(time_ns, slew, radius, height, np.arange(2, len(steps) - 1, 2, dtype=np.int64), bound_s)
+    least_s = min(bound_s, float(time_ns[-1] - time_ns[0]) / 1e9)
+    return Trajectory(time_ns, slew, radius, height, np.arange(2, len(steps) - 1, 2, dtype=np.int64), least_s)
 
 
 def _length(trajectory: Trajectory) -> int:
