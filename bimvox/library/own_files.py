@@ -31,6 +31,7 @@ from bimvox.site.build import ground_and_masts, labels_of, with_obstructions
 from bimvox.site.component import IntVec
 from bimvox.site.config import SiteConfig
 from bimvox.site.config_file import machine_file_names, parse_site_config
+from bimvox.site.crane_rules import CRANE_RULES
 from bimvox.site.crew_times import UNIFORM_TIMES
 from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
@@ -118,6 +119,7 @@ def compare_config(check: Check, site: Site, config: SiteConfig, source: str, *,
     Raises:
         BimvoxError: If the file does not fit the site, or its crane is not consistent.
     """
+    config = _of_its_time(site, config)
     same_rules(check, site.rules, rules_for(site, config), source)
     config = compare_pinned(check, site, config, source)
     building = building_of(site, config)
@@ -163,6 +165,16 @@ def _compare_extent(check: Check, site: Site, wanted: tuple[GridFrame, IntVec], 
     )
 
 
+def _of_its_time(site: Site, config: SiteConfig) -> SiteConfig:
+    """Return a site file with 0 for what it does not give and the log does not call a default.
+
+    So earlier versions took such a file. What the log then lacks is a remark and a condition of the verdict.
+    """
+    earlier = {key: 0.0 for key in CRANE_RULES if getattr(config.rules, key) is None}
+    earlier = {key: none for key, none in earlier.items() if key not in site.rules.gives_way}
+    return config.model_copy(update={"rules": config.rules.model_copy(update=earlier)})
+
+
 def rules_for(site: Site, config: SiteConfig) -> Rules:
     """Return the rules of a site file as the site of a log must have them.
 
@@ -170,7 +182,7 @@ def rules_for(site: Site, config: SiteConfig) -> Rules:
     times by class; the conditions of the verdict name these times. The same holds for the times of work that the crane
     does not do.
     """
-    rules = config.rules.rules()
+    rules = _of_its_time(site, config).rules_in_force
     if site.rules.casting is None and "casting" not in config.rules.model_fields_set:
         rules = replace(rules, casting=None)
     if site.rules.times is not None or "times" in config.rules.model_fields_set:

@@ -129,7 +129,7 @@ class _Searched:
         if lift.shortest_moves is None:
             self._assembly.skip(lift.component)  # it claims nothing
             return
-        stage = self._assembly.begin(lift.component)
+        stage = self._assembly.begin(lift.component, lift.clearance_m)
         if isinstance(stage, Obstacle) or not np.array_equal(stage.insertion.path_vox, lift.last_moves_vox):
             self._undecided(lift, "the search takes other last moves, so the fewest moves cannot be compared")
             return
@@ -138,7 +138,7 @@ class _Searched:
 
     def _look_redirected(self, lift: Lift) -> None:
         """Compare the moves of a load that was stopped, from where it resumed."""
-        stage, blocked = self._assembly.on_the_way(lift.component, lift.last_moves_vox)
+        stage, blocked = self._assembly.on_the_way(lift.component, lift.last_moves_vox, lift.clearance_m)
         if blocked is not None or lift.path_vox is None or lift.shortest_moves is None:
             self._undecided(lift, "its load was stopped on the way, and the search finds other last moves from there")
             return
@@ -159,6 +159,8 @@ class _Searched:
         found = plan_lift(self._assembly, stage, unplanned, None, None)
         reason = lift.reason or ""
         if found.status is Status.PLANNED:
+            if found.clearance_m is not None:
+                stage = self._assembly.begin(lift.component, found.clearance_m)
             assert isinstance(stage, Stage)
             self._look_feasible(lift, found, stage)
         elif self._is_of_another_time:

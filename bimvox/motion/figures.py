@@ -11,6 +11,7 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import utilisation
 from bimvox.records.lift import LiftPlan, Method, Status
 from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.site.governing_wind import GoverningWind, governing_wind
 from bimvox.site.site import Site, SwingRule
 
 
@@ -49,6 +50,7 @@ class PlanFigures:
         critical_share: 0..1.
         swing: Whether the crane's moves are shaped against the swing of loads; None without a crane.
         cranes: Each crane, if the site has several.
+        wind: The smallest wind in which every planned lift is permitted; None without a crane.
     """
 
     lifts: int
@@ -64,6 +66,7 @@ class PlanFigures:
     critical_share: float
     swing: SwingRule | None = None
     cranes: tuple[CraneFigures, ...] = ()
+    wind: GoverningWind | None = None
 
     @property
     def length_ratio(self) -> float | None:
@@ -99,6 +102,7 @@ def plan_figures(plan: LiftPlan, motions: Sequence[LiftMotion], *, critical_shar
         critical_share=share,
         swing=plan.site.rules.swing if plan.site.cranes else None,
         cranes=_each(plan.site, motions) if plan.site.has_several_cranes else (),
+        wind=governing_wind(plan.site, (plan.site.components[lift.component] for lift in planned)),
     )
 
 

@@ -25,7 +25,7 @@ from bimvox.progress import Report
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import Component, IntVec
-from bimvox.site.margin import grown_cells, margin_vox
+from bimvox.site.margin import CLEARANCES, grown_cells, margin_vox, smaller_clearances_m
 from bimvox.site.site import GROUND_ID, Site
 
 
@@ -54,11 +54,13 @@ class Obstacle:
         reason: One sentence; "it" is the part.
         blocked_by: Ids of what blocks the lift.
         cut_off: Whether the search for its last moves was ended by its limit, so there may be a way.
+        on_the_way: Whether something is in the way of its transit or its last moves: less clearance may help.
     """
 
     reason: str
     blocked_by: tuple[str, ...] = ()
     cut_off: bool = False
+    on_the_way: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,6 +73,8 @@ class Stage:
         space: The collision rule for its transit; the placements of its departure are cleared.
         start_vox: Start of its transit.
         insertion: Its last moves.
+        free: The collision rule without any clearance, for a load that must be stopped.
+        clearance_m: What it keeps in transit if less than the rules' clearances, which give way; None: all.
     """
 
     component: Component
@@ -78,11 +82,18 @@ class Stage:
     space: CollisionSpace
     start_vox: IntVec
     insertion: Insertion
+    free: CollisionSpace
+    clearance_m: float | None = None
 
     @property
     def clearance_with_insertion(self) -> CollisionSpace:
         """The collision rule for the crane's motion: the placements of the last moves are cleared too."""
         return with_cleared(self.space, self.insertion.path_vox)
+
+    @property
+    def free_with_insertion(self) -> CollisionSpace:
+        """The rule for a load that must be stopped: without clearances, the placements of the last moves cleared."""
+        return with_cleared(self.free, self.insertion.path_vox)
 
 
 def with_cleared(space: CollisionSpace, path_vox: NDArray[np.int32]) -> CollisionSpace:
@@ -126,30 +137,46 @@ class Assembly:
     def __init__(self, site: Site, preparation: Preparation, *, one_at_a_time: bool = False) -> None:
         self._site, self._preparation = site, preparation
         self._occupancy = Occupancy(site, one_at_a_time=one_at_a_time)
-        self._margin = margin_vox(site)
         count = len(site.components)
         self._present: dict[str, NDArray[np.int32]] = {b.id: b.cells for b in site.blockers}
         self._in_place = set(range(count, len(preparation.contacts.solids)))
         self._delivery = -1
         self._position = {index: n for n, index in enumerate(preparation.sequence.order)}
         self._stored: dict[int, NDArray[np.int32]] = {}
+        self._avoided: dict[int, tuple[Insertion, ...]] = {}
 
     @property
     def voxel_size_m(self) -> float:
         """Edge length of a cell."""
         return self._site.frame.voxel_size_m
 
-    def begin(self, index: int, avoided: tuple[Insertion, ...] = ()) -> Stage | Obstacle:
+    def begin(
+        self, index: int, clearance_m: float | None = None, *, avoided: tuple[Insertion, ...] = ()
+    ) -> Stage | Obstacle:
         """Take component ``index`` out of the yard and return the stage of its lift, or why it cannot be planned.
 
-        Its last moves are other than those to avoid.
+        Args:
+            index: The component.
+            clearance_m: The clearance that it keeps in transit if the rules' give way; None: all.
+            avoided: Its last moves are other than these, also when it is begun again with less clearance.
         """
         component, place = self._site.components[index], self._preparation.places[index]
         self.skip(index)
         obstacle = self.unsupported(index)
         if obstacle is not None or place is None:
             return obstacle or self._no_place(component)
-        return self._stage(component, place, avoided)
+        if avoided:
+            self._avoided[index] = avoided
+        return self._stage(component, place, clearance_m, self._avoided.get(index, ()))
+
+    def begin_with_most(self, index: int) -> Stage | Obstacle:
+        """Return what ``begin`` does with the largest clearance in transit that leaves a start and last moves."""
+        stage = self.begin(index)
+        for clearance_m in self.smaller_clearances_m():
+            if isinstance(stage, Stage) or not stage.on_the_way:
+                break
+            stage = self.begin(index, clearance_m)
+        return stage
 
     def unsupported(self, index: int) -> Obstacle | None:
         """Return why component ``index`` cannot be lifted whatever its path: the crane, the yard or its supports.
@@ -202,11 +229,15 @@ class Assembly:
             reason += f": the crane carries {component.mass_kg:.0f} kg at radii from {low_m:.1f} to {high_m:.1f} m"
         return Obstacle(reason)
 
-    def space(self, index: int) -> CollisionSpace:
+    def smaller_clearances_m(self) -> tuple[float, ...]:
+        """Return what a lift may keep in transit instead of the rules' clearances, the largest first."""
+        return smaller_clearances_m(self._site)
+
+    def space(self, index: int, clearance_m: float | None = None) -> CollisionSpace:
         """Return the collision rule for the transit of component ``index`` now, with its departure cleared."""
         component, place = self._site.components[index], self._preparation.places[index]
         free = self._occupancy.space(component)
-        transit = self._occupancy.transit(component, free)
+        transit = self._occupancy.transit(component, free, clearance_m)
         if place is None:
             return transit
         return with_cleared(transit, _departure(free, transit, place.transit_start_vox)[0])
@@ -232,7 +263,9 @@ class Assembly:
             return ()
         return tuple(j for j in relations.holds[index] if self._position[j] < self._position[index])
 
-    def _stage(self, component: Component, place: YardPlace, avoided: tuple[Insertion, ...]) -> Stage | Obstacle:
+    def _stage(
+        self, component: Component, place: YardPlace, clearance_m: float | None, avoided: tuple[Insertion, ...]
+    ) -> Stage | Obstacle:
         space = self._occupancy.space(component)
         swept = place.raising_size_vox(component)
         box = np.argwhere(np.ones(swept, np.bool_)) + np.array(place.cell_vox)
@@ -247,16 +280,18 @@ class Assembly:
         start = place.transit_start_vox
         if not placement_is_free(space, *start):
             return self._blocked_start(component, space, start)
-        transit = self._occupancy.transit(component, space)
+        transit = self._occupancy.transit(component, space, clearance_m)
         departure, is_out = _departure(space, transit, start)
         if not is_out:
-            return self._too_near(component, departure)
+            return self._too_near(component, departure, clearance_m)
         insertion = self._insertion(component, space, transit, avoided)
         if isinstance(insertion, Obstacle):
             return insertion
-        return Stage(component, place, with_cleared(transit, departure), start, insertion)
+        return Stage(component, place, with_cleared(transit, departure), start, insertion, space, clearance_m)
 
-    def on_the_way(self, index: int, last_vox: NDArray[np.int32]) -> tuple[Stage, Obstacle | None]:
+    def on_the_way(
+        self, index: int, last_vox: NDArray[np.int32], clearance_m: float | None = None
+    ) -> tuple[Stage, Obstacle | None]:
         """Return the stage for the rest of the lift of component ``index``, which is already under way.
 
         What is in the way at or above its place in the yard no longer counts.
@@ -264,6 +299,7 @@ class Assembly:
         Args:
             index: The component.
             last_vox: (N, 3) its last moves so far.
+            clearance_m: As for ``begin``.
 
         Returns:
             The stage, and what blocks the last moves, or None. If they are blocked, the stage keeps the given ones.
@@ -272,16 +308,21 @@ class Assembly:
         self.skip(index)
         assert place is not None
         space = self._occupancy.space(component)
-        transit = self._occupancy.transit(component, space)
+        transit = self._occupancy.transit(component, space, clearance_m)
         insertion = self._insertion(component, space, transit)
         blocked = insertion if isinstance(insertion, Obstacle) else None
         last = Insertion(last_vox) if isinstance(insertion, Obstacle) else insertion
         rule = (
             with_cleared(transit, _departure(space, transit, place.transit_start_vox)[0])
-            if self._margin or self._site.rules.rope_clearance_m > 0.0
+            if transit is not space
             else transit
         )
-        return Stage(component, place, rule, place.transit_start_vox, last), blocked
+        return Stage(component, place, rule, place.transit_start_vox, last, space, clearance_m), blocked
+
+    def ways_on(self, index: int, last_vox: NDArray[np.int32]) -> Iterator[tuple[Stage, Obstacle | None]]:
+        """Yield what ``on_the_way`` returns with the rules' clearances, then with each smaller one that they allow."""
+        for clearance_m in (None, *self.smaller_clearances_m()):
+            yield self.on_the_way(index, last_vox, clearance_m)
 
     def _insertion(
         self,
@@ -306,18 +347,19 @@ class Assembly:
             return Obstacle("the hoist rope above its place in the yard is blocked", who)
         return Obstacle("the crane cannot pick it up from its place in the yard (reach, capacity, zone or boundary)")
 
-    def _too_near(self, component: Component, departure: NDArray[np.int32]) -> Obstacle:
+    def _too_near(self, component: Component, departure: NDArray[np.int32], clearance_m: float | None) -> Obstacle:
         """Straight up from the yard, the part never reaches the clearance that transit needs."""
-        around = grown_cells(component.shape.cells, self._margin) + departure[-1]
+        around = grown_cells(component.shape.cells, margin_vox(self._site, clearance_m)) + departure[-1]
         who = tuple(name for name in self.who_is_at(around) if name != GROUND_ID)
-        margin_m = max(self._site.rules.transit_clearance_m, self._site.rules.rope_clearance_m)
-        return Obstacle(f"straight above its place in the yard it has less than {margin_m:g} m clearance", who)
+        margin_m = max(self._site.rules.kept_m(rule, clearance_m) for rule in CLEARANCES)
+        said = f"straight above its place in the yard it has less than {margin_m:g} m clearance"
+        return Obstacle(said, who, on_the_way=True)
 
     def _blocked_target(self, blocked: NoInsertion) -> Obstacle:
         solids = self._preparation.contacts.solids
         by_cells = self.who_is_at(np.array(blocked.cells, np.int32).reshape(-1, 3)) if blocked.cells else ()
         near = {solids[n].id for n in blocked.solids}
-        return Obstacle(blocked.reason, tuple(sorted({*by_cells, *near})), blocked.cut_off)
+        return Obstacle(blocked.reason, tuple(sorted({*by_cells, *near})), blocked.cut_off, on_the_way=True)
 
     def _receive(self, delivery: int) -> None:
         if delivery <= self._delivery:
@@ -370,6 +412,6 @@ def replay(
     for lift in plan.lifts:
         assembly.skip(lift.component)
         if lift.status is Status.PLANNED:
-            space = assembly.space(lift.component)
+            space = assembly.space(lift.component, lift.clearance_m)
             yield lift, space if lift.order <= last else with_cleared(space, lift.last_moves_vox)
         assembly.finish(lift.component, placed=lift.is_set)

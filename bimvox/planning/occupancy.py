@@ -85,9 +85,10 @@ class Occupancy:
             room.ceiling,
         )
 
-    def transit(self, component: Component, space: CollisionSpace) -> CollisionSpace:
-        """Return the collision rule for ``component`` between departure and gate, with its margins."""
-        grown, rope = in_transit(space, margin_vox(self._site)), rope_margin_vox(self._site)
+    def transit(self, component: Component, space: CollisionSpace, clearance_m: float | None = None) -> CollisionSpace:
+        """Return the collision rule for ``component`` between departure and gate, with the margins of its lift."""
+        grown = in_transit(space, margin_vox(self._site, clearance_m))
+        rope = rope_margin_vox(self._site, clearance_m)
         if rope == 0 or not self._site.rules.rope:
             return grown
         top = maximum_filter(self.heights(), size=2 * rope + 1, mode="constant")

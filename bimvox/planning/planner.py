@@ -74,7 +74,7 @@ def plan_lifts(
             continue
         name = site.components[index].id
         avoided, why = refused.avoided_by(name) if isinstance(refused, Refusals) else ((), None)
-        stage = assembly.begin(index, avoided)
+        stage = assembly.begin(index, avoided=avoided)
         reason = (refused or {}).get(name, why if isinstance(stage, Obstacle) else None)
         if reason is not None:
             stage = Obstacle(reason)
@@ -107,7 +107,7 @@ def _planned(
     before: Lift | None,
     policies: Sequence[tuple[Propose, Method]],
 ) -> Lift:
-    lift = _searched(assembly, stage, unplanned, before)
+    stage, lift = _searched(assembly, stage, unplanned, before)
     if lift is before or lift.path_vox is None or isinstance(stage, Obstacle):
         return lift
     return _proposed(stage, lift, policies)
@@ -127,11 +127,35 @@ def _policies(propose: Propose | None, retrained: Propose | None = None) -> list
     return [(ask, method) for ask, method in both if ask is not None]
 
 
-def _searched(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, before: Lift | None) -> Lift:
+def _searched(
+    assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, before: Lift | None
+) -> tuple[Stage | Obstacle, Lift]:
+    """Return a lift with a shortest path, the earlier lift if that is still valid, or an infeasible one; and its stage.
+
+    If the rules' clearances give way and leave no path, the lift keeps the largest of the smaller ones that leaves one.
+    """
+    lift = _searched_at(assembly, stage, unplanned, before)
+    smaller_m = assembly.smaller_clearances_m()
+    if lift.path_vox is not None or not smaller_m or (isinstance(stage, Obstacle) and not stage.on_the_way):
+        return stage, lift
+    *more_m, least_m = smaller_m
+    stage = assembly.begin(unplanned.component, least_m)
+    lift = _searched_at(assembly, stage, unplanned, before)
+    if lift.path_vox is None:  # the clearance is not the reason
+        return stage, lift
+    for clearance_m in more_m:
+        other = assembly.begin(unplanned.component, clearance_m)
+        found = _searched_at(assembly, other, unplanned, before)
+        if found.path_vox is not None:
+            return other, found
+    return stage, lift
+
+
+def _searched_at(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, before: Lift | None) -> Lift:
     """Return a lift with a shortest path, the earlier lift if that is still valid, or an infeasible one."""
     if isinstance(stage, Obstacle):
         return replace(unplanned, reason=stage.reason, blocked_by=stage.blocked_by)
-    kept = before is not None and _is_still_valid(before, stage)
+    kept = before is not None and before.clearance_m == stage.clearance_m and _is_still_valid(before, stage)
     if kept and before is not None and before.shortest_moves == _distance(stage) + stage.insertion.moves:
         return before  # no path can be shorter
     shortest = shortest_path(stage.space, stage.start_vox, stage.insertion.gate_vox).path_vox
@@ -150,6 +174,7 @@ def _searched(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, befo
         shortest_moves=len(shortest) - 1 + stage.insertion.moves,
         contact_moves=stage.insertion.moves,
         guide=stage.insertion.guide,
+        clearance_m=stage.clearance_m,
     )
 
 
@@ -202,7 +227,8 @@ def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:
     where, room = (
         ("its place in the yard", from_start) if len(from_start) <= len(from_gate) else ("its place", from_gate)
     )
-    border = _around(room)[:_BORDER_LIMIT]
+    # The last moves may begin in an enclosed room that is too narrow for the clearance.
+    border = _around(room if len(room) else np.array([stage.insertion.gate_vox], np.int32))[:_BORDER_LIMIT]
     blocked = border[~which_free(stage.space, border)]
     cells = (blocked[:, None, :] + stage.component.shape.cells[None, :, :]).reshape(-1, 3)
     who = tuple(name for name in assembly.who_is_at(cells) if name != "ground")

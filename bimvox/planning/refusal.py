@@ -10,8 +10,9 @@ from math import hypot
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.crane.wind import permitted_wind_m_s, wind_force_n
+from bimvox.crane.wind import wind_force_n
 from bimvox.site.component import Component
+from bimvox.site.governing_wind import permitted_for
 from bimvox.site.site import Site
 
 _SLACK_M = 1e-6
@@ -38,11 +39,11 @@ def place_radius_m(site: Site, crane: TowerCrane, component: Component) -> float
 
 def _by_wind(site: Site, crane: TowerCrane, component: Component) -> str | None:
     wind, drag, area = site.rules.wind_speed_m_s, site.rules.drag_coefficient, component.sail_area_m2
-    if wind <= 0.0:
+    if wind <= 0.0 or "wind_speed_m_s" in site.rules.gives_way:
         return None
     if wind > crane.max_wind_m_s:
         return f"the site's wind speed is {wind:g} m/s, but {crane.name} works only up to {crane.max_wind_m_s:g} m/s"
-    permitted = permitted_wind_m_s(crane.max_wind_m_s, component.mass_kg + crane.tackle_kg, area, drag)
+    permitted = permitted_for(site, crane, component)
     if wind <= permitted:
         return None
     force_kn = wind_force_n(wind, area, drag) / 1000.0

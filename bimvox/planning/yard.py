@@ -16,6 +16,7 @@ blocks is reported as blocked.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ from bimvox.crane.kinematics import Axes
 from bimvox.planning.travel import Travel
 from bimvox.records.lift import YardPlace, yard_place
 from bimvox.site.collision import HOOK_FORBIDDEN
-from bimvox.site.component import Component, IntVec, StoredPose
+from bimvox.site.component import Component, IntVec, Shape, StoredPose
 from bimvox.site.hook_room import hook_room
 from bimvox.site.margin import margin_vox
 from bimvox.site.means import Means
@@ -54,6 +55,8 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
     free, delivery, load_kg = _without_given(site, empty, given), 0, list[float]()
     times = [_YardTimes(site, travel) for travel in travels]
     before: dict[int, Component] = {}
+    borders = sorted({margin_vox(site), margin_vox(site, 0.0)}, reverse=True)
+    tops = _fixed_tops(site)
     for index in order:
         component = site.components[index]
         if component.means is not Means.CRANE:
@@ -70,9 +73,10 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
         # Turning takes time and room: a part is turned only if it does not fit otherwise.
         tries = [(free, _preferred(component)), (fresh, _preferred(component))]
         tries += [(free, _turned(component)), (fresh, _turned(component))]
-        for yard, choices in tries if load_kg else tries[::2]:
-            own = times[component.crane] if times else None
-            found = _find(site, component, yard, own, before.get(component.crane), choices)
+        tries = tries if load_kg else tries[::2]
+        own = times[component.crane] if times else None
+        for border, (yard, choices) in product(borders, tries):
+            found = _find(site, component, yard, own, before.get(component.crane), choices, (border, tops))
             if found is not None:
                 if yard is not free:
                     free, delivery, load_kg = fresh, delivery + 1, []
@@ -112,10 +116,7 @@ def _risen(site: Site, order: tuple[int, ...], places: list[YardPlace | None]) -
     """
     if not any(place is not None and place.turn for place in places):
         return tuple(places)
-    tops = np.zeros(site.shape[:2], np.int32)
-    for blocker in site.blockers:
-        if blocker.kind in ("structure", "crane"):
-            _raise_tops(tops, blocker.cells)
+    tops = _fixed_tops(site)
     risen = list(places)
     for index in order:
         component, place = site.components[index], places[index]
@@ -130,6 +131,24 @@ def _risen(site: Site, order: tuple[int, ...], places: list[YardPlace | None]) -
             risen[index] = replace(place, rise_vox=max(1, top - place.cell_vox[2]))
         _raise_tops(tops, component.shape.cells + np.array(component.target_vox, np.int32))
     return tuple(risen)
+
+
+def _fixed_tops(site: Site) -> NDArray[np.int32]:
+    """Return (X, Y) one above the highest cell of structure and masts."""
+    tops = np.zeros(site.shape[:2], np.int32)
+    for blocker in site.blockers:
+        if blocker.kind in ("structure", "crane"):
+            _raise_tops(tops, blocker.cells)
+    return tops
+
+
+def _clear_of(columns: NDArray[np.bool_], start: NDArray[np.int64], shape: Shape, border: int) -> NDArray[np.bool_]:
+    """Return (N,) whether no marked column is within ``border`` cells of a part at (N, 2) reference cells, on plan."""
+    table = np.zeros(np.array(columns.shape) + 1, np.int64)
+    table[1:, 1:] = columns.cumsum(axis=0).cumsum(axis=1)
+    (x0, y0), (x1, y1) = (start - border).T, (start + np.array(shape.size_vox[:2]) + border).T
+    clear: NDArray[np.bool_] = table[x1, y1] - table[x0, y1] - table[x1, y0] + table[x0, y0] == 0
+    return clear
 
 
 def _raise_tops(tops: NDArray[np.int32], cells: NDArray[np.int32]) -> None:
@@ -200,10 +219,15 @@ def _find(
     times: _YardTimes | None,
     before: Component | None,
     choices: tuple[Lying, ...],
+    clearance: tuple[int, NDArray[np.int32]],
 ) -> tuple[Lying, IntVec] | None:
+    """Return how and where a part lies best; None if it fits nowhere.
+
+    ``clearance`` is the part's in transit, in cells, and the (X, Y) heights of what it never gets clear of otherwise.
+    """
+    border, tops = clearance
     if not choices:
         return None
-    margin = margin_vox(site)
     shape, flat, crane = component.shape, np.zeros(site.shape[:2], np.int32), site.crane_of(component)
     upright = hook_room(site, crane, flat, component).floor < HOOK_FORBIDDEN
     for pose, turn in choices:
@@ -214,13 +238,17 @@ def _find(
         offset = np.array(turned_hook(shape, component.hook_offset_vox, turn)[:2])
         cells = np.argwhere(_fits(free, hook, size_x, size_y, int(offset[0]), int(offset[1])).T)[:, ::-1]
         # Its transit clearance must lie inside the site boundary, and so must its turning circle.
-        low, high = np.full(2, margin), np.array(site.shape[:2]) - margin - np.array(shape.size_vox[:2])
+        low, high = np.full(2, border), np.array(site.shape[:2]) - border - np.array(shape.size_vox[:2])
         if turn:
             around = turning_columns(shape, component.hook_line_vox, turn)
             low = np.maximum(low, -around.min(axis=0))
             high = np.minimum(high, np.array(site.shape[:2]) - 1 - around.max(axis=0))
         start = cells + offset - np.array(component.hook_offset_vox[:2])
-        cells = cells[((start >= low) & (start <= high)).all(axis=1)]
+        inside = ((start >= low) & (start <= high)).all(axis=1)
+        cells, start = cells[inside], start[inside]
+        if border:
+            too_high = tops > site.shape[2] - shape.size_vox[2] - 2 * border
+            cells = cells[_clear_of(too_high, start, shape, border)]
         if not len(cells):
             continue
         cells = _on_its_side(site, component, cells, offset)

@@ -55,7 +55,7 @@ def training_problems(
     progress.stage("lessons", len(order))
     for number, index in enumerate(order):
         if number in chosen:
-            stage = assembly.begin(index)
+            stage = assembly.begin_with_most(index)
             if isinstance(stage, Stage):
                 starts = _starts(clear, stage, rng)
                 gate = stage.insertion.gate_vox

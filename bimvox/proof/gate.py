@@ -30,17 +30,18 @@ def gate_of(
     path = lift.path_vox
     assert path is not None
     stated = max(0, len(path) - 1 - lift.contact_moves)
-    clear_vox = _clear_from(site, component, counts, wide)
+    clear_vox = _clear_from(site, lift, counts, wide)
     above = (path[:, :2] == np.array(component.target_vox[:2])).all(axis=1) & (path[:, 2] >= clear_vox)
     found = np.flatnonzero(above)
     return max(stated, int(found[-1])) if len(found) else stated
 
 
-def _clear_from(site: Site, component: Component, counts: NDArray[np.uint16], wide: NDArray[np.uint16] | None) -> int:
+def _clear_from(site: Site, lift: Lift, counts: NDArray[np.uint16], wide: NDArray[np.uint16] | None) -> int:
     """Return the height from which a part is clear of everything above its place; above the site if it never is."""
+    component = site.components[lift.component]
     margin, rope = (
-        whole_cells(length_m, site.frame) if length_m > 0.0 else 0
-        for length_m in (site.rules.transit_clearance_m, site.rules.rope_clearance_m)
+        whole_cells(site.rules.kept_m(rule, lift.clearance_m), site.frame)
+        for rule in ("transit_clearance_m", "rope_clearance_m")
     )
     low, size, shape = np.array(component.target_vox), np.array(component.shape.size_vox), np.array(site.shape)
     heights = np.arange(low[2], shape[2] - size[2] - margin + 1)

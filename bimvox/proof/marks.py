@@ -38,9 +38,9 @@ class Marks:
             return
         wanted = set(present)
         for thing in self._present - wanted:
-            _count(self.counts, thing.cells, -1)
+            _count(self.counts, self._cells(thing), -1)
         for thing in wanted - self._present:
-            _count(self.counts, thing.cells, 1)
+            _count(self.counts, self._cells(thing), 1)
         self._given, self._present = present, wanted
 
     @contextmanager
@@ -49,13 +49,17 @@ class Marks:
         gone = self._present.intersection(things)
         self._present -= gone
         for thing in gone:
-            _count(self.counts, thing.cells, -1)
+            _count(self.counts, self._cells(thing), -1)
         try:
             yield
         finally:
             for thing in gone:
-                _count(self.counts, thing.cells, 1)
+                _count(self.counts, self._cells(thing), 1)
             self._present |= gone
+
+    def _cells(self, thing: Thing) -> NDArray[np.int32]:
+        """Return (N, 3) the cells that count for a thing."""
+        return thing.cells
 
     def hits(self, own: NDArray[np.int32], placements: NDArray[np.int32] | NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return (N,) whether any of a part's cells ((C, 3)) is occupied at each placement ((N, 3))."""
@@ -64,7 +68,7 @@ class Marks:
 
     def over(self, hooks: NDArray[np.int32] | NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return (N,) whether anything is in or above each cell ((N, 3)); False outside the grid."""
-        hit: NDArray[np.bool_] = _over(self.counts, np.ascontiguousarray(hooks, np.int64))
+        hit: NDArray[np.bool_] = over(self.counts, np.ascontiguousarray(hooks, np.int64))
         return hit
 
 
@@ -92,7 +96,7 @@ def hits(counts: NDArray[np.uint16], own: NDArray[np.int32], placements: NDArray
 
 
 @kernel
-def _over(counts: NDArray[np.uint16], hooks: NDArray[np.int64]) -> NDArray[np.bool_]:
+def over(counts: NDArray[np.uint16], hooks: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Find the top of each column once, and keep it for later placements."""
     nx, ny, nz = counts.shape
     hit = np.zeros(hooks.shape[0], np.bool_)

@@ -26,6 +26,7 @@ from bimvox.proof.axes import (
 from bimvox.proof.between import Between
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.capacity import check_capacity
+from bimvox.proof.clearance import Clearances, TransitProof
 from bimvox.proof.cranes import check_cranes
 from bimvox.proof.durations import check_durations
 from bimvox.proof.ends import check_ends
@@ -102,9 +103,11 @@ class _Verifier:
         window_ns: tuple[int, int],
         known: Sequence[LiftMotion] | None,
     ) -> None:
-        self.window_ns, self.known = window_ns, known
+        self.window_ns, self.known, self.clearances = window_ns, known, Clearances(plan.site)
         self.plan, self.site, self.motions, self.context = plan, plan.site, motions, context
         units = UNITS | (CRANES_UNITS if plan.site.has_several_cranes else {})
+        if plan.site.rules.transit_clearance_m > 0.0 or plan.site.rules.rope_clearance_m > 0.0:
+            units |= {"motion_margin": ""}
         self.checks = {name: Check(name, unit=unit) for name, unit in units.items()}
 
     def run(self) -> Verification:
@@ -136,13 +139,14 @@ class _Verifier:
                 moment = replace(moment, before=between.before(moment.lift))
             if before is not None and (moment.before is None or before.order != moment.before.order):
                 before = None
-            crane, load, hook, swing = proofs[component.crane]
+            crane, load, hook, swing, transit = proofs[component.crane]
             self._check_axes(name, crane, moment, motion)
             check_durations(self.checks["timeline"], name, self.site.rules, component, motion)
             check_phase_names(self.checks["timeline"], name, motion)
             check_ends(self.checks["ends"], name, self.site, crane, moment, motion, before)
             cells.move_to(moment.present)
             load.check(name, moment, motion)
+            transit.check(name, moment, motion)
             ways = None if between is None else tuple(between.ways(moment, motion))
             hook.check(name, moment, motion, ways)
             swing.check(name, moment, motion, ways)
@@ -153,11 +157,13 @@ class _Verifier:
 
     def _proofs(
         self, number: int, triangles: TriangleCheck, cells: RawCells
-    ) -> tuple[TowerCrane, LoadProof, HookProof, SwingProof]:
+    ) -> tuple[TowerCrane, LoadProof, HookProof, SwingProof, TransitProof]:
         """One crane, and the proofs of its motions."""
         crane = self.site.cranes[number]
         shared = (self.site, crane, triangles, cells, self.checks, self.window_ns)
-        return crane, LoadProof(*shared), HookProof(*shared), SwingProof(*shared)
+        transit = TransitProof(*shared)
+        transit.clearances = self.clearances
+        return crane, LoadProof(*shared), HookProof(*shared), SwingProof(*shared), transit
 
     def _sound_ones(self, motions: Sequence[LiftMotion]) -> dict[int, LiftMotion]:
         """Return the motions with sound trajectories, by order; the others are reported when they are checked."""

@@ -12,10 +12,10 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.capacity import shares_of_capacity
+from bimvox.proof.clearance import Clearances
 from bimvox.proof.gate import gate_of
 from bimvox.proof.guided import check_guide
 from bimvox.proof.marks import Marks, hits
@@ -24,7 +24,6 @@ from bimvox.proof.moment import Thing, beside, cells_in_common, moments, near_an
 from bimvox.proof.shape import check_shape, check_structure
 from bimvox.proof.site_rules import check_rope_margin, check_stored, check_wind, check_zones
 from bimvox.proof.slings import check_slings
-from bimvox.proof.space import whole_cells
 from bimvox.proof.stands import check_stands
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
@@ -81,6 +80,7 @@ class _Verifier:
         self.triangles = TriangleCheck(plan)
         self.known_shapes = set() if known_shapes is None else known_shapes
         self.proven = frozenset() if known_shapes is None else frozenset(lift.order for lift in context)
+        self.clearances = Clearances(self.site)
         self.marks, self.near_marks = Marks(self.site.shape), Marks(self.site.shape)
         self.checks = {name: Check(name) for name in CHECKS}
         if self.site.rules.transit_clearance_m > 0.0:
@@ -186,7 +186,7 @@ class _Verifier:
         if not self._resumes(lift):  # otherwise it left the yard on another path, which is proven separately
             self._check_yard(component, place, present)
         self._check_cells(lift, component, path, present)
-        self._check_margins(lift, component, path)
+        self._check_margins(lift, component, path, present)
         self._check_hook(component, path, present)
         self._check_support(component, placed)
 
@@ -328,15 +328,15 @@ class _Verifier:
         for thing in near:
             self.triangles.check_moves(self.checks["triangles"], component, path[first:], thing.solid)
 
-    def _check_margins(self, lift: Lift, component: Component, path: NDArray[np.int32]) -> None:
+    def _check_margins(
+        self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]
+    ) -> None:
         """Check that a part and its rope keep the clearances between departure, straight up, and last moves."""
-        margin_m = self.site.rules.transit_clearance_m
-        if margin_m <= 0.0 and "rope_margin" not in self.checks:
+        if "margin" not in self.checks and "rope_margin" not in self.checks:
             return
-        wide: NDArray[np.uint16] | None = None
-        if margin_m > 0.0:
-            reach = whole_cells(margin_m, self.site.frame)
-            wide = maximum_filter(self.marks.counts, size=2 * reach + 1, mode="constant", cval=0)
+        margin_m = self.site.rules.kept_m("transit_clearance_m", lift.clearance_m)
+        wide = self.clearances.around_load(lift, present)
+        self._check_smaller(lift, component)
         gate = gate_of(self.site, lift, component, self.marks.counts, wide)
         if wide is not None:
             near: NDArray[np.bool_] = hits(wide, component.shape.cells, path.astype(np.int64))
@@ -355,6 +355,16 @@ class _Verifier:
             )
         if "rope_margin" in self.checks:
             check_rope_margin(self.checks["rope_margin"], self.site, lift, component, self.marks.counts, gate)
+
+    def _check_smaller(self, lift: Lift, component: Component) -> None:
+        """Check that a smaller clearance of its own is one that the rules allow."""
+        rules, own_m = self.site.rules, lift.clearance_m
+        if own_m is not None:
+            most_m = max(rules.transit_clearance_m, rules.rope_clearance_m)
+            self.checks["margin" if "margin" in self.checks else "rope_margin"].look(
+                0.0 <= own_m < most_m,
+                f"{component.id}: keeps {own_m:g} m in transit, which is not less than {most_m:g} m",
+            )
 
     def _check_hook(self, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
         site, crane = self.site, self.site.crane_of(component)

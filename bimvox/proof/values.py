@@ -20,6 +20,7 @@ from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, turn_to
 from bimvox.site.component import Component
+from bimvox.site.crane_rules import CRANE_RULES
 from bimvox.site.limits import MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, MOST_SUPPORT_GAP_M
 from bimvox.site.site import Rules, Site
 
@@ -177,6 +178,10 @@ def _check_rules(check: Check, rules: Rules) -> None:
         value = getattr(rules, key.name)
         if key.name in _RULES and not (value is None and rules.times is not None):
             _within(check, f"site.rules.{key.name}", nan if value is None else value, _RULES[key.name])
+    check.look(
+        set(rules.gives_way) <= CRANE_RULES.keys(),
+        f"site.rules.gives_way is {list(rules.gives_way)}: only {', '.join(CRANE_RULES)} can give way",
+    )
     for work in () if rules.times is None else fields(rules.times):
         own = getattr(rules.times, work.name)
         for key in fields(own):
@@ -249,6 +254,8 @@ def _check_lift(check: Check, lift: Lift, name: str) -> None:
         _finite(check, f"{name}: guide.poses", lift.guide.poses, most=_FAR_M)
         _finite(check, f"{name}: guide.centre_m", lift.guide.centre_m, most=_FAR_M)
         _within(check, f"{name}: guide.heading_rad", lift.guide.heading_rad, _Range(-10.0, 10.0))
+    if lift.clearance_m is not None:
+        _within(check, f"{name}: clearance_m", lift.clearance_m, _Range(0.0, _FAR_M))
     if lift.shortest_moves is not None:
         _within(check, f"{name}: shortest_moves", lift.shortest_moves, _MOVES)
 

@@ -140,6 +140,7 @@ class Lift:
             would.
         guide: How a crew guides the load on its last moves, which then lead straight down; None if it only hangs on
             its hook.
+        clearance_m: The clearance that it keeps in transit if it could not keep the rules', which give way; None: all.
     """
 
     component: int
@@ -155,6 +156,7 @@ class Lift:
     left: tuple[LeftPath, ...] = field(default=(), repr=False)
     by_other_means: bool = field(default=False, metadata=SPARSE)
     guide: Guide | None = field(default=None, metadata=SPARSE)
+    clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
 
     @property
     def is_set(self) -> bool:

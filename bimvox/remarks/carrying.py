@@ -27,6 +27,7 @@ HIGH_SHARE = 0.9
 judgement; 29 CFR 1926.751 calls lifts from 75 % on critical)."""
 
 _ROUNDING_M = 0.051
+_FAR_M = 10.0
 _FREE = np.int32(2**31 - 1)
 
 
@@ -36,6 +37,24 @@ def carried_low(subject: Subject) -> Iterator[Remark]:
     The load counts while it travels, from the start of slewing or trolleying until it is only lowered. Parts that wait
     in the yard do not count, and neither do masts, which no load passes over.
     """
+    for component, gap_m, below in _heights(subject, CARRYING_HEIGHT_M):
+        if gap_m < CARRYING_HEIGHT_M - _ROUNDING_M:
+            said = f"is carried {metres(max(gap_m, 0.0))} over {below}: {metres(CARRYING_HEIGHT_M)} are usual"
+            yield about(component, CARRIED_LOW, Severity.MINOR, said)
+
+
+def least_height_m(subject: Subject) -> tuple[float, str, str] | None:
+    """Return how low a load is carried at the lowest: the height, its part's name, and over what.
+
+    It is measured as for ``carried_low``. None without a crane, or if every load is carried higher than 10 m.
+    """
+    heights = [(gap_m, name_of(component), below) for component, gap_m, below in _heights(subject, _FAR_M)]
+    found = min(heights, default=(_FAR_M, "", ""))
+    return (max(found[0], 0.0), *found[1:]) if found[0] < _FAR_M else None
+
+
+def _heights(subject: Subject, most_m: float) -> Iterator[tuple[Component, float, str]]:
+    """Yield every load, its least height over something while it travels, at most ``most_m``, and over what that is."""
     site = subject.site
     if not (subject.motions and site.cranes):
         return
@@ -43,15 +62,11 @@ def carried_low(subject: Subject) -> Iterator[Remark]:
     names = {lift.order: name_of(site.components[lift.component]) for lift in subject.lifts}
     for number, blocker in enumerate(site.blockers):
         names[-1 - number] = "the ground" if blocker.kind == "ground" else blocker.id
-    reach = int(np.ceil(CARRYING_HEIGHT_M / site.frame.voxel_size_m))
+    reach = int(np.ceil(most_m / site.frame.voxel_size_m))
     for motion in subject.motions:
         component = site.components[motion.component]
         gap, below = _least_gap(since, _travelled(site, component, motion), _feet(component), motion.order, reach)
-        gap_m = float(gap) * site.frame.voxel_size_m
-        if gap_m >= CARRYING_HEIGHT_M - _ROUNDING_M:
-            continue
-        said = f"is carried {metres(max(gap_m, 0.0))} over {names[below]}: {metres(CARRYING_HEIGHT_M)} are usual"
-        yield about(component, CARRIED_LOW, Severity.MINOR, said)
+        yield component, float(gap) * site.frame.voxel_size_m, names.get(below, "")
 
 
 def high_utilisation(subject: Subject) -> Iterator[Remark]:

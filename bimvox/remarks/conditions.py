@@ -10,6 +10,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.reasons import NOT_ITS_CELLS
 from bimvox.remarks.subject import name_of
 from bimvox.site.crew_times import crew_times
+from bimvox.site.governing_wind import needs_less_wind
 from bimvox.site.site import SwingRule
 
 _NAMED = 3
@@ -78,6 +79,15 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
             found.append("work cast in place and set by hand takes no time: the rules of this log give no times for it")
         if not own.wind_speed_m_s:
             found.append("there is no wind")
+        planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
+        say(
+            [site.components[i.component].id for i in planned if needs_less_wind(site, site.components[i.component])],
+            f"lifts wait for less wind than {own.wind_speed_m_s:g} m/s, each for its own limit",
+        )
+        say(
+            [site.components[lift.component].id for lift in planned if lift.clearance_m is not None],
+            "lifts keep less than the clearance in transit that the rules ask for",
+        )
         if own.swing is SwingRule.OFF:
             found.append("loads do not swing")
         if not own.rope:

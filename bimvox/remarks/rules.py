@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from bimvox.records.lift import Status
 from bimvox.records.remark import Remark, Severity
-from bimvox.remarks.subject import Subject
+from bimvox.remarks.subject import Subject, about
 from bimvox.site.crew_times import crew_times
+from bimvox.site.governing_wind import needs_less_wind, permitted_for
 from bimvox.site.site import Rules, SwingRule
 
 WIND = "wind"
+LOW_WIND = "low_wind"
+SMALL_CLEARANCE = "small_clearance"
 SWING = "swing"
 ROPE = "rope"
 TOLERANCE = "tolerance"
@@ -29,6 +33,7 @@ def rules(subject: Subject) -> Iterator[Remark]:
     if subject.site.cranes:
         yield from _of_cranes(own)
         yield from _of_crews(subject)
+        yield from _kept_less(subject)
     if own.contact_tolerance_m > MOST_TOLERANCE_M:
         said = f"parts may be set {own.contact_tolerance_m * 1000.0:.0f} mm into each other (rules.contact_tolerance_m)"
         yield Remark(TOLERANCE, Severity.MINOR, f"{said}; {MOST_TOLERANCE_M * 1000.0:.0f} mm is a usual limit")
@@ -46,6 +51,23 @@ def _of_cranes(own: Rules) -> Iterator[Remark]:
     if not own.rope:
         said = "the hoist rope is not considered (rules.rope = false): it may touch what is above a load"
         yield Remark(ROPE, Severity.SERIOUS, said)
+
+
+def _kept_less(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every lift that keeps less than the rules, which give way."""
+    site, own = subject.site, subject.site.rules
+    clearances = {lift.component: lift.clearance_m for lift in subject.plan.lifts if lift.status is Status.PLANNED}
+    for component in subject.lifted:
+        kept_m = clearances.get(component.index)
+        if kept_m is not None:
+            wanted_m = max(own.transit_clearance_m, own.rope_clearance_m)
+            said = f"keeps a clearance of {kept_m:g} m in transit, not {wanted_m:g} m: there is no way with more"
+            yield about(component, SMALL_CLEARANCE, Severity.MINOR, said)
+        crane = site.crane_of(component)
+        if crane is not None and needs_less_wind(site, component):
+            most, sail_m2 = permitted_for(site, crane, component), component.sail_area_m2
+            said = f"may be lifted in wind up to {most:.1f} m/s only: its sail area is {sail_m2:.1f} m2"
+            yield about(component, LOW_WIND, Severity.MINOR, f"{said}; other lifts up to {own.wind_speed_m_s:g} m/s")
 
 
 def _of_crews(subject: Subject) -> Iterator[Remark]:

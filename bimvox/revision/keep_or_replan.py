@@ -161,7 +161,7 @@ class Replanning:
         retrained = self.request.retrained
         if retrained is None or was.component not in retrained.components or was.status is not Status.PLANNED:
             return was
-        stage = assembly.begin(was.component)
+        stage = assembly.begin(was.component, was.clearance_m)
         if isinstance(stage, Obstacle) or self.site.components[was.component].id in self.refused:
             return was
         lift = proposed_again(stage, was, retrained.propose)

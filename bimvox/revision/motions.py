@@ -56,7 +56,7 @@ def _missing_motions(request: RevisionRequest, draft: RevisionDraft) -> tuple[di
     for lift in draft.lifts:
         assembly.skip(lift.component)
         if lift.order in missing:
-            rule = with_cleared(assembly.space(lift.component), lift.last_moves_vox)
+            rule = with_cleared(assembly.space(lift.component, lift.clearance_m), lift.last_moves_vox)
             try:
                 crane = site.cranes[site.components[lift.component].crane]
                 motions[lift.order] = time_lift(site, crane, lift, rule, before, 0, 0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bimvox.planning.assembly import Obstacle
+from bimvox.planning.assembly import Obstacle, Stage
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
@@ -16,7 +16,7 @@ from bimvox.revision.in_transit import last_finished, motion_under_way
 from bimvox.revision.motions import made_in_full
 from bimvox.revision.part_proof import Proof
 from bimvox.revision.request import RevisionRequest
-from bimvox.stop.redirect import Held, UnderWay, redirect, redirect_held
+from bimvox.stop.redirect import Held, Redirected, UnderWay, redirect, redirect_held, redirected_if_possible
 
 if TYPE_CHECKING:
     from bimvox.revision.keep_or_replan import Replanning
@@ -101,13 +101,14 @@ class OneCrane:
         if held is None and reason is None and not replanning.touched.rest_is_met(was, motion, now_ns):
             draft.motions[was.order] = motion
             return was
-        rule, blocked = replanning.assembly.on_the_way(was.component, lift.last_moves_vox)
-        if reason is not None:
-            blocked = Obstacle(reason)
-        if held is None:
-            found = redirect(site, crane, UnderWay(lift, motion, replanning.before), rule, blocked, now_ns, hold_s)
-        else:
-            found = redirect_held(site, crane, held, rule, blocked, now_ns, hold_s)
+
+        def attempt(rule: Stage, blocked: Obstacle | None) -> Redirected | Held:
+            if held is not None:
+                return redirect_held(site, crane, held, rule, blocked, now_ns, hold_s)
+            return redirect(site, crane, UnderWay(lift, motion, replanning.before), rule, blocked, now_ns, hold_s)
+
+        ways = replanning.assembly.ways_on(was.component, lift.last_moves_vox)
+        found = redirected_if_possible(ways, attempt, reason)
         draft.stops = (found,)
         if isinstance(found, Held):
             draft.held = HeldCranes((found,))

@@ -14,7 +14,7 @@ from bimvox.motion.empty_hook import empty_hook_clearance
 from bimvox.motion.rigged_crane import rigged_crane
 from bimvox.motion.time_plan import left_cells
 from bimvox.motion.trajectories import stopped
-from bimvox.planning.assembly import Assembly, Obstacle
+from bimvox.planning.assembly import Assembly, Obstacle, Stage
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
@@ -26,7 +26,16 @@ from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.stop.brake_axes import stop_under_way
 from bimvox.stop.choose_stop import STOPPED, manoeuvre
-from bimvox.stop.redirect import NOT_CARRIED, Held, Redirected, UnderWay, is_carried, redirect, redirect_held
+from bimvox.stop.redirect import (
+    NOT_CARRIED,
+    Held,
+    Redirected,
+    UnderWay,
+    is_carried,
+    redirect,
+    redirect_held,
+    redirected_if_possible,
+)
 
 
 class StoppedCranes(NamedTuple):
@@ -102,19 +111,21 @@ def _load(assembly: Assembly, request: RevisionRequest, lift: Lift, loads: Loads
     assert lift.path_vox is not None
     component, now_ns, hold_s = request.site.components[lift.component], request.now_ns, request.hold_s
     site, crane = request.site, request.site.cranes[component.crane]
-    rule, blocked = assembly.on_the_way(lift.component, lift.last_moves_vox)
-    reason = loads.refused.get(component.id)
-    if reason is not None:
-        blocked = Obstacle(reason)
-    if (held := loads.held.get(lift.order)) is not None:
-        return redirect_held(site, crane, held, rule, blocked, now_ns, hold_s)
-    motion = loads.under_way[lift.order]
-    if not is_carried(motion, now_ns):
-        if blocked is None and not load_is_met(site, lift, motion, loads.added, now_ns):
-            return Redirected(lift, motion, None, NOT_CARRIED)
-    elif (stop := stop_under_way(crane_for(site, crane, component), motion, now_ns)) is not None:
-        return redirect_held(site, crane, Held(lift, motion, stop, STOPPED, True, ""), rule, blocked, now_ns, hold_s)
-    return redirect(site, crane, UnderWay(lift, motion, None), rule, blocked, now_ns, hold_s)
+
+    def attempt(rule: Stage, blocked: Obstacle | None) -> Redirected | Held:
+        if (held := loads.held.get(lift.order)) is not None:
+            return redirect_held(site, crane, held, rule, blocked, now_ns, hold_s)
+        motion = loads.under_way[lift.order]
+        if not is_carried(motion, now_ns):
+            if blocked is None and not load_is_met(site, lift, motion, loads.added, now_ns):
+                return Redirected(lift, motion, None, NOT_CARRIED)
+        elif (stop := stop_under_way(crane_for(site, crane, component), motion, now_ns)) is not None:
+            stopped = Held(lift, motion, stop, STOPPED, True, "")
+            return redirect_held(site, crane, stopped, rule, blocked, now_ns, hold_s)
+        return redirect(site, crane, UnderWay(lift, motion, None), rule, blocked, now_ns, hold_s)
+
+    ways = assembly.ways_on(lift.component, lift.last_moves_vox)
+    return redirected_if_possible(ways, attempt, loads.refused.get(component.id))
 
 
 def _hook(site: Site, crane: CraneNow, free: CollisionSpace, now_ns: int) -> CraneNow:

@@ -79,7 +79,7 @@ def build_site(
         SelectionError: If there is nothing to lift.
     """
     parts, frame, shape = model.parts, model.frame, model.shape
-    rules = config.rules.rules()
+    rules = config.rules_in_force
     entries = entries_by_id(config, (element for element, _ in parts))
     lifted = [e for e, _ in parts if e.role is Role.COMPONENT and not (e.id in entries and entries[e.id].pinned)]
     hints = order_hints(config, lifted, first_ids(config, lifted), model.connections)
@@ -233,6 +233,7 @@ def _with_fixed_digests(site: Site) -> Site:
             casting=None,
             truckload_kg=0.0,
             wind_speed_m_s=0.0,
+            gives_way=(),
             critical_share=0.0,
             swing=SwingRule.SHAPED,
             crane_separation_m=Rules().crane_separation_m,

@@ -22,6 +22,7 @@ from bimvox.crane.load_chart import LoadChart
 from bimvox.errors import ConfigError, shown
 from bimvox.site.casting import FIELD_CASTING, Casting, CastTimes
 from bimvox.site.component import StoredPose
+from bimvox.site.crane_rules import CRANE_RULES
 from bimvox.site.crew_times import FIELD_TIMES, CrewTimes, TimesByWork
 from bimvox.site.limits import (
     FEW_HANDS_KG,
@@ -527,13 +528,14 @@ class RulesConfig(Table):
 
     clearance_m: NotNegative = _RULES.clearance_m
     """Distance to obstructions and the crane's mast, rounded up to whole cells."""
-    transit_clearance_m: NotNegative = _RULES.transit_clearance_m
+    transit_clearance_m: NotNegative | None = None
     """Distance of a part in transit to everything, including the site boundary, rounded up to whole cells. It applies
-    once the part is raised that far above the yard, until its last moves begin."""
-    rope_clearance_m: NotNegative = _RULES.rope_clearance_m
+    once the part is raised that far above the yard, until its last moves begin. Default: 2 with a crane, as far as a
+    lift can keep it; otherwise 0. A value here is kept by every lift, or the lift is infeasible."""
+    rope_clearance_m: NotNegative | None = None
     """Distance on plan of hook and rope in transit to everything higher than the lower end of the hook line:
     structure, stored parts, the crane's own mast. Rounded up to whole cells; at least half the width of the hook block
-    is good practice."""
+    is good practice. Default: 0.5 with a crane, as far as a lift can keep it; otherwise 0."""
     contact_tolerance_m: Annotated[NotNegative, Field(le=MOST_CONTACT_TOLERANCE_M)] = _RULES.contact_tolerance_m
     """How deep the real triangles of neighbours may overlap during the last moves."""
     support_gap_m: Annotated[NotNegative, Field(le=MOST_SUPPORT_GAP_M)] = _RULES.support_gap_m
@@ -559,9 +561,10 @@ class RulesConfig(Table):
     truckload_kg: NotNegative = _RULES.truckload_kg
     """Largest mass of a delivery; a heavier part comes alone. Default: as much as the yard holds. A smaller value means
     more deliveries and shorter travel: each delivery uses the nearest places of the yard as soon as they are empty."""
-    wind_speed_m_s: Annotated[NotNegative, Field(le=100.0)] = _RULES.wind_speed_m_s
+    wind_speed_m_s: Annotated[NotNegative, Field(le=100.0)] | None = None
     """Wind (gust of 3 s at jib height) in which every lift must be possible. A part whose sail area permits only less
-    wind (EN 13000: 1.2 m2 per tonne, drag included) is not lifted. 0: no wind."""
+    wind (EN 13000: 1.2 m2 per tonne, drag included) is not lifted. 0: no wind. Default: 9.8 with a crane, and a part
+    that permits only less is lifted in less wind: a remark and a condition state how much."""
     drag_coefficient: Positive = _RULES.drag_coefficient
     """Drag coefficient of the parts in that wind: 1.1 for a cube to 2.0 for a long plate."""
     sling_angle_rad: Annotated[Number, Field(gt=0.0, le=2.0943951023931957)] = _RULES.sling_angle_rad
@@ -575,10 +578,13 @@ class RulesConfig(Table):
     """Whether a part that the crane cannot set counts as set by other means from its turn on: it is in the way then and
     carries what rests on it. `false`: it is missing, and what rests on it is infeasible too."""
 
-    def rules(self) -> Rules:
-        """Return the rules as a value for the planner."""
+    def rules(self, *, has_crane: bool = False) -> Rules:
+        """Return the rules as a value for the planner, those that the file does not give by their defaults."""
         own = {"swing": SwingRule(self.swing), "times": self.times.times(), "casting": self.casting.casting()}
-        return Rules(**(self.model_dump() | own))
+        given = self.model_dump() | own
+        left = tuple(key for key in CRANE_RULES if given[key] is None)
+        defaults = {key: CRANE_RULES[key] if has_crane else 0.0 for key in left}
+        return Rules(**(given | defaults), gives_way=left if has_crane else ())
 
 
 class MeansConfig(Table):
@@ -685,6 +691,11 @@ class SiteConfig(Table):
         if self.crane is None:
             return ()
         return (self.crane,) if isinstance(self.crane, CraneConfig) else self.crane
+
+    @property
+    def rules_in_force(self) -> Rules:
+        """The rules; their defaults depend on whether the site has a crane, or one is to be chosen for it."""
+        return self.rules.rules(has_crane=any(crane.kind != "none" for crane in self.cranes) or self.crane is None)
 
     @property
     def one_crane(self) -> CraneConfig | None:

@@ -96,14 +96,15 @@ def _around(
     corners = [bounds[:, :2]]
     areas = (config.areas.construction, *(config.areas.yard or ()))
     corners += [np.array(polygon) for polygon in areas if polygon is not None]
-    highest = top_m(building) + config.rules.transit_clearance_m
+    clearance_m = config.rules_in_force.transit_clearance_m
+    highest = top_m(building) + clearance_m
     if cranes:
         corners += [np.array(mast_box_m(crane))[:, :2] for crane in cranes]
         highest_load_m = max(crane.highest_hook_m - crane.sling_m for crane in cranes)
         highest = max(min(highest, highest_load_m), float(bounds[1, 2]))
         highest = max([highest, *_over_other_cranes(cranes, config.rules.crane_separation_m)])
     points = np.concatenate(corners)
-    margin = MARGIN_VOX + int(np.ceil(config.rules.transit_clearance_m / size_m - 1e-9))
+    margin = MARGIN_VOX + int(np.ceil(clearance_m / size_m - 1e-9))
     low = (np.floor(points.min(axis=0) / size_m + 1e-6) - margin) * size_m
     high = (np.ceil(points.max(axis=0) / size_m - 1e-6) + margin) * size_m
     return low, np.array([*high, highest])

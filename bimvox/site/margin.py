@@ -1,7 +1,8 @@
 """The transit clearance of a part, as whole cells on every side.
 
 Between its departure, straight up from the yard, and its gate a part keeps this distance from everything, including the
-ground and the site boundary. Its rope keeps ``rope_clearance_m`` from everything higher than its lower end.
+ground and the site boundary. Its rope keeps ``rope_clearance_m`` from everything higher than its lower end. Where these
+rules are defaults, a lift may keep less.
 """
 
 from __future__ import annotations
@@ -10,17 +11,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.site.collision import CollisionSpace
+from bimvox.site.crane_rules import SMALLER_CLEARANCES_M
 from bimvox.site.site import Site
 
-
-def margin_vox(site: Site) -> int:
-    """Return the transit clearance, rounded up to whole cells."""
-    return int(np.ceil(site.rules.transit_clearance_m / site.frame.voxel_size_m - 1e-9))
+CLEARANCES = ("transit_clearance_m", "rope_clearance_m")
+"""The rules about a lift in transit that can give way."""
 
 
-def rope_margin_vox(site: Site) -> int:
-    """Return the transit clearance of hook and rope, rounded up to whole cells."""
-    return int(np.ceil(site.rules.rope_clearance_m / site.frame.voxel_size_m - 1e-9))
+def margin_vox(site: Site, clearance_m: float | None = None) -> int:
+    """Return the transit clearance in whole cells, for a lift that keeps ``clearance_m`` if the rule gives way."""
+    return _whole(site, site.rules.kept_m("transit_clearance_m", clearance_m))
+
+
+def rope_margin_vox(site: Site, clearance_m: float | None = None) -> int:
+    """Return the transit clearance of hook and rope in whole cells; the arguments are those of ``margin_vox``."""
+    return _whole(site, site.rules.kept_m("rope_clearance_m", clearance_m))
+
+
+def smaller_clearances_m(site: Site) -> tuple[float, ...]:
+    """Return what a lift may keep instead of the rules' clearances, the largest first; none if they do not give way."""
+    rules = site.rules
+    most_m = max(rules.kept_m(rule, None) - rules.kept_m(rule, 0.0) for rule in CLEARANCES)
+    return tuple(one for one in SMALLER_CLEARANCES_M if one < most_m)
+
+
+def _whole(site: Site, distance_m: float) -> int:
+    return int(np.ceil(distance_m / site.frame.voxel_size_m - 1e-9))
 
 
 def in_transit(space: CollisionSpace, margin: int) -> CollisionSpace:

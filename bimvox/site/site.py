@@ -63,6 +63,7 @@ class Rules:
         truckload_kg: Largest mass of a delivery, except for a single heavier part; 0: as much as the yard holds.
         by_other_means: Whether a part that the crane cannot set counts as set by other means from its turn on.
             Otherwise it is missing, and so is everything that rests on it.
+        gives_way: Names of the rules that are defaults: a lift that cannot keep them is planned with what it can keep.
         times: The crew's times by class of work; None: the same for every part, as in logs made before such times.
         casting: The times of work that the crane does not do; None: not known, as in logs made before such times.
     """
@@ -85,8 +86,14 @@ class Rules:
     critical_share: float = 0.75
     crane_separation_m: float = field(default=2.0, metadata=SPARSE)
     by_other_means: bool = field(default=True, metadata=SPARSE)
+    gives_way: tuple[str, ...] = field(default=(), metadata=SPARSE)
     times: TimesByWork | None = field(default=FIELD_TIMES, metadata=absent_means(None))
     casting: Casting | None = field(default=FIELD_CASTING, metadata=absent_means(None))
+
+    def kept_m(self, rule: str, clearance_m: float | None) -> float:
+        """Return a clearance of these rules for a lift that keeps ``clearance_m`` if the rule gives way; None: all."""
+        wanted_m: float = getattr(self, rule)
+        return wanted_m if clearance_m is None or rule not in self.gives_way else min(wanted_m, clearance_m)
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)

@@ -190,13 +190,20 @@ _RULES = {
     "turn_s": "time to turn a hanging part by a quarter",
     "swing": '"off": the swing of loads is ignored',
     "truckload_kg": "largest mass of a delivery; 0: as much as the yard holds",
-    "wind_speed_m_s": "gust in which every lift must be possible; 0: no wind",
+    "wind_speed_m_s": "gust in which lifts must be possible; 0: no wind",
     "drag_coefficient": "of the parts: from 1.1 (cube) to 2.0 (long plate)",
     "sling_angle_rad": "largest angle between two legs of a sling",
     "critical_share": "share of the capacity above which a lift is critical",
     "crane_separation_m": "distance between cranes, also while they brake",
     "by_other_means": "a part that the crane cannot set counts as set by other means; false: it is missing",
 }
+
+_IF_WRITTEN = {
+    "transit_clearance_m": ". So by default, as far as a lift can",
+    "rope_clearance_m": ". The same",
+    "wind_speed_m_s": ". By default parts that permit less wait for less",
+}
+"""What the comment adds for a rule whose default gives way; a value without # is kept by every lift."""
 
 _MEANS = {
     "heaviest_kg": "heavier concrete is cast in place, if it is not stated to be precast",
@@ -218,7 +225,8 @@ def _rules(config: SiteConfig) -> str:
     rules = config.rules
     return _lines(
         "[rules]",
-        *(_key(key, getattr(rules, key), _RULES[key]) for key in shown),
+        "# A default behind # may give way: a lift that cannot keep it keeps what it can. Without #, every lift must.",
+        *(_key(key, getattr(rules, key), _RULES[key]) or _default(config, key) for key in shown),
         *(_key(key, getattr(rules, key)) or f"# {key} = {n}  # {said}" for key, (n, said) in _FOR_ALL.items()),
         "",
         "# The crew's times by class of work, in seconds, while the crane stands: to attach the slings; to align, fix",
@@ -237,6 +245,11 @@ def _rules(config: SiteConfig) -> str:
         _key("bundle_s", rules.casting.bundle_s, "crane time of a material lift; it has no path"),
         *(_key(work.value, getattr(rules.casting, work.value)) for work in Work),
     )
+
+
+def _default(config: SiteConfig, key: str) -> str:
+    """Return the line of a rule that the file leaves to its default."""
+    return f"# {_key(key, getattr(config.rules_in_force, key), _RULES[key])}{_IF_WRITTEN[key]}"
 
 
 def _means(config: SiteConfig) -> str:

@@ -7,6 +7,7 @@ changes.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +23,6 @@ from bimvox.motion.rigged_crane import RiggedCrane, rigged_crane
 from bimvox.motion.time_plan import carrying_phases, left_cells
 from bimvox.motion.timing import NS_PER_S, sampled
 from bimvox.planning.assembly import Obstacle, Stage
-from bimvox.planning.insertion import Insertion
 from bimvox.planning.search import shortest_path
 from bimvox.records.lift import LeftPath, Lift, Method, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
@@ -125,6 +125,27 @@ def is_set(motion: LiftMotion, time_ns: int) -> bool:
     return time_ns >= motion.start_ns + int(motion.loaded.time_ns[-1])
 
 
+def redirected_if_possible(
+    ways: Iterable[tuple[Stage, Obstacle | None]],
+    attempt: Callable[[Stage, Obstacle | None], Redirected | Held],
+    refused: str | None,
+) -> Redirected | Held:
+    """Return the first attempt that gives a load a new path; the last one if none does.
+
+    Args:
+        ways: Stages of the rest of the lift, the largest clearance first, and what blocks each; at least one.
+        attempt: Redirects the load at a stage, or holds it.
+        refused: Why it must be held; None if it need not be.
+    """
+    found: Redirected | Held | None = None
+    for rule, blocked in ways:
+        found = attempt(rule, blocked if refused is None else Obstacle(refused))
+        if isinstance(found, Redirected) or refused is not None or not found.is_safe:
+            break
+    assert found is not None
+    return found
+
+
 def redirect(
     site: Site,
     crane: TowerCrane,
@@ -153,7 +174,7 @@ def redirect(
         held = Held(lift, approached, None, NOT_CARRIED, True, "")
         return redirect_held(site, crane, held, rule, blocked, time_ns, hold_s)
     # If the end is blocked, the last moves are not cleared any more.
-    now = rule.clearance_with_insertion if blocked is None else rule.space
+    now = rule.free_with_insertion if blocked is None else rule.free
     found = manoeuvre(rigged_crane(site, crane, rule.component), motion, motion.loaded, time_ns, now)
     held = Held(lift, motion, found.stop, found.kind, found.is_free, "")
     return redirect_held(site, crane, held, rule, blocked, time_ns, hold_s)
@@ -184,7 +205,7 @@ def redirect_held(
     except PlanningError as error:
         return replace(held, reason=error.message)
     motion = interrupted(held.motion, held.stop, resume_ns, onward, needed_m, rigged)
-    return Redirected(_on_path(held, path_vox, last, time_ns), motion, held.stop, held.how)
+    return Redirected(_on_path(held, path_vox, rule, time_ns), motion, held.stop, held.how)
 
 
 def _approached(
@@ -290,18 +311,19 @@ def _redirected_in_yard(
     all_phases = (*begun, *phases.phases_from(raised_ns, spans))
     loaded = trajectories.delayed(trajectory, again_ns - motion.start_ns)
     other = replace(motion, loaded=loaded, phases=all_phases, end_ns=all_phases[-1].end_ns)
-    return Redirected(_on_path(held, path_vox, last, time_ns), other, None, held.how)
+    return Redirected(_on_path(held, path_vox, stage, time_ns), other, None, held.how)
 
 
-def _on_path(held: Held, path_vox: NDArray[np.int32], last: Insertion, found_ns: int) -> Lift:
+def _on_path(held: Held, path_vox: NDArray[np.int32], stage: Stage, found_ns: int) -> Lift:
     lift = held.lift
     assert lift.path_vox is not None
     path_vox.flags.writeable = False
     return replace(
         lift,
         path_vox=path_vox,
-        contact_moves=last.moves,
-        guide=last.guide,
+        contact_moves=stage.insertion.moves,
+        guide=stage.insertion.guide,
+        clearance_m=stage.clearance_m,
         method=Method.SEARCH,
         shortest_moves=len(path_vox) - 1,
         left=(*lift.left, LeftPath(lift.path_vox, lift.contact_moves, found_ns, lift.guide)),

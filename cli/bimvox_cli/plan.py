@@ -249,7 +249,7 @@ def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
     """Return the figures of a plan as names and values; None if one does not apply."""
     found = ", ".join(f"{share:.1%} by {method}" for method, share in figures["shares"].items())
     ratio, hours, travel = figures["moves_over_shortest"], figures["crane_hours"], figures["hook_travel_m"]
-    critical, swing = figures["critical_lifts"], figures["swing"]
+    critical, swing, wind = figures["critical_lifts"], figures["swing"], figures.get("permitted_wind")
     return [
         ("paths found", found if figures["planned"] else None),
         ("moves", None if ratio is None else f"{figures['moves']:,}, {ratio:.3f} times the fewest possible"),
@@ -264,4 +264,5 @@ def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
             None if critical is None else f"{critical:,} at {figures['critical_share']:.0%} of the capacity or more",
         ),
         ("swing", None if swing is None else _SWING[swing]),
+        ("wind", wind and f"every lift is permitted up to {wind['speed_m_s']:.1f} m/s ({wind['name']})"),
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -155,6 +156,7 @@ def figures_document(figures: PlanFigures) -> dict[str, Any]:
         "critical_lifts": figures.critical,
         "critical_share": figures.critical_share,
         "swing": None if figures.swing is None else figures.swing.value,
+        "permitted_wind": None if figures.wind is None else asdict(figures.wind),
         **({"cranes": [_crane_document(crane) for crane in figures.cranes]} if figures.cranes else {}),
     }
 

@@ -51,7 +51,7 @@ ALONE: dict[str, faults.Forge] = {
     "reach": faults.a_path_over_a_zone,
     "support": faults.against_the_planners_wish,
     "yard": faults.outside_the_yard,
-    "margin": faults.too_near_in_transit,
+    "margin": faults.a_path_that_dips_over_the_wall,
     "timeline": faults.a_gap_on_the_clock,
     "axis_limits": faults.a_slower_crane,
     "axis_range": faults.a_lower_jib,
@@ -59,6 +59,7 @@ ALONE: dict[str, faults.Forge] = {
     "rests": faults.a_corner_that_is_none,
     "spacing": faults.samples_left_out,
     "motion_cells": faults.something_where_only_the_motion_goes,
+    "motion_margin": faults.a_motion_lower_than_its_path,
     "motion_rope": faults.a_cable_in_the_motions_way,
     "empty_hook": faults.a_bird_in_the_empty_hooks_way,
     "zones": faults.a_motion_over_a_zone,
@@ -81,6 +82,9 @@ TOGETHER: list[tuple[faults.Forge, set[str]]] = [
     (faults.an_axis_sample_edited, {"axis_limits", "spacing", "commands"}),
     (faults.a_load_carried_too_low, {"motion_cells"}),
     (faults.a_truck_overloaded, {"yard"}),
+    (faults.too_near_in_transit, {"margin", "motion_margin"}),
+    (faults.a_clearance_given_up, {"own_files"}),
+    (faults.a_clearance_given_up_in_silence, {"margin", "motion_margin"}),
 ]
 """Faults that several checks find, and those that must find them."""
 

@@ -68,3 +68,67 @@ def test_a_policys_path_without_the_margin_is_not_taken():
 
     plan = plan_lifts(site, preparation, propose=propose)
     assert verify_plan(plan).verified
+
+
+GIVES_WAY = Rules(rope=False, transit_clearance_m=0.5, gives_way=("transit_clearance_m",))
+SHAFT = [
+    ("west", (12.0, 2.5, 0.0), (12.5, 4.0, 9.5)),
+    ("east", (10.0, 2.5, 0.0), (10.5, 4.0, 9.5)),
+    ("north", (8.0, 8.0, 0.0), (8.5, 9.0, 3.0)),
+]
+
+
+def narrow(rules: Rules):
+    """A part that leaves the yard between two posts 1.5 m apart that are as high as the site."""
+    parts = [
+        ("a", (2.0, 2.0, 0.0), (3.0, 3.0, 1.0), {"start_vox": (22, 5, 1)}),
+        ("b", (5.0, 2.0, 0.0), (6.0, 3.0, 1.0)),
+    ]
+    return box_site(parts, structure=SHAFT, rules=rules)
+
+
+def test_a_lift_keeps_what_it_can_of_a_default():
+    site = narrow(GIVES_WAY)
+    tight, free = sorted(plan_lifts(site, prepare(site)).lifts, key=lambda lift: lift.component)
+    assert (tight.status, tight.clearance_m) == (Status.PLANNED, 0.0)
+    assert (free.status, free.clearance_m) == (Status.PLANNED, None)
+    plan = plan_lifts(site, prepare(site))
+    assert verify_plan(plan).verified
+    assert [failure for failure in verify_plan(without(plan, "clearance_m")).failures if "a:" in failure]
+
+
+def without(plan, name):
+    """The plan whose lifts claim to keep everything."""
+    return dataclasses.replace(plan, lifts=tuple(dataclasses.replace(lift, **{name: None}) for lift in plan.lifts))
+
+
+def test_a_value_of_the_site_file_does_not_give_way():
+    hard = dataclasses.replace(GIVES_WAY, gives_way=())
+    lifts = plan_lifts(narrow(hard), prepare(narrow(hard))).lifts
+    tight = next(lift for lift in lifts if lift.component == 0)
+    assert tight.status is Status.INFEASIBLE
+    assert "less than 0.5 m clearance" in tight.reason
+    plan = plan_lifts(narrow(GIVES_WAY), prepare(narrow(GIVES_WAY)))
+    proof = verify_plan(dataclasses.replace(plan, site=narrow(hard)))
+    assert {check.name for check in proof.checks if not check.passed} == {"margin"}
+
+
+def test_a_part_that_has_no_way_at_all_is_not_blamed_on_the_clearance():
+    parts = [("a", (2.0, 2.0, 0.0), (3.0, 3.0, 1.0))]
+    lid = ("lid", (1.0, 1.0, 2.0), (4.0, 4.0, 2.5))
+    walls = [
+        (f"wall {n}", low, high)
+        for n, (low, high) in enumerate(
+            [
+                ((1.0, 1.0, 0.0), (1.5, 4.0, 2.0)),
+                ((3.5, 1.0, 0.0), (4.0, 4.0, 2.0)),
+                ((1.5, 1.0, 0.0), (3.5, 1.5, 2.0)),
+                ((1.5, 3.5, 0.0), (3.5, 4.0, 2.0)),
+            ]
+        )
+    ]
+    site = box_site(parts, structure=[lid, *walls], rules=GIVES_WAY)
+    (lift,) = plan_lifts(site, prepare(site)).lifts
+    assert lift.status is Status.INFEASIBLE
+    assert "clearance" not in lift.reason
+    assert lift.clearance_m is None

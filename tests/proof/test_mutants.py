@@ -386,7 +386,7 @@ MUTANTS: dict[str, Mutant] = {
         limited_in_height, "reach", {HOOK_ROOM: given(site=lambda site: replace(site, hook_heights=None))}
     ),
     "wind limit 10 % too high": Mutant(
-        one_in_too_much_wind, "wind", {"bimvox.planning.refusal.permitted_wind_m_s": returning(times(1.1))}
+        one_in_too_much_wind, "wind", {"bimvox.planning.refusal.permitted_for": returning(times(1.1))}
     ),
     "raised through something": Mutant(
         raised_beneath_something, "yard", {"bimvox.planning.assembly.Assembly.who_is_at": always(())}

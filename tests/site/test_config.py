@@ -1,14 +1,49 @@
 import json
 from dataclasses import asdict
 
+import pytest
+
 from bimvox.site.config import ModelConfig, RulesConfig, SiteConfig, site_json_schema
+from bimvox.site.config_file import parse_site_config
+from bimvox.site.crane_rules import CRANE_RULES
 from bimvox.site.site import Rules
 from bimvox.units import METRES_PER_UNIT
 
 
 def test_the_rules_have_the_planners_names_and_defaults():
-    assert RulesConfig().model_dump() == asdict(Rules())
+    own = RulesConfig().model_dump()
+    assert all(own.pop(rule) is None for rule in CRANE_RULES)
+    named = asdict(Rules())
+    assert {rule: named.pop(rule) for rule in (*CRANE_RULES, "gives_way")} == {
+        "transit_clearance_m": 0.0,
+        "rope_clearance_m": 0.0,
+        "wind_speed_m_s": 0.0,
+        "gives_way": (),
+    }
+    assert own == named
     assert RulesConfig(rope=False).rules() == Rules(rope=False)
+
+
+def test_a_crane_brings_clearances_and_wind_that_give_way():
+    rules = RulesConfig().rules(has_crane=True)
+    assert (rules.transit_clearance_m, rules.rope_clearance_m, rules.wind_speed_m_s) == (2.0, 0.5, 9.8)
+    assert rules.gives_way == ("transit_clearance_m", "rope_clearance_m", "wind_speed_m_s")
+    given = RulesConfig(transit_clearance_m=3.0, wind_speed_m_s=0.0).rules(has_crane=True)
+    assert (given.transit_clearance_m, given.rope_clearance_m, given.wind_speed_m_s) == (3.0, 0.5, 0.0)
+    assert given.gives_way == ("rope_clearance_m",)
+
+
+@pytest.mark.parametrize(("crane", "clearance_m"), [("", 2.0), ('[crane]\nkind = "none"\n', 0.0)])
+def test_a_site_without_a_crane_keeps_no_clearance(crane, clearance_m):
+    config = parse_site_config('[model]\npath = "a.ifc"\n' + crane, "site.toml")
+    assert config.rules_in_force.transit_clearance_m == clearance_m
+    assert bool(config.rules_in_force.gives_way) == (clearance_m > 0.0)
+
+
+def test_a_default_gives_way_and_a_value_does_not():
+    given = RulesConfig(rope_clearance_m=1.0).rules(has_crane=True)
+    assert [given.kept_m(rule, 0.5) for rule in ("transit_clearance_m", "rope_clearance_m")] == [0.5, 1.0]
+    assert given.kept_m("transit_clearance_m", None) == 2.0
 
 
 def test_the_units_are_the_known_ones():

@@ -149,6 +149,7 @@ def obstruction_file_of(site: Site) -> dict[str, bytes]:
 def site_file_of(site: Site, **changes: Any) -> bytes:
     """Return the site file that gives this site: rules, crane, zones, areas, extent and what it asks of parts."""
     rules = dataclasses.asdict(site.rules) | {"swing": site.rules.swing.value}
+    rules |= dict.fromkeys(rules.pop("gives_way"))  # defaults are not written
     size_m = site.frame.voxel_size_m
     (x0, y0, _), (nx, ny, nz) = site.frame.origin_m, site.shape
     built = site.labels[:, :, 0] == Label.CONSTRUCTION_AREA
@@ -336,6 +337,46 @@ def a_building_in_the_air(log: PlanLog) -> PlanLog:
 
 def too_near_in_transit(log: PlanLog) -> PlanLog:
     return with_site(log, rules=dataclasses.replace(log.plan.site.rules, transit_clearance_m=2.0))
+
+
+def with_clearance(log: PlanLog, **rules) -> PlanLog:
+    """The honest log of the same site with a clearance of a metre in transit."""
+    careful = with_site(log, rules=dataclasses.replace(log.plan.site.rules, transit_clearance_m=1.0, **rules))
+    site = careful.plan.site
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    return dataclasses.replace(careful, plan=plan, motions=tuple(time_plan(plan, replay(site, preparation, plan))))
+
+
+def a_path_that_dips_over_the_wall(log: PlanLog) -> PlanLog:
+    careful = with_clearance(log)
+    lift = lift_of(careful, "slab")
+    path = lift.path_vox
+    over = next(n for n in range(len(path)) if path[n, 0] <= 15)
+    dip = np.array([path[over] - [0, 0, down] for down in (1, 2, 1, 0)], np.int32)
+    return with_lift(careful, "slab", path_vox=np.concatenate([path[: over + 1], dip, path[over + 1 :]]))
+
+
+def a_motion_lower_than_its_path(log: PlanLog) -> PlanLog:
+    careful = with_clearance(log)
+    preparation = prepare(careful.plan.site)
+    low = plan_lifts(log.plan.site, preparation)
+    motions = time_plan(low, replay(log.plan.site, preparation, low))
+    return dataclasses.replace(careful, motions=tuple(motions))
+
+
+def a_clearance_given_up(log: PlanLog) -> PlanLog:
+    # As if the site file left it to its default; it gives a metre.
+    given = with_clearance(log)
+    lifts = tuple(dataclasses.replace(lift, clearance_m=0.0) for lift in log.plan.lifts)
+    rules = dataclasses.replace(given.plan.site.rules, gives_way=("transit_clearance_m",))
+    forged = with_site(dataclasses.replace(given, plan=dataclasses.replace(given.plan, lifts=lifts)), rules=rules)
+    return dataclasses.replace(forged, motions=log.motions, attachments=given.attachments)
+
+
+def a_clearance_given_up_in_silence(log: PlanLog) -> PlanLog:
+    given = with_clearance(log)
+    return dataclasses.replace(given, plan=dataclasses.replace(given.plan, lifts=log.plan.lifts), motions=log.motions)
 
 
 def a_gap_on_the_clock(log: PlanLog) -> PlanLog:

@@ -8,13 +8,13 @@ import numpy as np
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg, utilisation
-from bimvox.crane.wind import permitted_wind_m_s
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.other_means import needed_by_ns
 from bimvox.rendering.page.blob import rounded
 from bimvox.rendering.page.source import Revision
 from bimvox.site.component import Component
+from bimvox.site.governing_wind import permitted_for
 from bimvox.site.site import Site
 
 
@@ -47,6 +47,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "start_m": rounded(site.frame.corner_of(place.cell_vox)) if place else None,
         "start_size_m": [round(n * site.frame.voxel_size_m, 6) for n in place.shape.size_vox] if place else None,
         "lifting": _lifting(site, component),
+        "clearance_m": lift.clearance_m,
         "proven": None if revision.proof is None or lift.path_vox is None else component.id not in culprits,
         "current": revision.proof is None or component.id not in revision.proof.not_current,
         "duration_s": motion.loaded.duration_s if motion else None,
@@ -113,11 +114,8 @@ def remark_records(revision: Revision) -> list[dict[str, Any]]:
 
 def _lifting(site: Site, component: Component) -> dict[str, Any]:
     """Return lifting points, sling height, and the wind that the sail area permits."""
-    crane, rules = site.crane_of(component), site.rules
-    wind = None
-    if crane is not None:
-        hung_kg = component.mass_kg + crane.tackle_kg
-        wind = permitted_wind_m_s(crane.max_wind_m_s, hung_kg, component.sail_area_m2, rules.drag_coefficient)
+    crane = site.crane_of(component)
+    wind = None if crane is None else permitted_for(site, crane, component)
     rise_m = component.lifting.sling_rise_vox * site.frame.voxel_size_m
     return {
         "source": component.lifting.source,

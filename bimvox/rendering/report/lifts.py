@@ -19,7 +19,7 @@ _COLUMNS = (
     "Part\nGlobalId",
     "Pick point, hook\nx, y, z m; radius, slew",
     "Set point, hook\nx, y, z m; radius, slew",
-    "Load t\n+ rigging",
+    "Load t\n+ rigging\nwind up to",
     "Radius m\ngoverning",
     "Capacity\nt",
     "Use\n%",
@@ -92,12 +92,17 @@ def _load(lift: dict[str, Any]) -> list[str]:
     moment = number(governs["time_s"], clock(governs["time_s"]), "governing_time_s")
     share = number(used, f"{mark}{fixed(used * 100, 1)}", "utilisation") if used is not None else f"{mark}beyond"
     return [
-        f"{mass}<br>{number(governs['load_kg'], tonnes(governs['load_kg']), 'load_kg')}",
+        f"{mass}<br>{number(governs['load_kg'], tonnes(governs['load_kg']), 'load_kg')}<br>{_wind(lift)}",
         number(governs["radius_m"], fixed(governs["radius_m"], 2), "radius_m"),
         number(governs["capacity_kg"], tonnes(governs["capacity_kg"]), "capacity_kg"),
         share,
         f"{moment}<br>{phase}",
     ]
+
+
+def _wind(lift: dict[str, Any]) -> str:
+    speed = lift["lifting"]["permitted_wind_m_s"]
+    return number(speed, f"{speed:.1f} m/s", "permitted_wind_m_s")
 
 
 def _times(lift: dict[str, Any]) -> str:

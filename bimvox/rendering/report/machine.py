@@ -10,7 +10,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.rendering.plain import escape
 from bimvox.rendering.report.chart import load_chart
 from bimvox.rendering.report.html import number, paragraph, section, tag, terms
-from bimvox.rendering.report.words import SWING, fixed, percent, tonnes
+from bimvox.rendering.report.words import SWING, fixed, named, percent, tonnes
 
 
 def machine(record: dict[str, Any], cranes: Sequence[TowerCrane]) -> str:
@@ -27,6 +27,7 @@ def machine(record: dict[str, Any], cranes: Sequence[TowerCrane]) -> str:
         ("Obstructions", escape(", ".join(site["obstructions"])) or "none"),
         ("Existing structure", fixed(site["structure"], 0)),
         ("Clearance", f"{rules['clearance_m']:g} m from obstructions and mast"),
+        ("In transit", "" if first is None else _in_transit(rules, record["lifts"], site["least_height"])),
         ("Contact tolerance", f"{rules['contact_tolerance_m'] * 1000:g} mm"),
         ("Samples", f"every {rules['sample_period_s']:g} s or closer"),
     ]
@@ -67,7 +68,7 @@ def _crane(
         ("Rigging", f"{rigging} t, slings {machine['sling_m']:g} m high"),
         ("Reeving", f"{machine['falls']} falls, hook block {tonnes(machine['hook_block_kg'])} t{gears}"),
         ("Highest rates", f"slewing {fixed(slew, 2)} °/s, {second}, hoist {hoist:g} m/s"),
-        ("Wind", f"works up to {machine['max_wind_m_s']:g} m/s; planned for {rules['wind_speed_m_s']:g} m/s"),
+        ("Wind", f"works up to {machine['max_wind_m_s']:g} m/s; {_wind(rules, lifts)}"),
         ("Working range", escape(_working_range(machine["working_range"]))),
         ("Slow zones", ", ".join(f"{share * 100:g} % of the rates" for share in machine["slow_zones"])),
     ]
@@ -84,6 +85,37 @@ def _crane(
         title, terms(own), tag("table", tag("tbody", chart), "chartrow"), tag("div", drawn, "sheet"),
         paragraph(note, "faint"),
     )  # fmt: skip
+
+
+def _in_transit(rules: dict[str, Any], lifts: Sequence[dict[str, Any]], lowest: dict[str, Any] | None) -> str:
+    """Return the clearances in force, how many lifts keep less, and the least height that was measured."""
+    load_m, rope_m = rules["transit_clearance_m"], rules["rope_clearance_m"]
+    words = [f"loads {load_m:g} m from everything, hook and rope {rope_m:g} m on plan"]
+    less = [lift["clearance_m"] for lift in lifts if lift["clearance_m"] is not None]
+    if less:
+        words.append(f"{len(less):,} lifts keep less, down to {min(less):g} m (see the remarks)")
+    if lowest is not None:
+        words.append(
+            f"measured: no load is carried lower than {lowest['height_m']:.2f} m, {escape(lowest['part'])} over "
+            f"{escape(lowest['over'])}"
+        )
+    return "; ".join(words)
+
+
+def _wind(rules: dict[str, Any], lifts: Sequence[dict[str, Any]]) -> str:
+    """Return the wind that is planned, the smallest in which every lift is permitted, and what needs less."""
+    speed = rules["wind_speed_m_s"]
+    planned = [lift for lift in lifts if lift["status"] == "planned"]
+    words = [f"planned for {speed:g} m/s" if speed else "no wind is planned"]
+    if planned:
+        governs = min(planned, key=lambda lift: (lift["lifting"]["permitted_wind_m_s"], lift["order"]))
+        least = governs["lifting"]["permitted_wind_m_s"]
+        whose = f"{escape(named(governs))}, lift {governs['number']}"
+        words.append(f"every lift is permitted up to {least:.1f} m/s ({whose})")
+        waiting = sum(lift["lifting"]["permitted_wind_m_s"] < speed for lift in planned)
+        if waiting:
+            words.append(f"{waiting:,} lifts wait for less than is planned")
+    return "; ".join(words)
 
 
 def _overrides(found: Sequence[dict[str, str]]) -> str:

@@ -14,6 +14,8 @@ from bimvox.motion.figures import hook_travel_m
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.not_lifted import not_lifted_groups
+from bimvox.remarks.carrying import least_height_m
+from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
 from bimvox.rendering.page.source import Revision
 from bimvox.site.site import Site
@@ -55,7 +57,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
             "extract": bool(revision.context),
             "recovered": revision.metadata.get("recovered") == "true",
         },
-        "site": _site(site),
+        "site": _site(site) | {"least_height": _least_height(revision)},
         "crane": _crane(site.cranes[0]) if site.cranes else None,
         **({"other_cranes": [_crane(crane) for crane in site.cranes[1:]]} if site.has_several_cranes else {}),
         "totals": _totals(revision, lifts) | _of_cranes(site, lifts),
@@ -132,6 +134,9 @@ def _site(site: Site) -> dict[str, Any]:
         "prohibited_m2": 0.0 if site.prohibited is None else float(np.count_nonzero(site.prohibited)) * size_m**2,
         "rules": {
             "clearance_m": site.rules.clearance_m,
+            "transit_clearance_m": site.rules.transit_clearance_m,
+            "rope_clearance_m": site.rules.rope_clearance_m,
+            "gives_way": list(site.rules.gives_way),
             "contact_tolerance_m": site.rules.contact_tolerance_m,
             "support_gap_m": site.rules.support_gap_m,
             "rope": site.rules.rope,
@@ -142,6 +147,12 @@ def _site(site: Site) -> dict[str, Any]:
             "sling_angle_rad": site.rules.sling_angle_rad,
         },
     }
+
+
+def _least_height(revision: Revision) -> dict[str, Any] | None:
+    """Return how low a load is carried at the lowest, and over what; None without a crane."""
+    found = least_height_m(Subject(revision.plan, tuple(revision.motions), tuple(revision.context)))
+    return None if found is None else dict(zip(("height_m", "part", "over"), found, strict=True))
 
 
 def _crane(crane: TowerCrane) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def _stages(model: Path, voxel_size_m: float) -> list[BuildingStage]:
     yard = np.argwhere(site.yard).astype(np.int32)
     found = []
     for index in preparation.sequence.order:
-        stage = assembly.begin(index)
+        stage = assembly.begin_with_most(index)
         if isinstance(stage, Stage):
             starts = np.column_stack([yard, np.full(len(yard), stage.start_vox[2], np.int32)])
             found.append(BuildingStage(stage.space, stage.start_vox, stage.insertion.gate_vox, starts))

@@ -131,6 +131,7 @@ export class Details {
           ["Utilisation", `${use.utilisation === null ? "beyond the chart" : `${fixed(use.utilisation * 100, 1)} %`}`],
           ["Load + rigging", tonnes(use.load_kg)],
           ["Capacity", `${tonnes(use.capacity_kg)} at ${metres(use.radius_m)}`],
+          ["Permitted wind", lift.lifting?.permitted_wind_m_s ? `up to ${fixed(lift.lifting.permitted_wind_m_s, 1)} m/s` : null],
           ["Governing sample", el("button", { type: "button", onclick: () => app.seek(use.time_s), title: "Go there" }, clock(use.time_s))],
         ]),
       );

@@ -1,0 +1,116 @@
+"""The clearances of loads in transit: what is within them, and whether the motion of a load keeps them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
+
+from bimvox.proof.gate import gate_of
+from bimvox.proof.lift import LiftProof
+from bimvox.proof.marks import Marks, hits, over
+from bimvox.proof.moment import Moment, Thing
+from bimvox.proof.space import BETWEEN_VOX, positions_of, tail_of, whole_cells, within
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion
+from bimvox.site.component import IntVec
+from bimvox.site.lifting import crane_for
+from bimvox.site.site import Site
+
+
+class WideMarks(Marks):
+    """Counts of things within some cells of each cell.
+
+    Args:
+        shape: (X, Y, Z) of the site.
+        reach: How many cells a thing reaches beyond its own, on each axis.
+    """
+
+    def __init__(self, shape: IntVec, reach: IntVec) -> None:
+        self._reach = np.array(reach)
+        super().__init__(shape)
+
+    def _cells(self, thing: Thing) -> NDArray[np.int32]:
+        if not len(thing.cells):
+            return thing.cells
+        low = thing.cells.min(axis=0) - self._reach
+        dense = np.zeros(thing.cells.max(axis=0) + self._reach - low + 1, np.bool_)
+        dense[tuple((thing.cells - low).T)] = True
+        wide = maximum_filter(dense, size=tuple((2 * self._reach + 1).tolist()))
+        return np.ascontiguousarray(np.argwhere(wide) + low, np.int32)
+
+
+class Clearances:
+    """What is within the clearances of a lift in transit, as it keeps them."""
+
+    def __init__(self, site: Site) -> None:
+        self._site, self._wide = site, dict[IntVec, WideMarks]()
+
+    def around_load(self, lift: Lift, present: Sequence[Thing]) -> NDArray[np.uint16] | None:
+        """Return (X, Y, Z) how many things are within the load's clearance of each cell; None without a clearance."""
+        reach = reach_vox(self._site, "transit_clearance_m", lift)
+        return self._around((reach, reach, reach), present) if reach else None
+
+    def around_rope(self, lift: Lift, present: Sequence[Thing]) -> NDArray[np.uint16] | None:
+        """Return (X, Y, Z) the same for hook and rope, on plan; None without a clearance, a crane, or the rope rule."""
+        reach = reach_vox(self._site, "rope_clearance_m", lift)
+        asked = reach and self._site.cranes and self._site.rules.rope
+        return self._around((reach, reach, 0), present) if asked else None
+
+    def _around(self, reach: IntVec, present: Sequence[Thing]) -> NDArray[np.uint16]:
+        wide = self._wide.setdefault(reach, WideMarks(self._site.shape, reach))
+        wide.move_to(present)
+        return wide.counts
+
+
+def reach_vox(site: Site, rule: str, lift: Lift) -> int:
+    """Return a clearance that a lift keeps in transit, in whole cells."""
+    return whole_cells(site.rules.kept_m(rule, lift.clearance_m), site.frame)
+
+
+class TransitProof(LiftProof):
+    """Its check is ``motion_margin``: the moving load, and hook and rope, keep their clearances in transit."""
+
+    clearances: Clearances
+
+    def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
+        """Check the loaded motion of a lift; of a load that was stopped, what follows the last stop."""
+        lift, site = moment.lift, self.site
+        load = self.clearances.around_load(lift, moment.present)
+        rope = self.clearances.around_rope(lift, moment.present)
+        if (load is None and rope is None) or lift.path_vox is None:
+            return
+        component, trajectory = site.components[lift.component], motion.loaded
+        crane = crane_for(site, self.crane, component)
+        way, cells, placements = positions_of(crane, site.frame, trajectory, component.hook_offset_vox)
+        time_ns = motion.start_ns + trajectory.time_ns[way.sample]
+        since = np.ones(len(cells), np.bool_) if not lift.left else time_ns >= lift.left[-1].until_ns
+        gate = gate_of(site, lift, component, self.cells.counts, load)
+        last = replace(lift, contact_moves=len(lift.path_vox) - 1 - gate)
+        looked_at = within(trajectory, way, motion.start_ns, self.window_ns) & since & ~tail_of(cells, last)
+        in_column = (np.abs(cells[:, :2] - cells[np.argmax(since), :2]) <= BETWEEN_VOX).all(axis=1)
+        check = self.checks["motion_margin"]
+        for counts, what in ((load, "load"), (rope, "rope")):
+            if counts is None:
+                continue
+            if what == "load":
+                found = hits(counts, component.shape.cells, placements.cells)
+            else:
+                found = over(counts, placements.cells + np.array(component.hook_offset_vox))
+            near = placements.at_positions(found) | ~since
+            # Straight up from the yard; a load that was stopped leaves what it stopped near.
+            leaving = np.logical_and.accumulate(near & (in_column | ~since | bool(lift.left)))
+            bad = near & ~leaving & looked_at
+            check.look(
+                not bad.any(),
+                f"{name}: at {(time_ns[int(np.argmax(bad))] - motion.start_ns) / 1e9:.2f} s, in transit, its {what} is "
+                f"nearer than {self._kept_m(what, lift):g} m to something",
+                samples=int(looked_at.sum()),
+            )
+
+    def _kept_m(self, what: str, lift: Lift) -> float:
+        rule = "transit_clearance_m" if what == "load" else "rope_clearance_m"
+        return self.site.rules.kept_m(rule, lift.clearance_m)
