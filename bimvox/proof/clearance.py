@@ -85,7 +85,7 @@ class TransitProof(LiftProof):
             return
         component, trajectory = site.components[lift.component], motion.loaded
         crane = crane_for(site, self.crane, component)
-        way, cells, placements = positions_of(crane, site.frame, trajectory, component.hook_offset_vox)
+        way, cells, placements = positions_of(crane, site.frame, trajectory, component.hook_line_vox)
         time_ns = motion.start_ns + trajectory.time_ns[way.sample]
         since = np.ones(len(cells), np.bool_) if not lift.left else time_ns >= lift.left[-1].until_ns
         gate = gate_of(site, lift, component, self.cells.counts, load)
