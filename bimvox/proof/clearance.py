@@ -77,21 +77,20 @@ class TransitProof(LiftProof):
     clearances: Clearances
 
     def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
-        """Check the loaded motion of a lift; of a load that was stopped, what follows the last stop."""
+        """Check the loaded motion of a lift; of a load that was stopped, the proof of the plan checks the new path."""
         lift, site = moment.lift, self.site
         load = self.clearances.around_load(lift, moment.present)
         rope = self.clearances.around_rope(lift, moment.present)
-        if (load is None and rope is None) or lift.path_vox is None:
+        if (load is None and rope is None) or lift.path_vox is None or lift.left:
             return
         component, trajectory = site.components[lift.component], motion.loaded
         crane = crane_for(site, self.crane, component)
         way, cells, placements = positions_of(crane, site.frame, trajectory, component.hook_line_vox)
         time_ns = motion.start_ns + trajectory.time_ns[way.sample]
-        since = np.ones(len(cells), np.bool_) if not lift.left else time_ns >= lift.left[-1].until_ns
         gate = gate_of(site, lift, component, self.cells.counts, load)
         last = replace(lift, contact_moves=len(lift.path_vox) - 1 - gate)
-        looked_at = within(trajectory, way, motion.start_ns, self.window_ns) & since & ~tail_of(cells, last)
-        in_column = (np.abs(cells[:, :2] - cells[np.argmax(since), :2]) <= BETWEEN_VOX).all(axis=1)
+        looked_at = within(trajectory, way, motion.start_ns, self.window_ns) & ~tail_of(cells, last)
+        in_column = (np.abs(cells[:, :2] - cells[0, :2]) <= BETWEEN_VOX).all(axis=1)
         check = self.checks["motion_margin"]
         for counts, what in ((load, "load"), (rope, "rope")):
             if counts is None:
@@ -100,9 +99,8 @@ class TransitProof(LiftProof):
                 found = hits(counts, component.shape.cells, placements.cells)
             else:
                 found = over(counts, placements.cells + np.array(component.hook_offset_vox))
-            near = placements.at_positions(found) | ~since
-            # Straight up from the yard; a load that was stopped leaves what it stopped near.
-            leaving = np.logical_and.accumulate(near & (in_column | ~since | bool(lift.left)))
+            near = placements.at_positions(found)
+            leaving = np.logical_and.accumulate(near & in_column)  # straight up from the yard
             bad = near & ~leaving & looked_at
             check.look(
                 not bad.any(),
