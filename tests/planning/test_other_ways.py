@@ -25,7 +25,7 @@ def site():
 def test_other_last_moves_share_no_placement_with_those_to_avoid(site):
     preparation = prepare(site)
     first = Assembly(site, preparation).begin(0)
-    other = Assembly(site, preparation).begin(0, (first.insertion,))
+    other = Assembly(site, preparation).begin(0, avoided=(first.insertion,))
     assert isinstance(first, Stage)
     assert isinstance(other, Stage)
     before, now = ({tuple(cell) for cell in stage.insertion.path_vox.tolist()} for stage in (first, other))
