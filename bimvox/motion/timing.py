@@ -62,7 +62,8 @@ def sampled(timeline: Timeline, clearance_height_m: float, rigged: RiggedCrane) 
         radius_m, height_m = float(axes[highest, 1]), float(axes[highest, 2])
         shaping_s = half_period_s(pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m))
     first, last = (CranePose(*axes[i].tolist()) for i in (0, -1))
-    bound_s = point_to_point_s(crane, first, last, clearance_height_m, shaping_s)
+    # Moves that are shaped together may need less time than a shaping of half a period for each.
+    bound_s = min(point_to_point_s(crane, first, last, clearance_height_m, shaping_s), end_ns / NS_PER_S)
     return trajectory_of(time_ns, axes, np.searchsorted(time_ns, rests_ns), bound_s)
 
 
