@@ -124,8 +124,8 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
         for what in ("approach", "raising", "loaded", "departure"):
             if (way := getattr(motion, what)) is not None:
                 _within(check, f"{name}: bound_s of its {what} motion", way.bound_s, _Range(0.0, 1e9))
-                longer = way.bound_s > way.duration_s * (1.0 + 1e-6) and not motion.stops_ns
-                check.look(not longer, f"{name}: bound_s is longer than its {what} motion")
+        longer = motion.loaded.bound_s > motion.loaded.duration_s * (1.0 + 1e-6) and not motion.stops_ns
+        check.look(not longer, f"{name}: bound_s is longer than its loaded motion")
         _check_time(check, f"{name}: it ends", motion.end_ns)
         for phase in motion.phases:
             _check_time(check, f"{name}: its phase {phase.name.value} begins", phase.start_ns)

@@ -643,7 +643,7 @@ def a_phase_that_never_ends(log: PlanLog) -> PlanLog:
 
 
 def a_bound_of_its_raising(log: PlanLog) -> PlanLog:
-    return with_motion(log, 1, raising=dataclasses.replace(log.motions[1].raising, bound_s=1e6))
+    return with_motion(log, 1, raising=dataclasses.replace(log.motions[1].raising, bound_s=1e12))
 
 
 _FASTEST = AxisLimits(float("inf"), float("inf"), float("inf"))
@@ -654,7 +654,7 @@ NONSENSE: dict[str, tuple[Forge, str]] = {
         "(beam): contact_moves is 1,000,000, but its path has",
     ),
     "a phase that never ends": (a_phase_that_never_ends, "its phase release ends at 4611686018 s on the site"),
-    "a bound of its raising": (a_bound_of_its_raising, "(right): bound_s is longer than its raising motion"),
+    "a bound of its raising": (a_bound_of_its_raising, "(right): bound_s of its raising motion is 1e+12"),
     "a hook beyond all grids": (
         lambda log: with_component(log, "beam", hook_offset_vox=(0, 0, 2**40)),
         "(beam): hook_offset_vox: 1.09951e+12 is not a coordinate in range",
