@@ -275,7 +275,7 @@ def switch_off(name: str, patch: pytest.MonkeyPatch) -> None:
 def test_the_good_log_is_proven_and_every_check_has_a_fault(good: PlanLog, tmp_path: Path):
     document = proven(good, tmp_path)
     assert document["verified"] is True, failed(document)
-    assert set(document["checks"]) | {"margin"} == {*ALONE, *WITH_OTHERS, "load_poses", "commands"}
+    assert set(document["checks"]) | {"margin", "motion_margin"} == {*ALONE, *WITH_OTHERS, "load_poses", "commands"}
 
 
 @pytest.mark.parametrize("name", ALONE)
