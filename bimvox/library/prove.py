@@ -163,12 +163,15 @@ def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Plan
     except MotionError as error:
         return {error.component: f"{NOT_DRIVEN}{error.message}"}
     progress.stage("prove")
+    values = check_values(made, motions)
+    if not values.passed:
+        return refusals(Verification((values,)))
     steps = steps_of(made.site, made.lifts, motions)
     of_steps = () if steps == Steps() else (verify_steps(made, motions, steps),)
     of_motions = Verification((*verify_motions(made, motions).checks, *of_steps))
     if not of_motions.verified:
         return refusals(of_motions)
-    return Planned(made, motions, Verification((*of_plan.checks, *of_motions.checks)))
+    return Planned(made, motions, Verification((values, *of_plan.checks[1:], *of_motions.checks)))
 
 
 def insist_on_one_lift(made: LiftPlan) -> None:

@@ -120,6 +120,7 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
         there = 0 <= motion.component < len(site.components)
         check.look(there, f"lift {motion.number}: its motion is of component {motion.component}, which does not exist")
         name = f"lift {motion.number} ({site.components[motion.component].label})" if there else "a motion"
+        turn_to([check], site.components[motion.component].id if there else None)
         _finite(check, f"{name}: joint states", motion.samples()[1])
         for what in ("approach", "raising", "loaded", "departure"):
             if (way := getattr(motion, what)) is not None:
@@ -130,6 +131,7 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
         for phase in motion.phases:
             _check_time(check, f"{name}: its phase {phase.name.value} begins", phase.start_ns)
             _check_time(check, f"{name}: its phase {phase.name.value} ends", phase.end_ns)
+    turn_to([check], None)
     for number, epoch in enumerate(plan.history):
         _check_time(check, f"history[{number}]: it ends", epoch.until_ns)
     return check

@@ -1,6 +1,7 @@
 import importlib
 import json
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
 
 from bimvox.bim.read import read_building
+from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import FileError, InputError, NoPlanError, PolicyError, VerificationError
 from bimvox.library.site import load_site
 from bimvox.log.reader import read_log
@@ -208,6 +210,23 @@ def test_a_lift_that_cannot_be_proven_is_refused_and_the_rest_is_written(site_fo
     assert "doubted" in reasons[suspect]
     assert 0 < len([lift for lift in document["lifts"] if lift["status"] == "planned"]) < 8
     assert verify_plan(read_log(site_folder / "again.mcap").plan).verified
+
+
+def test_a_motion_whose_values_make_no_sense_is_refused_before_anything_is_written(site_folder, planned, monkeypatch):
+    suspect = planned[1]["lifts"][0]["component"]
+
+    def too_long(plan, *more):
+        return tuple(
+            replace(motion, loaded=replace(motion.loaded, bound_s=motion.loaded.duration_s + 1.0))
+            if plan.site.components[motion.component].id == suspect
+            else motion
+            for motion in time_lifts(plan, *more)
+        )
+
+    monkeypatch.setattr("bimvox.library.prove.time_lifts", too_long)
+    reasons = {item["component"]: item["reason"] for item in plan_again(site_folder)["infeasible"]}
+    assert set(reasons) >= {suspect}
+    assert "could not be proven: values" in reasons[suspect]
 
 
 def test_a_proof_that_fails_about_the_whole_plan_writes_nothing(site_folder, monkeypatch):
