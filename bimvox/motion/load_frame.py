@@ -1,6 +1,6 @@
 """From hook poses to (continuous) reference cells of the load and back.
 
-The load keeps its orientation while the crane slews (tag lines hold it): it is only translated, as on the voxel path.
+The load keeps its heading while the crane slews, by tag line: it is only translated, as on the voxel path.
 The hook is above the load's centre of mass, one sling length above its top.
 """
 

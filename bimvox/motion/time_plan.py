@@ -116,7 +116,7 @@ def _motion(
         approach = empty_hook_move(empty, rule, left_at(site, before), hook_on_vox, slew_rad)
         slew_rad = float(approach.slew_rad[-1])
         spans.append((PhaseName.APPROACH, int(approach.time_ns[-1])))
-    spans.append((PhaseName.HOOK_ON, round(crew.sling_s * NS_PER_S)))
+    spans.append((PhaseName.HOOK_ON, round(crew.hook_on_s * NS_PER_S)))
     raise_timeline = _raising(rigged, empty.load, component, place, hook_on_vox, slew_rad)
     raising = delayed(sampled(raise_timeline, 0.0, rigged._replace(pendulum=None)), _total(spans))
     spans.append((PhaseName.RAISE, _length_ns(raising) + round(TRIAL_LIFT_S * NS_PER_S)))
@@ -126,7 +126,7 @@ def _motion(
     loaded = delayed(sampled(timeline, needed_m, rigged), _total(spans))
     spans += carrying_phases(timeline, _length_ns(loaded))
     spans.append((PhaseName.SET, round(crew.brace_s * NS_PER_S)))
-    spans.append((PhaseName.RELEASE, round(crew.release_s * NS_PER_S)))
+    spans.append((PhaseName.RELEASE, round(crew.hook_off_s * NS_PER_S)))
     phases = phases_from(clock_ns, spans)
     return LiftMotion(
         lift.order,

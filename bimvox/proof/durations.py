@@ -23,7 +23,7 @@ def check_durations(check: Check, name: str, rules: Rules, component: Component,
 
     The rules give these times by the part's class of work, or one value for all classes.
     """
-    sling_s, brace_s, release_s = _asked_s(rules, component)
+    hook_on_s, brace_s, hook_off_s = _asked_s(rules, component)
     what = "" if rules.times is None else f" ({work_of(component)})"
     given_ns = {
         phase: sum(p.end_ns - p.start_ns for p in motion.phases if p.name is phase)
@@ -31,10 +31,10 @@ def check_durations(check: Check, name: str, rules: Rules, component: Component,
     }
     given_ns[PhaseName.RAISE] -= int(motion.raising.time_ns[-1] - motion.raising.time_ns[0])
     for phase, act, wanted_s in (
-        (PhaseName.HOOK_ON, "hooking on", sling_s),
+        (PhaseName.HOOK_ON, "hooking on", hook_on_s),
         (PhaseName.RAISE, "the trial lift", _TRIAL_LIFT_S),
         (PhaseName.SET, "setting", brace_s),
-        (PhaseName.RELEASE, "releasing", release_s),
+        (PhaseName.RELEASE, "releasing", hook_off_s),
     ):
         check.look(
             given_ns[phase] >= round(wanted_s * 1e9),
@@ -43,10 +43,15 @@ def check_durations(check: Check, name: str, rules: Rules, component: Component,
 
 
 def _asked_s(rules: Rules, component: Component) -> tuple[float, float, float]:
-    """Return what the rules ask for slinging, setting and releasing a part, seconds."""
+    """Return what the rules ask for hooking on, setting and releasing a part, seconds.
+
+    Tag lines are fixed while the part is hooked on, and taken off with the slings.
+    """
     sling_s, brace_s, release_s = _WITHOUT_CLASSES_S
+    tag_line_s = 0.0
     if rules.times is not None:
         own = getattr(rules.times, work_of(component))
-        sling_s, brace_s, release_s = own.sling_s, own.brace_s, own.release_s
+        sling_s, brace_s, release_s, tag_line_s = own.sling_s, own.brace_s, own.release_s, own.tag_line_s
     brace_s = brace_s if rules.bracing_s is None else rules.bracing_s
-    return sling_s, brace_s, release_s if rules.release_s is None else rules.release_s
+    release_s = release_s if rules.release_s is None else rules.release_s
+    return sling_s + tag_line_s, brace_s, release_s + tag_line_s

@@ -73,7 +73,7 @@ def _of_cranes(subject: Subject) -> Iterator[Remark]:
             f"{metres(crane.sling_m)} high, and every lifting point holds",
         )
     yield from _crew_times(subject)
-    yield _note(ASSUMED_HEADING, "tag lines keep the compass heading of a load while the crane slews")
+    yield _note(ASSUMED_HEADING, "tag lines keep the heading of a load while the jib turns")
     if own.swing is SwingRule.SHAPED:
         yield _note(ASSUMED_SWING, "a load swings like a point on its rope, without wind and without damping")
 
@@ -85,9 +85,10 @@ def _crew_times(subject: Subject) -> Iterator[Remark]:
         by_work.setdefault("" if own.times is None else f" ({work_of(component)})", []).append(component)
     for work in sorted(by_work):
         crew = crew_times(own, by_work[work][0])
+        tags = f"twice {crew.tag_line_s:g} s for tag lines, " if crew.tag_line_s else ""
         yield _note(
             ASSUMED_TIMES,
-            f"each lift{work} takes a crew {crew.sling_s:g} s to sling, {TRIAL_LIFT_S:g} s of trial lift, "
+            f"each lift{work} takes a crew {crew.sling_s:g} s to sling, {tags}{TRIAL_LIFT_S:g} s of trial lift, "
             f"{crew.brace_s:g} s to align and brace, and {crew.release_s:g} s to take the slings off: nominal values, "
             "not measured",
         )

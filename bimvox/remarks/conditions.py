@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
+import numpy as np
+
 from bimvox.proof.over_time import not_current
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
@@ -77,6 +79,8 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
             )
         if own.casting is None and any(lift.status in NOT_LIFTED for lift in lifts):
             found.append("work cast in place and set by hand takes no time: the rules of this log give no times for it")
+        if (turned := _turned(motions)) is not None:
+            found.append(turned)
         if not own.wind_speed_m_s:
             found.append("there is no wind")
         planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
@@ -93,6 +97,18 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
         if not own.rope:
             found.append("the hoist rope touches nothing")
     return tuple(found)
+
+
+def _turned(motions: Sequence[LiftMotion]) -> str | None:
+    """Return that tag lines keep the heading of the loads, and how far the jib turns while they hang on the hook."""
+    turns = sorted(float(np.degrees(np.abs(np.diff(motion.loaded.slew_rad)).sum())) for motion in motions)
+    if not turns:
+        return None
+    middle = turns[len(turns) // 2]
+    return (
+        f"people keep the heading of every load by tag line while the jib turns: by {middle:.0f} degrees in the median "
+        f"lift, by {turns[-1]:.0f} degrees at most"
+    )
 
 
 def _names(labels: Sequence[str]) -> str:

@@ -424,6 +424,8 @@ class CrewTimesConfig(Table):
     """Time to align, fix and brace the part while it hangs on the hook."""
     release_s: Pause | None = None
     """Time to remove the slings."""
+    tag_line_s: Pause | None = None
+    """Time to fix the tag lines that keep the heading of the part; removing them takes as long."""
 
     @classmethod
     def of(cls, times: CrewTimes) -> Self:

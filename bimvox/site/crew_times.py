@@ -1,7 +1,7 @@
-"""The crew's times by class of work, with the crane standing: slinging, aligning and bracing, taking the slings off.
+"""The crew's times by class of work, with the crane standing: slings, tag lines, aligning and bracing.
 
 The defaults are typical values of the field: together with the crane's motion a precast column or wall takes 12 to 25
-minutes, a slab 5 to 10, and a crane sets 30 to 50 parts a day. How a lift is divided into the three times is
+minutes, a slab 5 to 10, and a crane sets 30 to 50 parts a day. How a lift is divided into these times is
 professional judgement without a source. Of the totals, these sources give:
 
 * slabs: up to 400 m2 of hollow-core slabs a day, 40 to 55 planks (VCON, Hollow-Core Usage Manual); 1,170 m2 in four
@@ -32,16 +32,28 @@ class CrewTimes:
         sling_s: Attaching the slings.
         brace_s: Aligning, fixing and bracing the part while it hangs on the hook.
         release_s: Taking the slings off.
+        tag_line_s: Fixing the tag lines that keep the part's heading; taking them off takes as long.
     """
 
     sling_s: float
     brace_s: float
     release_s: float
+    tag_line_s: float = 0.0
+
+    @property
+    def hook_on_s(self) -> float:
+        """Attaching the slings and fixing the tag lines."""
+        return self.sling_s + self.tag_line_s
+
+    @property
+    def hook_off_s(self) -> float:
+        """Taking slings and tag lines off."""
+        return self.release_s + self.tag_line_s
 
     @property
     def total_s(self) -> float:
         """All that the crane stands for in a lift, with the trial lift."""
-        return self.sling_s + TRIAL_LIFT_S + self.brace_s + self.release_s
+        return self.hook_on_s + TRIAL_LIFT_S + self.brace_s + self.hook_off_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,14 +74,14 @@ UNIFORM_TIMES = CrewTimes(60.0, 120.0, 30.0)
 """The times of every part in logs that were made before times by class, unless their rules say otherwise."""
 
 FIELD_TIMES = TimesByWork(
-    footing=CrewTimes(120.0, 300.0, 60.0),
-    column=CrewTimes(120.0, 720.0, 120.0),
-    wall=CrewTimes(120.0, 900.0, 120.0),
-    beam=CrewTimes(120.0, 300.0, 90.0),
-    slab=CrewTimes(120.0, 180.0, 60.0),
-    stair=CrewTimes(120.0, 300.0, 60.0),
-    steel=CrewTimes(90.0, 300.0, 60.0),
-    other=CrewTimes(120.0, 300.0, 90.0),
+    footing=CrewTimes(120.0, 300.0, 60.0, 30.0),
+    column=CrewTimes(120.0, 720.0, 120.0, 30.0),
+    wall=CrewTimes(120.0, 900.0, 120.0, 30.0),
+    beam=CrewTimes(120.0, 300.0, 90.0, 30.0),
+    slab=CrewTimes(120.0, 180.0, 60.0, 30.0),
+    stair=CrewTimes(120.0, 300.0, 60.0, 30.0),
+    steel=CrewTimes(90.0, 300.0, 60.0, 30.0),
+    other=CrewTimes(120.0, 300.0, 90.0, 30.0),
 )
 """The defaults of the site file."""
 
@@ -90,7 +102,7 @@ def crew_times(rules: _Rules, part: Part) -> CrewTimes:
     own = UNIFORM_TIMES if rules.times is None else times_of(rules.times, work_of(part))
     brace_s = own.brace_s if rules.bracing_s is None else rules.bracing_s
     release_s = own.release_s if rules.release_s is None else rules.release_s
-    return CrewTimes(own.sling_s, brace_s, release_s)
+    return CrewTimes(own.sling_s, brace_s, release_s, own.tag_line_s)
 
 
 def times_of(times: TimesByWork, work: Work) -> CrewTimes:

@@ -422,6 +422,9 @@ MUTANTS: dict[str, Mutant] = {
         "timeline",
         {"bimvox.motion.time_plan.crew_times": returning(lambda own: replace(own, sling_s=0.1 * own.sling_s))},
     ),
+    "no time for tag lines": Mutant(
+        portal, "timeline", {"bimvox.motion.time_plan.crew_times": returning(lambda own: replace(own, tag_line_s=0.0))}
+    ),
     "a column braced as fast as a slab": Mutant(
         portal, "timeline", {"bimvox.site.crew_times.work_of": always(Work.SLAB)}
     ),

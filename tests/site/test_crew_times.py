@@ -29,23 +29,30 @@ def rules_of(text: str) -> Rules:
     return parse_site_config(MODEL + text, "site.toml").rules.rules()
 
 
-def times_of(rules: Rules) -> dict[str, tuple[float, float, float]]:
+def times_of(rules: Rules) -> dict[str, tuple[float, ...]]:
     return {c.id: dataclasses.astuple(crew_times(rules, c)) for c in box_site(PARTS).components}
 
 
 def test_every_class_has_the_fields_times() -> None:
     assert [field.name for field in dataclasses.fields(FIELD_TIMES)] == [work.value for work in Work]
-    assert times_of(rules_of("")) == {"column": (120.0, 720.0, 120.0), "slab": (120.0, 180.0, 60.0)}
+    assert times_of(rules_of("")) == {"column": (120.0, 720.0, 120.0, 30.0), "slab": (120.0, 180.0, 60.0, 30.0)}
 
 
 def test_the_site_file_changes_one_time_of_one_class() -> None:
     rules = rules_of("[rules.times.column]\nbrace_s = 600\n")
-    assert times_of(rules) == {"column": (120.0, 600.0, 120.0), "slab": (120.0, 180.0, 60.0)}
+    assert times_of(rules) == {"column": (120.0, 600.0, 120.0, 30.0), "slab": (120.0, 180.0, 60.0, 30.0)}
+
+
+def test_tag_lines_are_fixed_with_the_slings_and_taken_off_with_them() -> None:
+    crew = CrewTimes(100.0, 10.0, 50.0, 20.0)
+    assert (crew.hook_on_s, crew.hook_off_s) == (120.0, 70.0)
+    assert crew.total_s == 120.0 + 10.0 + 10.0 + 70.0
+    assert times_of(rules_of("[rules.times.slab]\ntag_line_s = 0\n"))["slab"] == (120.0, 180.0, 60.0, 0.0)
 
 
 def test_one_value_for_all_classes_overrides_them() -> None:
     rules = rules_of("[rules]\nbracing_s = 100\nrelease_s = 20\n[rules.times.slab]\nsling_s = 5\nbrace_s = 900\n")
-    assert times_of(rules) == {"column": (120.0, 100.0, 20.0), "slab": (5.0, 100.0, 20.0)}
+    assert times_of(rules) == {"column": (120.0, 100.0, 20.0, 30.0), "slab": (5.0, 100.0, 20.0, 30.0)}
 
 
 @pytest.mark.parametrize(
@@ -74,7 +81,7 @@ def test_rules_of_an_old_log_are_read_and_hashed_as_they_were_written() -> None:
     new = encode(Rules(), ArrayWriter())
     assert decode(Rules, new, ArrayReader({}), "rules") == Rules()
     assert digest_of(old_rules()) != digest_of(Rules(bracing_s=120.0, release_s=30.0))
-    assert times_of(old_rules()) == {"column": (60.0, 120.0, 30.0), "slab": (60.0, 120.0, 30.0)}
+    assert times_of(old_rules()) == {"column": (60.0, 120.0, 30.0, 0.0), "slab": (60.0, 120.0, 30.0, 0.0)}
 
 
 @pytest.mark.parametrize("text", ["", "[rules]\nbracing_s = 120\nrelease_s = 30\n"])

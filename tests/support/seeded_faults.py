@@ -905,6 +905,14 @@ def no_time_to_hook_on(log: PlanLog) -> PlanLog:
     return with_phase_of(log, PhaseName.HOOK_ON, 1000)
 
 
+def no_time_for_tag_lines(log: PlanLog) -> PlanLog:
+    return with_phase_of(log, PhaseName.HOOK_ON, 120_000_000_000)
+
+
+def tag_lines_left_on(log: PlanLog) -> PlanLog:
+    return with_phase_of(log, PhaseName.RELEASE, 60_000_000_000)
+
+
 def no_time_to_set(log: PlanLog) -> PlanLog:
     return with_phase_of(log, PhaseName.SET, 1000)
 
