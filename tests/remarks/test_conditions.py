@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 from box_sites import test_crane as crane_at
+from planned_sites import planned, portal_crane, portal_site
 from remarked_plans import plan_of
 
 from bimvox.records.lift import LiftPlan, ModelledClash
@@ -40,3 +42,11 @@ def test_rules_that_switch_a_proof_off_are_conditions() -> None:
     plan = plan_of(PARTS, crane=crane_at(), rules=Rules(swing=SwingRule.OFF, rope=False))
     assert conditions_of(plan, ()) == ("there is no wind", "loads do not swing", "the hoist rope touches nothing")
     assert conditions_of(dataclasses.replace(plan, site=dataclasses.replace(plan.site, cranes=())), ()) == ()
+
+
+def test_how_far_the_jib_turns_while_people_keep_the_heading_is_a_condition():
+    plan, motions = planned(portal_site(portal_crane()))
+    turns = sorted(float(np.degrees(np.abs(np.diff(motion.loaded.slew_rad)).sum())) for motion in motions)
+    (said,) = [words for words in conditions_of(plan, motions) if "tag line" in words]
+    assert f"by {turns[-1]:.0f} degrees at most" in said
+    assert f"by {turns[len(turns) // 2]:.0f} degrees in the median lift" in said
