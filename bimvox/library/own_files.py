@@ -32,11 +32,12 @@ from bimvox.site.component import IntVec
 from bimvox.site.config import SiteConfig
 from bimvox.site.config_file import machine_file_names, parse_site_config
 from bimvox.site.crane_rules import CRANE_RULES
-from bimvox.site.crew_times import UNIFORM_TIMES
+from bimvox.site.crew_times import UNIFORM_TIMES, times_of
 from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
 from bimvox.site.obstructions.file import without_references
 from bimvox.site.site import HookHeights, Rules, Site
+from bimvox.site.work import Work
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 
 _NAMED = ("json", "toml")
@@ -180,11 +181,19 @@ def rules_for(site: Site, config: SiteConfig) -> Rules:
 
     A log that was made before crew times by class has one time for all parts. It fits a file that says nothing about
     times by class; the conditions of the verdict name these times. The same holds for the times of work that the crane
-    does not do.
+    does not do, and for tag lines.
     """
     rules = _of_its_time(site, config).rules_in_force
     if site.rules.casting is None and "casting" not in config.rules.model_fields_set:
         rules = replace(rules, casting=None)
+    if not site.exact_hook and rules.times is not None:  # made before tag lines took time
+        given = config.rules.times
+        own = {
+            work.value: replace(times_of(rules.times, work), tag_line_s=0.0)
+            for work in Work
+            if work.value not in given.model_fields_set or getattr(given, work.value).tag_line_s is None
+        }
+        rules = replace(rules, times=replace(rules.times, **own))
     if site.rules.times is not None or "times" in config.rules.model_fields_set:
         return rules
     return replace(

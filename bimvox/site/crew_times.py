@@ -15,10 +15,11 @@ professional judgement without a source. Of the totals, these sources give:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from bimvox.site.work import Part, Work, work_of
+from bimvox.sparse import SPARSE
 
 TRIAL_LIFT_S = 10.0
 """Holding the raised part to check that it hangs properly; nominal."""
@@ -38,7 +39,7 @@ class CrewTimes:
     sling_s: float
     brace_s: float
     release_s: float
-    tag_line_s: float = 0.0
+    tag_line_s: float = field(default=0.0, metadata=SPARSE)
 
     @property
     def hook_on_s(self) -> float:

@@ -96,6 +96,18 @@ def test_a_log_cannot_pass_for_an_old_one(text: str) -> None:
     assert rules_for(site, parse_site_config(MODEL + text, "site.toml")) != old_rules()
 
 
+@pytest.mark.parametrize("text", ["", "[rules.times.column]\nbrace_s = 720\n"])
+def test_a_log_made_before_tag_lines_fits_a_file_that_does_not_give_them(text: str) -> None:
+    none = {work.value: dataclasses.replace(getattr(FIELD_TIMES, work.value), tag_line_s=0.0) for work in Work}
+    rules = Rules(times=dataclasses.replace(FIELD_TIMES, **none))
+    assert "tag_line_s" not in str(encode(rules, ArrayWriter()))
+    site = dataclasses.replace(box_site(PARTS), rules=rules, exact_hook=False)
+    assert rules_for(site, parse_site_config(MODEL + text, "site.toml")) == rules
+    given = parse_site_config(MODEL + "[rules.times.slab]\ntag_line_s = 20\n", "site.toml")
+    assert rules_for(site, given).times.slab.tag_line_s == 20.0
+    assert rules_for(dataclasses.replace(site, exact_hook=True), parse_site_config(MODEL + text, "site.toml")) != rules
+
+
 def test_the_class_of_a_part_is_part_of_the_sites_digest_but_not_of_the_policys() -> None:
     site = with_digests(box_site(PARTS, crane=test_crane()))
     (column, slab) = site.components
