@@ -11,7 +11,7 @@ hung: it waits for one of the parts that it touches.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +25,7 @@ from bimvox.planning.contact.sweep import rope_meets
 from bimvox.site.site import Site
 
 _FAR_M = 10_000.0
+_ROUNDING_M = 1e-6
 _BY_ROPE_M = 0.05
 """What is farther from the hook line than this cannot be in the rope's way."""
 
@@ -75,7 +76,10 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
         descent.append(tuple(j for j in others if _blocks(site, contacts, i, j, foot_m)))
         # Solids under the outline whose top may be near one of the part's undersides.
         near_below = np.flatnonzero(over & (boxes[:, 0, 2] < high[2]) & (boxes[:, 1, 2] > low[2] - gap_m))
-        held = [int(j) for j in near_below if _met(contacts, i, int(j), -1, gap_m)]
+        # From aside, the way out of a clash, a part drawn into the top of another does not meet it on its way down.
+        into = (boxes[:, 1, 2] <= low[2] + site.rules.contact_tolerance_m + _ROUNDING_M) & (boxes[:, 1, 2] > low[2])
+        rests = (int(j) for j in near_below)
+        held = [j for j in rests if _met(contacts, i, j, -1, gap_m) or (into[j] and _clash(contacts, i, j))]
         supports.append(tuple(j for j in held if j < count))
         # If a part runs right through something below it in the model, no gap can be measured.
         overlaps = any(contacts.way_out_m(i, int(j)) is None for j in below)
@@ -84,22 +88,50 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
             progress(i + 1, count)
     touching = tuple(tuple(j for j in contacts.neighbours[i] if j < count) for i in range(count))
     return Precedence(
-        tuple(descent), _one_way(supports), tuple(grounded), touching, _wanted(site), _holds(site, touching)
+        tuple(descent),
+        _one_way(supports, boxes, site.rules.contact_tolerance_m),
+        tuple(grounded),
+        touching,
+        _wanted(site),
+        _holds(site, touching),
     )
 
 
-def _one_way(supports: list[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
-    """Return the supports without those that form cycles (parts that cross or overlap): these only touch."""
+def _one_way(
+    supports: list[tuple[int, ...]], boxes: NDArray[np.float64], tolerance_m: float
+) -> tuple[tuple[int, ...], ...]:
+    """Return the supports without those that form cycles (parts that cross or overlap): these only touch.
+
+    A part that is wholly below the underside of another carries it all the same: a plate drawn flush into the top of a
+    footing meets it in both directions, but lies on it.
+    """
+    group = _cycles(supports)
+    kept = [
+        tuple(j for j in below if group[i] != group[j] or boxes[j, 1, 2] <= boxes[i, 0, 2] + tolerance_m + _ROUNDING_M)
+        for i, below in enumerate(supports)
+    ]
+    group = _cycles(kept)
+    return tuple(tuple(j for j in below if group[i] != group[j]) for i, below in enumerate(kept))
+
+
+def _cycles(supports: Sequence[tuple[int, ...]]) -> NDArray[np.int32]:
+    """Return per component the number of the cycle that it is in; a number of its own if it is in none."""
     graph = lil_array((len(supports), len(supports)), dtype=np.int8)
     for i, below in enumerate(supports):
         for j in below:
             graph[i, j] = 1
     _, group = connected_components(graph.tocsr(), connection="strong")
-    return tuple(tuple(j for j in below if group[i] != group[j]) for i, below in enumerate(supports))
+    return np.asarray(group, np.int32)
 
 
 def _met(contacts: Contacts, i: int, j: int, direction: int, reach_m: float) -> bool:
     return bool(contacts.meets_on_move(i, np.zeros(3), j, 2, direction, reach_m, 1)[0])
+
+
+def _clash(contacts: Contacts, i: int, j: int) -> bool:
+    """Return whether two solids are drawn into each other in the model."""
+    way_m = contacts.way_out_m(i, j)
+    return way_m is None or bool(way_m.any())
 
 
 def _blocks(site: Site, contacts: Contacts, i: int, j: int, foot_m: NDArray[np.float64]) -> bool:

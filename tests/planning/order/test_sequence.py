@@ -1,11 +1,16 @@
+import numpy as np
 import pytest
 from box_sites import box_site, test_crane
 
 from bimvox.errors import InputError, SequenceError
+from bimvox.planning.assembly import prepare
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.relations import _one_way, precedence
 from bimvox.planning.order.sequence import Sequencer
+from bimvox.planning.planner import plan_lifts
+from bimvox.proof.plan import verify_plan
 from bimvox.site.component import OrderHints
+from bimvox.site.means import Means
 
 PORTAL = [
     ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
@@ -165,9 +170,29 @@ def test_structure_below_counts_as_support():
 def test_parts_that_rest_on_each_other_do_not_wait_for_each_other():
     """Two parts with hooks, each hook above the other part's hook."""
     site = box_site([("a", (1, 1, 0), (2, 2, 1)), ("b", (4, 1, 0), (5, 2, 1))])
-    assert _one_way([(1,), (0,)]) == ((), ())
-    assert _one_way([(1,), (2,), (1, 3), ()]) == ((1,), (), (3,), ())
+    level = np.array([[(0, 0, 0), (1, 1, 1)]] * 4, float)
+    assert _one_way([(1,), (0,)], level, 0.01) == ((), ())
+    assert _one_way([(1,), (2,), (1, 3), ()], level, 0.01) == ((1,), (), (3,), ())
     assert order_of(site)[1].order == (0, 1)
+
+
+@pytest.mark.parametrize("means", [Means.CRANE, Means.BY_HAND])
+def test_a_plate_drawn_flush_into_a_footing_lies_on_it(means):
+    more = {} if means is Means.CRANE else {"means": means, "means_reason": "so"}
+    plate, footing = ("plate", (1.6, 1.6, 0.79), (2.0, 2.0, 0.8), more), ("footing", (1.0, 1.0, 0.0), (3.0, 3.0, 0.8))
+    site = box_site([plate, footing])
+    relations, sequence = order_of(site)
+    assert relations.supports == ((1,), ())
+    assert sequence.order == (1, 0)
+    assert verify_plan(plan_lifts(site, prepare(site))).verified
+
+
+def test_thin_parts_drawn_into_each_other_are_planned_and_proven():
+    """Each rests on the other: no order is right."""
+    own = {"means": Means.BY_HAND, "means_reason": "so"}
+    sheets = [("one", (1.0, 1.0, 0.5), (3.0, 1.4, 0.506), own), ("other", (1.4, 1.0, 0.502), (3.4, 1.4, 0.508), own)]
+    site = box_site(sheets, structure=[("wall", (1.0, 1.0, 0.0), (3.4, 1.4, 0.49))])
+    assert verify_plan(plan_lifts(site, prepare(site))).verified
 
 
 def test_what_would_block_the_rope_comes_later():
