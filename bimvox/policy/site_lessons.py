@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.env.problem import LiftProblem, is_learnable, training_problem
 from bimvox.planning.assembly import Assembly, Preparation, Stage
+from bimvox.planning.search import which_free
 from bimvox.policy.generalist.problems import with_boxes
 from bimvox.progress import Progress
 from bimvox.site.site import Site
@@ -55,11 +56,10 @@ def training_problems(
     progress.stage("lessons", len(order))
     for number, index in enumerate(order):
         if number in chosen:
-            stage = assembly.begin_with_most(index)
-            if isinstance(stage, Stage):
-                starts = _starts(clear, stage, rng)
+            found = _lesson(clear, assembly, index, rng)
+            if found is not None:
+                stage, starts, lift = found
                 gate = stage.insertion.gate_vox
-                lift = training_problem(stage.space, stage.start_vox, gate, starts)
                 if index in surely:
                     lift = replace(lift, starts_vox=_own_start_first(lift))
                 if len(problems) % 2 and not as_it_is:
@@ -74,13 +74,36 @@ def training_problems(
     return problems
 
 
+def _lesson(
+    site: Site, assembly: Assembly, index: int, rng: np.random.Generator
+) -> tuple[Stage, NDArray[np.int32], LiftProblem] | None:
+    """Return a lift with the largest clearance that leaves a path, and starts for it; None if it cannot be lifted."""
+    found = None
+    for clearance_m in (None, *assembly.smaller_clearances_m()):
+        stage = assembly.begin(index, clearance_m)
+        if isinstance(stage, Stage):
+            starts = _starts(site, stage, rng)
+            lift = training_problem(stage.space, stage.start_vox, stage.insertion.gate_vox, starts)
+            found = (stage, starts, lift)
+            if is_learnable(lift):
+                break
+        elif not stage.on_the_way:
+            break
+    return found
+
+
 def _starts(site: Site, stage: Stage, rng: np.random.Generator) -> NDArray[np.int32]:
-    """Return (N, 3) cells all over the yard, at the height at which transits start."""
+    """Return (N, 3) cells all over the yard: where transits start, or above that, where they have their clearance."""
     columns = np.argwhere(site.yard)
     if len(columns) > _STARTS:
         columns = columns[np.sort(rng.choice(len(columns), _STARTS, replace=False))]
-    heights = np.full((len(columns), 1), stage.start_vox[2])
-    starts: NDArray[np.int32] = np.concatenate([columns, heights], axis=1).astype(np.int32)
+    heights = np.arange(stage.start_vox[2], site.shape[2])
+    above = np.concatenate(
+        [np.repeat(columns, len(heights), axis=0), np.tile(heights, len(columns))[:, None]], axis=1
+    ).astype(np.int32)
+    free = which_free(stage.space, above).reshape(len(columns), len(heights))
+    first = np.where(free.any(axis=1), free.argmax(axis=1), 0)
+    starts: NDArray[np.int32] = above.reshape(len(columns), len(heights), 3)[np.arange(len(columns)), first]
     return starts
 
 

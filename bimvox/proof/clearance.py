@@ -20,6 +20,9 @@ from bimvox.site.component import IntVec
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
+MOTION_MARGIN = "motion_margin"
+"""The check of the motion; of the path it is ``margin``."""
+
 
 class WideMarks(Marks):
     """Counts of things within some cells of each cell.
@@ -91,7 +94,7 @@ class TransitProof(LiftProof):
         last = replace(lift, contact_moves=len(lift.path_vox) - 1 - gate)
         looked_at = within(trajectory, way, motion.start_ns, self.window_ns) & ~tail_of(cells, last)
         in_column = (np.abs(cells[:, :2] - cells[0, :2]) <= BETWEEN_VOX).all(axis=1)
-        check = self.checks["motion_margin"]
+        check = self.checks[MOTION_MARGIN]
         for counts, what in ((load, "load"), (rope, "rope")):
             if counts is None:
                 continue

@@ -26,7 +26,7 @@ from bimvox.proof.axes import (
 from bimvox.proof.between import Between
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.capacity import check_capacity
-from bimvox.proof.clearance import Clearances, TransitProof
+from bimvox.proof.clearance import MOTION_MARGIN, Clearances, TransitProof
 from bimvox.proof.cranes import check_cranes
 from bimvox.proof.durations import check_durations
 from bimvox.proof.ends import check_ends
@@ -107,7 +107,7 @@ class _Verifier:
         self.plan, self.site, self.motions, self.context = plan, plan.site, motions, context
         units = UNITS | (CRANES_UNITS if plan.site.has_several_cranes else {})
         if plan.site.rules.transit_clearance_m > 0.0 or plan.site.rules.rope_clearance_m > 0.0:
-            units |= {"motion_margin": ""}
+            units |= {MOTION_MARGIN: ""}
         self.checks = {name: Check(name, unit=unit) for name, unit in units.items()}
 
     def run(self) -> Verification:

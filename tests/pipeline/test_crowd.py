@@ -46,7 +46,7 @@ def test_a_message_names_a_few_of_many_obstructions(site_folder):
     site = read_log(site_folder / "frame.mcap").plan.site
     high = site.frame.corner_of((*site.shape[:2], 8))
     (site_folder / "o.json").write_text(
-        json.dumps({"version": 1, "obstructions": boxes_in((*site.frame.origin_m[:2], 0.0), high, 4000)})
+        json.dumps({"version": 1, "obstructions": boxes_in((*site.frame.origin_m[:2], 0.0), high, 8000)})
     )
     with pytest.raises(NoPlanError, match=r"box-\d+, box-\d+.* and [0-9,]+ more\)") as caught:
         plan(site_folder / "frame.site.toml", obstructions=site_folder / "o.json", progress=SilentProgress())

@@ -111,7 +111,8 @@ def test_random_changes_end_in_a_plan_that_the_whole_proof_accepts(frame, seed):
     assert proof.verified, proof.failures
     searched = check_search(PlanLog(plan=plan, motions=current.chain), SilentProgress())
     assert searched.failures == []
-    assert searched.samples + len(searched.undecided) > 0
+    to_search = [one for one in plan.lifts if one.status is Status.INFEASIBLE or one.shortest_moves is not None]
+    assert (searched.samples + len(searched.undecided) > 0) == bool(to_search)
 
 
 @pytest.mark.parametrize("seed", range(10, 14))
@@ -265,7 +266,9 @@ def test_what_is_recalled_is_still_proven(frame, monkeypatch):
         parts = list(revise(with_box.current, RevisionRequest(free, preparation, first=3)))
     last = parts[-1].current
     assert lost <= {order for part in parts for order in part.made}
-    assert all(one is other for one, other in zip(last.plan.lifts, first.plan.lifts, strict=True))
+    for one, other in zip(last.plan.lifts, first.plan.lifts, strict=True):
+        # Of a path that was kept beside the box it is no longer known whether it has the fewest moves.
+        assert one is other if one.order in lost else one.path_vox is other.path_vox
     assert verify_plan(last.plan).verified
     assert verify_motions(last.plan, last.chain).verified
     assert [motion.end_ns for motion in last.chain] == [motion.end_ns for motion in first.chain]
