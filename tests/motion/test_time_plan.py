@@ -24,7 +24,7 @@ PORTAL = [
     ("right", (4.5, 1.0, 0.0), (5.0, 1.5, 3.0), {"ifc_class": "IfcColumn", "erected": True}),
 ]
 
-CREW_S = {"slab": [120, 180, 60], "beam": [120, 300, 90], "left": [120, 720, 120], "right": [120, 720, 120]}
+CREW_S = {"slab": [150, 180, 90], "beam": [150, 300, 120], "left": [150, 720, 150], "right": [150, 720, 150]}
 
 
 @pytest.fixture(scope="module")
