@@ -155,7 +155,7 @@ def choose_policy(
     if wanted.policy_id == NEAREST:
         return _nearest(site, progress)
     if wanted.policy_id == DEFAULT_START:
-        return shipped()
+        return _shipped()
     if wanted.policy_id is not None:
         return _stored(wanted.policy_id)
     config = DqnConfig(required_success=wanted.required_success)
@@ -168,7 +168,7 @@ def choose_policy(
             if _would_be(manifest, training):
                 return _stored(manifest.id)
     if not (wanted.train or wanted.retrain):
-        return shipped()
+        return _shipped()
     problems = training_problems(site, preparation, wanted.seed, progress)
     checkpoint = Checkpoint(site.geometry_digest, config, wanted.seed, parent, wanted.steps)
     policy = _trained(problems, training, progress, seconds=wanted.seconds, tested=tested, checkpoint=checkpoint)
@@ -255,7 +255,7 @@ def _nearest(site: Site, progress: Progress) -> PolicyInUse:
     return _stored(manifest.id)
 
 
-def shipped() -> PolicyInUse:
+def _shipped() -> PolicyInUse:
     """Return the policy that ships with bimvox, as it is."""
     record = generalist_record()
     return PolicyInUse(str(record["id"]), True, int(record["steps"]), 0.0, (), load_generalist(), shipped=True)
@@ -278,9 +278,10 @@ def _trained(
     resumed = checkpoint.load() if checkpoint is not None else None
     if resumed is not None:
         progress.note(f"resumed an interrupted training after {resumed.steps:,} steps")
-    progress.stage("test the policy") if training.initial is not None and resumed is None else progress.stage(
-        "train", training.budget
-    )
+    if training.initial is not None and resumed is None:
+        progress.stage("test the policy")
+    else:
+        progress.stage("train", training.budget)
 
     def test(point: CurvePoint) -> None:
         progress.report("train", point.steps, training.budget)
