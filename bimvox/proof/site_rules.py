@@ -6,7 +6,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from bimvox.bim.building import TriangleMesh
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.kept import kept
 from bimvox.proof.space import whole_cells
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.proof import Check
@@ -58,7 +60,7 @@ def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component
     wind = site.rules.wind_speed_m_s
     if wind <= 0.0:
         return
-    area_m2 = shown_m2(component.mesh.triangles_m, component.sail_area_m2)
+    area_m2 = shown_m2(component.mesh, component.sail_area_m2)
     check.look(
         area_m2 <= component.sail_area_m2 * (1.0 + _SHARE) + _SHARE,
         f"{component.id}: it shows the wind {area_m2:.3f} m2, not {component.sail_area_m2:.3f} m2",
@@ -101,33 +103,44 @@ def check_rope_margin(
     )
 
 
-def shown_m2(triangles_m: NDArray[np.float64], claimed_m2: float) -> float:
-    """Return the largest area that triangles ((N, 3, 3)) show from the sides; the claim if they show no more.
+@kept
+def shown_m2(mesh: TriangleMesh, claimed_m2: float) -> float:
+    """Return the largest area that a mesh shows from the sides; the claim if it shows no more.
 
     Two bounds decide about most shapes: the outline of the corners' hull and, for a closed surface, half of all faces.
     The union of the triangles decides about the others.
     """
+    triangles_m, most_m2 = mesh.triangles_m, claimed_m2 * (1.0 + _SHARE) + _SHARE
     angles = np.arange(0.0, np.pi - 1e-9, _TURN)
-    seen = [_seen_from(triangles_m, angle) for angle in angles]
-    hulls = [shapely.convex_hull(shapely.multipoints(flat.reshape(-1, 2))).area for flat in seen]
-    halves = [0.5 * shapely.area(shapely.polygons(flat)).sum() for flat in seen]
-    most_m2 = claimed_m2 * (1.0 + _SHARE) + _SHARE
-    bounds = np.minimum(hulls, halves) if _closes(triangles_m) else np.array(hulls)
-    areas = [claimed_m2, *(_outlined_m2(flat) for flat, bound in zip(seen, bounds, strict=True) if bound > most_m2)]
-    return float(max(areas))
+    more = [angle for angle in angles if _hull_m2(_from_side(mesh.vertices_m, angle)) > most_m2]
+    if more and _closes(triangles_m):
+        more = [angle for angle in more if 0.5 * _areas_m2(_from_side(triangles_m, angle)).sum() > most_m2]
+    return max(claimed_m2, *(_outlined_m2(_from_side(triangles_m, angle)) for angle in more), 0.0)
 
 
-def _seen_from(triangles_m: NDArray[np.float64], angle_rad: float) -> NDArray[np.float64]:
-    """Return (M, 3, 2) the triangles in a horizontal view from one side, without those that are seen edge-on."""
-    aside = np.array([-np.sin(angle_rad), np.cos(angle_rad), 0.0])
-    flat = np.stack([triangles_m @ aside, triangles_m[:, :, 2]], axis=2)
-    found: NDArray[np.float64] = flat[shapely.area(shapely.polygons(flat)) > _GRID_M**2]
-    return found
+def _from_side(points_m: NDArray[np.float64], angle_rad: float) -> NDArray[np.float64]:
+    """Return (..., 2) points in a horizontal view from one side."""
+    return np.stack([points_m @ np.array([-np.sin(angle_rad), np.cos(angle_rad), 0.0]), points_m[..., 2]], axis=-1)
+
+
+def _hull_m2(flat: NDArray[np.float64]) -> float:
+    """Return the area of the convex hull of (N, 2) points."""
+    return float(shapely.convex_hull(shapely.linestrings(np.concatenate([flat, flat[:1]]))).area)
+
+
+def _areas_m2(flat: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (M,) areas of (M, 3, 2) triangles."""
+    (ux, uy), (vx, vy) = (flat[:, 1] - flat[:, 0]).T, (flat[:, 2] - flat[:, 0]).T
+    areas_m2: NDArray[np.float64] = 0.5 * np.abs(ux * vy - uy * vx)
+    return areas_m2
 
 
 def _outlined_m2(flat: NDArray[np.float64]) -> float:
-    """Return the area of the union of (M, 3, 2) triangles, less the rounding of its corners."""
-    outline = shapely.union_all(shapely.polygons(flat), grid_size=_GRID_M)
+    """Return the area of the union of (M, 3, 2) triangles, less the rounding of its corners.
+
+    Triangles that are seen edge-on are left out.
+    """
+    outline = shapely.union_all(shapely.polygons(flat[_areas_m2(flat) > _GRID_M**2]), grid_size=_GRID_M)
     return float(outline.area - _GRID_M * outline.length)
 
 

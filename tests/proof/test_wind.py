@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import bimvox
 from bimvox.bim.building import Role, TriangleMesh
+from bimvox.proof import site_rules
 from bimvox.proof.site_rules import check_wind
 from bimvox.records.proof import Check
 from bimvox.site.sail import sail_area_m2
@@ -92,3 +93,12 @@ def box_surface(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarr
     corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     return corners, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+
+
+def test_the_area_of_a_part_is_measured_once_for_all_its_proofs(monkeypatch: pytest.MonkeyPatch) -> None:
+    box = TriangleMesh(SHEET.vertices_m + 1.0, SHEET.faces)
+    views = []
+    monkeypatch.setattr(site_rules, "_hull_m2", lambda flat: views.append(flat) or 0.0)
+    for _ in range(3):
+        assert area_failures(box, 9.8) == []
+    assert len(views) == 12
