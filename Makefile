@@ -19,8 +19,11 @@ LOCKED = $(HASHED) $(addprefix -c ,$(LOCKS))
 # bimvox itself, from this folder, built with the locked setuptools.
 OURSELVES = --no-deps --no-build-isolation -e .
 
+# Some machines tell Python not to keep byte code: every process of the tests and the demo would translate all libraries again.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-page test-fleet check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
+.PHONY: help setup demo test test-slow test-all test-page test-fleet check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
 	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-decision bench-frozen train-generalist soak-watch soak-files \
 	picture docs constraints audit advisories wheel clean
 
@@ -43,8 +46,13 @@ setup: $(BIN)/bimvox ## make the virtual environment and install everything into
 demo: setup ## the main job on a sample building: voxelize, plan, verify, render
 	@PATH="$(abspath $(BIN)):$$PATH" OUT="$(OUT)" sh demo.sh
 
-test: setup ## the whole test suite
-	$(BIN)/python -m pytest
+test: setup ## the tests that are quick; all but fleets, trainings, soaks and the like, which CI runs too
+	$(BIN)/python -m pytest -m "not slow"
+
+test-slow: setup ## the tests that take long
+	$(BIN)/python -m pytest -m slow
+
+test-all: test test-slow ## the whole test suite
 
 test-page: setup ## the page in a real headless Chromium
 	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) --group browser

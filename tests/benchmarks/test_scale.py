@@ -27,6 +27,7 @@ def test_parts_do_not_run_into_each_other():
                 assert min(overlap) <= 1e-9
 
 
+@pytest.mark.slow
 def test_the_site_of_500_is_200_by_200_by_60_cells_and_the_same_each_time(tmp_path: Path):
     from bimvox.library.site import load_site
     from bimvox.progress import SilentProgress

@@ -63,6 +63,7 @@ def test_it_is_named_after_its_log(log, tmp_path, monkeypatch, capsys):
     assert "2 of 3 planned" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_figures_and_their_numbers_are_separate_files(log, tmp_path, capsys):
     folder = tmp_path / "figures"
     code = run(["report", str(log), "-o", str(tmp_path / "x.html"), "--no-proof", "--figures", str(folder), "--json"])

@@ -128,6 +128,7 @@ def test_a_mast_in_the_way_of_a_jib():
     assert conflict((a, b), track(row((np.pi, np.pi))), track(row((0.0, 0.0)))) is None
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(
     st.floats(-np.pi, np.pi),

@@ -72,6 +72,15 @@ SETTINGS: dict[str, Callable[[Path, Path], None]] = {
     **{f"docs/commands/{name}.md": _sample for name in EXAMPLES},
 }
 
+TAKES_LONG = (
+    "README.md",
+    "docs/pictures.md",
+    "docs/commands/experiment.md",
+    "docs/commands/sweep.md",
+    "docs/commands/train.md",
+)
+MARKS = dict.fromkeys(TAKES_LONG, pytest.mark.slow)
+
 
 def test_every_document_with_commands_is_run():
     # The tutorial has its own test file, because it takes longest.
@@ -79,7 +88,7 @@ def test_every_document_with_commands_is_run():
     assert sum(len(commands(ROOT / name)) for name in SETTINGS) > 40
 
 
-@pytest.mark.parametrize("name", SETTINGS)
+@pytest.mark.parametrize("name", [pytest.param(one, marks=MARKS.get(one, ())) for one in SETTINGS])
 def test_the_commands_of_a_document_run(
     name: str, planned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):

@@ -30,6 +30,7 @@ def test_the_hook_is_over_the_hook_column_one_sling_above_the_load():
     assert cells_of_axes(room.load, axes) == pytest.approx(cell)
 
 
+@pytest.mark.slow
 @settings(max_examples=120, deadline=None)
 @given(st.integers(0, 40), st.integers(0, 10_000))
 def test_a_line_is_free_exactly_where_a_dense_look_at_the_raw_cells_says_so(room_seed, seed):

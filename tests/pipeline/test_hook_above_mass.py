@@ -73,11 +73,11 @@ def off_the_vertical(log: Path) -> Iterator[tuple[str, NDArray[np.float64]]]:
 @pytest.mark.parametrize(
     ("sample", "voxel_size_m"),
     [
-        ("frame.ifc", 0.1),
+        pytest.param("frame.ifc", 0.1, marks=pytest.mark.slow),
         ("frame.ifc", 0.25),
         ("frame.ifc", 0.5),
-        ("hall.ifc", 0.25),
-        ("hall.ifc", 0.5),
+        pytest.param("hall.ifc", 0.25, marks=pytest.mark.slow),
+        pytest.param("hall.ifc", 0.5, marks=pytest.mark.slow),
         ("yard.glb", 0.5),
     ],
 )

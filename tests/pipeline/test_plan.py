@@ -148,6 +148,7 @@ def test_the_sample_site_files_load(name):
     assert load_site(SAMPLES / name, SilentProgress()).site.components
 
 
+@pytest.mark.slow
 def test_the_three_dialects_of_the_frame_give_one_site(tmp_path):
     sites = []
     for name in ("frame.ifc", "frame_ifc2x3_mm.ifc", "frame_georeferenced.ifc"):

@@ -52,6 +52,7 @@ def by_method(plan: LiftPlan, method: Method) -> tuple[int, ...]:
     return tuple(lift.component for lift in plan.lifts if lift.method is method)
 
 
+@pytest.mark.slow
 def test_failed_lifts_are_solved_after_retraining_deterministically(serpentine, own_store, monkeypatch):
     monkeypatch.setattr("bimvox.policy.choice.RETRAINING_STARTS", 8)
     site, preparation = serpentine

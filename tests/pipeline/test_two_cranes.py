@@ -188,6 +188,7 @@ def test_every_part_goes_through_its_states_in_order_of_time(carried: CarriedOut
     assert of_second <= {message.topic for message in salvage_contents(live.read_bytes(), live).messages}
 
 
+@pytest.mark.slow
 def test_an_affected_load_stops_the_cranes_and_the_whole_log_is_proven(carried: CarriedOut):
     current = carried.watcher.current
     motion = current.motions[3]
@@ -210,6 +211,7 @@ def test_an_affected_load_stops_the_cranes_and_the_whole_log_is_proven(carried: 
     assert len(read_log(carried.log).plan.history) == 1
 
 
+@pytest.mark.slow
 def test_held_cranes_are_known_after_a_kill_and_continue_when_they_can(carried: CarriedOut):
     current = carried.watcher.current
     motion = current.motions[3]

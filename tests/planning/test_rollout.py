@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lift_sites import clearance_of, random_occupancy
@@ -147,6 +148,7 @@ def test_already_there():
     assert rollout.path_vox.tolist() == [[3, 3, 3]]
 
 
+@pytest.mark.slow
 def test_together_is_as_alone():
     problems = [
         lift_problem(clearance_of(random_occupancy(seed, (9, 8, 6), 0.15)), (0, 0, 0), (8, 7, 5)) for seed in range(40)

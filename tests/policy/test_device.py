@@ -85,6 +85,7 @@ def test_a_gpu_in_the_machine_changes_no_exported_file(gpu_there, tmp_path):
     assert_same(read_sb3_zip((tmp_path / "policy.zip").read_bytes()), network)
 
 
+@pytest.mark.slow
 @on_every_device
 @pytest.mark.parametrize("half", [False, True])
 def test_same_seed_same_device_same_weights(device, half):
@@ -93,6 +94,7 @@ def test_same_seed_same_device_same_weights(device, half):
     assert not np.array_equal(taught(device, half=half, seed=1)[0].weights[0], first.weights[0])
 
 
+@pytest.mark.slow
 @on_every_device
 def test_it_learns_in_half_precision(device):
     _, check = taught(device, half=True, steps=TAUGHT.test_every)

@@ -241,6 +241,7 @@ def test_older_versions_are_read_without_what_came_later(tmp_path, version, with
     assert store.load(manifest.id, folder=tmp_path).manifest == manifest
 
 
+@pytest.mark.slow
 def test_processes_that_share_a_store_do_not_interfere(tmp_path):
     with ProcessPoolExecutor(3, mp_context=get_context("spawn")) as processes:
         wrong = list(processes.map(use_store, [tmp_path] * 3, [40] * 3))

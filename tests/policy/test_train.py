@@ -33,6 +33,7 @@ def paper_policy():
     return train([default_problem()], DqnConfig(test_every=500), seed=0, steps=6_000)
 
 
+@pytest.mark.slow
 def test_same_seed_same_weights():
     first, second, other = (train([default_problem()], TINY, seed=seed, steps=256) for seed in (1, 1, 2))
     assert first.curve == second.curve
@@ -77,6 +78,7 @@ def test_training_continues_from_a_network(paper_policy):
     assert more.success_rate >= paper_policy.success_rate  # the best tested network is kept
 
 
+@pytest.mark.slow
 def test_several_stages_of_a_building_with_a_rope():
     problems = building_problems(count=6, floors=1, starts=4, shape=(180, 80, 40))
     config = DqnConfig(required_success=0.9, required_ratio=1.5, test_starts=24)

@@ -265,6 +265,7 @@ def test_an_affected_empty_hook_stops_and_goes_around():
     assert any("empty hook" in failure and "late" in failure for failure in proof.failures), proof.failures
 
 
+@pytest.mark.slow
 def test_two_loads_in_the_air_both_stop_and_continue():
     current, preparation = planned(slow=True)
     first, second, now_ns = both_at_work(current, in_the_air=True)
@@ -277,6 +278,7 @@ def test_two_loads_in_the_air_both_stop_and_continue():
     whole_proof(now)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_random_changes_while_it_is_carried_out(seed):
     current, _ = planned()

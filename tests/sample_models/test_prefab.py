@@ -73,6 +73,7 @@ def test_no_part_is_drawn_into_another(prefab_parts: dict[str, Any]) -> None:
     assert {names: volume for names, volume in shared.items() if volume > 1e-9} == {}
 
 
+@pytest.mark.slow
 def test_every_part_rests_on_others_and_does_not_tip(prefab_lifts: list[Any]) -> None:
     loose = []
     for lift in prefab_lifts:

@@ -69,6 +69,7 @@ def test_global_ids_are_unique(samples: Path, name: str) -> None:
     assert [global_id for global_id, count in ids.items() if count > 1] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", IFC_FILES)
 def test_files_are_valid_against_their_schema(samples: Path, name: str) -> None:
     import ifcopenshell.validate as validation

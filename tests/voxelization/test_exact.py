@@ -91,6 +91,7 @@ places = st.one_of(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(*[places] * 6), min_size=1, max_size=3))
 def test_blocks_and_plates_on_borders_equal_the_rule(boxes: list[tuple[float, ...]]) -> None:
@@ -102,6 +103,7 @@ def test_blocks_and_plates_on_borders_equal_the_rule(boxes: list[tuple[float, ..
     assert cells == expected
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.builds(random_tetrahedra, seeds), st.lists(st.integers(0, 3), min_size=1, max_size=3))
 def test_open_meshes_keep_their_surface_and_gain_nothing_outside(mesh: TriangleMesh, drop: list[int]) -> None:

@@ -40,6 +40,7 @@ def test_surface_equals_the_brute_force_reference(soup: list[tuple[float, ...]])
     assert met_cells(mesh, H) == surface_cells(mesh, H, TOLERANCE_M)
 
 
+@pytest.mark.slow
 def test_surface_equals_the_reference_on_many_generic_triangles() -> None:
     rng = np.random.default_rng(1)
     vertices = rng.normal(size=(150, 3))

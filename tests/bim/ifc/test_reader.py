@@ -122,6 +122,7 @@ def test_a_long_selection_is_not_repeated_in_its_message(query: str, frame_file:
     assert len(str(caught.value)) < 600
 
 
+@pytest.mark.slow
 def test_the_longest_selection_is_read(maker: type[IfcMaker], tmp_path: Path) -> None:
     made = maker()
     ids = [made.box("IfcBeam").GlobalId for _ in range(400)]

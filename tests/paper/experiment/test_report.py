@@ -4,6 +4,7 @@ import io
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from paper_results import results
 from PIL import Image
 
@@ -70,6 +71,7 @@ def test_the_report_shows_only_the_pictures_that_are_there():
     assert report_of(document, ("curves.png", "ablation.png")).count("![") == 2
 
 
+@pytest.mark.slow
 def test_the_pictures_are_drawn_and_the_same_twice():
     experiment = results()
     document = document_of(experiment)

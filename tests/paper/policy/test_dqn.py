@@ -22,6 +22,7 @@ def dqn(config=SLOW, *, budget=1_000, initial=None, **changes):
     return PaperDqn(PaperVecEnv(batch), config, seed=3, budget=budget, initial=initial)
 
 
+@pytest.mark.slow
 def test_the_plain_network_is_the_torch_network():
     learner = dqn()
     observations = learner.env.reset().repeat(3, axis=0)

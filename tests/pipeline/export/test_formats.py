@@ -85,6 +85,7 @@ def test_ifc_has_one_task_per_lift_to_the_second_and_all_its_content(site_folder
     assert out.read_bytes() == first
 
 
+@pytest.mark.slow
 def test_ifc2x3_has_no_task_times_and_gets_its_own(store: Path, tmp_path: Path) -> None:
     model = tmp_path / "frame.ifc"
     shutil.copy(SAMPLES / "frame_ifc2x3_mm.ifc", model)

@@ -19,6 +19,7 @@ from bimvox.errors import InputError
 from bimvox.progress import SilentProgress
 
 BACKENDS = ("loky", "dask", "ray")
+pytestmark = pytest.mark.slow
 NEEDS = {"loky": "joblib", "dask": "distributed", "ray": "ray"}
 SUPPORT = Path(__file__).parents[2] / "support"
 

@@ -99,6 +99,7 @@ def test_several_sites_are_planned_in_one_command(sites: Path, capsys: pytest.Ca
     assert (sites / "alone.mcap").read_bytes() == (sites / "both" / "yard.mcap").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize(
     ("backend", "number"),

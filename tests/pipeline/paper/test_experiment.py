@@ -28,6 +28,7 @@ def experiment(tmp_path_factory):
     return folder, run_experiment(folder, settings=SETTINGS, processes=1, progress=progress), progress
 
 
+@pytest.mark.slow
 def test_everything_is_run_and_reported(experiment):
     _, results, progress = experiment
     assert results.is_complete
@@ -93,6 +94,7 @@ def test_running_again_does_only_what_is_missing(experiment, monkeypatch):
     file.write_bytes(content)
 
 
+@pytest.mark.slow
 def test_a_job_that_fails_stops_the_run(tmp_path):
     job = Job("initialize", "paper", 0, {"config": {}})
     with pytest.raises(BimvoxError, match="other keys"):
@@ -120,6 +122,7 @@ def test_mean_curves_keep_the_last_rate_of_runs_that_stopped():
     assert mean_curve([()]) == []
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_the_processes_and_keeps_what_was_finished(tmp_path):
     """A run interrupted after its first job leaves no processes, and keeps the finished result."""
     jobs = jobs_of(SETTINGS)

@@ -178,6 +178,7 @@ def test_nothing_is_retrained_if_the_policy_solves_every_lift(site, own_store, m
     assert "retrained" not in document
 
 
+@pytest.mark.slow
 def test_the_old_policy_is_kept_if_none_is_better(site, own_store):
     weak = stored(knows_nothing())
     progress = SilentProgress()

@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
 from bimvox_pipeline.train.train import train
 
 from bimvox.policy import store as policies
@@ -66,6 +67,7 @@ def test_training_begins_with_the_policy_that_ships(site_folder, own_store):
     assert document["curve"][0][1] > 0.9  # on a site that it has never seen
 
 
+@pytest.mark.slow
 def test_a_killed_training_resumes(site_folder, own_store):
     site = without_clearances(site_folder)
     steps = 60_000  # more than it gets

@@ -161,6 +161,7 @@ def test_after_a_kill_the_newest_plan_comes_from_the_segments(watcher, parts):
     assert [m.end_ns for m in whole.motions] == [m.end_ns for m in watcher.current.chain]
 
 
+@pytest.mark.slow
 def test_the_page_of_a_watched_plan_has_every_revision_whole(watcher):
     taken_up(watcher)
     put(watcher, box_on(watcher, 5))
@@ -643,6 +644,7 @@ def fails(transit: Any) -> None:
     """Find no path, as a policy."""
 
 
+@pytest.mark.slow
 def test_retraining_runs_in_parallel_and_its_path_is_used_if_not_longer(watcher):
     watcher.retrain(100)
     watcher._retraining.train = trainings.better
@@ -673,6 +675,7 @@ def method_of(watcher: Watcher, name: str) -> str:
     return next(lift.method.value for lift in plan.lifts if plan.site.components[lift.component].id == name)
 
 
+@pytest.mark.slow
 def test_retraining_without_gain_or_with_failure_changes_nothing(watcher):
     watcher.retrain(100)
     taken_up(watcher)
@@ -695,6 +698,7 @@ def test_retraining_without_gain_or_with_failure_changes_nothing(watcher):
         assert watcher.current.plan.lifts is lifts
 
 
+@pytest.mark.slow
 def test_a_newer_change_ends_the_training(watcher):
     watcher.retrain(100)
     watcher._retraining.train = trainings.endless

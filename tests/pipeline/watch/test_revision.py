@@ -89,6 +89,7 @@ def check_kept(before: CurrentPlan, after: CurrentPlan, made: set[int]) -> None:
                 assert np.allclose(turned, turned[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_random_changes_end_in_a_plan_that_the_whole_proof_accepts(frame, seed):
     log, preparation = frame

@@ -251,6 +251,7 @@ def test_if_no_manoeuvre_is_free_it_is_reported(frame):
     assert UNSAFE in (after.plan.lifts[order].reason or "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_changes_while_it_is_carried_out(frame, seed):
     log, preparation = frame

@@ -177,7 +177,7 @@ sys.exit(run(["watch", *sys.argv[1:]]))
 """
 
 
-@pytest.mark.parametrize("more", [(), ("--simulate", "1000", "--retrain", "100")])
+@pytest.mark.parametrize("more", [(), pytest.param(("--simulate", "1000", "--retrain", "100"), marks=pytest.mark.slow)])
 def test_ctrl_c_ends_a_watch_well(site_folder, more):
     (site_folder / "obstructions.json").write_text('{"version": 1, "unit": "m", "obstructions": []}')
     options = ["--site", "frame.site.toml", "-o", "frame.mcap", "--steps", str(STEPS), "--poll", "0.1", "--json", *more]
