@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 
+from bimvox.compiled import kernel
 from bimvox.proof.gate import gate_of
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.marks import Marks, hits, over
@@ -36,14 +36,8 @@ class WideMarks(Marks):
         self._reach = np.array(reach)
         super().__init__(shape)
 
-    def _cells(self, thing: Thing) -> NDArray[np.int32]:
-        if not len(thing.cells):
-            return thing.cells
-        low = thing.cells.min(axis=0) - self._reach
-        dense = np.zeros(thing.cells.max(axis=0) + self._reach - low + 1, np.bool_)
-        dense[tuple((thing.cells - low).T)] = True
-        wide = maximum_filter(dense, size=tuple((2 * self._reach + 1).tolist()))
-        return np.ascontiguousarray(np.argwhere(wide) + low, np.int32)
+    def _mark(self, thing: Thing, number: int) -> None:
+        _count_around(self.counts, thing.cells, self._reach, number)
 
 
 class Clearances:
@@ -64,7 +58,9 @@ class Clearances:
         return self._around((reach, reach, 0), present) if asked else None
 
     def _around(self, reach: IntVec, present: Sequence[Thing]) -> NDArray[np.uint16]:
-        wide = self._wide.setdefault(reach, WideMarks(self._site.shape, reach))
+        if reach not in self._wide:
+            self._wide[reach] = WideMarks(self._site.shape, reach)
+        wide = self._wide[reach]
         wide.move_to(present)
         return wide.counts
 
@@ -115,3 +111,45 @@ class TransitProof(LiftProof):
     def _kept_m(self, what: str, lift: Lift) -> float:
         rule = "transit_clearance_m" if what == "load" else "rope_clearance_m"
         return self.site.rules.kept_m(rule, lift.clearance_m)
+
+
+@kernel
+def _count_around(counts: NDArray[np.uint16], cells: NDArray[np.int32], reach: NDArray[np.int64], number: int) -> None:
+    """Add a number to the counts of all cells within ``reach`` (cells, by axis) of any of (N, 3) cells, once for each.
+
+    A box around the cells is widened along one axis after the other.
+    """
+    if not cells.shape[0]:
+        return
+    low, high = np.empty(3, np.int64), np.empty(3, np.int64)
+    for k in range(3):
+        low[k], high[k] = cells[:, k].min() - reach[k], cells[:, k].max() + reach[k]
+    nx, ny, nz = high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1
+    one, two = np.zeros((nx, ny, nz), np.bool_), np.zeros((nx, ny, nz), np.bool_)
+    for n in range(cells.shape[0]):
+        one[cells[n, 0] - low[0], cells[n, 1] - low[1], cells[n, 2] - low[2]] = True
+    for x in range(nx):
+        for y in range(ny):
+            until = -1
+            for z in range(nz):  # from the first marked cell that reaches here to the last
+                ahead = min(z + reach[2], nz - 1)
+                if one[x, y, ahead]:
+                    until = ahead + reach[2]
+                two[x, y, z] = z <= until
+    one[:] = False
+    for x in range(nx):
+        for y in range(ny):
+            for beside in range(max(0, y - reach[1]), min(ny, y + reach[1] + 1)):
+                for z in range(nz):
+                    one[x, y, z] |= two[x, beside, z]
+    x_low, x_high = max(0, low[0]), min(counts.shape[0], high[0] + 1)
+    y_low, y_high = max(0, low[1]), min(counts.shape[1], high[1] + 1)
+    z_low, z_high = max(0, low[2]), min(counts.shape[2], high[2] + 1)
+    for x in range(x_low, x_high):
+        first, last = max(0, x - low[0] - reach[0]), min(nx, x - low[0] + reach[0] + 1)
+        for y in range(y_low, y_high):
+            for z in range(z_low, z_high):
+                for at in range(first, last):
+                    if one[at, y - low[1], z - low[2]]:
+                        counts[x, y, z] += number
+                        break

@@ -38,9 +38,9 @@ class Marks:
             return
         wanted = set(present)
         for thing in self._present - wanted:
-            _count(self.counts, self._cells(thing), -1)
+            self._mark(thing, -1)
         for thing in wanted - self._present:
-            _count(self.counts, self._cells(thing), 1)
+            self._mark(thing, 1)
         self._given, self._present = present, wanted
 
     @contextmanager
@@ -49,17 +49,17 @@ class Marks:
         gone = self._present.intersection(things)
         self._present -= gone
         for thing in gone:
-            _count(self.counts, self._cells(thing), -1)
+            self._mark(thing, -1)
         try:
             yield
         finally:
             for thing in gone:
-                _count(self.counts, self._cells(thing), 1)
+                self._mark(thing, 1)
             self._present |= gone
 
-    def _cells(self, thing: Thing) -> NDArray[np.int32]:
-        """Return (N, 3) the cells that count for a thing."""
-        return thing.cells
+    def _mark(self, thing: Thing, number: int) -> None:
+        """Add a number to the counts of the cells that count for a thing."""
+        _count(self.counts, thing.cells, number)
 
     def hits(self, own: NDArray[np.int32], placements: NDArray[np.int32] | NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return (N,) whether any of a part's cells ((C, 3)) is occupied at each placement ((N, 3))."""

@@ -1,0 +1,34 @@
+import numpy as np
+import pytest
+from scipy.ndimage import maximum_filter
+
+from bimvox.proof.clearance import WideMarks
+from bimvox.proof.moment import NO_SOLID, Thing
+
+SHAPE = (12, 9, 11)
+
+
+def counted(things, reach):
+    """The counts by definition: every thing's cells in a larger grid, grown by a maximum filter, cut to the site."""
+    counts, around = np.zeros(SHAPE, int), 9
+    for one in things:
+        dense = np.zeros(np.array(SHAPE) + 2 * around, np.bool_)
+        dense[tuple((one.cells + around).T)] = True
+        dense = maximum_filter(dense, size=tuple(2 * n + 1 for n in reach))
+        counts += dense[around:-around, around:-around, around:-around]
+    return counts
+
+
+@pytest.mark.parametrize("reach", [(4, 4, 4), (1, 1, 0), (2, 0, 3), (0, 0, 0)])
+def test_they_count_each_thing_once_within_reach_of_its_cells(reach):
+    rng = np.random.default_rng(7)
+    things = [
+        Thing(str(n), rng.integers(-3, 14, (rng.integers(0, 7), 3)).astype(np.int32), NO_SOLID) for n in range(15)
+    ]
+    marks = WideMarks(SHAPE, reach)
+    for _ in range(6):
+        present = tuple(one for one in things if rng.random() < 0.5)
+        marks.move_to(present)
+        assert np.array_equal(marks.counts, counted(present, reach))
+        with marks.without(present[:3]):
+            assert np.array_equal(marks.counts, counted(present[3:], reach))
