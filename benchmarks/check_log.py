@@ -55,7 +55,7 @@ def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
     """Return 0 if MPXJ reads the schedule of a log with its times, 1 if it does not, None if it is not installed."""
     from bimvox_pipeline.export.export import export
 
-    from bimvox.export.lift_schedule import duration_text
+    from bimvox.exporters.lift_schedule import duration_text
     from bimvox.log.reader import read_log
     from bimvox.progress import SilentProgress
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from bimvox.library.bound import check_bound
-from bimvox.library.own_files import check_own_files
+from bimvox.library.attached_files import check_attached_files
 from bimvox.library.plan_value import Plan
 from bimvox.library.search import with_search
+from bimvox.library.user_files import check_user_files
 from bimvox.log import schema as topics
 from bimvox.log.check import check_commands, check_digests, check_load_poses
 from bimvox.log.mcap.form_check import form_faults
@@ -88,7 +88,7 @@ def prove_further(
         progress: Receives the stages.
     """
     if any(file is not None for file in (site, model, obstructions)):
-        bound = check_bound(record.plan.site, site, model, obstructions, progress)
+        bound = check_user_files(record.plan.site, site, model, obstructions, progress)
         verdict = replace(verdict, checks=(*verdict.checks, bound))
     return with_search(verdict, record, progress) if search else verdict
 
@@ -124,7 +124,7 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
     progress.stage("log")
     own = (
         check_digests(contents, record),
-        check_own_files(record),
+        check_attached_files(record),
         check_load_poses(contents, record),
         check_commands(contents, record),
     )

@@ -25,8 +25,8 @@ from bimvox.progress import Report
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import Component, IntVec
-from bimvox.site.margin import CLEARANCES, grown_cells, margin_vox, smaller_clearances_m
 from bimvox.site.site import GROUND_ID, Site
+from bimvox.site.transit_clearance import CLEARANCES, grown_cells, margin_vox, smaller_clearances_m
 
 
 @dataclass(frozen=True, slots=True, eq=False)

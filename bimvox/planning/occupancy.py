@@ -12,8 +12,8 @@ from bimvox.records.lift import YardPlace
 from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
 from bimvox.site.component import Component, IntVec
 from bimvox.site.hook_room import hook_room
-from bimvox.site.margin import in_transit, margin_vox, rope_margin_vox
 from bimvox.site.site import Site
+from bimvox.site.transit_clearance import in_transit, margin_vox, rope_margin_vox
 
 
 class Occupancy:

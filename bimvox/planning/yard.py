@@ -28,10 +28,10 @@ from bimvox.records.lift import YardPlace, yard_place
 from bimvox.site.collision import HOOK_FORBIDDEN
 from bimvox.site.component import Component, IntVec, Shape, StoredPose
 from bimvox.site.hook_room import hook_room
-from bimvox.site.margin import margin_vox
 from bimvox.site.means import Means
 from bimvox.site.shape import erection_size_vox, turned_hook, turned_shape, turning_columns
 from bimvox.site.site import Site
+from bimvox.site.transit_clearance import margin_vox
 
 _GAP_VOX = 1
 _SAME_S = 2.0

@@ -20,7 +20,7 @@ from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, turn_to
 from bimvox.site.component import Component
-from bimvox.site.crane_rules import CRANE_RULES
+from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.limits import MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, MOST_SUPPORT_GAP_M
 from bimvox.site.site import Rules, Site
 
@@ -181,8 +181,8 @@ def _check_rules(check: Check, rules: Rules) -> None:
         if key.name in _RULES and not (value is None and rules.times is not None):
             _within(check, f"site.rules.{key.name}", nan if value is None else value, _RULES[key.name])
     check.look(
-        set(rules.gives_way) <= CRANE_RULES.keys(),
-        f"site.rules.gives_way is {list(rules.gives_way)}: only {', '.join(CRANE_RULES)} can give way",
+        set(rules.gives_way) <= DEFAULT_RULES.keys(),
+        f"site.rules.gives_way is {list(rules.gives_way)}: only {', '.join(DEFAULT_RULES)} can give way",
     )
     for work in () if rules.times is None else fields(rules.times):
         own = getattr(rules.times, work.name)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from bimvox.records.lift import Lift
 from bimvox.site.component import IntVec
-from bimvox.site.margin import margin_vox, rope_margin_vox
 from bimvox.site.site import Site
+from bimvox.site.transit_clearance import margin_vox, rope_margin_vox
 
 
 class FewestMoves:

@@ -22,8 +22,8 @@ from bimvox.crane.load_chart import LoadChart
 from bimvox.errors import ConfigError, shown
 from bimvox.site.casting import FIELD_CASTING, Casting, CastTimes
 from bimvox.site.component import StoredPose
-from bimvox.site.crane_rules import CRANE_RULES
 from bimvox.site.crew_times import FIELD_TIMES, CrewTimes, TimesByWork
+from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.limits import (
     FEW_HANDS_KG,
     MOST_CONTACT_TOLERANCE_M,
@@ -584,8 +584,8 @@ class RulesConfig(Table):
         """Return the rules as a value for the planner, those that the file does not give by their defaults."""
         own = {"swing": SwingRule(self.swing), "times": self.times.times(), "casting": self.casting.casting()}
         given = self.model_dump() | own
-        left = tuple(key for key in CRANE_RULES if given[key] is None)
-        defaults = {key: CRANE_RULES[key] if has_crane else 0.0 for key in left}
+        left = tuple(key for key in DEFAULT_RULES if given[key] is None)
+        defaults = {key: DEFAULT_RULES[key] if has_crane else 0.0 for key in left}
         return Rules(**(given | defaults), gives_way=left if has_crane else ())
 
 

@@ -35,7 +35,7 @@ def policies(incomplete: str) -> Offered:
 
 def formats(incomplete: str) -> Offered:
     """Return the export formats of logs and grids."""
-    from bimvox.export.formats import FORMATS
+    from bimvox.exporters.formats import FORMATS
 
     names = dict.fromkeys(one.name for one in FORMATS)
     of = {name: " or ".join(f"a {one.source.value}" for one in FORMATS if one.name == name) for name in names}

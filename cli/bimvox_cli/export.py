@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from bimvox.export.formats import formats_in_words
+from bimvox.exporters.formats import formats_in_words
 from bimvox_cli import complete
 from bimvox_cli.options import Json, Quiet
 from bimvox_cli.output import facts, open_output

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bimvox.export.csv_json import LIFT_COLUMNS, SAMPLE_COLUMNS
+from bimvox.exporters.csv_json import LIFT_COLUMNS, SAMPLE_COLUMNS
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import proto_text
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.crane.identity import identity
-from bimvox.library.own_files import only_as_cells
+from bimvox.library.attached_files import only_as_cells
 from bimvox.library.verify import prove, prove_further, read_whole
 from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import PlanLog

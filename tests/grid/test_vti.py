@@ -10,7 +10,7 @@ from box_grids import grid_of, part, random_shares
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bimvox.export.vti import write_vti
+from bimvox.exporters.vti import write_vti
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.grid.voxel_grid import VoxelGrid

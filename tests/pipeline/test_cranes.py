@@ -19,7 +19,7 @@ from bimvox_pipeline.verify import verify
 from own_machine import machine_text
 
 from bimvox.errors import ConfigError
-from bimvox.library.own_files import check_own_files
+from bimvox.library.attached_files import check_attached_files
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import catalogue
@@ -106,7 +106,7 @@ def test_the_report_lists_what_differs(folder: Path, planned: dict[str, Any]) ->
 def test_the_log_carries_the_machines_file_and_is_proven_without_it(folder: Path, planned: dict[str, Any]) -> None:
     record = read_log(folder / "frame.mcap")
     assert record.attachments["machine.lx.toml"] == (folder / "lx.toml").read_bytes()
-    assert check_own_files(record).passed
+    assert check_attached_files(record).passed
     text = record.attachments["site.toml"]
     forged = {
         "weaker": {"machine.lx.toml": record.attachments["machine.lx.toml"].replace(b"5000]", b"4000]")},
@@ -114,7 +114,7 @@ def test_the_log_carries_the_machines_file_and_is_proven_without_it(folder: Path
         "gone": {"machine.lx.toml": b""},
     }
     for name, files in forged.items():
-        check = check_own_files(replace(record, attachments=dict(record.attachments) | files))
+        check = check_attached_files(replace(record, attachments=dict(record.attachments) | files))
         assert not check.passed, name
 
 
@@ -122,7 +122,7 @@ def test_a_log_that_hides_an_override_is_refused(folder: Path, planned: dict[str
     record = read_log(folder / "frame.mcap")
     (crane,) = record.plan.site.cranes
     site = replace(record.plan.site, cranes=(replace(crane, overrides=()),))
-    check = check_own_files(replace(record, plan=replace(record.plan, site=site)))
+    check = check_attached_files(replace(record, plan=replace(record.plan, site=site)))
     assert any("overrides" in failure for failure in check.failures)
 
 

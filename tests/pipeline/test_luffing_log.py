@@ -16,8 +16,8 @@ from seeded_faults import site_file_of, with_files
 
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.rigging import with_luffing_jib
-from bimvox.export.animation import to_animated_glb
-from bimvox.export.ros2 import write_ros2_bag
+from bimvox.exporters.animation import to_animated_glb
+from bimvox.exporters.ros2 import write_ros2_bag
 from bimvox.library.log import write_log_file
 from bimvox.library.obstructions import rasterise
 from bimvox.log.plan_log import PlanLog

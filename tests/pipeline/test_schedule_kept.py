@@ -10,8 +10,8 @@ from bimvox_pipeline.site import init
 
 from bimvox.bim.building import Role
 from bimvox.bim.read import read_building
-from bimvox.export.ifc import with_schedule
-from bimvox.export.lift_schedule import LiftSchedule, LiftTask
+from bimvox.exporters.ifc import with_schedule
+from bimvox.exporters.lift_schedule import LiftSchedule, LiftTask
 from bimvox.library.site import load_site
 from bimvox.planning.assembly import prepare
 from bimvox.progress import SilentProgress

@@ -5,16 +5,16 @@ import pytest
 
 from bimvox.site.config import ModelConfig, RulesConfig, SiteConfig, site_json_schema
 from bimvox.site.config_file import parse_site_config
-from bimvox.site.crane_rules import CRANE_RULES
+from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.site import Rules
 from bimvox.units import METRES_PER_UNIT
 
 
 def test_the_rules_have_the_planners_names_and_defaults():
     own = RulesConfig().model_dump()
-    assert all(own.pop(rule) is None for rule in CRANE_RULES)
+    assert all(own.pop(rule) is None for rule in DEFAULT_RULES)
     named = asdict(Rules())
-    assert {rule: named.pop(rule) for rule in (*CRANE_RULES, "gives_way")} == {
+    assert {rule: named.pop(rule) for rule in (*DEFAULT_RULES, "gives_way")} == {
         "transit_clearance_m": 0.0,
         "rope_clearance_m": 0.0,
         "wind_speed_m_s": 0.0,

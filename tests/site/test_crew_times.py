@@ -8,7 +8,7 @@ import pytest
 from box_sites import box_site, test_crane
 
 from bimvox.errors import ConfigError
-from bimvox.library.own_files import rules_for
+from bimvox.library.attached_files import rules_for
 from bimvox.log.codec import ArrayReader, ArrayWriter, decode, encode
 from bimvox.site.build import with_digests
 from bimvox.site.config import RulesConfig

@@ -14,8 +14,9 @@ from bimvox.bim.ifc.anchors import anchors_without_mesh, points_of_group
 from bimvox.bim.ifc.assembly import Aggregation, Extent, Group
 from bimvox.bim.ifc.casting import casting_by_words, stated_casting
 from bimvox.bim.ifc.class_roles import CURTAIN_TYPES, UNKNOWN, role_of_class
+from bimvox.bim.ifc.mass import Masses, weakest
 from bimvox.bim.ifc.open import OpenedIfc
-from bimvox.bim.ifc.properties import Properties, weakest
+from bimvox.bim.ifc.properties import Properties
 from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_height, storey_of
 from bimvox.bim.ifc.tasks import ProductTask, tasks_of_products
 from bimvox.bim.name_roles import is_existing_by_name, role_by_name
@@ -50,6 +51,7 @@ class ElementBuilder:
         self._parts = parts
         self._selected = selected
         self._properties = properties
+        self._masses = Masses(opened.file, properties)
         self._ids: set[str] = set()
         self._made_unique: list[str] = []
         self._guessed = 0
@@ -71,7 +73,7 @@ class ElementBuilder:
         masses = []
         for step_id in group.members:
             part = self._parts[step_id]
-            masses.append(self._properties.mass(self._file.by_id(step_id), part.extent.volume_m3, part.exact))
+            masses.append(self._masses.of(self._file.by_id(step_id), part.extent.volume_m3, part.exact))
             self._guessed += not part.exact
             self._refused += [str(owner.Name or owner.GlobalId)] * masses[-1].stated_refused
             self._odd += [str(owner.Name or owner.GlobalId)] * masses[-1].stated_odd

@@ -60,7 +60,7 @@ def read_ifc(
     endless = endless_products(opened.file, opened.outlines)
     skipped.update({step_id: endless[step_id] for step_id in wanted if step_id in endless})
     wanted = [step_id for step_id in wanted if step_id not in endless]
-    properties = Properties(opened.file)
+    properties = Properties()
     groups = shape_groups(opened.file, wanted)
     meshed = pool.mesh(
         groups,

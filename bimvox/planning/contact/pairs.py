@@ -25,8 +25,8 @@ from bimvox.planning.contact.sweep import blocked_steps, crossings_above
 from bimvox.planning.contact.triangle_object import collision_object
 from bimvox.records.guide import Guide
 from bimvox.records.lift import ModelledClash
-from bimvox.site.margin import grown_cells
 from bimvox.site.site import Site
+from bimvox.site.transit_clearance import grown_cells
 
 LEAST_GAP_M = 0.001
 _DEPTH_STEP_M = 0.001

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import IntVec
-from bimvox.site.margin import grown_cells
 from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Voxels
+from bimvox.site.transit_clearance import grown_cells
 
 TOLERANCE_M = 1e-4
 """How deep a form must reach into a cell to occupy it; as the voxelizer, so that faces on a border do not spill."""

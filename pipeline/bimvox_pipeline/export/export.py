@@ -1,4 +1,4 @@
-"""``bimvox export``: a log, whole or in part, or a grid, in any format of ``bimvox.export.formats``."""
+"""``bimvox export``: a log, whole or in part, or a grid, in any format of ``bimvox.exporters.formats``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import FileError, InputError
-from bimvox.export.formats import Format, Source, format_for, formats_of
+from bimvox.exporters.formats import Format, Source, format_for, formats_of
 from bimvox.files import check_new_folder, check_output, require_input, unwritable, write_together
 from bimvox_pipeline.export.grid import export_grid
 from bimvox_pipeline.export.schedule import model_bytes, parsed_begin
@@ -48,8 +48,8 @@ def export(
     Returns:
         The document of ``bimvox export --json``.
     """
-    from bimvox.export.csv_json import lifts_csv
-    from bimvox.export.log import log_bytes, messages_in
+    from bimvox.exporters.csv_json import lifts_csv
+    from bimvox.exporters.log import log_bytes, messages_in
     from bimvox.log.lift_choice import chosen_lifts
 
     require_input(source)
@@ -133,7 +133,7 @@ def _read(source: Path, recover: bool) -> tuple[PlanLog, tuple[str, ...]]:
 
 def _write_bag(log: PlanLog, folder: Path) -> int:
     """Write a bag whole or not at all: into a temporary folder next to it, which is then renamed."""
-    from bimvox.export.ros2 import write_ros2_bag
+    from bimvox.exporters.ros2 import write_ros2_bag
 
     with tempfile.TemporaryDirectory(prefix=".bimvox-", dir=folder.resolve().parent) as temporary:
         written = Path(temporary) / folder.name

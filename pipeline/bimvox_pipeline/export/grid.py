@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import InputError
-from bimvox.export.formats import Format
+from bimvox.exporters.formats import Format
 from bimvox.files import check_output, default_output, write_atomically
 from bimvox.progress import Progress
 
@@ -22,8 +22,8 @@ def export_grid(source: Path, wanted: Format, out: Path | None, progress: Progre
     Raises:
         InputError: If the grid or the output cannot be used; nothing is written then.
     """
-    from bimvox.export.grid import part_bodies, surface_bytes
-    from bimvox.export.vti import write_vti
+    from bimvox.exporters.grid import part_bodies, surface_bytes
+    from bimvox.exporters.vti import write_vti
     from bimvox.grid.storage import read_grid
 
     target = out or default_output(source, wanted.suffix)

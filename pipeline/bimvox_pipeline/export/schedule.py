@@ -19,7 +19,7 @@ def parsed_begin(text: str | None) -> datetime:
     Raises:
         InputError: If the text is not a local date and time.
     """
-    from bimvox.export.lift_schedule import DEFAULT_BEGIN
+    from bimvox.exporters.lift_schedule import DEFAULT_BEGIN
 
     if text is None:
         return DEFAULT_BEGIN

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import FileError
-from bimvox.export.text import for_csv
+from bimvox.exporters.text import for_csv
 from bimvox.files import reason_of, write_atomically
 
 DATA_FILE = "lifts.csv"

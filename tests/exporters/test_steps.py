@@ -12,9 +12,9 @@ from xml.etree import ElementTree
 import seeded_faults as faults
 
 import bimvox
-from bimvox.export.csv_json import lifts_csv
-from bimvox.export.lift_schedule import DEFAULT_BEGIN, LiftSchedule, schedule_of
-from bimvox.export.ms_project import NAMESPACE, to_ms_project
+from bimvox.exporters.csv_json import lifts_csv
+from bimvox.exporters.lift_schedule import DEFAULT_BEGIN, LiftSchedule, schedule_of
+from bimvox.exporters.ms_project import NAMESPACE, to_ms_project
 from bimvox.log.narration import log_messages
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of

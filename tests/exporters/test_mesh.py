@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.export.mesh import ColouredBody, to_glb, to_ply
+from bimvox.exporters.mesh import ColouredBody, to_glb, to_ply
 
 
 def body(name: str, low: tuple[float, float, float], rgb: tuple[int, int, int] = (200, 100, 0)) -> ColouredBody:

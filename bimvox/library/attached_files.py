@@ -18,10 +18,10 @@ from bimvox.errors import BimvoxError
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.library.compare import equal, same, same_blockers, same_cells, same_cranes, same_rules
+from bimvox.library.completed_site_file import building_of, completed
 from bimvox.library.obstructions import load_obstructions, rasterise
-from bimvox.library.own_parts import compare_parts, compare_pinned
 from bimvox.library.site import MACHINE, OBSTRUCTIONS, SITE_FILE
-from bimvox.library.site_again import building_of, completed
+from bimvox.library.site_file_parts import compare_parts, compare_pinned
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_in
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.proof import Check
@@ -31,8 +31,8 @@ from bimvox.site.build import ground_and_masts, labels_of, with_obstructions
 from bimvox.site.component import IntVec
 from bimvox.site.config import SiteConfig
 from bimvox.site.config_file import machine_file_names, parse_site_config
-from bimvox.site.crane_rules import CRANE_RULES
 from bimvox.site.crew_times import UNIFORM_TIMES, times_of
+from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
 from bimvox.site.obstructions.file import without_references
@@ -45,7 +45,7 @@ _NAMED = ("json", "toml")
 _SAME = 1e-9
 
 
-def check_own_files(log: PlanLog) -> Check:
+def check_attached_files(log: PlanLog) -> Check:
     """Check that the files attached to a log give the rules, cranes, zones, areas and obstructions of its site."""
     check = Check("own_files")
     site, known = log.plan.site, {SITE_FILE, HELD_FILE, HELD_CRANES_FILE}
@@ -171,7 +171,7 @@ def _of_its_time(site: Site, config: SiteConfig) -> SiteConfig:
 
     So earlier versions took such a file. What the log then lacks is a remark and a condition of the verdict.
     """
-    earlier = {key: 0.0 for key in CRANE_RULES if getattr(config.rules, key) is None}
+    earlier = {key: 0.0 for key in DEFAULT_RULES if getattr(config.rules, key) is None}
     earlier = {key: none for key, none in earlier.items() if key not in site.rules.gives_way}
     return config.model_copy(update={"rules": config.rules.model_copy(update=earlier)})
 

@@ -17,7 +17,7 @@ import ifcopenshell.guid
 
 from bimvox.bim.ifc.open import open_ifc
 from bimvox.errors import IfcError
-from bimvox.export.lift_schedule import CraneResource, LiftSchedule, LiftTask, duration_text
+from bimvox.exporters.lift_schedule import CraneResource, LiftSchedule, LiftTask, duration_text
 
 CRANE_SET = "bimvox_Crane"
 """Name of the property set that describes a crane; IFC has no class for cranes."""

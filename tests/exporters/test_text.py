@@ -11,10 +11,10 @@ from bimvox_cli.main import run
 from full_disk import full_disk
 from log_building import tiny_log
 
-from bimvox.export.csv_json import lifts_csv, to_csv
-from bimvox.export.lift_schedule import DEFAULT_BEGIN, schedule_of
-from bimvox.export.ms_project import to_ms_project
-from bimvox.export.text import for_csv, for_xml
+from bimvox.exporters.csv_json import lifts_csv, to_csv
+from bimvox.exporters.lift_schedule import DEFAULT_BEGIN, schedule_of
+from bimvox.exporters.ms_project import to_ms_project
+from bimvox.exporters.text import for_csv, for_xml
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.site.collision import CollisionSpace
-from bimvox.site.crane_rules import SMALLER_CLEARANCES_M
+from bimvox.site.default_rules import SMALLER_CLEARANCES_M
 from bimvox.site.site import Site
 
 CLEARANCES = ("transit_clearance_m", "rope_clearance_m")

@@ -10,7 +10,7 @@ from log_building import NS, log_bytes, same, tiny_log
 from mcap.reader import make_reader
 
 from bimvox.errors import SelectionError
-from bimvox.export.csv_json import (
+from bimvox.exporters.csv_json import (
     LIFT_COLUMNS,
     SAMPLE_COLUMNS,
     lifts_csv,
@@ -18,9 +18,9 @@ from bimvox.export.csv_json import (
     to_json,
     to_mcap,
 )
-from bimvox.export.formats import FORMATS
-from bimvox.export.lift_schedule import DEFAULT_BEGIN
-from bimvox.export.log import log_bytes as exported
+from bimvox.exporters.formats import FORMATS
+from bimvox.exporters.lift_schedule import DEFAULT_BEGIN
+from bimvox.exporters.log import log_bytes as exported
 from bimvox.log.lift_choice import chosen_lifts
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log

@@ -1,4 +1,4 @@
-"""Compares the site of a log with the files that one holds: site file, model, obstructions."""
+"""Compares the site of a log with the files of the user: site file, model, obstructions."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from pathlib import Path
 
 from bimvox.errors import InputError
 from bimvox.files import require_input
+from bimvox.library.attached_files import rules_for
 from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_fields, same_rules
 from bimvox.library.obstructions import load_obstructions, obstructed
-from bimvox.library.own_files import rules_for
 from bimvox.library.site import load_site
 from bimvox.progress import Progress
 from bimvox.records.proof import Check
@@ -20,7 +20,7 @@ _YOURS = "your files"
 _OF_THE_SITE = ("shape", "yard", "prohibited", "no_load", "site_to_ifc")
 
 
-def check_bound(
+def check_user_files(
     found: Site, site: Path | None, model: Path | None, obstructions: Path | None, progress: Progress
 ) -> Check:
     """Check that the site of a log is that of the given files: parts, shapes, masses, frame, rules, cranes.

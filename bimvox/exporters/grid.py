@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.export.mesh import ColouredBody, to_glb, to_ply
+from bimvox.exporters.mesh import ColouredBody, to_glb, to_ply
 from bimvox.grid.faces import outer_faces
 from bimvox.grid.voxel_grid import Part, VoxelGrid
 from bimvox.rendering.scene.grid import part_colours

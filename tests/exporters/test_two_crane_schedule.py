@@ -8,9 +8,9 @@ import ifcopenshell
 import ifcopenshell.validate
 import pytest
 
-from bimvox.export.ifc import with_schedule
-from bimvox.export.lift_schedule import CraneResource, LiftSchedule, LiftTask
-from bimvox.export.ms_project import NAMESPACE, to_ms_project
+from bimvox.exporters.ifc import with_schedule
+from bimvox.exporters.lift_schedule import CraneResource, LiftSchedule, LiftTask
+from bimvox.exporters.ms_project import NAMESPACE, to_ms_project
 
 MODEL = Path(__file__).parents[2] / "sample_models" / "frame.ifc"
 OLD = MODEL.with_name("frame_ifc2x3_mm.ifc")

@@ -10,9 +10,9 @@ from rosbags.highlevel import AnyReader
 from two_cranes import two_crane_plan
 
 from bimvox.crane.kinematics import hook_of
-from bimvox.export.animation import to_animated_glb
-from bimvox.export.csv_json import lifts_csv, to_csv, to_json, to_mcap
-from bimvox.export.ros2 import write_ros2_bag
+from bimvox.exporters.animation import to_animated_glb
+from bimvox.exporters.csv_json import lifts_csv, to_csv, to_json, to_mcap
+from bimvox.exporters.ros2 import write_ros2_bag
 from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import log_of

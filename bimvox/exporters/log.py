@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from bimvox.errors import InputError
-from bimvox.export.formats import Format
+from bimvox.exporters.formats import Format
 from bimvox.log.plan_log import PlanLog
 
 
@@ -35,15 +35,15 @@ def log_bytes(
     part = log.extract(orders)
     match wanted.name:
         case "csv":
-            from bimvox.export.csv_json import to_csv
+            from bimvox.exporters.csv_json import to_csv
 
             return to_csv(part).encode()
         case "json":
-            from bimvox.export.csv_json import to_json
+            from bimvox.exporters.csv_json import to_json
 
             return (json.dumps(to_json(part), ensure_ascii=False, indent=1) + "\n").encode()
         case "glb":
-            from bimvox.export.animation import to_animated_glb
+            from bimvox.exporters.animation import to_animated_glb
 
             return to_animated_glb(part)
         case "layout":
@@ -51,19 +51,19 @@ def log_bytes(
 
             return layout_bytes(log.plan.site)
         case "msproject":
-            from bimvox.export.lift_schedule import schedule_of
-            from bimvox.export.ms_project import to_ms_project
+            from bimvox.exporters.lift_schedule import schedule_of
+            from bimvox.exporters.ms_project import to_ms_project
 
             return to_ms_project(schedule_of(log, begins, orders))
         case "ifc":
-            from bimvox.export.ifc import with_schedule
-            from bimvox.export.lift_schedule import schedule_of
+            from bimvox.exporters.ifc import with_schedule
+            from bimvox.exporters.lift_schedule import schedule_of
 
             if model is None:
                 raise InputError("the ifc format adds the schedule to the building's own file: give that file")
             return with_schedule(*model, schedule_of(log, begins, orders))
         case "mcap":
-            from bimvox.export.csv_json import to_mcap
+            from bimvox.exporters.csv_json import to_mcap
 
             return to_mcap(log if len(orders) == len(log.plan.lifts) else part)
     raise InputError(f"the format {wanted.name} is not one file of a log")

@@ -17,7 +17,7 @@ WIND_M_S: Final = 9.8
 professional judgement for panels). The wind limits of cranes, 20 m/s for most, assume a sail area of 1.2 m2 per tonne,
 which panels exceed."""
 
-CRANE_RULES: Final = {
+DEFAULT_RULES: Final = {
     "transit_clearance_m": TRANSIT_CLEARANCE_M,
     "rope_clearance_m": ROPE_CLEARANCE_M,
     "wind_speed_m_s": WIND_M_S,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from datetime import datetime
 from xml.etree import ElementTree
 
-from bimvox.export.lift_schedule import LiftSchedule, duration_text
-from bimvox.export.text import for_xml
+from bimvox.exporters.lift_schedule import LiftSchedule, duration_text
+from bimvox.exporters.text import for_xml
 
 NAMESPACE = "http://schemas.microsoft.com/project"
 

@@ -56,7 +56,7 @@ def compare_parts(check: Check, site: Site, config: SiteConfig, building: Buildi
         check: Receives what was compared.
         site: The site.
         config: The site file, complete.
-        building: The building of the site, see ``bimvox.library.site_again``.
+        building: The building of the site, see ``bimvox.library.completed_site_file``.
         source: What to call the file.
 
     Raises:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.luffing import LuffingJib
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.export.gltf import GltfWriter
+from bimvox.exporters.gltf import GltfWriter
 from bimvox.grid.boxes import boxes_of
 from bimvox.grid.labels import Label
 from bimvox.log.plan_log import PlanLog

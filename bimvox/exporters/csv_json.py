@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bimvox.export.text import for_csv
+from bimvox.exporters.text import for_csv
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of, write_log
 from bimvox.records.lift import Lift

@@ -13,7 +13,7 @@ from named_cranes import BUILT_IN
 
 import bimvox
 from bimvox.grid.labels import Label
-from bimvox.library.own_files import check_own_files
+from bimvox.library.attached_files import check_attached_files
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.lift import LiftPlan
 from bimvox.site.build import labels_of, left_out
@@ -36,7 +36,7 @@ def written(folder: Path, text: str, model: str = "frame.ifc") -> Path:
 def compared(loaded: bimvox.LoadedSite, forge: Forge = lambda site: site) -> list[str]:
     """What the check says of a site that was forged after it had been loaded; the site file stays."""
     site = forge(loaded.site)
-    return check_own_files(PlanLog(LiftPlan(site, ()), attachments=loaded.files)).failures
+    return check_attached_files(PlanLog(LiftPlan(site, ()), attachments=loaded.files)).failures
 
 
 def with_part(name: str | None = None, **changes: object) -> Forge:

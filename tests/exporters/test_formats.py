@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bimvox.export.formats import FORMATS, Source, format_for, formats_in_words, formats_of
+from bimvox.exporters.formats import FORMATS, Source, format_for, formats_in_words, formats_of
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,130 @@
+"""The mass of an element: what the file states, or volume times density."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import ifcopenshell.util.element as element_util
+import ifcopenshell.util.unit as unit_util
+
+from bimvox.bim.densities import DEFAULT_DENSITY_KG_M3, density_by_name
+from bimvox.bim.ifc.properties import Properties, layers_of
+
+# Net before gross: a gross weight is that of the stock before cuts and openings (50 % more on one cut balcony).
+_WEIGHTS = (
+    *("netweight", "nettogewicht", "poidsnet", "pesonetto", "weight", "mass", "gewicht", "masse", "massa", "poids"),
+    *("peso", "grossweight", "bruttogewicht", "poidsbrut", "pesobruto", "pesolordo"),
+)
+_VOLUMES = ("netvolume", "nettovolumen", "volume", "volumen", "grossvolume", "bruttovolumen")
+_PLAUSIBLE_KG_M3 = (5.0, 23000.0)
+"""From insulation to above lead: a stated weight that gives a density outside this has a wrong number or unit."""
+_ODD_KG_M3 = (50.0, 12000.0)
+"""A stated weight that gives a density outside this is used, with a note."""
+SOURCES = ("quantity", "density", "default")
+"""Where a mass comes from, most reliable first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mass:
+    """A mass, its source, and whether a stated weight was refused as impossible, or used although it is odd."""
+
+    kg: float
+    source: str
+    stated_refused: bool = False
+    stated_odd: bool = False
+
+
+class Masses:
+    """Masses of the products of one file.
+
+    Args:
+        file: The ``ifcopenshell.file``.
+        properties: Looks its properties up.
+    """
+
+    def __init__(self, file: Any, properties: Properties) -> None:
+        self._properties = properties
+        self._kg_per_unit = _scale(file, "MASSUNIT", base=1e-3)
+        self._m3_per_unit = _scale(file, "VOLUMEUNIT", base=1.0)
+        self._density_per_unit = _scale(file, "MASSDENSITYUNIT", base=1e-3)
+        self._density_by_material: dict[int, float | None] = {}
+        self._old_densities: dict[int, float] = {}
+        if file.schema == "IFC2X3":
+            for entry in file.by_type("IfcGeneralMaterialProperties"):
+                if entry.MassDensity:
+                    self._old_densities[entry.Material.id()] = float(entry.MassDensity)
+
+    def of(self, product: Any, volume_m3: float, exact: bool) -> Mass:
+        """Return the mass of one product.
+
+        A stated weight comes first, then volume times density of its material, then volume times default density.
+
+        Args:
+            product: The ``IfcProduct``.
+            volume_m3: Volume of its mesh.
+            exact: Whether that volume is exact; if not, a stated volume replaces it.
+        """
+        stated = self._properties.sets_of(product)
+        weight = _first(stated, _WEIGHTS)
+        refused = False
+        if weight is not None:
+            kg = weight * self._kg_per_unit
+            low, high = _PLAUSIBLE_KG_M3
+            if volume_m3 == 0.0 or not exact:
+                return Mass(kg, "quantity")
+            if low <= kg / volume_m3 <= high:
+                return Mass(kg, "quantity", stated_odd=not _ODD_KG_M3[0] <= kg / volume_m3 <= _ODD_KG_M3[1])
+            refused = True
+        if not exact:
+            volume = _first(stated, _VOLUMES)
+            volume_m3 = volume * self._m3_per_unit if volume is not None else volume_m3
+        density = self._density(product)
+        if density is None:
+            return Mass(volume_m3 * DEFAULT_DENSITY_KG_M3, "default", refused)
+        return Mass(volume_m3 * density, "density", refused)
+
+    def _density(self, product: Any) -> float | None:
+        """Return the mean density of the layers with a known density, weighted by thickness; None if there are none."""
+        known = [(self._density_of(material), thickness) for material, thickness in layers_of(product)]
+        pairs = [(density, thickness) for density, thickness in known if density is not None]
+        total = sum(thickness for _, thickness in pairs)
+        return sum(density * thickness for density, thickness in pairs) / total if total > 0 else None
+
+    def _density_of(self, material: Any) -> float | None:
+        key = material.id()
+        if key not in self._density_by_material:
+            stated = self._old_densities.get(key)
+            if stated is None and getattr(material, "HasProperties", None):
+                stated = element_util.get_pset(material, "Pset_MaterialCommon", "MassDensity")
+            density = float(stated) * self._density_per_unit if stated else None
+            if density is None or not _PLAUSIBLE_KG_M3[0] <= density <= _PLAUSIBLE_KG_M3[1]:
+                density = density_by_name(str(material.Name or ""))
+            self._density_by_material[key] = density
+        return self._density_by_material[key]
+
+
+def weakest(sources: Sequence[str]) -> str:
+    """Return the least reliable of several mass sources."""
+    return max(sources, key=SOURCES.index)
+
+
+def _first(sets: dict[str, dict[str, Any]], names: Sequence[str]) -> float | None:
+    """Return the first positive number under one of these names, earlier names first."""
+    found: dict[str, float] = {}
+    for values in sets.values():
+        for key, value in values.items():
+            name = key.lower().replace(" ", "").replace("_", "")
+            if name in names and isinstance(value, int | float) and not isinstance(value, bool) and value > 0:
+                found.setdefault(name, float(value))
+    return next((found[name] for name in names if name in found), None)
+
+
+def _scale(file: Any, unit_type: str, base: float) -> float:
+    """Return one project unit in kg, m3 or kg/m3; 1.0 if the project does not state it."""
+    assignment = file.by_type("IfcProject")[0].UnitsInContext
+    for unit in assignment.Units if assignment else ():
+        if getattr(unit, "UnitType", None) == unit_type:
+            return float(unit_util.get_unit_scale(unit)) * base
+    return 1.0
