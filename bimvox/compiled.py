@@ -37,8 +37,12 @@ def inline_kernel(function: F) -> F:
 
 def _compiled(function: F, **options: bool) -> F:
     dispatcher = numba.njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
-    dispatcher._cache = KernelCache(dispatcher)
-    resolve = dispatcher.get_call_template
+    cache = dispatcher._cache = KernelCache(dispatcher)
+    compile_one, resolve = dispatcher.compile, dispatcher.get_call_template
+
+    def compile_once(signature: Any) -> Any:
+        with cache.turn():
+            return compile_one(signature)
 
     def without_literals(args: Sequence[Any], kws: dict[str, Any]) -> Any:
         """Resolve a call from another kernel by the types of its arguments alone.
@@ -47,5 +51,5 @@ def _compiled(function: F, **options: bool) -> F:
         """
         return resolve([unliteral(one) for one in args], {name: unliteral(one) for name, one in kws.items()})
 
-    dispatcher.get_call_template = without_literals
+    dispatcher.compile, dispatcher.get_call_template = compile_once, without_literals
     return dispatcher  # type: ignore[no-any-return]

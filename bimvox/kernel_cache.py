@@ -4,6 +4,9 @@ Numba's own cache looks only at the file of the function. Machine code also cont
 the constants that it reads, from any file, so an edit elsewhere would leave stale machine code. Here the key is the
 content: the byte code of the kernel and of everything that it calls, and the values that they read. A comment or a
 docstring changes nothing; a constant changes only the kernels that read it.
+
+Compiling takes seconds, so no two processes compile the same: the first one locks the file, the others wait for it. The
+lock is the operating system's, which releases it when a process ends for any reason.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ import types
 import uuid
 import warnings
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -26,10 +29,14 @@ import numpy as np
 import platformdirs
 from numba.core.caching import _Cache
 from numba.core.compiler import CompileResult
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
+from bimvox.compiling import compiling_one
+
 _DIGITS = 32
+_LONGEST_WAIT_S = 300.0  # for a process that has stopped without ending
 _SCALARS = (bool, int, float, complex, str, bytes, type(None), np.generic)
 
 
@@ -50,20 +57,33 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         self._dispatcher = dispatcher
         self._digest: str | None = None
         self._is_enabled = True
+        self._turns: list[ExitStack] = []
 
     @property
     def cache_path(self) -> str:
         """The folder of this kernel's files."""
         return str(cache_folder() / self._dispatcher.py_func.__module__)
 
+    @contextmanager
+    def turn(self) -> Iterator[None]:
+        """Make one call of the dispatcher's ``compile``; at its end its lock, if it took one, is released."""
+        with global_compiler_lock, ExitStack() as turn:
+            self._turns.append(turn)
+            turn.callback(self._turns.pop)
+            yield
+
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the machine code for a signature; None if it is not on disk or cannot be read."""
+        """Return the machine code for a signature; None if it is not on disk or cannot be read, so must be compiled."""
         target_context.refresh()
-        if self._is_enabled:
-            with suppress(OSError, EOFError, ImportError, AttributeError, pickle.UnpicklingError):
-                payload = pickle.loads(self._file(sig, target_context.codegen()).read_bytes())
-                return CompileResult._rebuild(target_context, *payload)
-        return None
+        if not self._is_enabled:
+            return None
+        file = self._file(sig, target_context.codegen())
+        found = _read(file, target_context)
+        if found is None and self._turns:
+            self._turns[-1].enter_context(compiling_one())
+            if _lock(file, self._turns[-1]):  # another process may have compiled it by now
+                found = _read(file, target_context)
+        return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store the machine code for a signature; the file appears whole or not at all."""
@@ -103,6 +123,24 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         machine = (codegen.magic_tuple(), numba.__version__, sys.version_info)
         key = (self._digest, str(arguments), *_fields_of(arguments), machine)
         return Path(self.cache_path) / f"{self._dispatcher.py_func.__name__}-{_hashed(repr(key).encode())}.nbc"
+
+
+def _read(file: Path, target_context: Any) -> Any:
+    with suppress(OSError, EOFError, ImportError, AttributeError, pickle.UnpicklingError):
+        return CompileResult._rebuild(target_context, *pickle.loads(file.read_bytes()))
+    return None
+
+
+def _lock(file: Path, turn: ExitStack) -> bool:
+    """Lock a file of machine code for a turn; False if that is impossible here, so that it may be compiled twice."""
+    from filelock import FileLock
+
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        turn.enter_context(FileLock(file.with_suffix(".lock"), timeout=_LONGEST_WAIT_S))
+    except (OSError, NotImplementedError):
+        return False
+    return True
 
 
 def digest_of(kernel: Any) -> str:

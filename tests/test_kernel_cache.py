@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 from types import FunctionType
 from typing import Any, NamedTuple
@@ -12,8 +14,10 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 import pytest
+from filelock import FileLock
 
 from bimvox import kernel_cache
+from bimvox.compiling import told
 from bimvox.kernel_cache import KernelCache, digest_of
 from bimvox.voxelization import columns
 
@@ -116,3 +120,86 @@ def test_a_folder_that_cannot_be_written_costs_only_time(tmp_path: Path, monkeyp
     (tmp_path / "file").write_bytes(b"")
     monkeypatch.setattr(kernel_cache, "cache_folder", lambda: tmp_path / "file" / "below")
     assert module_of()["outer"](np.int64(2)) == 7
+
+
+SCRIPT = (
+    MODULE.format(constant="FACTOR = 3", doc='"""Words."""', inner="")
+    + "\nimport sys; print('ready', flush=True); sys.stdin.readline()\nassert outer(2) == 7\n"
+    "print(sum(outer.stats.cache_misses.values()), sum(inner.stats.cache_misses.values()))\n"
+)
+
+
+def test_two_processes_never_compile_the_same(tmp_path: Path) -> None:
+    (tmp_path / "one.py").write_text(SCRIPT)
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+    command = [sys.executable, str(tmp_path / "one.py")]
+    processes = [
+        subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    for process in processes:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+    for process in processes:
+        assert process.stdin is not None
+        process.stdin.write("\n")
+        process.stdin.flush()
+    said = sorted(process.communicate()[0].split() for process in processes)
+    assert [process.returncode for process in processes] == [0, 0]
+    assert said == [["0", "0"], ["1", "1"]]
+
+
+HOLD = """
+import sys
+from filelock import FileLock
+with FileLock(sys.argv[1]):
+    print("held", flush=True)
+    sys.stdin.readline()
+"""
+
+
+def test_a_process_that_was_killed_while_it_compiled_is_waited_for_no_longer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    outer = module_of()["outer"]
+    file = outer._cache._file((numba.int64,), numba.core.registry.cpu_target.target_context.codegen())
+    file.parent.mkdir(parents=True)
+    lock = file.with_suffix(".lock")
+    command = [sys.executable, "-c", HOLD, str(lock)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as holder:
+        assert holder.stdout is not None
+        assert holder.stdout.readline() == "held\n"
+        # A process that has stopped is waited for, but not for ever.
+        monkeypatch.setattr(kernel_cache, "_LONGEST_WAIT_S", 0.2)
+        assert outer(2) == 7
+        file.unlink()
+        threading.Timer(1.0, holder.kill).start()
+        monkeypatch.setattr(kernel_cache, "_LONGEST_WAIT_S", 300.0)
+        began = time.monotonic()
+        assert module_of()["outer"](2) == 7
+        assert 0.5 < time.monotonic() - began < 200
+    assert file.is_file()
+
+
+def test_compiling_is_told_and_loading_is_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    heard: list[tuple[int, bool]] = []
+    with told(lambda begun, now: heard.append((begun, now))):
+        module_of()["outer"](2)
+        first = heard.copy()
+        module_of()["outer"](2)
+    assert [now for _, now in first] == [True, True, True, False]  # outer, and inner within it
+    assert first[1][0] - first[0][0] == 1
+    assert heard == first
+
+
+def test_a_kernel_that_cannot_be_compiled_leaves_no_lock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    outer = module_of()["outer"]
+    with pytest.raises(numba.TypingError):
+        outer("words")
+    assert outer._cache._turns == []
+    for lock in tmp_path.rglob("*.lock"):
+        with FileLock(lock, timeout=0):
+            pass

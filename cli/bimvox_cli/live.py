@@ -24,19 +24,38 @@ class LiveProgress(SilentProgress):
         self._last_line = time.monotonic()
         self._bars: Bars | None = None
         self._task = TaskID(0)
+        self._kernels = 0
+
+    def compiling(self, begun: int, now: bool) -> None:
+        """Say that kernels are compiled, which takes long and happens once, and how many; see `bimvox.compiling`."""
+        first, self._kernels = now and begun == 1, begun if now else 0
+        if self._bars is not None:
+            self._bars.update(self._task, description=self._words())
+        elif now and not self._animated:
+            self._plain_line(at_once=first)
 
     def shown(self) -> None:
         """Move the bar, or print a plain line if none was printed for a while."""
         if self._animated:
             if self._bars is None:
                 self._bars = _bars_on(self._console)
-                self._task = self._bars.add_task(self.name or "", total=self.total)
+                self._task = self._bars.add_task(self._words(), total=self.total)
                 self._bars.start()
             self._bars.update(self._task, completed=self.done, total=self.total)
-        elif self.done != self.total and time.monotonic() - self._last_line > _PLAIN_LINE_EVERY_S:
-            self._last_line = time.monotonic()
-            of = f" of {self.total:,}" if self.total else ""
-            self._console.print(f"{self.name}: {self.done:,}{of}" if self.done else f"{self.name} ...")
+        elif self.done != self.total:
+            self._plain_line()
+
+    def _words(self) -> str:
+        once = f"compiling, once: {self._kernels}" if self._kernels else ""
+        return ", ".join(filter(None, [self.name, once]))
+
+    def _plain_line(self, *, at_once: bool = False) -> None:
+        if not at_once and time.monotonic() - self._last_line < _PLAIN_LINE_EVERY_S:
+            return
+        self._last_line = time.monotonic()
+        of = f" of {self.total:,}" if self.total else ""
+        done = f": {self.done:,}{of}" if self.done and not self._kernels else ""
+        self._console.print(f"{self._words()}{done or ' ...'}")
 
     def noted(self, text: str) -> None:
         """Print a note, above the bar if there is one."""

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from bimvox.rendering.plain import plain
@@ -71,19 +71,20 @@ class Output:
 @contextmanager
 def open_output(*, as_json: bool, quiet: bool) -> Iterator[Output]:
     """Open the output of one run; the progress bar disappears however the run ends."""
+    from bimvox.compiling import told
     from bimvox.progress import SilentProgress
 
     progress: Progress
-    if quiet:
-        progress = SilentProgress()
-    else:
-        from bimvox_cli.live import LiveProgress
+    with ExitStack() as stack:
+        if quiet:
+            progress = SilentProgress()
+        else:
+            from bimvox_cli.live import LiveProgress
 
-        progress = LiveProgress(console_on(sys.stderr))
-    try:
+            progress = live = LiveProgress(console_on(sys.stderr))
+            stack.enter_context(told(live.compiling))
+        stack.callback(progress.finish)
         yield Output(as_json=as_json, quiet=quiet, progress=progress)
-    finally:
-        progress.finish()
 
 
 def console_on(stream: Any) -> Console:

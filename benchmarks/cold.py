@@ -1,0 +1,78 @@
+"""``python -m benchmarks.cold``: what a first run costs, before the kernels are compiled, beside a later one.
+
+The commands of the demo run twice, first with an empty folder of machine code. Processor time counts all processes and
+hardly depends on other load on the machine; what the first run needs more is compiling.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+_SAMPLE = Path(__file__).parents[1] / "sample_models" / "prefab.ifc"
+_ACTS = {
+    "voxelize": ("voxelize", str(_SAMPLE), "-o", "prefab.zarr.zip"),
+    "init": ("init", str(_SAMPLE), "-o", "prefab.site.toml", "--force"),
+    "plan": ("plan", "prefab.site.toml", "-o", "prefab.mcap"),
+    "verify": ("verify", "prefab.mcap"),
+    "render": ("render", "prefab.mcap", "-o", "prefab.png"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Spent:
+    """What one command took, and how many files of machine code it added."""
+
+    processor_s: float
+    wall_s: float
+    kernels: int
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--first", choices=("warm-up",), help="run this before the demo's commands, and count it too")
+    chosen = parser.parse_args()
+    acts = ({chosen.first: (chosen.first,)} if chosen.first else {}) | _ACTS
+    with tempfile.TemporaryDirectory() as folder:
+        runs = [{name: _spent(Path(folder), act) for name, act in acts.items()} for _ in range(2)]
+    lines = [
+        "| command | kernels compiled | compiling, s of processor time | wall, s: first | later |",
+        "|---|---|---|---|---|",
+    ]
+    for name in acts:
+        first, later = runs[0][name], runs[1][name]
+        compiling = first.processor_s - later.processor_s
+        lines.append(f"| {name} | {first.kernels} | {compiling:.1f} | {first.wall_s:.1f} | {later.wall_s:.1f} |")
+    first, later = ([*run.values()] for run in runs)
+    compiling = sum(one.processor_s for one in first) - sum(one.processor_s for one in later)
+    walls = [sum(one.wall_s for one in run) for run in (first, later)]
+    lines.append(f"| all | {sum(one.kernels for one in first)} | {compiling:.1f} | {walls[0]:.1f} | {walls[1]:.1f} |")
+    sys.stdout.write("\n".join(lines) + "\n")
+
+
+def _spent(folder: Path, act: tuple[str, ...]) -> Spent:
+    cache = folder / "kernels"
+    before, clock, there = _children_s(), time.perf_counter(), len(list(cache.rglob("*.nbc")))
+    subprocess.run(
+        [sys.executable, "-m", "bimvox_cli", *act, "-q"],
+        cwd=folder,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(cache)},
+        check=True,
+    )
+    return Spent(_children_s() - before, time.perf_counter() - clock, len(list(cache.rglob("*.nbc"))) - there)
+
+
+def _children_s() -> float:
+    spent = os.times()
+    return spent.children_user + spent.children_system
+
+
+if __name__ == "__main__":
+    main()
