@@ -24,7 +24,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-slow test-all test-page test-fleet check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
-	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-decision bench-frozen train-generalist soak-watch soak-files \
+	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-decision bench-cold bench-frozen train-generalist soak-watch soak-files \
 	picture docs constraints audit advisories wheel clean
 
 help: ## this list
@@ -149,6 +149,9 @@ bench-decision: setup ## microseconds of one decision of the shipped policy: doc
 
 bench-frozen: setup ## the bytes that the program writes, against those recorded (ARGS="--only watch" for some cases)
 	$(BIN)/python -m benchmarks.frozen $(ARGS)
+
+bench-cold: setup ## what a first run compiles: the demo's commands with an empty folder of machine code (ARGS="--first warm-up")
+	$(BIN)/python -m benchmarks.cold $(ARGS)
 
 soak-files: setup ## every IFC file under DIR ends in a grid or a clear error: make soak-files DIR=folder
 	$(BIN)/python -m benchmarks.many_files $(DIR) $(ARGS)

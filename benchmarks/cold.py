@@ -50,10 +50,10 @@ def main() -> None:
         first, later = runs[0][name], runs[1][name]
         compiling = first.processor_s - later.processor_s
         lines.append(f"| {name} | {first.kernels} | {compiling:.1f} | {first.wall_s:.1f} | {later.wall_s:.1f} |")
-    first, later = ([*run.values()] for run in runs)
-    compiling = sum(one.processor_s for one in first) - sum(one.processor_s for one in later)
-    walls = [sum(one.wall_s for one in run) for run in (first, later)]
-    lines.append(f"| all | {sum(one.kernels for one in first)} | {compiling:.1f} | {walls[0]:.1f} | {walls[1]:.1f} |")
+    processor_s = [sum(one.processor_s for one in run.values()) for run in runs]
+    walls_s = [sum(one.wall_s for one in run.values()) for run in runs]
+    kernels = sum(one.kernels for one in runs[0].values())
+    lines.append(f"| all | {kernels} | {processor_s[0] - processor_s[1]:.1f} | {walls_s[0]:.1f} | {walls_s[1]:.1f} |")
     sys.stdout.write("\n".join(lines) + "\n")
 
 
