@@ -25,7 +25,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-slow test-all test-page test-fleet check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
 	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-decision bench-cold bench-frozen train-generalist soak-watch soak-files \
-	picture docs constraints audit advisories wheel clean
+	picture docs constraints audit advisories wheel release clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
@@ -44,7 +44,7 @@ $(BIN)/bimvox: pyproject.toml constraints.txt constraints-cpu.txt | $(UV)
 setup: $(BIN)/bimvox ## make the virtual environment and install everything into it
 
 demo: setup ## the main job on a sample building: voxelize, plan, verify, render
-	@PATH="$(abspath $(BIN)):$$PATH" OUT="$(OUT)" sh demo.sh
+	@$(BIN)/bimvox demo -o $(OUT)
 
 test: setup ## the tests that are quick; all but fleets, trainings, soaks and the like, which CI runs too
 	$(BIN)/python -m pytest -m "not slow"
@@ -64,10 +64,14 @@ test-fleet: setup ## fleets on a real local Ray and a real local Dask cluster, a
 
 lint: setup
 	$(BIN)/ruff check .
+	$(BIN)/ruff check --quiet --preview --select PLW1514 bimvox pipeline cli # every text file names its encoding
 	$(BIN)/ruff format --check .
 
+SHIPPED = -p bimvox -p bimvox_pipeline -p bimvox_cli
 types: setup
 	$(BIN)/mypy
+	$(BIN)/mypy $(SHIPPED) --platform win32 --cache-dir .mypy_cache/win32
+	$(BIN)/mypy $(SHIPPED) --platform darwin --cache-dir .mypy_cache/darwin
 
 contracts: setup
 	$(BIN)/lint-imports --no-cache
@@ -188,10 +192,11 @@ $(AUDITOR)/ready: pyproject.toml constraints.txt | $(UV)
 advisories: audit $(AUDITOR)/ready ## known vulnerabilities of what is installed; asks the network
 	$(AUDITOR)/bin/pip-audit --path "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')"
 
-wheel: setup ## build the wheel, with its SBOM (CycloneDX JSON) next to it: dist/
-	rm -rf dist build
-	SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct) $(UV) build --quiet --wheel --no-build-isolation --python $(BIN)/python -o dist .
-	$(BIN)/python -m supply.sbom dist/bimvox-*.whl $(LOCKS)
+wheel: setup ## build the wheel, with its SBOM (CycloneDX JSON) and checksums next to it: dist/
+	$(BIN)/python -m supply.wheel $(LOCKS)
+
+release: setup ## VERSION=0.2.0: changelog, version, commit, tag, wheel, SBOM, checksums; pushes nothing
+	$(BIN)/python -m supply.release $(VERSION) $(LOCKS)
 
 clean: ## remove the virtual environment and what the demo wrote
 	rm -rf $(VENV) $(PEERS) $(PLANNERS) $(VIEWERS) $(AUDITOR) $(OUT) build dist *.egg-info

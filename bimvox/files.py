@@ -20,6 +20,8 @@ ErrorKind = Callable[..., InputError]
 """Makes an error of (path, message, hint=...)."""
 
 _CHUNK_BYTES = 1 << 20
+_BINARY: int = getattr(os, "O_BINARY", 0)
+"""On Windows a descriptor without it changes line ends."""
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 
 
@@ -239,7 +241,7 @@ def _written_aside(path: Path, target: Path, data: bytes | Callable[[BinaryIO], 
     """
     temporary = target.parent / f".bimvox-{secrets.token_hex(8)}.part"
     try:
-        descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+        descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _BINARY, 0o666)
         with os.fdopen(descriptor, "wb") as stream:
             if callable(data):
                 data(stream)

@@ -6,6 +6,7 @@ the runs of a fleet use pipes, the paper's jobs and retraining use ``multiproces
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import subprocess
 import sys
@@ -13,7 +14,12 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import IO
+
+CAN_FORK = hasattr(os, "fork")
+"""Whether a process can be forked; Windows cannot."""
 
 _LOOK_EVERY_S = 0.3
 _ROOT = str(Path(__file__).resolve().parents[1])
@@ -53,6 +59,54 @@ def run_to_end(command: Sequence[str], timeout_s: float) -> Finished | None:
         return None
     said = done.stderr.decode("utf-8", "replace").strip().splitlines()
     return Finished(done.returncode, done.stdout, said[-1] if said else "")
+
+
+def start_connected(
+    command: Sequence[str], last: str, output: IO[bytes], environment: dict[str, str]
+) -> tuple[subprocess.Popen[bytes], Connection]:
+    """Return a process and the connection to it; Ctrl-C reaches only this process, which then ends the other.
+
+    Args:
+        command: What to run. The number of its end of the connection, for :func:`connection_of`, is appended.
+        last: The last argument, after that number.
+        output: Receives what it prints.
+        environment: Its environment variables.
+    """
+    here, there = multiprocessing.Pipe()
+    number = there.fileno()
+    with there:
+        if sys.platform == "win32":
+            os.set_handle_inheritable(number, True)
+            process = subprocess.Popen(
+                [*command, str(number), last],
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=output,
+                env=environment,
+                startupinfo=subprocess.STARTUPINFO(lpAttributeList={"handle_list": [number]}),
+                creationflags=subprocess.CREATE_NEW_PROCESS_GROUP,
+            )
+        else:
+            process = subprocess.Popen(
+                [*command, str(number), last],
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=output,
+                env=environment,
+                pass_fds=[number],
+                start_new_session=True,
+            )
+    return process, here  # type: ignore[return-value,unused-ignore]  # a PipeConnection on Windows, with the same methods
+
+
+def connection_of(number: int) -> Connection:
+    """Return this end of a connection, by its number on the command line."""
+    if sys.platform == "win32":
+        from multiprocessing.connection import PipeConnection
+
+        return PipeConnection(number)  # type: ignore[return-value]
+    else:  # noqa: RET505  (mypy would call the last line unreachable)
+        return Connection(number)
 
 
 def end_with(parent: int) -> None:

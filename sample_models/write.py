@@ -6,6 +6,8 @@ import argparse
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from bimvox_pipeline import demo
+
 from sample_models import frame, hall, paper, prefab, yard
 
 FILES: Mapping[str, Callable[[], bytes]] = {
@@ -36,8 +38,11 @@ def main() -> None:
     """Write the files and print their paths."""
     parser = argparse.ArgumentParser(prog="python -m sample_models.write", description="Write the sample models.")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder to write to (default: here)")
-    for path in write_all(parser.parse_args().out):
+    out = parser.parse_args().out
+    for path in write_all(out):
         print(f"{path.name}  {path.stat().st_size:,} bytes")
+    if out == Path(__file__).parent:
+        (Path(demo.__file__).parent / demo.SAMPLE).write_bytes(FILES[demo.SAMPLE]())
 
 
 if __name__ == "__main__":

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import email
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -22,13 +24,14 @@ from pathlib import Path
 import bimvox
 here = Path(sys.prefix).resolve()
 assert here in Path(bimvox.__file__).resolve().parents, bimvox.__file__
+import bimvox_pipeline.demo
+assert len(bimvox_pipeline.demo.sample()) > 100_000
+bimvox_pipeline.demo.sample = Path("frame.ifc").read_bytes  # the sample itself takes longer
 command = importlib.metadata.entry_points(group="console_scripts")["bimvox"].load()
 for arguments in (
-    ["init", "frame.ifc"],
-    ["plan", "frame.site.toml", "--policy", "none"],
-    ["verify", "frame.mcap"],
-    ["report", "frame.mcap"],
-    ["render", "frame.mcap", "-o", "frame.html", "--no-proof"],
+    ["demo", "-o", "."],
+    ["report", "prefab.mcap"],
+    ["render", "prefab.mcap", "-o", "prefab.html", "--no-proof"],
 ):
     sys.argv = ["bimvox", *arguments, "-q"]
     try:
@@ -40,6 +43,7 @@ for arguments in (
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
 assert load_generalist().layer_sizes
 print("used", generalist_record()["id"])
+assert not {"torch", "stable_baselines3"} & set(sys.modules)
 for name, module in sys.modules.items():
     if name.split(".")[0].startswith("bimvox"):
         assert here in Path(module.__file__).resolve().parents, module.__file__
@@ -50,7 +54,7 @@ for name, module in sys.modules.items():
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Build the wheel from a copy of the project's files, so that nothing is left in the checkout."""
     source, out = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("wheel")
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
     for name in ("bimvox", "pipeline", "cli"):
         shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
@@ -82,6 +86,24 @@ def test_a_wheel_holds_our_packages_and_no_generic_name(wheel):
         assert kept <= set(names)
 
 
+def test_an_index_shows_the_pictures_and_follows_the_links(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        (file,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+        about = email.message_from_bytes(archive.read(file))
+    assert about["Description-Content-Type"] == "text/markdown"
+    repository = dict(url.split(", ") for url in about.get_all("Project-URL"))["Repository"]
+    assert repository.startswith("https://")
+    targets = re.findall(r"\]\(([^)]+)\)", str(about.get_payload()))
+    assert any(target.endswith(".png") for target in targets)
+    for target in targets:
+        kind = "raw" if target.endswith((".png", ".gif")) else "blob"
+        start = f"{repository}/{kind}/v{about['Version']}/"
+        assert target.startswith(("https://", "#"))
+        if target.startswith(f"{repository}/"):
+            assert target.startswith(start)
+            assert (ROOT / target.removeprefix(start)).exists(), target
+
+
 def test_the_installed_wheel_plans_verifies_reports_and_draws(clean, tmp_path):
     shutil.copy(ROOT / "sample_models" / "frame.ifc", tmp_path)
     known = {"PATH", "HOME", "LANG", "NUMBA_CACHE_DIR"}
@@ -96,5 +118,5 @@ def test_the_installed_wheel_plans_verifies_reports_and_draws(clean, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("used ")
-    for name in ("frame.site.toml", "frame.mcap", "frame.report.html", "frame.html"):
+    for name in ("prefab.site.toml", "prefab.mcap", "prefab.png", "prefab.report.html", "prefab.html"):
         assert (tmp_path / name).stat().st_size > 1000

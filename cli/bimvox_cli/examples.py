@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 EXAMPLES = {
+    "demo": ("bimvox demo", "bimvox demo -o first-plan"),
     "voxelize": ("bimvox voxelize house.ifc", "bimvox voxelize house.ifc --voxel-size 0.25 -o house.zarr.zip"),
     "inspect": ("bimvox inspect house.ifc", "bimvox inspect house.mcap --json"),
     "init": ("bimvox init house.ifc", "bimvox init yard.glb --crane mobile -o yard.site.toml"),

@@ -13,6 +13,7 @@ import typer
 
 from bimvox_cli import failure
 from bimvox_cli.cranes import cranes
+from bimvox_cli.demo import demo
 from bimvox_cli.examples import epilog
 from bimvox_cli.experiment import experiment
 from bimvox_cli.export import export
@@ -33,7 +34,7 @@ from bimvox_cli.watch import watch
 app = typer.Typer(
     name="bimvox",
     help="Turn a building model (IFC or mesh) into proven, timed crane lifts.",
-    epilog="Start with: bimvox init MODEL, then bimvox plan SITE. "
+    epilog="Start with: bimvox demo; with your own model: bimvox init MODEL, then bimvox plan SITE. "
     "Exit codes: 0 done, 1 no valid plan or a check failed, 2 bad usage or bad input.",
     context_settings=HELP_NAMES,
     rich_markup_mode=None,
@@ -63,7 +64,22 @@ def main(
         raise typer.Exit(failure.BAD_INPUT)
 
 
-for _command in (voxelize, inspect, init, cranes, train, plan, sweep, watch, export, verify, render, report, schema):
+for _command in (
+    demo,
+    voxelize,
+    inspect,
+    init,
+    cranes,
+    train,
+    plan,
+    sweep,
+    watch,
+    export,
+    verify,
+    render,
+    report,
+    schema,
+):
     app.command(context_settings=HELP_NAMES, epilog=epilog(_command.__name__))(_command)
 app.add_typer(policy, name="policy", context_settings=HELP_NAMES)
 app.add_typer(experiment, name="experiment", context_settings=HELP_NAMES)

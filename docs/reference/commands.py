@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import typer
+from bimvox_cli.examples import EXAMPLES as HELP_EXAMPLES
 from bimvox_cli.main import app
 
 from docs.reference.examples import EXAMPLES, READ_ON
@@ -51,7 +52,10 @@ def _page(name: str, command: Any, root: Any) -> Iterator[str]:
         inner = command.get_command(context, sub)
         yield from [f"## bimvox {name} {sub}", ""]
         yield from _body(inner, inner.context_class(inner, info_name=sub, parent=context, terminal_width=_WIDTH))
-    yield from ["## Examples", "", "```sh", *EXAMPLES[name], "```", ""]
+    yield from ["## Examples", ""]
+    if name in HELP_EXAMPLES:
+        yield from ["```text", *HELP_EXAMPLES[name], "```", "", "With the sample models:", ""]
+    yield from ["```sh", *EXAMPLES[name], "```", ""]
     yield "Read on: " + " · ".join(f"[{title}](../{path})" for title, path in READ_ON[name]) + "."
 
 

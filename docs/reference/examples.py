@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 EXAMPLES: dict[str, tuple[str, ...]] = {
+    "demo": ("bimvox demo -o demo-output --json",),
     "voxelize": (
         "bimvox voxelize sample_models/frame.ifc --voxel-size 0.1 -o frame.zarr.zip",
         "bimvox voxelize sample_models/yard.glb --unit m -o yard.zarr.zip --json",
@@ -46,6 +47,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
 """Commands of the examples by the name of their page; run in this order from the folder that has ``sample_models``."""
 
 READ_ON: dict[str, tuple[tuple[str, str], ...]] = {
+    "demo": (("tutorial", "tutorial.md"),),
     "voxelize": (
         ("what exact means", "voxelizing.md"),
         ("what is taken from IFC files", "reading.md"),

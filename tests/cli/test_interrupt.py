@@ -17,7 +17,7 @@ MODEL = Path(__file__).parents[2] / "sample_models" / "frame.ifc"
 _HANGS = """
 import os, sys, time
 from multiprocessing.connection import Connection
-from bimvox.bim.ifc.worker import serve
+from bimvox.bim.ifc.forks import serve
 
 def mesh(step_ids, library):
     with open(os.environ["TOLD"], "a") as told:

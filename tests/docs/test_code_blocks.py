@@ -96,6 +96,9 @@ def test_the_commands_of_a_document_run(
     monkeypatch.chdir(tmp_path)
     if name == "docs/pictures.md":
         monkeypatch.setenv("BIMVOX_SIZE", "120x80")
+    if name == "docs/commands/demo.md":
+        frame = (tmp_path / "sample_models" / "frame.ifc").read_bytes()
+        monkeypatch.setattr("bimvox_pipeline.demo.sample", lambda: frame)
     run_commands(name, tmp_path, capsys)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import ifcopenshell
 import pytest
 import trimesh
+from bimvox_pipeline import demo
 
 from sample_models.write import FILES, write_all
 
@@ -39,6 +40,10 @@ def counts_found(path: Path, kinds: set[str]) -> dict[str, int]:
 def test_committed_files_are_what_the_code_writes(samples: Path, tmp_path: Path) -> None:
     for path in write_all(tmp_path / "new"):
         assert path.read_bytes() == (samples / path.name).read_bytes(), f"{path.name}: python -m sample_models.write"
+
+
+def test_the_sample_in_the_package_is_that_of_the_checkout(samples: Path) -> None:
+    assert demo.sample() == (samples / demo.SAMPLE).read_bytes(), "python -m sample_models.write"
 
 
 def test_another_process_writes_the_same_bytes_where_it_is_told(samples: Path, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from bimvox.bim.ifc.process import WORKER_COMMAND, GeometryServer, Task, Worker
+from bimvox.bim.ifc.process import WORKER_COMMAND, Task, Worker, geometry_processes
 from bimvox.bim.ifc.shape import PlacedShape
 from bimvox.errors import SelectionError, shown
 
@@ -72,7 +72,7 @@ class GeometryPool:
         self._lost_s = 0.0
 
     def __enter__(self) -> GeometryPool:
-        self._server = GeometryServer(self._path, self._command)
+        self._server = geometry_processes(self._path, self._command)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
@@ -127,7 +127,7 @@ class GeometryPool:
             SelectionError: If the query is malformed, matches nothing or takes too long.
             IfcError: If no worker can be started.
         """
-        worker = self._server.fork()
+        worker = self._server.new_worker()
         answer: frozenset[int] | SelectionError
         try:
             worker.channel.send(query)
@@ -146,7 +146,7 @@ class GeometryPool:
         """Fork workers if there is work for them, and keep each of them busy."""
         wanted = min(self._processes, 1 + len(todo) // _TASKS_A_WORKER) if todo else 0
         while len(self._workers) < wanted:
-            self._workers.append(self._server.fork())
+            self._workers.append(self._server.new_worker())
         for ahead in range(1, _TASKS_AHEAD + 1):
             for worker in self._workers:
                 if todo and len(worker.tasks) < ahead:

@@ -1,19 +1,14 @@
 """The geometry processes. A kernel may hang or crash on a real file, so it runs in its own process.
 
-``process`` runs this as ``python -m bimvox.bim.ifc.worker SOCKET FILE``. This process, the server, loads the file once
-and never meshes anything. It forks a worker for every socket that it receives: a worker starts in milliseconds
-however large the file is, and shares its memory. If its parent ends, the server ends itself and its workers.
+``process`` runs this as ``python -m bimvox.bim.ifc.worker NUMBER FILE``; the number is that of its connection. This
+process loads the file. Where processes can be forked it then is the server of ``forks`` and never meshes anything.
+Elsewhere it is a worker, and every further worker loads the file again. If its parent ends, it ends too.
 """
 
 from __future__ import annotations
 
 import os
-import resource
-import signal
 import sys
-from collections.abc import Callable
-from multiprocessing.connection import Connection
-from multiprocessing.reduction import recv_handle
 from pathlib import Path
 from typing import Any
 
@@ -21,27 +16,18 @@ import ifcopenshell.geom
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.ifc.answer import READY, Answer, Selected, answer_requests
 from bimvox.bim.ifc.open import parse_text
-from bimvox.bim.ifc.shape import Shape, clean_shape
+from bimvox.bim.ifc.shape import clean_shape
 from bimvox.bim.ifc.step_file import step_bytes
 from bimvox.bim.ifc.text import parser_text
 from bimvox.errors import SelectionError
 from bimvox.files import read_input
+from bimvox.processes import CAN_FORK, connection_of
 
-_SHAPE_BYTES = 4 << 30
-"""Memory that a worker may allocate in addition to the file."""
 CIRCLE_SEGMENTS = 64
 """Edges of a full circle in the fast library. Its default of 16 would cut 1 cm off a column of 1 m; 64 cut 0.6 mm,
 less than the 1 mm tolerance of the plain library."""
-
-Answer = tuple[Shape, list[NDArray[np.float64]]] | str
-"""A shape and the placement of each product, (4, 4) float64, metres; or the reason why there is no shape."""
-Selected = frozenset[int] | SelectionError
-"""Step ids, or the error about the query."""
-Selector = Callable[[str], Selected]
-"""Finds the products that a query matches."""
-Mesher = Callable[[tuple[int, ...], str], Answer]
-"""Meshes products that share one shape, with the named library."""
 
 
 class Kernel:
@@ -107,72 +93,24 @@ def geometry_settings() -> Any:
     return settings
 
 
-def _no_selector(query: str) -> Selected:
-    raise NotImplementedError(query)
-
-
-def serve(control: Connection, mesher: Mesher, selector: Selector = _no_selector) -> None:
-    """Fork workers until the parent closes the control socket.
-
-    There are two requests. ``"fork"``, followed by a socket for the worker, returns the worker's process id. The
-    process id of a worker ends that worker and returns its exit status (negative: the signal that killed it).
-    """
-    workers: set[int] = set()
-    try:
-        control.send("ready")
-        while True:
-            request = control.recv()
-            if request == "fork":
-                channel = recv_handle(control)
-                pid = os.fork()
-                if pid == 0:
-                    control.close()
-                    _work(Connection(channel), mesher, selector)
-                os.close(channel)
-                workers.add(pid)
-                control.send(pid)
-            else:
-                workers.remove(request)
-                os.kill(request, signal.SIGKILL)
-                control.send(os.waitstatus_to_exitcode(os.waitpid(request, 0)[1]))
-    except (EOFError, OSError):
-        for pid in workers:
-            os.kill(pid, signal.SIGKILL)
-            os.waitpid(pid, 0)
-
-
-def _work(channel: Connection, mesher: Mesher, selector: Selector) -> None:
-    """Answer (step ids, library) requests and queries until the parent closes the socket; never returns."""
-    status = 1
-    _limit_memory()
-    try:
-        while True:
-            request = channel.recv()
-            channel.send(selector(request) if isinstance(request, str) else mesher(*request))
-    except (EOFError, OSError):
-        status = 0
-    finally:
-        os._exit(status)
-
-
-def _limit_memory() -> None:
-    """Limit the memory, so that a kernel that keeps allocating fails before the machine runs out."""
-    try:
-        in_use = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    except OSError:
-        return  # not Linux, where such a limit would do nothing
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    limit = in_use + _SHAPE_BYTES
-    resource.setrlimit(resource.RLIMIT_AS, (limit if hard == resource.RLIM_INFINITY else min(limit, hard), hard))
+def _kernel_of(path: Path) -> Kernel:
+    return Kernel(parse_text(path, parser_text(path, step_bytes(path, read_input(path)))))
 
 
 def main() -> None:
-    """Load the file and serve."""
-    control = Connection(int(sys.argv[1]))
+    """Load the file, then fork workers; where nothing can be forked, be the only worker of this process."""
+    control = connection_of(int(sys.argv[1]))
     path = Path(sys.argv[2])
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # a crash leaves no file behind
-    kernel = Kernel(parse_text(path, parser_text(path, step_bytes(path, read_input(path)))))
-    serve(control, kernel.mesh, kernel.select)
+    if sys.platform != "win32" and CAN_FORK:
+        from bimvox.bim.ifc.forks import leave_no_core_file, serve
+
+        leave_no_core_file()
+        kernel = _kernel_of(path)
+        serve(control, kernel.mesh, kernel.select)
+    else:
+        kernel = _kernel_of(path)
+        control.send(READY)
+        answer_requests(control, kernel.mesh, kernel.select)
     os._exit(0)  # freeing a large file instance by instance would take seconds
 
 

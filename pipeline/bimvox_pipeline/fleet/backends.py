@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
@@ -106,12 +107,15 @@ def _interrupts_held_back() -> Iterator[None]:
 
     The command receives it, at the end of this context at the latest, and ends them.
     """
-    resource_tracker.ensure_running()  # a later start would enable interrupts again
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
+    if sys.platform == "win32":  # without masks of signals: a worker may print that it was interrupted
         yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    else:
+        resource_tracker.ensure_running()  # a later start would enable interrupts again
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _not_installed(backend: str, error: ImportError) -> InputError:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 from collections.abc import Iterator, Sequence
@@ -135,18 +134,19 @@ def _is_there(run: Run, folder: Path) -> bool:
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
     """Lock a fleet's folder for this process, and delete files that a killed process left incomplete."""
+    from filelock import FileLock, Timeout
+
+    lock = FileLock(folder / _LOCK, timeout=0)
     try:
         (folder / RECORDS).mkdir(parents=True, exist_ok=True)
-        lock = (folder / _LOCK).open("a")
+        lock.acquire()
+    except Timeout as error:
+        raise FileError(
+            folder, "another bimvox is planning into this folder", hint="wait for it, or choose another -o"
+        ) from error
     except OSError as error:
         raise FileError(folder, f"cannot be used: {reason_of(error)}", hint="choose another -o") from error
     with lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            raise FileError(
-                folder, "another bimvox is planning into this folder", hint="wait for it, or choose another -o"
-            ) from error
         for left in (*folder.glob(".bimvox-*.part"), *(folder / RECORDS).glob(".bimvox-*.part")):
             left.unlink(missing_ok=True)
         yield

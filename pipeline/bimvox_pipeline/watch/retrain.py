@@ -10,6 +10,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import traceback
 from collections.abc import Callable, Collection
 from functools import partial
@@ -58,7 +59,7 @@ class Retraining:
             return
         self.components = tuple(sorted(components))
         context = multiprocessing.get_context("spawn")
-        self._answer, there = context.Pipe(duplex=False)
+        self._answer, there = context.Pipe(duplex=False)  # type: ignore[assignment,unused-ignore]  # as on Windows
         task = partial(
             self.train,
             site,
@@ -112,7 +113,8 @@ def _train(answer: Connection, parent: int, task: Callable[..., PolicyInUse], be
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the watch ends this process
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     end_with(parent)
-    os.nice(_NICE)
+    if sys.platform != "win32":
+        os.nice(_NICE)
     try:
         found = task(progress=SilentProgress())
     except BaseException as error:

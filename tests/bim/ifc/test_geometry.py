@@ -20,7 +20,7 @@ import os, signal, sys, time
 import numpy as np
 from multiprocessing.connection import Connection
 from bimvox.bim.ifc.shape import clean_shape
-from bimvox.bim.ifc.worker import serve
+from bimvox.bim.ifc.forks import serve
 
 def mesh(step_ids, library):
     step_id, fast = step_ids[0], library == "{FAST_LIBRARY}"
@@ -110,9 +110,9 @@ from pathlib import Path
 from bimvox.bim.ifc.geometry import GeometryPool
 
 with GeometryPool(Path("a.ifc"), timeout_s=60.0, command=[sys.executable, "-c", sys.argv[1]]) as workers:
-    worker = workers._server.fork()
+    worker = workers._server.new_worker()
     worker.give(((1,), "opencascade"), lambda task: 60.0)
-    print(workers._server._process.pid, worker.pid, flush=True)
+    print(workers._server.pid, worker.pid, flush=True)
     sys.stdin.read()
 """
 

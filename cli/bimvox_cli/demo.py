@@ -1,0 +1,56 @@
+"""``bimvox demo``."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bimvox_cli.failure import DONE
+from bimvox_cli.options import Json, Quiet
+
+_END = """
+The lift log:   {log}   (opens in Foxglove, Lichtblick or Rerun)
+The picture:    {picture}
+The site file:  {site}   (every setting is explained in it)
+
+Try next, with your own model (IFC, STL, OBJ, PLY, GLB ...):
+  bimvox inspect MODEL
+  bimvox init MODEL
+  bimvox plan MODEL.site.toml
+or with these files:
+  bimvox render {log} -o {page}
+  bimvox export {log} --to csv -o {table}"""
+
+
+def demo(
+    out: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder of all files; made if it does not exist.")
+    ] = Path("demo-output"),
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Do the main job on a sample building: voxelize, plan, verify, render.
+
+    Every step is a command that you can repeat; it is printed before it runs. With --json, prints what `bimvox plan`
+    prints.
+    """
+    from bimvox_pipeline.demo import copy_sample, steps
+
+    from bimvox_cli.main import app
+
+    for variable in ("BIMVOX_JSON", "BIMVOX_QUIET"):
+        os.environ.pop(variable, None)  # the steps are told as options
+    model = copy_sample(out)
+    code = DONE
+    for step in steps(model):
+        told = ["--json", "-q"] if json and step[0] == "plan" else ["-q"] if json or quiet else []
+        if not told:
+            print("\n$ bimvox", *step, flush=True)
+        code = max(code, app([*step, *told], prog_name="bimvox", standalone_mode=False) or DONE)
+    if not (json or quiet):
+        made = {"log": ".mcap", "picture": ".png", "site": ".site.toml", "page": ".html", "table": ".csv"}
+        print(_END.format(**{name: model.with_suffix(suffix) for name, suffix in made.items()}))
+    raise typer.Exit(code)
