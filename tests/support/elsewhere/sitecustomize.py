@@ -13,7 +13,7 @@ import sys
 
 MODULES = {"fcntl", "grp", "posix", "pty", "pwd", "readline", "resource", "syslog", "termios", "tty"}
 OS_NAMES = ("fork", "forkpty", "killpg", "setsid", "sched_getaffinity", "getloadavg")
-SIGNAL_NAMES = ("SIGALRM", "SIGHUP", "SIGUSR1", "SIGUSR2", "SIGCHLD", "setitimer", "alarm", "pthread_sigmask")
+SIGNAL_NAMES = ("SIGALRM", "SIGHUP", "SIGUSR1", "SIGUSR2", "SIGCHLD", "setitimer", "alarm")
 _BINARY = 1 << 30
 
 for _name in OS_NAMES:
