@@ -13,6 +13,8 @@ from bimvox.crane.tower_crane import TowerCrane
 
 COUNTER_JIB_SHARE = 0.28
 """Length of a hammerhead's counter-jib as a share of its jib length."""
+HOOK_BLOCK_M = (0.5, 0.5, 1.0)
+"""Length, width and height of the hook block; its lowest point is the hook."""
 
 _UNDER_JIB_M = 0.5
 """Trolley and catwalk below the rope's exit."""

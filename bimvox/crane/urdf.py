@@ -11,13 +11,14 @@ from collections.abc import Sequence
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.luffing import LuffingJib
+from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m
 from bimvox.crane.tower_crane import TowerCrane
 
-_COUNTER_JIB_SHARE = 0.25
-_HOOK_BLOCK_M = (0.5, 0.5, 1.0)
+_EARLIER_COUNTER_JIB_SHARE = 0.25
+"""In logs of 0.1.0."""
 
 
-def urdf(crane: TowerCrane, prefix: str = "") -> str:
+def urdf(crane: TowerCrane, prefix: str = "", *, earlier: bool = False) -> str:
     """Return the crane's URDF, an XML text that ends with a line break.
 
     Frames: ``site`` (the site's frame), ``crane_base`` (foot of the slewing axis), ``jib`` (on the axis at the height
@@ -26,18 +27,19 @@ def urdf(crane: TowerCrane, prefix: str = "") -> str:
     Args:
         crane: The crane.
         prefix: Prefix of the names of its links and joints, except ``site``, if the site has several cranes.
+        earlier: Draw it as logs of 0.1.0 do, so that they can be proven.
     """
-    robot = _luffing_robot(crane, crane.luffing) if crane.luffing is not None else _hammerhead_robot(crane)
+    counter_m = _EARLIER_COUNTER_JIB_SHARE * crane.jib_length_m if earlier else counter_jib_m(crane)
+    robot = _luffing_robot(crane, crane.luffing) if crane.luffing is not None else _hammerhead_robot(crane, counter_m)
     _put_before(robot, prefix)
     return _text(robot)
 
 
-def _hammerhead_robot(crane: TowerCrane) -> ET.Element:
+def _hammerhead_robot(crane: TowerCrane, counter: float) -> ET.Element:
     robot = ET.Element("robot", name=crane.name)
     mast = crane.mast_size_m
     deck = mast / 2.0
     height = crane.jib_height_m - crane.base_m[2]
-    counter = _COUNTER_JIB_SHARE * crane.jib_length_m
     ET.SubElement(robot, "link", name="site")
     base = _link(robot, "crane_base")
     _box(base, "mast", (mast, mast, height), (0.0, 0.0, height / 2.0))
@@ -46,7 +48,7 @@ def _hammerhead_robot(crane: TowerCrane) -> ET.Element:
     _box(jib, "counter_jib", (counter, deck, deck), (-counter / 2.0, 0.0, deck / 2.0))
     _box(jib, "counterweight", (mast, mast, mast), (-counter + mast / 2.0, 0.0, -mast / 2.0))
     _box(_link(robot, "trolley"), "trolley", (deck, deck, 0.25), (0.0, 0.0, 0.125))
-    _box(_link(robot, "hook"), "hook", _HOOK_BLOCK_M, (0.0, 0.0, _HOOK_BLOCK_M[2] / 2.0))
+    _box(_link(robot, "hook"), "hook", HOOK_BLOCK_M, (0.0, 0.0, HOOK_BLOCK_M[2] / 2.0))
     _joint(robot, "site_to_crane_base", "fixed", "site", "crane_base", crane.base_m)
     slewing = _joint(robot, "slewing", "continuous", "crane_base", "jib", (0.0, 0.0, height), (0, 0, 1))
     _limit(slewing, crane.slewing)
@@ -73,7 +75,7 @@ def _luffing_robot(crane: TowerCrane, jib: LuffingJib) -> ET.Element:
     _box(platform, "counterweight", tail, (-jib.tail_radius_m / 2.0, 0.0, -tail_m / 2.0))
     _box(_link(robot, "jib"), "jib", (jib.length_m, jib.width_m, jib.width_m), (jib.length_m / 2.0, 0.0, 0.0))
     _link(robot, "tip")
-    _box(_link(robot, "hook"), "hook", _HOOK_BLOCK_M, (0.0, 0.0, _HOOK_BLOCK_M[2] / 2.0))
+    _box(_link(robot, "hook"), "hook", HOOK_BLOCK_M, (0.0, 0.0, HOOK_BLOCK_M[2] / 2.0))
     _joint(robot, "site_to_crane_base", "fixed", "site", "crane_base", crane.base_m)
     _limit(
         _joint(robot, "slewing", "continuous", "crane_base", "platform", (0.0, 0.0, pivot_m), (0, 0, 1)), crane.slewing

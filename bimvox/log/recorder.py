@@ -215,7 +215,8 @@ def own_attachments(
             "gears": crane.gears,
             "max_wind_m_s": crane.max_wind_m_s,
         }
-        yield topics.of_crane(topics.URDF_FILE, number), urdf(crane, topics.of_crane("", number)).encode()
+        robot = urdf(crane, topics.of_crane("", number), earlier=not record.plan.site.exact_hook)
+        yield topics.of_crane(topics.URDF_FILE, number), robot.encode()
         yield topics.of_crane(topics.CHART_FILE, number), json.dumps(chart, ensure_ascii=False, indent=1).encode()
     yield topics.LAYOUT_FILE, layout_bytes(record.plan.site)
     yield topics.SITE_FILE, site_to_bytes(record.plan.site) if site_bytes is None else site_bytes

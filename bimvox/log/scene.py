@@ -14,6 +14,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from numpy.typing import NDArray
 
 from bimvox.crane.luffing import LuffingJib
+from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.boxes import boxes_of
 from bimvox.grid.frame import GridFrame
@@ -28,6 +29,11 @@ from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Site
 
 States = Mapping[int, ConstructionState]
 """State of every visible component, by its index; those not delivered yet are missing."""
+
+Boxes = dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]]
+"""Lowest corner and size of boxes, by the frame that they move with."""
+
+_HOOK_BLOCK = ((-HOOK_BLOCK_M[0] / 2, -HOOK_BLOCK_M[1] / 2, 0.0), HOOK_BLOCK_M)
 
 
 def component_frame(component_id: str) -> str:
@@ -176,20 +182,9 @@ class SceneUpdates:
 
     def _crane_entities(self, crane: TowerCrane, number: int, time_ns: int) -> list[Any]:
         """Return jib, trolley and hook block as boxes in the frames that move with them."""
-        width_m = crane.mast_size_m
-        jib = crane.luffing
-        boxes = (
-            _luffing_boxes(jib)
-            if jib is not None
-            else {
-                "jib": (
-                    (-0.2 * crane.jib_length_m, -width_m / 4, width_m / 4),
-                    (1.2 * crane.jib_length_m, width_m / 2, width_m / 2),
-                ),
-                "trolley": ((-width_m / 4, -width_m / 4, 0.0), (width_m / 2, width_m / 2, width_m / 4)),
-                "hook": ((-width_m / 8, -width_m / 8, 0.0), (width_m / 4, width_m / 4, width_m / 2)),
-            }
-        )
+        boxes = _hammerhead_boxes(crane) if crane.luffing is None else _luffing_boxes(crane.luffing)
+        if not self.site.exact_hook:
+            boxes |= _earlier_boxes(crane)
         return [
             SceneEntity(
                 timestamp=stamp(time_ns),
@@ -202,7 +197,28 @@ class SceneUpdates:
         ]
 
 
-def _luffing_boxes(jib: LuffingJib) -> dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]]:
+def _hammerhead_boxes(crane: TowerCrane) -> Boxes:
+    """Return jib with counter-jib, trolley and hook block: lowest corner and size in their frames."""
+    width_m, back_m = crane.mast_size_m, counter_jib_m(crane)
+    return {
+        "jib": ((-back_m, -width_m / 4, width_m / 4), (back_m + crane.jib_length_m, width_m / 2, width_m / 2)),
+        "trolley": ((-width_m / 4, -width_m / 4, 0.0), (width_m / 2, width_m / 2, width_m / 4)),
+        "hook": _HOOK_BLOCK,
+    }
+
+
+def _earlier_boxes(crane: TowerCrane) -> Boxes:
+    """Return the boxes that logs of 0.1.0 draw otherwise, so that they can be proven."""
+    if crane.luffing is not None:
+        return {"hook": ((-0.3, -0.3, 0.0), (0.6, 0.6, 1.0))}
+    width_m, jib_m = crane.mast_size_m, crane.jib_length_m
+    return {
+        "jib": ((-0.2 * jib_m, -width_m / 4, width_m / 4), (1.2 * jib_m, width_m / 2, width_m / 2)),
+        "hook": ((-width_m / 8, -width_m / 8, 0.0), (width_m / 4, width_m / 4, width_m / 2)),
+    }
+
+
+def _luffing_boxes(jib: LuffingJib) -> Boxes:
     """Return jib, counterweight and hook block: lowest corner and size in their frames."""
     width_m, tail_m = jib.width_m, max(0.5, jib.pivot_height_m - jib.tail_low_m)
     return {
@@ -211,7 +227,7 @@ def _luffing_boxes(jib: LuffingJib) -> dict[str, tuple[tuple[float, float, float
             (-jib.tail_radius_m, -jib.tail_width_m / 2, -tail_m),
             (jib.tail_radius_m, jib.tail_width_m, tail_m),
         ),
-        "hook": ((-0.3, -0.3, 0.0), (0.6, 0.6, 1.0)),
+        "hook": _HOOK_BLOCK,
     }
 
 

@@ -1,11 +1,20 @@
 from __future__ import annotations
 
-import numpy as np
-from log_building import FRAME, tiny_plan
+import xml.etree.ElementTree as ET
+from dataclasses import replace
 
+import numpy as np
+import pytest
+from log_building import FRAME, tiny_plan
+from named_cranes import HAMMERHEADS, LUFFING_CRANES, default_crane
+
+from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m, outline_of
+from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.urdf import urdf
 from bimvox.log.colours import STATE_RGBA, ConstructionState
 from bimvox.log.scene import SceneUpdates, component_frame, states_before
 from bimvox.log.voxels import voxel_grid
+from bimvox.rendering.scene.crane_parts import crane_parts
 
 UNBUILT, IN_TRANSIT, ASSEMBLED = ConstructionState.UNBUILT, ConstructionState.IN_TRANSIT, ConstructionState.ASSEMBLED
 
@@ -92,3 +101,48 @@ def test_voxel_data_is_z_y_x() -> None:
     assert (grid.pose.position.x, grid.pose.position.y, grid.pose.position.z) == FRAME.origin_m
     offset = 3 * grid.slice_stride + 2 * grid.row_stride + 7 * grid.cell_stride
     assert grid.data[offset] == expected[7, 2, 3]
+
+
+def crane_cubes(crane: TowerCrane, *, exact_hook: bool = True) -> dict[str, object]:
+    made = scene()
+    made.site = replace(made.site, cranes=(crane,), exact_hook=exact_hook)
+    return {entity.id: entity.cubes[0] for entity in made.fixed(0).entities if entity.id.startswith("crane/")}
+
+
+def size_m(cube: object) -> tuple[float, float, float]:
+    return (cube.size.x, cube.size.y, cube.size.z)  # type: ignore[attr-defined]
+
+
+def urdf_boxes(crane: TowerCrane, *, earlier: bool = False) -> dict[str, list[float]]:
+    robot = ET.fromstring(urdf(crane, earlier=earlier))
+    return {
+        str(shape.get("name")): [float(number) for number in shape.find("geometry/box").get("size").split()]  # type: ignore[union-attr]
+        for shape in robot.iter("visual")
+    }
+
+
+@pytest.mark.parametrize("crane", [*HAMMERHEADS, *LUFFING_CRANES], ids=lambda crane: crane.name)
+def test_log_robot_and_picture_draw_the_hook_block_of_the_same_size(crane: TowerCrane) -> None:
+    pose = CranePose(0.0, 0.5 * (crane.min_radius_m + crane.jib_length_m), 8.0)
+    drawn = next(block for block in crane_parts(crane, pose).blocks if np.allclose(block.centre_m[2], 8.5))
+    assert size_m(crane_cubes(crane)["crane/hook"]) == pytest.approx(HOOK_BLOCK_M)
+    assert urdf_boxes(crane)["hook"] == pytest.approx(HOOK_BLOCK_M)
+    assert 2.0 * drawn.half_m.sum(axis=0) == pytest.approx(HOOK_BLOCK_M)
+
+
+@pytest.mark.parametrize("crane", HAMMERHEADS, ids=lambda crane: crane.name)
+def test_log_robot_picture_and_separation_have_one_counter_jib(crane: TowerCrane) -> None:
+    jib = crane_cubes(crane)["crane/jib"]
+    back_m = size_m(jib)[0] / 2 - jib.pose.position.x  # type: ignore[attr-defined]
+    blocks = crane_parts(replace(crane, base_m=(0.0, 0.0, 0.0)), CranePose(0.0, 10.0, 8.0)).blocks
+    drawn_m = max(float(np.abs(block.half_m[:, 0]).sum() - block.centre_m[0]) for block in blocks)
+    assert back_m == pytest.approx(counter_jib_m(crane))
+    assert urdf_boxes(crane)["counter_jib"][0] == pytest.approx(counter_jib_m(crane))
+    assert drawn_m == pytest.approx(counter_jib_m(crane))
+    assert outline_of(crane).tail_m == counter_jib_m(crane)
+
+
+def test_a_log_of_0_1_0_keeps_its_drawing_of_the_crane() -> None:
+    crane = default_crane("hammerhead-45", (3.0, -4.0, 0.25), 31.25)
+    assert size_m(crane_cubes(crane, exact_hook=False)["crane/jib"])[0] == pytest.approx(1.2 * crane.jib_length_m)
+    assert urdf_boxes(crane, earlier=True)["counter_jib"][0] == pytest.approx(0.25 * crane.jib_length_m)

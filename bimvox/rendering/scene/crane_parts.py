@@ -8,7 +8,15 @@ from numpy.typing import ArrayLike
 from bimvox.crane.outline import counter_jib_m, tower_head_m
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE
-from bimvox.rendering.scene.lattice import UP, CraneParts, block_of, crane_strokes, jib_lattice, mast_lattice
+from bimvox.rendering.scene.lattice import (
+    UP,
+    CraneParts,
+    block_of,
+    crane_strokes,
+    hook_block,
+    jib_lattice,
+    mast_lattice,
+)
 from bimvox.rendering.scene.luffing_parts import luffing_parts
 
 _BEYOND = 0.1
@@ -58,7 +66,7 @@ def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = N
             rear + along * 0.1 * back - UP * 0.5 * width, along, aside, (0.2 * back, width, 1.3 * width), CONCRETE,
         ),
         block_of(trolley, along, aside, (0.8 * width, 0.9 * width, 0.2 * width), CRANE_EDGE),
-        block_of(hook + UP * 0.2 * width, along, aside, (0.35 * width, 0.25 * width, 0.4 * width), CRANE),
+        hook_block(hook, along, aside),
     )  # fmt: skip
     shown = axis + along * min(pose.radius_m + _BEYOND * crane.jib_length_m, crane.jib_length_m) + ridge
     return CraneParts(strokes, blocks, np.array([base, apex, shown, hook, axis - along * _BEYOND * back]))

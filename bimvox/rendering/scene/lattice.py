@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.outline import HOOK_BLOCK_M
 from bimvox.rendering.colours import CRANE, CRANE_EDGE, ROPE
 from bimvox.rendering.scene.layers import Layer
 from bimvox.rendering.scene.scene import Block, Strokes
@@ -91,3 +92,8 @@ def block_of(centre: Vec, along: Vec, aside: Vec, size: tuple[float, float, floa
     """Return a box from its centre, the directions of its edges in plan, and their lengths."""
     half = np.stack([along * size[0] / 2.0, aside * size[1] / 2.0, UP * size[2] / 2.0])
     return Block(centre, half, rgb)
+
+
+def hook_block(hook: Vec, along: Vec, aside: Vec) -> Block:
+    """Return the hook block above the hook's point."""
+    return block_of(hook + UP * HOOK_BLOCK_M[2] / 2.0, along, aside, HOOK_BLOCK_M, CRANE)

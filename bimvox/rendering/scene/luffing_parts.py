@@ -8,7 +8,16 @@ from numpy.typing import ArrayLike
 from bimvox.crane.luffing import LuffingJib, luff_of_radius
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE
-from bimvox.rendering.scene.lattice import UP, CraneParts, Vec, block_of, crane_strokes, jib_lattice, mast_lattice
+from bimvox.rendering.scene.lattice import (
+    UP,
+    CraneParts,
+    Vec,
+    block_of,
+    crane_strokes,
+    hook_block,
+    jib_lattice,
+    mast_lattice,
+)
 from bimvox.rendering.scene.scene import Block
 
 _PADS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
@@ -45,7 +54,7 @@ def luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: A
             rear + along * 0.2 * jib.tail_radius_m + UP * (jib.tail_low_m + tail_m / 2.0 - jib.pivot_height_m),
             along, aside, (0.4 * jib.tail_radius_m, jib.tail_width_m, tail_m), CONCRETE,
         ),
-        block_of(hook + UP * 0.4, along, aside, (0.5, 0.4, 0.8), CRANE),
+        hook_block(hook, along, aside),
     ]  # fmt: skip
     if crane.kind == "luffing":
         mast_chords, mast_lacing = mast_lattice(base, width, jib.pivot_height_m)
