@@ -245,7 +245,7 @@ def _decode(data: bytes, name: str) -> object:
 def _form(entry: ObstructionEntry, unit: str, folder: Path, read_mesh: ReadMesh) -> Form:
     scale = metres_per(unit)
     if entry.voxels is not None:
-        return Voxels(tuple(sorted(set(entry.voxels))))
+        return Voxels(entry.voxels)
     if entry.cylinder is not None:
         one = entry.cylinder
         return Cylinder(_scaled(one.base, scale), one.radius * scale, one.height * scale)

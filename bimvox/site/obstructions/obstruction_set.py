@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.errors import InputError
+from bimvox.errors import InputError, shown
 
 Vec3: TypeAlias = tuple[float, float, float]
 
@@ -46,10 +46,22 @@ class Voxels:
     """Single cells of the site's grid.
 
     Attributes:
-        cells: Cell indices, sorted, each once.
+        cells: Cell indices; given as (N, 3) whole numbers, kept sorted and each once.
     """
 
     cells: tuple[tuple[int, int, int], ...]
+
+    def __post_init__(self) -> None:
+        """Refuse what is not a list of cells."""
+        found = _array(self.cells)
+        if found.ndim != 2 or found.shape[1] != 3 or not len(found) or (np.trunc(found) != found).any():
+            raise InputError(
+                f"Voxels.cells is {_what(self.cells)}", hint="give cell indices: (N, 3) whole numbers, at least one row"
+            )
+        if found.min() < _INT32.min or found.max() > _INT32.max:
+            raise InputError("Voxels.cells: there is an index outside the range of 32-bit numbers")
+        cells = tuple(sorted(set(map(tuple, found.astype(np.int64).tolist()))))
+        object.__setattr__(self, "cells", cells)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +82,11 @@ class Cylinder:
         """Refuse a cylinder without volume."""
         object.__setattr__(self, "base_m", _point(self.base_m, "Cylinder.base_m"))
         for name in ("radius_m", "height_m"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise InputError(f"Cylinder.{name} is {getattr(self, name)}", hint="give a positive length in metres")
+            (length_m,) = _numbers((getattr(self, name),)) or (math.nan,)
+            if not 0.0 < length_m < math.inf:
+                said = f"Cylinder.{name} is {shown(getattr(self, name))}"
+                raise InputError(said, hint="give a positive length in metres")
+            object.__setattr__(self, name, length_m)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,19 +94,19 @@ class Points:
     """A point cloud.
 
     Attributes:
-        points_m: (N, 3) float64.
+        points_m: (N, 3) float64; any (N, 3) numbers may be given.
     """
 
     points_m: NDArray[np.float64]
 
     def __post_init__(self) -> None:
         """Refuse points without a place."""
-        if self.points_m.ndim != 2 or self.points_m.shape[1] != 3 or not np.isfinite(self.points_m).all():
-            raise InputError("Points.points_m is not an (N, 3) array of finite numbers")
+        object.__setattr__(self, "points_m", _rows_of_3(self.points_m, "Points.points_m"))
 
 
 Form: TypeAlias = Box | Voxels | Cylinder | TriangleMesh | Points
 _FORMS = (Box, Voxels, Cylinder, TriangleMesh, Points)
+_INT32 = np.iinfo(np.int32)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,6 +130,8 @@ class Obstruction:
                 f"obstruction {self.id!r}: its form is a {type(self.form).__name__}",
                 hint="give a Box, Voxels, Cylinder, TriangleMesh or Points",
             )
+        if isinstance(self.form, TriangleMesh):
+            object.__setattr__(self, "form", _checked(self.form, f"obstruction {self.id!r}: TriangleMesh"))
 
     def content(self) -> bytes:
         """Return bytes that are equal for equal obstructions."""
@@ -148,9 +165,15 @@ class ObstructionSet:
         """Return a set of obstructions given in any order.
 
         Raises:
-            InputError: If two have the same id.
+            InputError: If something else than obstructions is given, or two have the same id.
         """
-        ordered = tuple(sorted(obstructions, key=lambda one: one.id))
+        given = tuple(obstructions) if isinstance(obstructions, Iterable) else (None,)
+        if not all(isinstance(one, Obstruction) for one in given):
+            raise InputError(
+                f"ObstructionSet.of() takes several obstructions, not {_what(obstructions)}",
+                hint='give a list: ObstructionSet.of([Obstruction("crate", Box(...))])',
+            )
+        ordered = tuple(sorted(given, key=lambda one: one.id))
         for one, other in pairwise(ordered):
             if one.id == other.id:
                 raise InputError(f"two obstructions have the id {one.id!r}", hint="give each an id of its own")
@@ -184,10 +207,57 @@ EMPTY = ObstructionSet()
 
 def _point(values: Vec3, name: str) -> Vec3:
     """Return three finite coordinates as plain floats."""
-    point = tuple(map(float, values))
+    point = _numbers(values)
     if len(point) != 3 or not all(map(math.isfinite, point)):
-        raise InputError(f"{name} is {tuple(values)}", hint="give three finite numbers, in metres")
-    return point
+        raise InputError(f"{name} is {shown(values)}", hint="give three finite numbers, in metres")
+    return point[0], point[1], point[2]
+
+
+def _numbers(values: Iterable[float]) -> tuple[float, ...]:
+    """Return numbers as plain floats; none if one of them is not a number."""
+    try:
+        listed = tuple(values)
+        return () if any(isinstance(one, str | bytes) for one in listed) else tuple(map(float, listed))
+    except (TypeError, ValueError, OverflowError):
+        return ()
+
+
+def _checked(mesh: TriangleMesh, name: str) -> TriangleMesh:
+    """Return a mesh whose faces are corners that it has, as arrays of the types that everything expects."""
+    vertices_m, faces = _rows_of_3(mesh.vertices_m, f"{name}.vertices_m"), _array(mesh.faces)
+    if faces.dtype.kind not in "iu" or faces.ndim != 2 or faces.shape[1] != 3:
+        raise InputError(f"{name}.faces is {_what(mesh.faces)}", hint="give (F, 3) indices into vertices_m")
+    if faces.size and not 0 <= faces.min() <= faces.max() < len(vertices_m):
+        worst = faces.min() if faces.min() < 0 else faces.max()
+        raise InputError(
+            f"{name}.faces has the index {worst} of {len(vertices_m):,} vertices", hint="indices start at 0"
+        )
+    faces = np.asarray(faces, np.int32)
+    same = vertices_m is mesh.vertices_m and faces is mesh.faces
+    return mesh if same else TriangleMesh(vertices_m, faces)
+
+
+def _rows_of_3(values: ArrayLike, name: str) -> NDArray[np.float64]:
+    """Return (N, 3) finite numbers as float64."""
+    found = _array(values)
+    if found.ndim != 2 or found.shape[1] != 3 or not np.isfinite(found).all():
+        raise InputError(f"{name} is {_what(values)}", hint="give (N, 3) finite numbers, in metres")
+    return np.asarray(found, np.float64)
+
+
+def _array(values: ArrayLike) -> NDArray[Any]:
+    """Return values as an array of numbers; without a row if they are something else."""
+    try:
+        found = np.asarray(values)
+    except (TypeError, ValueError):
+        return np.empty(0)
+    return found if found.dtype.kind in "iuf" and np.isfinite(found).all() else np.empty(0)
+
+
+def _what(values: object) -> str:
+    """Return a wrong value as a message names it."""
+    shape = getattr(values, "shape", None)
+    return shown(values) if shape is None else f"an array of {values.dtype} with the shape {shape}"  # type: ignore[attr-defined]
 
 
 def _bytes(array: NDArray[np.generic], dtype: str) -> bytes:

@@ -4,8 +4,17 @@ import numpy as np
 import pytest
 from box_sites import box_mesh
 
+from bimvox.bim.building import TriangleMesh
 from bimvox.errors import InputError
-from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Cylinder, Obstruction, ObstructionSet, Points
+from bimvox.site.obstructions.obstruction_set import (
+    EMPTY,
+    Box,
+    Cylinder,
+    Obstruction,
+    ObstructionSet,
+    Points,
+    Voxels,
+)
 
 CRATE = Box((0, 0, 0), (1, 1, 1))
 
@@ -20,6 +29,23 @@ CRATE = Box((0, 0, 0), (1, 1, 1))
         (lambda: Cylinder((0, 0, 0), 0.0, 1.0), "radius_m is 0.0"),
         (lambda: Cylinder((0, 0, 0), 1.0, float("inf")), "height_m is inf"),
         (lambda: Points(np.array([[0.0, np.nan, 0.0]])), "finite numbers"),
+        (lambda: Points("abc"), "points_m is 'abc'"),
+        (lambda: Points([(1.0, 2.0)]), "points_m is"),
+        (lambda: Box("abc", "def"), "low_m is 'abc'"),
+        (lambda: Box(3, (1, 1, 1)), "low_m is 3"),
+        (lambda: Cylinder((0, 0, 0), "1", 2), "radius_m is '1'"),
+        (lambda: Cylinder((0, 0, 0), 1, None), "height_m is None"),
+        (lambda: Voxels(()), r"cells is \(\)"),
+        (lambda: Voxels(((40, 40),)), "cells is"),
+        (lambda: Voxels(((40.5, 40.2, 3.7),)), "cells is"),
+        (lambda: Voxels(np.zeros((3, 2))), r"an array of float64 with the shape \(3, 2\)"),
+        (lambda: Voxels(((40, 40, 2**40),)), "32-bit"),
+        (lambda: Obstruction("x", TriangleMesh(np.zeros((3, 3)), np.array([[0, 1, 7]]))), "index 7 of 3 vertices"),
+        (lambda: Obstruction("x", TriangleMesh(np.zeros((3, 3)), np.array([[0, 1, -1]]))), "index -1 of 3"),
+        (lambda: Obstruction("x", TriangleMesh(np.zeros((3, 3)), np.zeros((1, 3)))), "TriangleMesh.faces is"),
+        (lambda: Obstruction("x", TriangleMesh(np.full((3, 3), np.inf), np.array([[0, 1, 2]]))), "vertices_m is"),
+        (lambda: ObstructionSet.of(Obstruction("x", CRATE)), "takes several obstructions"),
+        (lambda: ObstructionSet.of([CRATE]), "takes several obstructions"),
         (lambda: Obstruction("", CRATE), "Obstruction.id is ''"),
         (lambda: Obstruction("x", "a form"), "its form is a str"),  # type: ignore[arg-type]
         (lambda: ObstructionSet.of([Obstruction("x", CRATE), Obstruction("x", CRATE)]), "two obstructions have the id"),
@@ -28,6 +54,29 @@ CRATE = Box((0, 0, 0), (1, 1, 1))
 def test_what_cannot_be_in_the_way_is_refused(make: Callable[[], object], said: str) -> None:
     with pytest.raises(InputError, match=said):
         make()
+
+
+def test_cells_are_plain_numbers_sorted_and_each_once_however_they_are_given():
+    wanted = ((40, 40, 3), (41, 40, 3))
+    given = [
+        ((41, 40, 3), (40, 40, 3), (40, 40, 3)),
+        np.array([[41, 40, 3], [40, 40, 3]]),
+        [[41.0, 40, 3], [40, 40, 3]],
+    ]
+    for cells in given:
+        found = Voxels(cells)
+        assert found.cells == wanted
+        assert {type(number) for cell in found.cells for number in cell} == {int}
+    digests = {ObstructionSet.of([Obstruction("a", Voxels(cells))]).digest for cells in given}
+    assert digests == {ObstructionSet.of([Obstruction("a", Voxels(wanted))]).digest}
+
+
+def test_lists_are_arrays_and_whole_numbers_are_lengths():
+    assert Points([(1, 2, 3)]).points_m.dtype == np.float64
+    mesh = Obstruction("m", TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).form
+    assert isinstance(mesh, TriangleMesh)
+    assert (mesh.vertices_m.dtype, mesh.faces.dtype) == (np.float64, np.int32)
+    assert repr(Cylinder((0, 0, 0), np.float32(1), 2)) == repr(Cylinder((0.0, 0.0, 0.0), 1.0, 2.0))
 
 
 def test_a_box_of_any_numbers_is_a_box_of_floats():
