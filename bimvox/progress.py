@@ -8,6 +8,8 @@ from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Protocol, TypeAlias
 
+from bimvox.errors import InputError, shown
+
 Report: TypeAlias = Callable[[str, int, int], None]
 """Called with (stage, done, total): so many of so many units of work of a stage are done."""
 
@@ -126,10 +128,18 @@ class _Lines(SilentProgress):
 
 
 def progress_of(listener: Listener) -> Progress:
-    """Return the ``Progress`` that reports to a listener."""
+    """Return the ``Progress`` that reports to a listener.
+
+    Raises:
+        InputError: If it is neither a ``Progress`` nor a function.
+    """
     if listener is None:
         return SilentProgress()
-    return _Lines(listener) if callable(listener) else listener
+    if callable(listener):
+        return _Lines(listener)
+    if not hasattr(listener, "stage"):
+        raise InputError(f"progress is {shown(listener)}", hint="give a function of one line of text, such as print")
+    return listener
 
 
 class _EndsStage(AbstractContextManager[None]):

@@ -9,6 +9,7 @@ from bimvox.bim.building import Building
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.files import require_input
 from bimvox.grid.voxel_grid import VoxelGrid
+from bimvox.library.arguments import insist, path_of, size_m, whole
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.voxelization.building import voxelize_building
 from bimvox.voxelization.limits import default_voxel_size_m
@@ -37,12 +38,11 @@ def read(
     Raises:
         FileError: If the file is missing or cannot be used (``IfcError``, ``MeshError``); ``path`` names it.
         SelectionError: If nothing is selected.
-        InputError: If an option is out of range.
+        InputError: If an argument is of another kind, or an option is out of range.
     """
-    told = progress_of(progress)
-    require_input(Path(path))
+    told, path = progress_of(progress), require_input(path_of("read", path))
     options = ReadOptions(select=select, unit=unit, up=up, assemblies=assemblies)
-    building = read_building(Path(path), options, told.report)
+    building = read_building(path, options, told.report)
     told.finish()
     say_notes(building, told)
     return building
@@ -61,11 +61,12 @@ def voxelize(
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
+        InputError: If ``building`` is not a building, or a number is out of range.
         GridTooLargeError: If there would be too many cells; ``fitting_voxel_size_m`` is a size that fits.
     """
-    told = progress_of(progress)
-    size_m = default_voxel_size_m(building.bounds_m) if voxel_size_m is None else voxel_size_m
-    grid = voxelize_building(building, size_m, threads=threads, progress=told.report)
+    told, building = progress_of(progress), insist("voxelize", building, Building, "building")
+    edge_m = size_m("voxel_size_m", voxel_size_m) or default_voxel_size_m(building.bounds_m)
+    grid = voxelize_building(building, edge_m, threads=whole("threads", threads, 1) or 1, progress=told.report)
     told.finish()
     return grid
 

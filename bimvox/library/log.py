@@ -7,6 +7,7 @@ from pathlib import Path
 
 from bimvox.errors import InputError
 from bimvox.files import write_atomically
+from bimvox.library.arguments import insist, path_of
 from bimvox.library.plan_value import Plan
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log as read_record
@@ -21,10 +22,10 @@ def write_log(plan: Plan, path: Path | str) -> Path:
         path: The log, ``.mcap``; an existing file is replaced.
 
     Raises:
-        InputError: If the name does not end in ``.mcap``.
+        InputError: If ``plan`` is not a plan, or the name does not end in ``.mcap``.
         FileError: If it cannot be written; ``path`` names it.
     """
-    path = Path(path)
+    plan, path = insist("write_log", plan, Plan, "plan"), path_of("write_log", path)
     if path.suffix.lower() != ".mcap":
         raise InputError(f"{path}: a log is an MCAP file", hint=f"name it {path.with_suffix('.mcap').name}")
     write_log_file(path, plan.record)
@@ -32,7 +33,7 @@ def write_log(plan: Plan, path: Path | str) -> Path:
 
 
 def read_log(path: Path | str) -> Plan:
-    """Return the plan of a log. It is not proven again: :func:`bimvox.verify` does that.
+    """Return the plan of a log. It is not proven again, so its ``verdict`` is None: :func:`bimvox.verify` proves it.
 
     Args:
         path: A log of bimvox.
@@ -40,7 +41,7 @@ def read_log(path: Path | str) -> Plan:
     Raises:
         LogFileError: If it is missing, damaged, or not a log of bimvox.
     """
-    return Plan(read_record(Path(path)))
+    return Plan(read_record(path_of("read_log", path, "a log")))
 
 
 def write_log_file(path: Path, record: PlanLog, *, inputs: Iterable[Path] = ()) -> None:

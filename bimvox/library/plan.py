@@ -9,6 +9,7 @@ from pathlib import Path
 
 from bimvox.errors import InputError, PlanningError
 from bimvox.files import read_input, require_input
+from bimvox.library.arguments import insist, text, whole
 from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.plan_value import Plan
 from bimvox.library.prove import Planned, Retraining, insist_on_one_lift, plan_and_prove, prepared
@@ -57,12 +58,9 @@ def plan(
         PolicyError: If the named policy is missing or does not fit.
         ObstructionFileError: If the obstructions cannot be used.
     """
-    if not isinstance(site, LoadedSite):
-        raise InputError(f"plan() takes a site, not a {type(site).__name__}", hint="see load_site() and guess_site()")
-    for name, value, least in (("seed", seed, 0), ("steps", steps, 1), ("retrain", retrain, 0)):
-        if value is not None and value < least:
-            raise InputError(f"{name} is {value}", hint=f"give {least} or more")
-    told = progress_of(progress)
+    told, site = progress_of(progress), insist("plan", site, LoadedSite, "site")
+    seed, steps, retrain = whole("seed", seed, 0), whole("steps", steps, 1), whole("retrain", retrain, 0) or 0
+    policy = text("policy", policy, "give the id of a stored policy, or none, nearest or default")
     built, files = site.site, dict(site.files)
     if obstructions is not None:
         found, content = obstructions_of(obstructions, built)

@@ -9,6 +9,7 @@ from pathlib import Path
 from bimvox.errors import InputError
 from bimvox.files import check_output, write_atomically
 from bimvox.grid.voxel_grid import VoxelGrid
+from bimvox.library.arguments import insist, path_of, pixels, whole
 from bimvox.library.plan_value import Plan
 from bimvox.library.site import LoadedSite
 from bimvox.log.recorder import tracks_of, write_log
@@ -52,10 +53,13 @@ def render(
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
-        InputError: If the suffix does not fit, there is no such lift, or values of a plan make no sense.
+        InputError: If an argument is of another kind, the suffix does not fit, there is no such lift, or values of a
+            plan make no sense.
         FileError: If the file cannot be written.
     """
-    told, path = progress_of(progress), check_output(Path(path))
+    told = progress_of(progress)
+    insist("render", what, (Plan, LoadedSite, VoxelGrid), "plan, a site or a grid")
+    path, lift, size_px = check_output(path_of("render", path)), whole("lift", lift, 1), pixels(size_px)
     suffix = path.suffix.lower()
     if lift is not None and not isinstance(what, Plan):
         raise InputError("only a plan has lifts", hint="leave lift out")

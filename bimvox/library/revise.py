@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from bimvox.library.arguments import insist
 from bimvox.library.obstructions import obstructed
 from bimvox.library.plan import digests_of, obstructions_of
 from bimvox.library.plan_value import Plan
@@ -32,10 +33,11 @@ def revise(plan: Plan, obstructions: ObstructionSet | Path | str, *, progress: L
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
+        InputError: If ``plan`` is not a plan, or the obstructions are neither a set nor a path.
         VerificationError: If a proof fails for which no lift is the cause.
         ObstructionFileError: If the obstructions cannot be used.
     """
-    told = progress_of(progress)
+    told, plan = progress_of(progress), insist("revise", plan, Plan, "plan")
     found, files = obstructions_of(obstructions, plan.site)
     site = obstructed(plan.site, found, told)
     preparation = plan.preparation or prepared(site, told)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +11,9 @@ import numpy as np
 from bimvox.bim.building import Building
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import InputError
 from bimvox.files import require_regular
 from bimvox.grid.part_cells import all_part_cells
+from bimvox.library.arguments import insist, path_of, size_m, text
 from bimvox.library.building import say_notes
 from bimvox.library.obstructions import rasterise
 from bimvox.progress import Listener, Progress, progress_of
@@ -83,7 +82,7 @@ class LoadedSite:
         return site_toml(self.config)
 
 
-def load_site(path: Path | str, progress: Listener = None, *, model: Path | None = None) -> LoadedSite:
+def load_site(path: Path | str, progress: Listener = None, *, model: Path | str | None = None) -> LoadedSite:
     """Return the site of a site file, without obstructions; its model is read and voxelized.
 
     Args:
@@ -96,16 +95,16 @@ def load_site(path: Path | str, progress: Listener = None, *, model: Path | None
         FileError: If the site file or its model is missing or cannot be used.
         SelectionError: If nothing is to be lifted.
     """
-    told, path = progress_of(progress), Path(path)
+    told, path = progress_of(progress), path_of("load_site", path, "a site file")
     require_regular(path)
-    text = read_site_file(path)
-    config = load_site_config(path, text, model=model)
+    content = read_site_file(path)
+    config = load_site_config(path, content, model=None if model is None else path_of("load_site", model, "a model"))
     given = config.model
     options = ReadOptions(select=given.select, unit=given.unit, up=given.up, assemblies=given.assemblies)
     building = read_building(given.path, options, told.report)
     say_notes(building, told)
     told.stage("site")
-    files = {SITE_FILE: text} | {MACHINE + name: data for name, data in config.machine_files.items()}
+    files = {SITE_FILE: content} | {MACHINE + name: data for name, data in config.machine_files.items()}
     return _built(guess.complete_config(config, building), building, files, told)
 
 
@@ -125,17 +124,18 @@ def guess_site(
         building: As read.
         read_with: The options that it was read with, for the site file; default: none.
         voxel_size_m: Edge of a cell in metres; default: guessed.
-        crane: A kind of crane (``hammerhead``, ``luffing``), a machine of the catalogue, or ``fictitious``; default:
-            the smallest hammerhead that serves the site.
+        crane: A kind of crane (``hammerhead``, ``luffing``, ``mobile``), a machine of the catalogue, or ``fictitious``;
+            default: the smallest hammerhead that serves the site.
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
         SelectionError: If nothing is to be lifted.
-        InputError: If the cell size is not positive, there is no such crane, or none can serve the site.
+        InputError: If ``building`` is not a building, the cell size is not positive, there is no such crane, or none
+            can serve the site.
     """
-    if voxel_size_m is not None and not 0.0 < voxel_size_m < math.inf:
-        raise InputError(f"voxel_size_m is {voxel_size_m}", hint="give a positive length in metres, for example 0.1")
-    told = progress_of(progress)
+    told, building = progress_of(progress), insist("guess_site", building, Building, "building")
+    voxel_size_m = size_m("voxel_size_m", voxel_size_m)
+    crane = text("crane", crane, "give the name of a crane: hammerhead, luffing, mobile, or a machine of the catalogue")
     options = read_with or ReadOptions()
     told.stage("guess")
     config = guess.guess_site(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from bimvox.library.arguments import path_of
 from bimvox.library.attached_files import check_attached_files
 from bimvox.library.plan_value import Plan
 from bimvox.library.search import with_search
@@ -42,25 +43,25 @@ def verify(
 
     Args:
         plan: A plan, or the path of a log. Of a log, its digests and topics are checked as well.
-        site: The site file that one holds: prove that the plan is of it and of its model.
+        site: The user's site file: prove that the plan is of it and of its model.
         model: The model, if it is not where the site file says.
-        obstructions: The obstruction file that one holds.
+        obstructions: The user's obstruction file.
         search: Whether to search again that infeasible lifts are infeasible and that no path has fewer moves than
             stated. This uses the planner's search, and takes about as long as planning without a policy.
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
         LogFileError: If the log is missing, damaged, or not a log of bimvox.
-        InputError: If a model is given without a site file.
-        FileError: If a file that one holds is missing or cannot be used.
+        InputError: If an argument is of another kind, or a model is given without a site file.
+        FileError: If a file of the user is missing or cannot be used.
     """
     told = progress_of(progress)
     if isinstance(plan, Plan):
         record, verdict = plan.record, prove_plan(plan.record, told)
     else:
-        contents, record = read_whole(Path(plan), told)
+        contents, record = read_whole(path_of("verify", plan, "a log, or a plan"), told)
         verdict = prove(contents, record, told)
-    files = (None if file is None else Path(file) for file in (site, model, obstructions))
+    files = (None if file is None else path_of("verify", file) for file in (site, model, obstructions))
     verdict = prove_further(verdict, record, *files, search=search, progress=told)
     told.finish()
     return verdict
@@ -76,7 +77,7 @@ def prove_further(
     search: bool,
     progress: Progress,
 ) -> Verification:
-    """Return a verdict with what a proof from the log alone cannot have: the files that one holds, and the search.
+    """Return a verdict with what a proof from the log alone cannot have: the files of the user, and the search.
 
     Args:
         verdict: The verdict from the log alone.

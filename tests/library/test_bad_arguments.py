@@ -41,6 +41,46 @@ def test_a_number_out_of_range_is_refused(plan: bimvox.Plan, name: str, least: i
     assert caught.value.hint == f"give {least} or more"
 
 
+@pytest.fixture(scope="module")
+def building() -> bimvox.Building:
+    return bimvox.read(SAMPLES / "frame.ifc")
+
+
+def test_an_argument_of_another_kind_is_refused_with_a_sentence_and_a_hint(
+    plan: bimvox.Plan, building: bimvox.Building, tmp_path: Path
+) -> None:
+    site, png = bimvox.load_site(SAMPLES / "paper.site.toml"), tmp_path / "x.png"
+    verbs: Any = bimvox
+    wrong = {
+        r"^read\(\) takes the path of a file, not an int": lambda: verbs.read(5),
+        r"^voxelize\(\) takes a building, not a str": lambda: verbs.voxelize("frame.ifc"),
+        r"^voxel_size_m is '0.25'": lambda: verbs.voxelize(building, "0.25"),
+        r"^voxel_size_m is -1": lambda: verbs.voxelize(building, -1),
+        r"^threads is 0": lambda: verbs.voxelize(building, 1.0, threads=0),
+        r"^load_site\(\) takes the path of a site file, not a Building": lambda: verbs.load_site(building),
+        r"^guess_site\(\) takes a building, not a str": lambda: verbs.guess_site("frame.ifc"),
+        r"^crane is 5": lambda: verbs.guess_site(building, crane=5),
+        r"^seed is 'a'": lambda: verbs.plan(site, seed="a"),
+        r"^policy is 5": lambda: verbs.plan(site, policy=5),
+        r"^progress is 5": lambda: verbs.plan(site, progress=5),
+        r"^revise\(\) takes a plan, not a LoadedSite": lambda: verbs.revise(site, bimvox.ObstructionSet.of([])),
+        r"^obstructions are an ObstructionSet or the path": lambda: verbs.revise(plan, None),
+        r"^verify\(\) takes the path of a log, or a plan, not a LoadedSite": lambda: verbs.verify(site),
+        r"^render\(\) takes a plan, a site or a grid, not a Building": lambda: verbs.render(building, png),
+        r"^size_px is 640": lambda: verbs.render(plan, png, size_px=640),
+        r"^size_px is \(0, 0\)": lambda: verbs.render(plan, png, size_px=(0, 0)),
+        r"^lift is '3'": lambda: verbs.render(plan, png, lift="3"),
+        r"^write_log\(\) takes a plan, not a PosixPath": lambda: verbs.write_log(tmp_path / "x.mcap", plan),
+        r"^write_log\(\) takes the path of a file, not a Plan": lambda: verbs.write_log(plan, plan),
+        r"^read_log\(\) takes the path of a log, not a Plan": lambda: verbs.read_log(plan),
+    }
+    for said, call in wrong.items():
+        with pytest.raises(bimvox.BimvoxError, match=said) as caught:
+            call()
+        assert caught.value.hint, said
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_log_has_the_name_of_a_log(plan: bimvox.Plan, tmp_path: Path) -> None:
     with pytest.raises(bimvox.errors.InputError, match="a log is an MCAP file") as caught:
         bimvox.write_log(plan, tmp_path / "plan.txt")
