@@ -31,9 +31,9 @@ from bimvox.env.actions import MOVES
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.planning.contact.pairs import LEAST_GAP_M, Contacts
 from bimvox.planning.contact.sweep import rope_meets
-from bimvox.planning.guided import Pair, find_guide
+from bimvox.planning.guided import NoGuide, Pair, find_guide
 from bimvox.planning.search import room_around
-from bimvox.records.guide import MOST_ASIDE_M, MOST_FORCE_N, Guide, side_force_n, swept_box_m
+from bimvox.records.guide import MOST_ASIDE_M, MOST_FORCE_N, MOST_TILT_RAD, Guide, side_force_n, swept_box_m
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.parts import centre_of_mass_m
@@ -303,45 +303,47 @@ class _Inserter:
         places = [(x, y, bottom + k) for k in range(rise, -1, -1)]
         if any(self._rope_wrong_at(place) is not None for place in places):
             return None
-        top_m, key = rise * self.step_m, (self.component.index, rise, self.near, tuple(self.others.tolist()))
-        if key not in self.contacts.guides:
-            self.contacts.guides[key] = self._guide(top_m)
-        guide = self.contacts.guides[key]
-        if guide is None or self._meets_cells(guide):
+        top_m, around = rise * self.step_m, self._around()
+        searched = self.contacts.guides.setdefault((self.component.index, self.near, around), [])
+        found = next((one for one in searched if one.top_m == top_m or _never_reaches(one, top_m)), None)
+        if found is None:
+            searched.append(found := self._guide(top_m, around))
+        if isinstance(found, NoGuide) or self._meets_cells(found):
             return None
-        return replace(self._insertion(places), guide=guide)
+        return replace(self._insertion(places), guide=found)
 
-    def _guide(self, top_m: float) -> Guide | None:
+    def _guide(self, top_m: float, around: tuple[int, ...]) -> Guide | NoGuide:
         centre_m = centre_of_mass_m(self.component.mesh)
         if centre_m is None:
-            return None
+            return NoGuide(top_m, 0.0)
         own, gap_m = self.component.index, max(self.gap_m, LEAST_GAP_M)
         pairs = [Pair(*self.contacts.pair_m(own, n), self._way_out_m(n)) for n in self.near]
-        asides_m = np.concatenate([np.zeros((1, 3)), gap_m * np.eye(3), -gap_m * np.eye(3)])
-        wide_m = (self.contacts.triangles_m(own)[None] + asides_m[:, None, None]).reshape(-1, 3, 3)
-        pairs += [Pair(wide_m, self.contacts.triangles_m(n), np.zeros(3)) for n in self._around(centre_m, top_m)]
+        if around:
+            asides_m = np.concatenate([np.zeros((1, 3)), gap_m * np.eye(3), -gap_m * np.eye(3)])
+            wide_m = (self.contacts.triangles_m(own)[None] + asides_m[:, None, None]).reshape(-1, 3, 3)
+            pairs += [Pair(wide_m, self.contacts.triangles_m(n), np.zeros(3)) for n in around]
         if not pairs:
-            return None  # cells of things without triangles are in the way
-        known = list(dict.fromkeys(guide.poses for guide in self.contacts.guides.values() if guide is not None))
+            return NoGuide(top_m, 0.0)  # cells of things without triangles are in the way
+        searched = (one for found in self.contacts.guides.values() for one in found)
+        known = list(dict.fromkeys(one.poses[1:] for one in searched if isinstance(one, Guide)))
         size_m = np.ptp(self.contacts.bounds_m[own], axis=0)
         along = 0.0 if size_m[0] >= size_m[1] else np.pi / 2.0
+        reached_m = 0.0
         for heading_rad in (along, np.pi / 2.0 - along):
-            guide = find_guide(pairs, centre_m, heading_rad, top_m, self._most_aside_m(), known)
-            if guide is not None:
-                return guide
-        return None
+            found = find_guide(pairs, centre_m, heading_rad, top_m, self._most_aside_m(), known)
+            if isinstance(found, Guide):
+                return found
+            reached_m = max(reached_m, found.reached_m)
+        return NoGuide(top_m, reached_m)
 
-    def _around(self, centre_m: NDArray[np.float64], top_m: float) -> list[int]:
-        """Return the others that a guided part may meet, and one of them in any case."""
+    def _around(self) -> tuple[int, ...]:
+        """Return the others that the part may meet on its way down from any height, tilted and held aside."""
         low, high = self.contacts.bounds_m[self.component.index]
-        reach_m = float(np.linalg.norm(np.maximum(high - centre_m, centre_m - low) + LEAST_GAP_M + self.gap_m))
-        aside_m = min(self._most_aside_m(), MOST_ASIDE_M) + 2.0 * reach_m
-        low, high = low - aside_m, high + aside_m + np.array([0.0, 0.0, top_m])
+        aside_m = min(self._most_aside_m(), MOST_ASIDE_M) + LEAST_GAP_M + self.gap_m
+        aside_m += MOST_TILT_RAD * float(np.linalg.norm(high - low))
         bounds = self.contacts.bounds_m[self.others]
-        near = (bounds[:, 0] <= high).all(axis=1) & (bounds[:, 1] >= low).all(axis=1)
-        near[:1] = True
-        found: list[int] = self.others[near].tolist()
-        return found
+        near = (bounds[:, 0, :2] <= high[:2] + aside_m).all(axis=1) & (bounds[:, 1] >= low - aside_m).all(axis=1)
+        return tuple(self.others[near].tolist())
 
     def _way_out_m(self, solid: int) -> NDArray[np.float64]:
         way_m = self.contacts.way_out_m(self.component.index, solid)
@@ -447,3 +449,8 @@ class _Inserter:
         low, high = np.moveaxis(self.contacts.bounds_m[self.others], 1, 0)
         over = ((low[:, :2] <= point_m[:2] + self.step_m) & (high[:, :2] >= point_m[:2] - self.step_m)).all(axis=1)
         return tuple(self.others[over & (high[:, 2] >= point_m[2])].tolist())
+
+
+def _never_reaches(searched: Guide | NoGuide, top_m: float) -> bool:
+    """Return whether a search showed that no way leads out as high as this."""
+    return isinstance(searched, NoGuide) and searched.reached_m < top_m

@@ -9,13 +9,17 @@ from planned_sites import planned
 
 from bimvox.log.plan_json import plan_from_json, plan_to_json
 from bimvox.log.track import crane_track
+from bimvox.planning import guided, insertion
 from bimvox.planning.assembly import Assembly, prepare
+from bimvox.planning.guided import NoGuide, Pair, find_guide
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.footprint import CellMask, motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.guide import MOST_TILT_RAD
 from bimvox.records.lift import Status
+from bimvox.site.parts import centre_of_mass_m
+from bimvox.site.site import Rules
 from bimvox.stop.redirect import Redirected, UnderWay, redirect
 
 
@@ -94,3 +98,57 @@ def test_a_stopped_load_is_guided_on_its_new_path(done):
     text = plan_to_json(other)
     read, _ = plan_from_json(text, site, {0: found.lift.path_vox}, "log")
     assert read.lifts[0].left[0].guide == lift.guide
+
+
+@pytest.fixture(scope="module")
+def tight():
+    """What the slab must not meet, its centre, and the way to its place; one beam is nearer than the other."""
+    site = slab_between_beams(-0.02)
+    contacts = prepare(site).contacts
+    pairs = [Pair(*contacts.pair_m(0, number), np.zeros(3)) for number in (1, 2)]
+    centre_m = centre_of_mass_m(site.components[0].mesh)
+    return pairs, centre_m, find_guide(pairs, centre_m, 0.0, 1.0, 0.3)
+
+
+def test_a_way_that_led_one_part_in_leads_the_next_one_in_without_a_search(tight, monkeypatch):
+    """From any height, and mirrored: what is to the east for the one is to the west for the other."""
+    pairs, centre_m, found = tight
+    monkeypatch.setattr(guided._Way, "out", lambda self: pytest.fail("searched for"))
+    mirrored = tuple((height, -aside, -tilt) for height, aside, tilt in found.poses[1:])
+    for known in (found.poses[1:], mirrored):
+        again = find_guide(pairs, centre_m, 0.0, 3.0, 0.3, [known])
+        assert again.poses == ((3.0, 0.0, 0.0), *found.poses[1:])
+
+
+def test_a_known_way_is_used_only_if_it_is_free_and_a_crew_can_hold_the_load_so(tight):
+    pairs, centre_m, found = tight
+    straight = [((0.1, 0.01, 0.0), (0.0, 0.0, 0.0))]
+    assert find_guide(pairs, centre_m, 0.0, 1.0, 0.3, straight) == found
+    assert isinstance(find_guide(pairs, centre_m, 0.0, 1.0, 0.03, [found.poses[1:]]), NoGuide)
+
+
+def test_boxes_rule_out_only_poses_in_which_nothing_meets(tight):
+    pairs, _, found = tight
+    around = guided._Around(pairs, dataclasses.replace(found, poses=((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))), 0.3)
+    rng = np.random.default_rng(0)
+    poses = rng.uniform((0.0, -0.3, -0.2), (1.0, 0.3, 0.2), (2000, 3))
+    close = around._close(poses).any(axis=1)
+    meets = np.array([around.meets(tuple(pose)) for pose in poses.tolist()])
+    assert 100 < meets.sum() <= close.sum() < 1900
+    assert close[meets].all()
+
+
+def test_where_no_way_leads_out_of_a_pocket_none_is_searched_for_again_from_higher_up(monkeypatch):
+    """With each clearance, the last moves begin at another height; the pocket stays the same."""
+    heights = []
+
+    def searched(pairs, centre_m, heading_rad, top_m, *more):
+        heights.append(top_m)
+        return find_guide(pairs, centre_m, heading_rad, top_m, *more)
+
+    monkeypatch.setattr(insertion, "find_guide", searched)
+    site = slab_between_beams(-0.08, rules=Rules(transit_clearance_m=2.0, gives_way=("transit_clearance_m",)))
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    assert plan.lifts[0].status is Status.INFEASIBLE
+    assert heights == [3.0, 3.0], "once along the part and once across"

@@ -321,7 +321,7 @@ MUTANTS: dict[str, Mutant] = {
         "triangles",
         {
             "bimvox.planning.guided.blocked_steps": lambda true: never_blocked,
-            "bimvox.planning.guided._Way._meets": always(False),
+            "bimvox.planning.guided._Around.meets": always(False),
         },
     ),
     "a load guided as fast as the crane goes": Mutant(

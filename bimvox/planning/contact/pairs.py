@@ -23,6 +23,7 @@ from bimvox.planning.contact.enclosed import enclosed
 from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m, thickness_m
 from bimvox.planning.contact.sweep import blocked_steps, crossings_above
 from bimvox.planning.contact.triangle_object import collision_object
+from bimvox.planning.guided import NoGuide
 from bimvox.records.guide import Guide
 from bimvox.records.lift import ModelledClash
 from bimvox.site.site import Site
@@ -60,7 +61,7 @@ class Contacts:
         solids: Components first, in the order of ``site.components``.
         neighbours: Per component, the numbers of the solids that share or touch cells with it in the finished building.
         clashes: Pairs that overlap in the model.
-        guides: Guides that were searched for, by part, its rise and what is around it.
+        guides: Guides that were searched for, by part, its neighbours and what else is around it.
     """
 
     def __init__(self, site: Site) -> None:
@@ -76,7 +77,7 @@ class Contacts:
         self._triangles = [solid.mesh.triangles_m for solid in self.solids]
         self._thickness_m = [thickness_m(solid.mesh) for solid in self.solids]
         self._eroded: dict[tuple[int, float], NDArray[np.float64]] = {}
-        self.guides: dict[tuple[int, int, tuple[int, ...], tuple[int, ...]], Guide | None] = {}
+        self.guides: dict[tuple[int, tuple[int, ...], tuple[int, ...]], list[Guide | NoGuide]] = {}
         self._bvhs: dict[int, fcl.CollisionObject] = {}
         self.neighbours: tuple[tuple[int, ...], ...] = self._find_neighbours()
         self._ways_out_m: dict[tuple[int, int], NDArray[np.float64] | None] = {}

@@ -93,7 +93,7 @@ def _mark_blocked(
     moving = _within(moving_m, shift_m, move, outline)
     if moving.shape[0] == 0:
         return
-    outline[0, 2] = moving[:, :, 2].min()
+    outline[0, 2], outline[1, 2] = moving[:, :, 2].min(), moving[:, :, 2].max() + step_m * blocked.shape[0]
     fixed = _within(fixed_m, np.zeros(3), move, outline)
     _mark_pairs(moving, fixed, step_m, blocked)
 
