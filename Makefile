@@ -170,12 +170,17 @@ picture: setup ## draw the README's picture again
 docs: setup ## write the pages of commands and formats again, from help and schemas
 	$(BIN)/python -m docs.reference
 
+site: setup ## the docs as a site with offline search, notebooks executed: docs/_site/html/index.html
+	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) --group docs
+	OMP_NUM_THREADS=1 $(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_site/html
+	@echo "docs/_site/html/index.html"
+
 # One resolution for all platforms: the index gives the hashes of every file of a version, whatever platform it is for.
 # torch==2.13.0: constraints-cpu.txt has the hash of that version's CPU build.
 COMPILE = $(UV) pip compile --quiet --universal --python-version 3.11 --no-header --no-annotate --generate-hashes --upgrade
 constraints: $(UV) ## resolve the pinned versions and their hashes again (UV_VERSION=... for another uv)
 	echo 'torch==2.13.0' > $(VENV)/pins.txt
-	$(COMPILE) -c $(VENV)/pins.txt --all-extras --group dev --group browser --group audit pyproject.toml -o $(VENV)/locked.txt
+	$(COMPILE) -c $(VENV)/pins.txt --all-extras --group dev --group browser --group docs --group audit pyproject.toml -o $(VENV)/locked.txt
 	{ head -1 constraints.txt; cat $(VENV)/locked.txt; } > $(VENV)/constraints.txt
 	mv $(VENV)/constraints.txt constraints.txt
 	$(if $(UV_VERSION),echo 'uv==$(UV_VERSION)' | $(COMPILE) - -o $(VENV)/uv.txt && \
