@@ -21,7 +21,7 @@ from bimvox.log.recorder import write_log
 from bimvox.site.obstructions.file import parse_obstructions
 from docs.reference.examples import EXAMPLES
 
-AN_OBSTRUCTION = re.search(r"^```json\n(.*?)^```", (ROOT / "README.md").read_text(), re.M | re.S)
+AN_OBSTRUCTION = re.search(r"^```json\n(.*?)^```", (ROOT / "docs" / "tutorial.md").read_text(), re.M | re.S)
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +102,7 @@ def test_the_commands_of_a_document_run(
     run_commands(name, tmp_path, capsys)
 
 
-def test_the_readmes_obstruction_file_is_one(tmp_path: Path):
+def test_the_tutorials_obstruction_file_is_one(tmp_path: Path):
     assert AN_OBSTRUCTION is not None
     found = parse_obstructions(AN_OBSTRUCTION.group(1).encode(), "obstructions.json", tmp_path)
     assert [one.id for one in found.obstructions] == ["truck-7"]
