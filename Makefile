@@ -41,12 +41,17 @@ $(BIN)/bimvox: pyproject.toml constraints.txt constraints-cpu.txt | $(UV)
 	$(UV) pip install --quiet --python $(BIN)/python $(OURSELVES)
 	@touch $@
 
-setup: $(BIN)/bimvox ## make the virtual environment and install everything into it
+$(VENV)/warm: $(BIN)/bimvox
+	$(BIN)/bimvox warm-up
+	@touch $@
+
+setup: $(VENV)/warm ## make the virtual environment, install everything into it, compile the kernels
 
 demo: setup ## the main job on a sample building: voxelize, plan, verify, render
 	@$(BIN)/bimvox demo -o $(OUT)
 
 test: setup ## the tests that are quick; all but fleets, trainings, soaks and the like, which CI runs too
+	$(BIN)/bimvox warm-up -q
 	$(BIN)/python -m pytest -m "not slow"
 
 test-slow: setup ## the tests that take long

@@ -7,14 +7,19 @@ hardly depends on other load on the machine; what the first run needs more is co
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from bimvox.kernel_list import written
+
+_LIST = Path(__file__).parents[1] / "bimvox" / "kernels.json"
 _SAMPLE = Path(__file__).parents[1] / "sample_models" / "prefab.ifc"
 _ACTS = {
     "voxelize": ("voxelize", str(_SAMPLE), "-o", "prefab.zarr.zip"),
@@ -38,8 +43,12 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--first", choices=("warm-up",), help="run this before the demo's commands, and count it too")
+    parser.add_argument("--write", action="store_true", help="write bimvox/kernels.json, which `warm-up` compiles")
     chosen = parser.parse_args()
     acts = ({chosen.first: (chosen.first,)} if chosen.first else {}) | _ACTS
+    if chosen.write:
+        _write()
+        return
     with tempfile.TemporaryDirectory() as folder:
         runs = [{name: _spent(Path(folder), act) for name, act in acts.items()} for _ in range(2)]
     lines = [
@@ -55,6 +64,22 @@ def main() -> None:
     kernels = sum(one.kernels for one in runs[0].values())
     lines.append(f"| all | {kernels} | {processor_s[0] - processor_s[1]:.1f} | {walls_s[0]:.1f} | {walls_s[1]:.1f} |")
     sys.stdout.write("\n".join(lines) + "\n")
+
+
+def _write() -> None:
+    with tempfile.TemporaryDirectory() as temporary:
+        folder, entries = Path(temporary), {}
+        for name, act in _ACTS.items():
+            known = list(folder.rglob("*.nbc"))
+            _spent(folder, act)
+            entries[name] = written(folder, known)
+    _LIST.write_text(text_of(entries), "utf-8")
+
+
+def text_of(entries: Mapping[str, Sequence[object]]) -> str:
+    """Return the list of kernels as JSON, a kernel a line."""
+    acts = [f'"{name}": [\n' + ",\n".join(map(json.dumps, one)) + "\n]" for name, one in entries.items()]
+    return "{\n" + ",\n".join(acts) + "\n}\n"
 
 
 def _spent(folder: Path, act: tuple[str, ...]) -> Spent:

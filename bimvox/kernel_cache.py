@@ -131,16 +131,28 @@ def _read(file: Path, target_context: Any) -> Any:
     return None
 
 
-def _lock(file: Path, turn: ExitStack) -> bool:
+def _lock(file: Path, turn: ExitStack, wait_s: float | None = None) -> bool:
     """Lock a file of machine code for a turn; False if that is impossible here, so that it may be compiled twice."""
     from filelock import FileLock
 
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        turn.enter_context(FileLock(file.with_suffix(".lock"), timeout=_LONGEST_WAIT_S))
+        turn.enter_context(FileLock(file.with_suffix(".lock"), timeout=_LONGEST_WAIT_S if wait_s is None else wait_s))
     except (OSError, NotImplementedError):
         return False
     return True
+
+
+def file_of(dispatcher: Any, arguments: tuple[Any, ...]) -> Path:
+    """Return the file that holds the machine code of a kernel for arguments of these types, once it is compiled."""
+    cache: KernelCache = dispatcher._cache
+    return cache._file(arguments, numba.core.registry.cpu_target.target_context.codegen())
+
+
+def is_locked(file: Path) -> bool:
+    """Whether a process is making a file of machine code now."""
+    with ExitStack() as stack:
+        return not _lock(file, stack, wait_s=0.0)
 
 
 def digest_of(kernel: Any) -> str:

@@ -18,7 +18,7 @@ from filelock import FileLock
 
 from bimvox import kernel_cache
 from bimvox.compiling import told
-from bimvox.kernel_cache import KernelCache, digest_of
+from bimvox.kernel_cache import KernelCache, digest_of, is_locked
 from bimvox.voxelization import columns
 
 MODULE = '''
@@ -173,6 +173,7 @@ def test_a_process_that_was_killed_while_it_compiled_is_waited_for_no_longer(
         # A process that has stopped is waited for, but not for ever.
         monkeypatch.setattr(kernel_cache, "_LONGEST_WAIT_S", 0.2)
         assert outer(2) == 7
+        assert is_locked(file)
         file.unlink()
         threading.Timer(1.0, holder.kill).start()
         monkeypatch.setattr(kernel_cache, "_LONGEST_WAIT_S", 300.0)
@@ -180,6 +181,7 @@ def test_a_process_that_was_killed_while_it_compiled_is_waited_for_no_longer(
         assert module_of()["outer"](2) == 7
         assert 0.5 < time.monotonic() - began < 200
     assert file.is_file()
+    assert not is_locked(file)
 
 
 def test_compiling_is_told_and_loading_is_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 from typing import Literal
 
 from bimvox.errors import InputError, SelectionError, shown
+from bimvox.processes import processors
 
 MOST_PROCESSES = 4
 """Largest default number of worker processes: with more, the one process that they report to is the bottleneck."""
@@ -18,8 +18,7 @@ MOST_SELECT = 10_000
 
 def default_processes() -> int:
     """Return the default number of geometry processes: one for each usable CPU, at most ``MOST_PROCESSES``."""
-    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return max(1, min(MOST_PROCESSES, usable))
+    return max(1, min(MOST_PROCESSES, processors()))
 
 
 @dataclass(frozen=True, slots=True)

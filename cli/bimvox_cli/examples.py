@@ -32,6 +32,7 @@ EXAMPLES = {
     ),
     "report": ("bimvox report house.mcap", "bimvox report house.mcap -o house.pdf"),
     "schema": ("bimvox schema site", "bimvox schema log"),
+    "warm-up": ("bimvox warm-up",),
 }
 """Command lines by command; a test parses each of them."""
 

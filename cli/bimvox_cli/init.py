@@ -43,8 +43,9 @@ def init(
 ) -> None:
     """Write a site file with guesses for crane, yard and areas."""
     from bimvox_pipeline.site import init as run
+    from bimvox_pipeline.warm_up import helped
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet) as output, helped("init"):
         document = run(
             model,
             out,

@@ -29,6 +29,7 @@ from bimvox_cli.sweep import sweep
 from bimvox_cli.train import train
 from bimvox_cli.verify import verify
 from bimvox_cli.voxelize import voxelize
+from bimvox_cli.warm_up import warm_up
 from bimvox_cli.watch import watch
 
 app = typer.Typer(
@@ -79,8 +80,9 @@ for _command in (
     render,
     report,
     schema,
+    warm_up,
 ):
-    app.command(context_settings=HELP_NAMES, epilog=epilog(_command.__name__))(_command)
+    app.command(context_settings=HELP_NAMES, epilog=epilog(_command.__name__.replace("_", "-")))(_command)
 app.add_typer(policy, name="policy", context_settings=HELP_NAMES)
 app.add_typer(experiment, name="experiment", context_settings=HELP_NAMES)
 

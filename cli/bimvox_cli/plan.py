@@ -88,9 +88,10 @@ def plan(
             )
         raise typer.Exit(output.result(planned, show_fleet))
     from bimvox_pipeline.plan import plan as run
+    from bimvox_pipeline.warm_up import helped
 
     site = sites[0]
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet) as output, helped("plan"):
         document = run(
             site,
             out,

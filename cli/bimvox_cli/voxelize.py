@@ -41,8 +41,9 @@ def voxelize(
 ) -> None:
     """Turn a building model into a labelled voxel grid."""
     from bimvox_pipeline.voxelize import voxelize as run
+    from bimvox_pipeline.warm_up import helped
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet) as output, helped("voxelize"):
         document = run(
             model,
             out,

@@ -41,6 +41,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "report": ("bimvox report frame.mcap -o frame.report.html --json",),
     "schema": ("bimvox schema site", "bimvox schema crane", "bimvox schema log --json"),
+    "warm-up": ("bimvox warm-up --json",),
     "policy": ("bimvox policy list --json",),
     "experiment": ("bimvox experiment paper -o results --seeds 1 --mode ours --quick",),
 }
@@ -68,6 +69,7 @@ READ_ON: dict[str, tuple[tuple[str, str], ...]] = {
     "render": (("pictures, animations, the page", "pictures.md"),),
     "report": (("the report", "pictures.md"),),
     "schema": (("formats", "formats.md"),),
+    "warm-up": (("how long a first run takes", "measured.md"),),
     "policy": (("policies", "formats.md"),),
     "experiment": (("the paper's experiments", "paper.md"),),
 }

@@ -21,6 +21,7 @@ COMMANDS = (
     "report",
     "schema",
     "policy",
+    "warm-up",
 )
 HEAVY = ("torch", "stable_baselines3", "trimesh", "numba", "ifcopenshell", "numpy", "scipy", "mcap", "rich")
 
