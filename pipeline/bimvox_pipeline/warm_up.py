@@ -73,9 +73,9 @@ class Helper:
         self._act = act
         self._worker: subprocess.Popen[bytes] | None = None
 
-    def compiling(self, begun: int, now: bool) -> None:
+    def compiling(self, _begun: int, now: bool) -> None:
         """Take a report; see `bimvox.compiling`."""
-        if now and self._worker is None and begun == 1 and processors() > 1:
+        if now and self._worker is None and processors() > 1:
             self._worker = _started(self._act, forwards=False)
 
     def end(self) -> None:

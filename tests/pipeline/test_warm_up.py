@@ -65,8 +65,8 @@ def test_the_helper_starts_when_something_is_compiled_and_ends_with_its_act(monk
     monkeypatch.setattr("bimvox_pipeline.warm_up.processors", lambda: 2)
     helper = Helper("voxelize")
     helper.end()
-    helper.compiling(1, True)
-    helper.compiling(2, True)
+    helper.compiling(5, True)  # an earlier command of this process compiled, too
+    helper.compiling(6, True)
     assert started == [("voxelize",)]
     assert helper._worker is not None
     helper.end()
