@@ -11,11 +11,16 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.move import Line, Move, axes_along, axes_of
 from bimvox.motion.profile import Profile, add_shares
 from bimvox.motion.shaping import ShapedProfile
+from bimvox.motion.swept import samples_are_free
+from bimvox.site.collision import CollisionSpace
 
 _ENDS = np.array([0.0, 1.0])
+_BLOCK = 32
+"""Samples that are computed before they are checked."""
 
 
 class Moves:
@@ -128,6 +133,28 @@ class Course:
                 self._add_curve(axes, time_s - start_s[n], n)
         return axes
 
+    def free_axes_at(
+        self,
+        time_s: NDArray[np.float64],
+        start_s: Sequence[float],
+        moves: tuple[int, int],
+        space: CollisionSpace,
+        load: LoadFrame,
+    ) -> NDArray[np.float64] | None:
+        """Return the same for consecutive moves along joint lines if the load is free between all times, else None.
+
+        Args:
+            time_s: (N,) the times, close together.
+            start_s: When each move begins.
+            moves: The first move that counts, and one after the last.
+            space: The collision rule.
+            load: How hook poses and reference cells correspond.
+        """
+        axes = np.empty((len(time_s), 3))
+        axes[:] = self._moves.ends[moves[0], 0]
+        free = _lines_are_free(axes, time_s, np.array(start_s), self._packed, *moves, space, load)
+        return axes if free else None
+
     def _add_curve(self, axes: NDArray[np.float64], since_s: NDArray[np.float64], n: int) -> None:
         """Add the movement of a move along a line that is not a joint line."""
         crane, move, origin = self._moves.crane, self._moves.moves[n], self._moves.ends[n, 0]
@@ -177,6 +204,26 @@ def _add_lines(
         for i in range(high, count):
             for k in range(3):
                 axes[i, k] += first[k] + (last[k] - first[k]) - first[k]
+
+
+@kernel
+def _lines_are_free(
+    axes: NDArray[np.float64],
+    time_s: NDArray[np.float64],
+    begins_s: NDArray[np.float64],
+    packed: _Packed,
+    begin: int,
+    end: int,
+    space: CollisionSpace,
+    load: LoadFrame,
+) -> bool:
+    """Add the movement as ``_add_lines``, as far as the load is free between the times; return whether it always is."""
+    for first in range(0, axes.shape[0], _BLOCK):
+        last = min(first + _BLOCK, axes.shape[0])
+        _add_lines(axes[first:last], time_s[first:last], begins_s, packed, begin, end)
+        if not samples_are_free(space, load, axes[max(0, first - 1) : last]):
+            return False
+    return True
 
 
 @leaf_kernel

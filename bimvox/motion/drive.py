@@ -72,13 +72,13 @@ def drive_path(
         if best.duration_s <= _GOOD_ENOUGH * busiest_s(best.moves, [profile.duration_s for profile in best.profiles]):
             return best, over.clearance_height_m
     along = along_the_path(rigged, transit, head, slew_rad)
-    moves = list(along.moves)
+    moves, is_same = list(along.moves), over is not None and along.moves == over.moves
     if contact_moves == 0 and moves and moves[-1].is_vertical and moves[-1].difference[2] > 0.0:
         # The only route to above the place leads up its own column: go straight to the place instead of up and down.
         begins = round((moves[-1].start.height_m - rigged.load.zero_height_m) / rigged.load.voxel_size_m)
-        moves, tail = moves[:-1], _straight(path_vox[-1], begins)
-    limit_s = np.inf if best is None else best.duration_s
-    other = driver.finished(moves, tail, slew_rad, limit_s)
+        moves, tail, is_same = moves[:-1], _straight(path_vox[-1], begins), False
+    # Where nothing is in the way, the path is cut short to the moves over the top.
+    other = best if is_same else driver.finished(moves, tail, slew_rad, np.inf if best is None else best.duration_s)
     needed_m = min(route.clearance_height_m for route in (over, along) if route is not None)
     if best is None or (other is not None and other.duration_s < best.duration_s):
         best = other

@@ -17,7 +17,7 @@ from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.move import Move
 from bimvox.motion.shaping import FIRST_SLOW, LADDER, TWO, Calm
 from bimvox.motion.swept import swaying_is_free
-from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, Swing, swing_of
+from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, Swing, offsets_of, swing_of
 from bimvox.motion.timeline import Pacer, Timeline, evenly_s, overlapping_as
 from bimvox.site.collision import CollisionSpace
 
@@ -37,20 +37,11 @@ class Swaying:
         time_s: (N,) float64.
         axes: (N, 3) float64 slew (rad), radius (m), height (m).
         swing: At these times.
-        rate_rad_s: Angular frequency of the pendulum at the end.
     """
 
     time_s: NDArray[np.float64]
     axes: NDArray[np.float64]
     swing: Swing
-    rate_rad_s: float
-
-    @property
-    def left_m(self) -> NDArray[np.float64]:
-        """(4,) float64 position and speed of the load at the end, each as the amplitude it leads to, m."""
-        step_s = float(self.time_s[1] - self.time_s[0])
-        speed_m_s = (self.swing.offset_m[-1] - self.swing.offset_m[-2]) / step_s
-        return np.concatenate([self.swing.offset_m[-1], speed_m_s / self.rate_rad_s])
 
     def left_by(self, timeline: Timeline, move: int) -> float:
         """Return the amplitude when a move ends, or when the next move that makes the load swing begins."""
@@ -66,13 +57,25 @@ class Swaying:
 
 def swaying(timeline: Timeline, pendulum: Pendulum, spacing_m: float) -> Swaying:
     """Return a timeline with the swing of its load; the hook moves at most ``spacing_m`` from one time to the next."""
+    time_s, axes = _evenly(timeline, spacing_m)
+    return Swaying(time_s, axes, swing_of(timeline.crane, axes, timeline.duration_s / (len(time_s) - 1), pendulum))
+
+
+def left_m(timeline: Timeline, pendulum: Pendulum) -> NDArray[np.float64]:
+    """Return (4,) float64 position and speed of the load at the end, each as the amplitude it leads to, m."""
+    time_s, axes = _evenly(timeline, np.inf)
+    offset_m = offsets_of(timeline.crane, axes, timeline.duration_s / (len(time_s) - 1), pendulum)
+    length_m = float(pendulum_lengths_m(timeline.crane, axes[-1:], pendulum.below_hook_m)[0])
+    speed_m_s = (offset_m[-1] - offset_m[-2]) / float(time_s[1] - time_s[0])
+    return np.concatenate([offset_m[-1], speed_m_s / float(np.sqrt(GRAVITY_M_S2 / length_m))])
+
+
+def _evenly(timeline: Timeline, spacing_m: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return times close enough for the pendulum, with the hook at most ``spacing_m`` apart, and the axes then."""
     duration_s = timeline.duration_s
     steps = int(np.ceil(max(duration_s / STEP_S, duration_s * timeline.top_speed_m_s / spacing_m))) + 1
     time_s = evenly_s(0.0, duration_s, steps)
-    axes = timeline.axes_at(time_s)
-    length_m = float(pendulum_lengths_m(timeline.crane, axes[-1:], pendulum.below_hook_m)[0])
-    rate_rad_s = float(np.sqrt(GRAVITY_M_S2 / length_m))
-    return Swaying(time_s, axes, swing_of(timeline.crane, axes, duration_s / steps, pendulum), rate_rad_s)
+    return time_s, timeline.axes_at(time_s)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,7 +137,7 @@ def _fitted(pacer: Pacer, timeline: Timeline, pendulum: Pendulum) -> Timeline | 
     """Return a timeline's moves in sequence, shaped together for its overlaps; None if no such shaping is found."""
 
     def residual_m(calms: tuple[Calm, ...]) -> NDArray[np.float64]:
-        return swaying(overlapping_as(pacer.in_sequence(calms), timeline), pendulum, np.inf).left_m
+        return left_m(overlapping_as(pacer.in_sequence(calms), timeline), pendulum)
 
     calms = cancelled([move.swings for move in timeline.moves], residual_m)
     return None if calms is None else pacer.in_sequence(calms)

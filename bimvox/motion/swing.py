@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.motion.load_frame import LoadFrame
+from bimvox.motion.swept import swaying_is_free
+from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site, SwingRule
@@ -67,7 +70,39 @@ def pendulum_of(site: Site, crane: TowerCrane, component: Component | None) -> P
 def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendulum: Pendulum) -> Swing:
     """Return the swing of a load that is at rest at the start, for (N, 3) axes ``step_s`` apart, ``STEP_S`` at most."""
     length_m = pendulum_lengths_m(crane, axes, pendulum.below_hook_m)
-    return Swing(*_swing(axes, crane.base_m[0], crane.base_m[1], length_m, step_s, GRAVITY_M_S2))
+    return Swing(*_swing(axes, crane.base_m[0], crane.base_m[1], length_m, step_s, GRAVITY_M_S2, True))
+
+
+def offsets_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendulum: Pendulum) -> NDArray[np.float64]:
+    """Return (N, 2) the offsets of :func:`swing_of` alone."""
+    length_m = pendulum_lengths_m(crane, axes, pendulum.below_hook_m)
+    offset_m: NDArray[np.float64] = _swing(
+        axes, crane.base_m[0], crane.base_m[1], length_m, step_s, GRAVITY_M_S2, False
+    )[0]
+    return offset_m
+
+
+def sways_free(
+    space: CollisionSpace,
+    load: LoadFrame,
+    crane: TowerCrane,
+    axes: NDArray[np.float64],
+    step_s: float,
+    pendulum: Pendulum,
+) -> bool:
+    """Return whether a load that is at rest at the start swings into nothing, to either side, in a planned motion.
+
+    Args:
+        space: The collision rule.
+        load: How hook poses and reference cells correspond.
+        crane: The crane.
+        axes: (N, 3) slew, radius, height, ``step_s`` apart.
+        step_s: As for ``swing_of``.
+        pendulum: What hangs on the hook.
+    """
+    beyond_m = _beyond(offsets_of(crane, axes, step_s, pendulum), PLANNED_RESIDUAL_M)
+    swings = (beyond_m[:, 0] != 0.0) | (beyond_m[:, 1] != 0.0)
+    return bool(swaying_is_free(space, load, axes, beyond_m / load.voxel_size_m, swings, True) < 0)
 
 
 @kernel
@@ -85,12 +120,18 @@ def _points(axes: NDArray[np.float64], x_m: float, y_m: float) -> NDArray[np.flo
 
 @kernel
 def _swing(
-    axes: NDArray[np.float64], x_m: float, y_m: float, length_m: NDArray[np.float64], step_s: float, gravity: float
+    axes: NDArray[np.float64],
+    x_m: float,
+    y_m: float,
+    length_m: NDArray[np.float64],
+    step_s: float,
+    gravity: float,
+    with_amplitude: bool,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Velocity Verlet over evenly spaced samples."""
+    """Velocity Verlet over evenly spaced samples; the amplitudes, if wanted, otherwise zeros for none."""
     point_m = _points(axes, x_m, y_m)
     n = point_m.shape[0]
-    offset, amplitude = np.zeros((n, 2)), np.zeros(n)
+    offset, amplitude = np.zeros((n, 2)), np.zeros(n if with_amplitude else 0)
     qx, qy = point_m[0, 0], point_m[0, 1]
     vx, vy, ax, ay = 0.0, 0.0, 0.0, 0.0
     half = 0.5 * step_s
@@ -107,6 +148,8 @@ def _swing(
         vy += half * (ay - stiffness * y)
         ax, ay = -stiffness * x, -stiffness * y
         offset[i, 0], offset[i, 1] = x, y
+        if not with_amplitude:
+            continue
         span_s = step_s * (after - i + 1)
         ux = vx - (point_m[after, 0] - point_m[i - 1, 0]) / span_s
         uy = vy - (point_m[after, 1] - point_m[i - 1, 1]) / span_s

@@ -22,8 +22,7 @@ from bimvox.motion.move import Line, Move, no_shorter, share_limits, slowed
 from bimvox.motion.profile import Profile, profile_of
 from bimvox.motion.shaping import Calm, ShapedProfile
 from bimvox.motion.slow_zones import slow_shares
-from bimvox.motion.swept import samples_are_free, swaying_is_free
-from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, swing_of
+from bimvox.motion.swing import STEP_S, Pendulum, sways_free
 from bimvox.site.collision import CollisionSpace
 
 _CHECK_SPACING_VOX = 0.125
@@ -249,14 +248,10 @@ def _is_free(timeline: Timeline, later: int, space: CollisionSpace, load: LoadFr
     top_speed_m_s = 2.0 * fastest if begins_s[later] < timeline.end_s[later - 1] else fastest
     spacing_m = _CHECK_SPACING_VOX * load.voxel_size_m
     steps = int(np.ceil(max((end - start) * top_speed_m_s / spacing_m, (end - start) / STEP_S))) + 1
-    axes = course.axes_at(evenly_s(start, end, steps), begins_s, later - 1, later + 1)
-    if not samples_are_free(space, load, axes):
+    axes = course.free_axes_at(evenly_s(start, end, steps), begins_s, (later - 1, later + 1), space, load)
+    if axes is None:
         return False
-    if pendulum is None:
-        return True
-    sway_m = swing_of(timeline.crane, axes, (end - start) / steps, pendulum).beyond_m(PLANNED_RESIDUAL_M)
-    swings = (sway_m[:, 0] != 0.0) | (sway_m[:, 1] != 0.0)
-    return bool(swaying_is_free(space, load, axes, sway_m / load.voxel_size_m, swings, True) < 0)
+    return pendulum is None or sways_free(space, load, timeline.crane, axes, (end - start) / steps, pendulum)
 
 
 def evenly_s(start_s: float, end_s: float, steps: int) -> NDArray[np.float64]:
