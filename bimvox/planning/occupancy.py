@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 
 from bimvox.compiled import kernel
 from bimvox.grid.summed_area import summed_area_table, update_table
@@ -91,7 +90,7 @@ class Occupancy:
         rope = rope_margin_vox(self._site, clearance_m)
         if rope == 0 or not self._site.rules.rope:
             return grown
-        top = maximum_filter(self.heights(), size=2 * rope + 1, mode="constant")
+        top = _highest_around(self.heights(), rope)
         return grown._replace(hook_floor=hook_room(self._site, self._site.crane_of(component), top, component).floor)
 
     def _table(self) -> NDArray[np.int32]:
@@ -102,6 +101,25 @@ class Occupancy:
             update_table(self._kept, counts, *self._lowest)
             self._lowest = self._site.shape
         return self._kept
+
+
+@kernel
+def _highest_around(top: NDArray[np.int32], reach: int) -> NDArray[np.int32]:
+    """Return (X, Y) int32 the highest value of a height map within ``reach`` columns on each axis."""
+    nx, ny = top.shape
+    along, found = top.copy(), np.empty_like(top)
+    for step in range(1, reach + 1):
+        for x in range(nx - step):
+            for y in range(ny):
+                along[x, y] = max(along[x, y], top[x + step, y])
+                along[x + step, y] = max(along[x + step, y], top[x, y])
+    found[:] = along
+    for step in range(1, reach + 1):
+        for x in range(nx):
+            for y in range(ny - step):
+                found[x, y] = max(found[x, y], along[x, y + step])
+                found[x, y + step] = max(found[x, y + step], along[x, y])
+    return found
 
 
 @kernel
