@@ -72,7 +72,7 @@ def drive_path(
         if best.duration_s <= _GOOD_ENOUGH * busiest_s(best.moves, [profile.duration_s for profile in best.profiles]):
             return best, over.clearance_height_m
     along = along_the_path(rigged, transit, head, slew_rad)
-    moves, is_same = list(along.moves), over is not None and along.moves == over.moves
+    moves, is_same = list(along.moves), _same_moves(along, over)
     if contact_moves == 0 and moves and moves[-1].is_vertical and moves[-1].difference[2] > 0.0:
         # The only route to above the place leads up its own column: go straight to the place instead of up and down.
         begins = round((moves[-1].start.height_m - rigged.load.zero_height_m) / rigged.load.voxel_size_m)
@@ -84,6 +84,10 @@ def drive_path(
         best = other
     assert best is not None
     return best, needed_m
+
+
+def _same_moves(along: Route, over: Route | None) -> bool:
+    return over is not None and along.moves == over.moves
 
 
 def _without_cleared(space: CollisionSpace, placements_vox: NDArray[np.int32]) -> CollisionSpace:

@@ -44,7 +44,7 @@ def empty_hook_clearance(
             that it came by, even if neighbours share those cells.
         above: (N, 3) cells of other things that the table may lack: the hook is kept above them too.
     """
-    top = _top_of_table(space.table)
+    top = top_of_table(space.table)
     for cells in above:
         np.maximum.at(top, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
     floor, ceiling = hook_room(site, crane, top, None)
@@ -81,7 +81,7 @@ def _reach_ends(
 
 
 @kernel
-def _top_of_table(table: NDArray[np.int32]) -> NDArray[np.int32]:
+def top_of_table(table: NDArray[np.int32]) -> NDArray[np.int32]:
     """(X, Y) int32 height map from a summed-area table: one above the highest occupied cell of each column."""
     nx, ny = table.shape[0] - 1, table.shape[1] - 1
     top = np.zeros((nx, ny), np.int32)

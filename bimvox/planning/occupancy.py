@@ -90,7 +90,7 @@ class Occupancy:
         rope = rope_margin_vox(self._site, clearance_m)
         if rope == 0 or not self._site.rules.rope:
             return grown
-        top = _highest_around(self.heights(), rope)
+        top = highest_around(self.heights(), rope)
         return grown._replace(hook_floor=hook_room(self._site, self._site.crane_of(component), top, component).floor)
 
     def _table(self) -> NDArray[np.int32]:
@@ -104,7 +104,7 @@ class Occupancy:
 
 
 @kernel
-def _highest_around(top: NDArray[np.int32], reach: int) -> NDArray[np.int32]:
+def highest_around(top: NDArray[np.int32], reach: int) -> NDArray[np.int32]:
     """Return (X, Y) int32 the highest value of a height map within ``reach`` columns on each axis."""
     nx, ny = top.shape
     along, found = top.copy(), np.empty_like(top)

@@ -9,10 +9,12 @@ from hypothesis import strategies as st
 
 from bimvox.errors import PlanningError
 from bimvox.grid.summed_area import summed_area_table
+from bimvox.motion import drive
 from bimvox.motion.drive import drive_free, drive_path
 from bimvox.motion.load_frame import axes_of_cells, cells_of_axes
 from bimvox.motion.move import Line
 from bimvox.motion.shortcut import along_the_path, follow, move_is_free, over_the_top
+from bimvox.motion.steady import steadied
 from bimvox.motion.timeline import in_sequence
 from bimvox.motion.timing import sampled
 from bimvox.planning.search import shortest_path
@@ -105,6 +107,22 @@ def test_it_is_faster_than_following_every_cell():
     timeline, _ = driven(room)
     stairs = in_sequence(room.crane, follow(room.load, room.path, 0.0))
     assert timeline.duration_s < 0.6 * stairs.duration_s
+
+
+def test_the_same_moves_along_the_path_and_over_the_top_are_laid_over_time_once(monkeypatch):
+    """What the second try would give is what the first one gave: with it, the motion is the same."""
+    counts = []
+    for seed in range(12):
+        room, tried = crane_room(seed, blocks=0), []
+        with monkeypatch.context() as patch:
+            patch.setattr(drive, "steadied", lambda *args, tried=tried: tried.append(args[1]) or steadied(*args))
+            timeline, trajectory = driven(room)
+            patch.setattr(drive, "_same_moves", lambda *_: False)
+            again = driven(room)[1]
+        counts.append(len(tried))
+        assert axes_of(again).tobytes() == axes_of(trajectory).tobytes()
+        assert timeline.moves
+    assert 3 in counts
 
 
 def test_the_same_input_gives_the_same_bytes():

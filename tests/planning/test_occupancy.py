@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from box_sites import box_site
 from hypothesis import given, settings
+from scipy.ndimage import maximum_filter
 
 from bimvox.grid.summed_area import summed_area_table, top_of_columns
-from bimvox.planning.occupancy import Occupancy
+from bimvox.planning.occupancy import Occupancy, highest_around
 
 _BOX = st.tuples(*[st.integers(0, 5)] * 3, *[st.integers(1, 3)] * 3)
 
@@ -44,3 +45,12 @@ def test_table_and_heights_are_those_of_the_objects_there(
     assert np.array_equal(occupancy.counts, dense)
     assert np.array_equal(occupancy.space(site.components[0]).table, summed_area_table(dense > 0))
     assert np.array_equal(occupancy.heights(), top_of_columns(dense > 0))
+
+
+def test_the_highest_around_a_column_is_that_of_a_maximum_filter():
+    rng = np.random.default_rng(3)
+    for reach in (1, 2, 4):
+        for shape in ((20, 30), (3, 7), (1, 1), (5, 2)):
+            top = rng.integers(0, 60, shape).astype(np.int32)
+            wanted = maximum_filter(top, size=2 * reach + 1, mode="constant")
+            assert np.array_equal(highest_around(top, reach), wanted)
