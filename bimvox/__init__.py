@@ -1,6 +1,6 @@
 """bimvox: from a building model to lifts a crane can execute.
 
-The functions, each with values in and out; files are written only by ``write_log`` and ``render``:
+The functions, each with values in and out; files are written only by ``write_log``, ``export`` and ``render``:
 
 >>> building = bimvox.read("tower.ifc")
 >>> grid = bimvox.voxelize(building, 0.1)
@@ -10,6 +10,7 @@ The functions, each with values in and out; files are written only by ``write_lo
 >>> verdict = bimvox.verify(plan)  # or of a log's path
 >>> plan = bimvox.revise(plan, "obstructions.json")
 >>> bimvox.write_log(plan, "tower.mcap")
+>>> bimvox.export(plan, "tower.csv")
 >>> bimvox.render(plan, "tower.png")
 
 Every name is imported when it is first used.
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from bimvox.grid.voxel_grid import VoxelGrid as VoxelGrid
     from bimvox.library.building import read as read
     from bimvox.library.building import voxelize as voxelize
+    from bimvox.library.export import export as export
     from bimvox.library.log import read_log as read_log
     from bimvox.library.log import write_log as write_log
     from bimvox.library.plan import plan as plan
@@ -67,6 +69,7 @@ _HOME = {
     "Verification": "bimvox.records.proof",
     "VoxelGrid": "bimvox.grid.voxel_grid",
     "Voxels": "bimvox.site.obstructions.obstruction_set",
+    "export": "bimvox.library.export",
     "guess_site": "bimvox.library.site",
     "load_site": "bimvox.library.site",
     "plan": "bimvox.library.plan",

@@ -60,7 +60,7 @@ def log_bytes(
             from bimvox.exporters.lift_schedule import schedule_of
 
             if model is None:
-                raise InputError("the ifc format adds the schedule to the building's own file: give that file")
+                raise InputError("the ifc format adds the schedule to the building's own file", hint="give it as model")
             return with_schedule(*model, schedule_of(log, begins, orders))
         case "mcap":
             from bimvox.exporters.csv_json import to_mcap

@@ -16,6 +16,7 @@ HINTS = {
     "plan": "plan(site) and read_log(path) return one",
     "site": "see load_site() and guess_site()",
     "building": "read(path) returns one",
+    "plan, a grid or the path of a log": "plan(site) returns a plan, voxelize(building) a grid",
     "plan, a site or a grid": "plan(site) and read_log(path) return a plan, voxelize(building) a grid",
 }
 """Where to get a value, by its name."""

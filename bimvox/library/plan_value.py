@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.errors import MissingPackageError
+from bimvox.errors import InputError, MissingPackageError
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.figures import PlanFigures, plan_figures
 from bimvox.planning.assembly import Preparation
 from bimvox.policy.choice import PolicyInUse
+from bimvox.proof.values import check_values
 from bimvox.records.lift import Lift, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
@@ -179,6 +180,16 @@ class Plan:
     def figures(self) -> PlanFigures:
         """Figures of the planned lifts: methods, moves, crane time, hook travel."""
         return plan_figures(self.record.plan, self.motions)
+
+    def require_sense(self, act: str) -> None:
+        """Refuse a plan whose values make no sense; ``act`` is what cannot be done with it.
+
+        Raises:
+            InputError: If values are not finite or out of range.
+        """
+        if not check_values(self.record.plan, self.motions, self.record.context).passed:
+            said = f"values of the plan make no sense, so it cannot be {act}"
+            raise InputError(said, hint="bimvox.verify names them")
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a ``pandas.DataFrame`` with a row a lift, columns as in :class:`LiftRow`.

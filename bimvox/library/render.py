@@ -14,7 +14,6 @@ from bimvox.library.plan_value import Plan
 from bimvox.library.site import LoadedSite
 from bimvox.log.recorder import tracks_of, write_log
 from bimvox.progress import Listener, Progress, progress_of
-from bimvox.proof.values import check_values
 from bimvox.rendering.draw.camera import View
 from bimvox.rendering.draw.picture import PictureOptions
 from bimvox.rendering.draw.png import png_of
@@ -63,8 +62,8 @@ def render(
     suffix = path.suffix.lower()
     if lift is not None and not isinstance(what, Plan):
         raise InputError("only a plan has lifts", hint="leave lift out")
-    if isinstance(what, Plan) and not check_values(what.record.plan, what.motions, what.record.context).passed:
-        raise InputError("values of the plan make no sense, so it cannot be shown", hint="bimvox.verify names them")
+    if isinstance(what, Plan):
+        what.require_sense("shown")
     if suffix == ".png":
         told.stage("draw")
         scene, view = _scene(what, lift)

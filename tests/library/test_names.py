@@ -14,6 +14,7 @@ import bimvox
 
 HEAVY = ("numpy", "numba", "pydantic", "gymnasium", "shapely", "scipy", "torch", "ifcopenshell", "mcap", "PIL")
 VERBS = (
+    "export",
     "guess_site",
     "load_site",
     "plan",

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import FileError, InputError
 from bimvox.exporters.formats import Format, Source, format_for, formats_of
-from bimvox.files import check_new_folder, check_output, require_input, unwritable, write_together
+from bimvox.files import require_input
 from bimvox_pipeline.export.grid import export_grid
-from bimvox_pipeline.export.schedule import model_bytes, parsed_begin
+from bimvox_pipeline.export.schedule import parsed_begin
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
 from bimvox_pipeline.sensible_log import require_sense
 
@@ -48,8 +47,7 @@ def export(
     Returns:
         The document of ``bimvox export --json``.
     """
-    from bimvox.exporters.csv_json import lifts_csv
-    from bimvox.exporters.log import log_bytes, messages_in
+    from bimvox.library.export import check_targets, table_of, write_lifts
     from bimvox.log.lift_choice import chosen_lifts
 
     require_input(source)
@@ -60,13 +58,7 @@ def export(
             raise InputError(f"{source}: --lift, --recover, --model and --start are for logs, this is a grid")
         return export_grid(source, wanted, out, progress)
     target = out or Path(source.stem + wanted.suffix)
-    table = target.with_name(f"{target.stem}.lifts{target.suffix}")
-    inputs = [source, *([model] if model else [])]
-    if wanted.name == "ros2":
-        check_new_folder(target)
-    else:
-        for path in (target, table) if wanted.name == "csv" else (target,):
-            check_output(path, inputs=inputs)
+    check_targets(target, wanted, [source, *([model] if model else [])])
     begins = parsed_begin(start)
     if wanted.name == "ifc" and model is None:
         raise InputError("--to ifc adds the schedule to the building's own file", hint="name that file with --model")
@@ -87,19 +79,12 @@ def export(
             for failure in check.failures:
                 progress.note(f"not proven: {failure}")
     progress.stage("write")
-    if wanted.name == "ros2":
-        messages = _write_bag(log.extract(chosen), target)
-        progress.finish()
-        return {"out": str(target), "lifts": len(chosen), "messages": messages, "seconds": progress.seconds}
-    own = model_bytes(log, model) if wanted.name == "ifc" and model else None
-    data = log_bytes(log, wanted, chosen, begins=begins, model=own)
-    tables = {table: lifts_csv(log.extract(chosen)).encode()} if wanted.name == "csv" else {}
-    write_together({target: data, **tables}, inputs=inputs)
+    messages = write_lifts(log, wanted, chosen, target, begins=begins, model=model, inputs=[source])
     progress.finish()
-    document: dict[str, Any] = {"out": str(target), "lifts": len(chosen), "messages": messages_in(data, wanted)}
+    document: dict[str, Any] = {"out": str(target), "lifts": len(chosen), "messages": messages}
     if wanted.name == "csv":
-        document["lifts_table"] = str(table)
-    if proof is not None:
+        document["lifts_table"] = str(table_of(target))
+    if proof is not None and wanted.name != "ros2":
         document |= {"lost": list(lost), "verified": proof.verified}
     return {**document, "seconds": progress.seconds}
 
@@ -129,17 +114,3 @@ def _read(source: Path, recover: bool) -> tuple[PlanLog, tuple[str, ...]]:
         return read_log(source), ()
     log, recovered = recover_log(source)
     return log, recovered.lost
-
-
-def _write_bag(log: PlanLog, folder: Path) -> int:
-    """Write a bag whole or not at all: into a temporary folder next to it, which is then renamed."""
-    from bimvox.exporters.ros2 import write_ros2_bag
-
-    with tempfile.TemporaryDirectory(prefix=".bimvox-", dir=folder.resolve().parent) as temporary:
-        written = Path(temporary) / folder.name
-        try:
-            messages = write_ros2_bag(log, written)
-            written.rename(folder)
-        except OSError as error:
-            raise unwritable(folder, error) from error
-    return messages

@@ -1,0 +1,211 @@
+"""Plans and grids written in other formats."""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+from collections.abc import Iterable, Sequence
+from datetime import datetime
+from os import PathLike
+from pathlib import Path
+
+from bimvox.errors import InputError, shown
+from bimvox.exporters.formats import Format, Source, format_for, formats_of
+from bimvox.exporters.lift_schedule import DEFAULT_BEGIN
+from bimvox.files import check_new_folder, check_output, read_input, unwritable, write_atomically, write_together
+from bimvox.grid.voxel_grid import VoxelGrid
+from bimvox.library.arguments import insist, path_of
+from bimvox.library.plan_value import Plan
+from bimvox.log.lift_choice import chosen_lifts
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.reader import read_log
+from bimvox.progress import Listener, Progress, progress_of
+
+_THREADS = 2
+
+
+def export(
+    what: Plan | VoxelGrid | Path | str,
+    path: Path | str,
+    *,
+    to: str | None = None,
+    lifts: Iterable[int | str] | None = None,
+    model: Path | str | None = None,
+    start: datetime | None = None,
+    progress: Listener = None,
+) -> Path:
+    """Write a plan, some of its lifts, or a grid in another format, whole or not at all, and return its path.
+
+    CSV is two tables: the samples in ``NAME.csv``, one row per lift in ``NAME.lifts.csv``.
+
+    Args:
+        what: A plan, the path of a log, or a grid.
+        path: The file, for ``ros2`` a new folder.
+        to: A format of ``bimvox.exporters.formats``, such as ``csv``, ``json``, ``glb``, ``ros2``, ``ifc`` or
+            ``msproject``, of a grid ``vti``, ``ply`` or ``glb``; default: the one of the path's suffix.
+        lifts: Lift numbers from 1, or names, ids or GlobalIds of parts; default: all lifts.
+        model: The IFC file that the plan was made from; needed for ``ifc`` alone.
+        start: Local date and time at which the first lift starts, for ``ifc`` and ``msproject``.
+        progress: A ``Progress``, or a function that takes a line of text.
+
+    Raises:
+        InputError: If an argument is of another kind, there is no such format or lift, or values of a plan make no
+            sense.
+        FileError: If a file cannot be read or written.
+    """
+    insist("export", what, (Plan, VoxelGrid, str, PathLike), "plan, a grid or the path of a log")
+    told, target = progress_of(progress), path_of("export", path)
+    if isinstance(what, VoxelGrid):
+        if lifts is not None or model is not None or start is not None:
+            raise InputError("a grid has no lifts", hint="leave lifts, model and start out")
+        wanted = _format(Source.GRID, to, target)
+        write_grid(what, wanted, check_output(target), progress=told)
+    else:
+        wanted = _format(Source.LOG, to, target)
+        inputs = [] if isinstance(what, Plan) else [path_of("export", what, "a log")]
+        base = None if model is None else path_of("export", model, "a model")
+        check_targets(target, wanted, [*inputs, *([base] if base else [])])
+        plan = what if isinstance(what, Plan) else Plan(read_log(inputs[0]))
+        plan.require_sense("exported")
+        told.stage("write")
+        names = [str(one) for one in (lifts if lifts is not None else ())]
+        write_lifts(plan.record, wanted, chosen_lifts(plan.record, names), target, begins=start, model=base)
+    told.finish()
+    return target
+
+
+def check_targets(target: Path, wanted: Format, inputs: Iterable[Path]) -> None:
+    """Check that a format's files can be written there, and are none of the inputs.
+
+    Raises:
+        FileError: If one of them cannot be written.
+    """
+    if wanted.name == "ros2":
+        check_new_folder(target)
+        return
+    for path in (target, table_of(target)) if wanted.name == "csv" else (target,):
+        check_output(path, inputs=inputs)
+
+
+def table_of(target: Path) -> Path:
+    """Return the path of the table of lifts next to a CSV file."""
+    return target.with_name(f"{target.stem}.lifts{target.suffix}")
+
+
+def write_lifts(
+    log: PlanLog,
+    wanted: Format,
+    orders: Sequence[int],
+    target: Path,
+    *,
+    begins: datetime | None = None,
+    model: Path | None = None,
+    inputs: Iterable[Path] = (),
+) -> int:
+    """Write chosen lifts of a log, whole or not at all; return how many messages, rows or samples that are.
+
+    Args:
+        log: The log.
+        wanted: A format of logs.
+        orders: The lifts.
+        target: The file or new folder.
+        begins: When the first lift starts, local time; of the dated formats.
+        model: The IFC file that the plan was made from; needed for ``ifc`` alone.
+        inputs: Files that must not be replaced.
+
+    Raises:
+        InputError: If ``ifc`` lacks the model, or it is another file.
+        FileError: If it cannot be written.
+    """
+    from bimvox.exporters.csv_json import lifts_csv
+    from bimvox.exporters.log import log_bytes, messages_in
+
+    if wanted.name == "ros2":
+        return _write_bag(log.extract(orders), target)
+    own = (model, model_bytes(log, model)) if wanted.name == "ifc" and model else None
+    data = log_bytes(log, wanted, tuple(orders), begins=begins or DEFAULT_BEGIN, model=own)
+    tables = {table_of(target): lifts_csv(log.extract(orders)).encode()} if wanted.name == "csv" else {}
+    write_together({target: data, **tables}, inputs=[*inputs, *([model] if model else [])])
+    return messages_in(data, wanted)
+
+
+def write_grid(
+    grid: VoxelGrid, wanted: Format, target: Path, *, inputs: Iterable[Path] = (), progress: Progress
+) -> int | None:
+    """Write a grid, whole or not at all; return the number of triangles, None for cells.
+
+    Args:
+        grid: The grid.
+        wanted: A format of grids.
+        target: The file.
+        inputs: Files that must not be replaced.
+        progress: Receives the stages.
+
+    Raises:
+        InputError: If the format has faces and the grid has none.
+        FileError: If it cannot be written.
+    """
+    from bimvox.exporters.grid import part_bodies, surface_bytes
+    from bimvox.exporters.vti import write_vti
+
+    if wanted.name == "vti":
+        progress.stage("write")
+        write_atomically(target, lambda stream: write_vti(grid, stream, threads=_THREADS), inputs=inputs)
+        return None
+    progress.stage("faces")
+    bodies = part_bodies(grid)
+    if not bodies:
+        raise InputError(f"{target}: all cells of the grid are air, there are no faces", hint="vti has the cells")
+    progress.stage("write")
+    write_atomically(target, surface_bytes(grid, bodies, wanted.name), inputs=inputs)
+    return sum(len(body.mesh.faces) for body in bodies)
+
+
+def model_bytes(log: PlanLog, model: Path) -> bytes:
+    """Return the bytes of the IFC file that a plan was made from.
+
+    Raises:
+        InputError: If the plan was made from a mesh, or from another file.
+    """
+    source = log.plan.site.source
+    name, wanted = str(source.get("name", "")), str(source.get("sha256", ""))
+    if not name.lower().endswith((".ifc", ".ifczip")):
+        raise InputError(
+            f"the plan was made from {name or 'no file'}, which is not an IFC file to add a schedule to",
+            hint="the format msproject has the schedule alone",
+        )
+    data = read_input(model)
+    if hashlib.sha256(data).hexdigest() != wanted:
+        raise InputError(
+            f"{model}: this is not the file that the plan was made from ({name}, SHA-256 {wanted[:16]}...)",
+            hint="give that file, or plan again with this one",
+        )
+    return data
+
+
+def _format(source: Source, to: str | None, target: Path) -> Format:
+    known = formats_of(source)
+    if to is not None:
+        found = format_for(source, to, target)
+    else:
+        ends = {end: one for one in known for end in (one.file_suffix, one.suffix) if end}
+        longest = sorted(ends, key=len, reverse=True)
+        found = next((ends[end] for end in longest if target.name.lower().endswith(end)), None)
+    if found is None:
+        wrong = f"{target}: no format has this suffix" if to is None else f"to is {shown(to)}"
+        raise InputError(wrong, hint=f"formats of a {source.value}: {', '.join(one.name for one in known)}")
+    return found
+
+
+def _write_bag(log: PlanLog, folder: Path) -> int:
+    """Write a bag whole or not at all: into a temporary folder next to it, which is then renamed."""
+    from bimvox.exporters.ros2 import write_ros2_bag
+
+    with tempfile.TemporaryDirectory(prefix=".bimvox-", dir=folder.resolve().parent) as temporary:
+        written = Path(temporary) / folder.name
+        try:
+            messages = write_ros2_bag(log, written)
+            written.rename(folder)
+        except OSError as error:
+            raise unwritable(folder, error) from error
+    return messages
