@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from bimvox.grid.voxel_grid import VoxelGrid as VoxelGrid
     from bimvox.library.building import read as read
     from bimvox.library.building import voxelize as voxelize
+    from bimvox.library.environment import lift_problems as lift_problems
     from bimvox.library.export import export as export
     from bimvox.library.log import read_log as read_log
     from bimvox.library.log import write_log as write_log
@@ -71,6 +72,7 @@ _HOME = {
     "Voxels": "bimvox.site.obstructions.obstruction_set",
     "export": "bimvox.library.export",
     "guess_site": "bimvox.library.site",
+    "lift_problems": "bimvox.library.environment",
     "load_site": "bimvox.library.site",
     "plan": "bimvox.library.plan",
     "read": "bimvox.library.building",

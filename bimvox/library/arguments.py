@@ -17,6 +17,7 @@ HINTS = {
     "site": "see load_site() and guess_site()",
     "building": "read(path) returns one",
     "plan, a grid or the path of a log": "plan(site) returns a plan, voxelize(building) a grid",
+    "site, a plan or the path of a site file": "see load_site() and guess_site()",
     "plan, a site or a grid": "plan(site) and read_log(path) return a plan, voxelize(building) a grid",
 }
 """Where to get a value, by its name."""

@@ -16,6 +16,7 @@ HEAVY = ("numpy", "numba", "pydantic", "gymnasium", "shapely", "scipy", "torch",
 VERBS = (
     "export",
     "guess_site",
+    "lift_problems",
     "load_site",
     "plan",
     "read",

@@ -1,0 +1,56 @@
+"""The environment of a site of one's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+import bimvox
+from bimvox.env.problem import LiftProblem
+from bimvox.site.collision import placement_is_free
+
+SITE = Path(__file__).parents[2] / "sample_models" / "paper.site.toml"
+
+
+@pytest.fixture(scope="module")
+def problems() -> tuple[LiftProblem, ...]:
+    return bimvox.lift_problems(SITE)
+
+
+def test_the_problems_are_lifts_of_the_site(problems: tuple[LiftProblem, ...]) -> None:
+    site = bimvox.load_site(SITE)
+    assert 0 < len(problems) <= min(20, len(site.components))
+    assert {problem.grid_shape for problem in problems} == {site.site.shape}
+    columns = {tuple(component.target_vox[:2]) for component in site.components}
+    assert {tuple(problem.target_vox[:2]) for problem in problems} <= columns
+    for problem in problems:
+        assert all(placement_is_free(problem.space, *map(int, cell)) for cell in problem.starts_vox)
+
+
+def test_an_environment_runs_on_them(problems: tuple[LiftProblem, ...]) -> None:
+    env = gymnasium.make("bimvox/Lift-v0", problems=problems)
+    observation, info = env.reset(seed=0, options={"problem": len(problems) - 1})
+    assert env.observation_space.contains(observation)
+    assert info["distance"] > 0
+    assert np.asarray(env.step(env.action_space.sample())[0]).shape == observation.shape
+
+
+def test_obstructions_of_a_plan_are_in_the_way() -> None:
+    plan = bimvox.plan(bimvox.load_site(SITE), policy="none")
+    shape = plan.site.shape
+    crate = bimvox.Obstruction("crate", bimvox.Voxels([(shape[0] // 2, 1, 5)]))
+    revised = bimvox.revise(plan, bimvox.ObstructionSet.of([crate]))
+    clear, blocked = bimvox.lift_problems(plan), bimvox.lift_problems(revised)
+    assert sum(int(one.space.table[-1, -1, -1]) for one in blocked) > sum(
+        int(one.space.table[-1, -1, -1]) for one in clear
+    )
+
+
+@pytest.mark.parametrize(("site", "said"), [(5, "takes a site, a plan or the path"), ("no.site.toml", "no.site.toml")])
+def test_what_is_not_a_site_is_refused(site: Any, said: str) -> None:
+    with pytest.raises(bimvox.BimvoxError, match=said):
+        bimvox.lift_problems(site)
