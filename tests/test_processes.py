@@ -7,7 +7,7 @@ import sys
 import time
 from pathlib import Path
 
-from bimvox.processes import python_module, run_to_end
+from bimvox.processes import processors, python_module, run_to_end
 
 PARENT = """
 import os, subprocess, sys
@@ -63,3 +63,17 @@ def test_a_worker_ends_with_its_parent_whatever_ends_it():
 def _runs(pid: int) -> bool:
     state = subprocess.run(["ps", "-o", "stat=", "-p", str(pid)], capture_output=True, text=True, check=False).stdout
     return bool(state.strip()) and not state.strip().startswith("Z")
+
+
+def test_the_processors_are_those_that_this_process_may_use(monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {3}, raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 64)
+    assert processors() == 1
+    monkeypatch.delattr(os, "sched_getaffinity")
+    assert processors() == 64
+
+
+def test_nothing_else_counts_processors():
+    folders = (Path(processors.__code__.co_filename).parent, Path(__file__).parents[1] / "pipeline")
+    sources = [path for folder in folders for path in folder.rglob("*.py")]
+    assert [path.name for path in sources if "cpu_count" in path.read_text()] == ["processes.py"]

@@ -6,7 +6,6 @@ site has its own random generator, so its episodes depend neither on the number 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -35,6 +34,7 @@ from bimvox.paper.env.reward import PAPER_REWARDS
 from bimvox.paper.env.rules import drawing_of, empty_sites, rules_of
 from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.env.state import STATE_SIZE, PaperState, SiteState
+from bimvox.processes import processors
 
 _ROWS_PER_THREAD = 256
 
@@ -114,7 +114,7 @@ class BatchedPaperSite:
         ]
         self._turns = [(out, self._step_of(out)) for out in outs]
         self._take_turn()
-        threads = os.cpu_count() or 1 if threads is None else threads
+        threads = processors() if threads is None else threads
         self.threads = max(1, min(threads, -(-sites // _ROWS_PER_THREAD)))
         self._executor = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
         self.seed(seed)

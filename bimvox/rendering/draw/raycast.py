@@ -7,7 +7,6 @@ samples of a pixel to give shadows a soft rim, and from the sky, which nearby so
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.grid.frame import GridFrame
+from bimvox.processes import processors
 from bimvox.rendering.draw.camera import Camera
 from bimvox.rendering.draw.light import Light, corner_light, face_light, openness, sky_density
 
@@ -119,7 +119,7 @@ def cast(
     def band(first: int) -> None:
         _cast_rows(volume, rays, shading, buffers, first, min(first + _BAND_ROWS, height))
 
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(processors()) as pool:
         list(pool.map(band, range(0, height, _BAND_ROWS)))
     return buffers
 

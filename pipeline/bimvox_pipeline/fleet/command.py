@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 
 from bimvox.errors import BimvoxError, FileError
 from bimvox.files import default_output, reason_of, require_input, sha256_of
+from bimvox.processes import processors
 from bimvox.progress import Progress
 from bimvox_pipeline.fleet.backends import Backend
 from bimvox_pipeline.fleet.runs import Run, Wish, digest_of, runs_of
@@ -91,7 +91,7 @@ def fleet(
             [run for run in runs if run.name not in kept],
             folder,
             backend=backend,
-            jobs=jobs or os.cpu_count() or 1,
+            jobs=jobs or processors(),
             address=cluster,
             progress=progress,
         )
