@@ -58,16 +58,19 @@ def check_attached_files(log: PlanLog) -> Check:
         try:
             config = parse_site_config(text.decode("utf-8-sig"), SITE_FILE, _machine_files(log))
             # Logs of earlier versions may change a machine without saying so; remarks say it.
-            compare_config(check, site, config, f"the attached {SITE_FILE}", undeclared=True)
+            own = f"the attached {SITE_FILE}"
+            compare_config(check, site, config, own, undeclared=True, is_of_now=log.is_of_now)
             known |= {MACHINE + name for name in machine_file_names(config)}
         except (BimvoxError, UnicodeDecodeError) as error:
             check.look(False, f"the attached {SITE_FILE} cannot be used: {error}")
     listed = [name for name in sorted(log.attachments) if name.startswith(OBSTRUCTIONS)]
     for name in listed:
-        _compare_obstructions(check, site, name, log.attachments[name])
+        _compare_obstructions(check, log, name)
     for blocker in () if listed else site.blockers:
         told = f"fixed object {blocker.id!r} is in the log, but no obstruction file is"
         check.look(blocker.kind != "obstruction", told)
+    note = next(iter(site.obstruction_notes), "")
+    check.look(bool(listed) or not note, f"it has a note about obstructions, but no obstruction file: {note}")
     for name in sorted(log.attachments.keys() - known - set(listed)):
         check.look(False, f"attached {name}: it is not a file that bimvox attaches to the log of this site")
     _compare_held(check, log)
@@ -107,7 +110,9 @@ def _machine_files(log: PlanLog) -> dict[str, bytes]:
     return {name.removeprefix(MACHINE): data for name, data in log.attachments.items() if name.startswith(MACHINE)}
 
 
-def compare_config(check: Check, site: Site, config: SiteConfig, source: str, *, undeclared: bool = False) -> None:
+def compare_config(
+    check: Check, site: Site, config: SiteConfig, source: str, *, undeclared: bool = False, is_of_now: bool = True
+) -> None:
     """Compare a site with its site file, and what the file leaves to be chosen with the choice for the site's parts.
 
     Args:
@@ -116,24 +121,27 @@ def compare_config(check: Check, site: Site, config: SiteConfig, source: str, *,
         config: The site file.
         source: What to call the file.
         undeclared: Whether its cranes may differ from their machines without saying so.
+        is_of_now: Whether this version made the plan, so that its site lacks nothing.
 
     Raises:
         BimvoxError: If the file does not fit the site, or its crane is not consistent.
     """
-    config = _of_its_time(site, config)
-    same_rules(check, site.rules, rules_for(site, config), source)
+    config = config if is_of_now else _of_its_time(site, config)
+    same_rules(check, site.rules, rules_for(site, config, is_of_now=is_of_now), source)
+    if config.name is not None:
+        same(check, "name", site.name, config.name, source)
     config = compare_pinned(check, site, config, source)
     building = building_of(site, config)
     given, config = config, completed(config, site, building)
     chosen = f"{source}, which leaves it to be chosen"
     cranes = cranes_of(config, undeclared=undeclared)
-    same_cranes(check, site.cranes, cranes, source if given.crane is not None else chosen)
+    same_cranes(check, site.cranes, cranes, source if given.crane is not None else chosen, with_machine=is_of_now)
     columns = site.shape[:2]
     for name, found, kinds in (("prohibited", site.prohibited, NO_HOOK), ("no_load", site.no_load, NO_LOAD)):
         wanted = columns_without(kinds, config.zone, site.frame, columns)
         check.look(equal(found, wanted), f"zones: the {name} columns are not those of {source}")
     heights = hook_heights(config.zone, site.frame, columns)
-    check.look(_equal_heights(site.hook_heights, heights), f"zones: the hook's limits are not those of {source}")
+    check.look(equal_heights(site.hook_heights, heights), f"zones: the hook's limits are not those of {source}")
     areas = config.areas
     assert areas.construction is not None and areas.yard is not None
     construction = columns_centred_in([areas.construction], site.frame, columns)
@@ -153,7 +161,7 @@ def compare_config(check: Check, site: Site, config: SiteConfig, source: str, *,
     own = source if given.model.ground_m is not None else chosen
     check.look(abs(height_m - wanted_m) <= 1e-6, f"model.ground_m is {height_m:g} in the log, {wanted_m:g} in {own}")
     _compare_extent(check, site, site_extent(config, building, *cranes), source)
-    compare_parts(check, site, config, building, source)
+    compare_parts(check, site, config, building, source, with_ranks=is_of_now)
 
 
 def _compare_extent(check: Check, site: Site, wanted: tuple[GridFrame, IntVec], source: str) -> None:
@@ -176,13 +184,15 @@ def _of_its_time(site: Site, config: SiteConfig) -> SiteConfig:
     return config.model_copy(update={"rules": config.rules.model_copy(update=earlier)})
 
 
-def rules_for(site: Site, config: SiteConfig) -> Rules:
+def rules_for(site: Site, config: SiteConfig, *, is_of_now: bool) -> Rules:
     """Return the rules of a site file as the site of a log must have them.
 
     A log that was made before crew times by class has one time for all parts. It fits a file that says nothing about
     times by class; the conditions of the verdict name these times. The same holds for the times of work that the crane
-    does not do, and for tag lines.
+    does not do, and for tag lines. A log that this version made has all of them.
     """
+    if is_of_now:
+        return config.rules_in_force
     rules = _of_its_time(site, config).rules_in_force
     if site.rules.casting is None and "casting" not in config.rules.model_fields_set:
         rules = replace(rules, casting=None)
@@ -204,8 +214,9 @@ def rules_for(site: Site, config: SiteConfig) -> Rules:
     )
 
 
-def _compare_obstructions(check: Check, site: Site, name: str, data: bytes) -> None:
+def _compare_obstructions(check: Check, log: PlanLog, name: str) -> None:
     """Compare the obstructions with those of an attached file."""
+    site, data = log.plan.site, log.attachments[name]
     source = f"the attached {name}"
     named = name.rpartition(".")[2] in _NAMED
     refers: frozenset[str] = frozenset()
@@ -227,6 +238,8 @@ def _compare_obstructions(check: Check, site: Site, name: str, data: bytes) -> N
         same_blockers(check, found, [*given, *(blocker for blocker in found if blocker.id in refers)], source)
     else:
         check.look(same_cells(found, given), f"the cells of the obstructions are not those of {source}")
+    if log.is_of_now and not refers:
+        same(check, "obstruction_notes", site.obstruction_notes, wanted.obstruction_notes, source)
 
 
 def _same_labels(check: Check, site: Site) -> None:
@@ -241,7 +254,8 @@ def _same_labels(check: Check, site: Site) -> None:
     )
 
 
-def _equal_heights(found: HookHeights | None, wanted: HookHeights | None) -> bool:
+def equal_heights(found: HookHeights | None, wanted: HookHeights | None) -> bool:
+    """Return whether the limits of the hook's height are the same, or both are None."""
     if found is None or wanted is None:
         return found is wanted
     return np.array_equal(found.low_m, wanted.low_m) and np.array_equal(found.high_m, wanted.high_m)

@@ -14,7 +14,7 @@ from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.plan_value import Plan
 from bimvox.library.prove import Planned, Retraining, insist_on_one_lift, plan_and_prove, prepared
 from bimvox.library.site import OBSTRUCTIONS, LoadedSite, attached_as
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.planner import plan_lifts
 from bimvox.policy.choice import DEFAULT_STEPS, PolicyInUse, PolicyRequest, choose_policy, retrained
@@ -156,11 +156,15 @@ def log_of(
         revision: Number of the plan among those for this site.
     """
     metadata = {"seed": str(seed), "policy": policy.id, "policy_steps": str(policy.steps), **digests_of(files)}
-    if loaded.georeference:
-        metadata["georeference"] = json.dumps(dict(loaded.georeference), sort_keys=True)
+    metadata |= georeference_of(loaded)
     return PlanLog(
         plan=proven.plan, motions=proven.motions, attachments=dict(files), metadata=metadata, revision=revision
     )
+
+
+def georeference_of(loaded: LoadedSite) -> dict[str, str]:
+    """Return the metadata entry of the model's map conversion; empty if it has none."""
+    return {GEOREFERENCE: json.dumps(dict(loaded.georeference), sort_keys=True)} if loaded.georeference else {}
 
 
 def digests_of(files: Mapping[str, bytes]) -> dict[str, str]:

@@ -49,7 +49,9 @@ def compare_pinned(check: Check, site: Site, config: SiteConfig, source: str) ->
     return config.model_copy(update={"component": tuple(kept)})
 
 
-def compare_parts(check: Check, site: Site, config: SiteConfig, building: Building, source: str) -> None:
+def compare_parts(
+    check: Check, site: Site, config: SiteConfig, building: Building, source: str, *, with_ranks: bool
+) -> None:
     """Check how parts are stored, in which order the site file wants them, and which crane lifts each.
 
     Args:
@@ -58,6 +60,7 @@ def compare_parts(check: Check, site: Site, config: SiteConfig, building: Buildi
         config: The site file, complete.
         building: The building of the site, see ``bimvox.library.completed_site_file``.
         source: What to call the file.
+        with_ranks: Whether parts must have the ranks of their classes; logs made before these have none.
 
     Raises:
         ConfigError: If the file names a part or a crane that the site does not have.
@@ -73,6 +76,8 @@ def compare_parts(check: Check, site: Site, config: SiteConfig, building: Buildi
         wanted = stored_as(element, entries.get(part.id), site.frame)
         same_fields(check, f"{part.label}: ", part, wanted, source)
         _compare_hints(check, part, hints[part.id], config, source)
+        if with_ranks or part.hints.rank is not None:
+            same(check, f"{part.label}: hints.rank", part.hints.rank, hints[part.id].rank, source)
     parts = [replace(part, crane=0) for part in site.components]
     lifted_by = assigned(config, parts, site.cranes, site.yard, site.frame, site.rules)
     for part, other in zip(site.components, lifted_by, strict=True):
@@ -84,8 +89,6 @@ def compare_parts(check: Check, site: Site, config: SiteConfig, building: Buildi
 def _compare_hints(check: Check, part: Component, wanted: OrderHints, config: SiteConfig, source: str) -> None:
     for key in _OF_THE_FILE:
         same(check, f"{part.label}: hints.{key}", getattr(part.hints, key), getattr(wanted, key), source)
-    if part.hints.rank is not None:  # logs made before ranks of classes have none
-        same(check, f"{part.label}: hints.rank", part.hints.rank, wanted.rank, source)
     if not config.sequence.storeys:
         same(check, f"{part.label}: hints.storey_rank", part.hints.storey_rank, None, source)
     if not config.sequence.schedule:

@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
+from bimvox.bim.building import TriangleMesh
 from bimvox.errors import InputError
 from bimvox.files import require_input
-from bimvox.library.attached_files import rules_for
+from bimvox.grid.labels import Label
+from bimvox.library.attached_files import equal_heights, rules_for
 from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_fields, same_rules
 from bimvox.library.obstructions import load_obstructions, obstructed
-from bimvox.library.site import load_site
+from bimvox.library.plan import georeference_of
+from bimvox.library.site import SITE_FILE, LoadedSite, load_site
+from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.progress import Progress
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
+from bimvox.site.nested import toml_values
 from bimvox.site.site import Site
 
 _YOURS = "your files"
@@ -21,12 +26,12 @@ _OF_THE_SITE = ("shape", "yard", "prohibited", "no_load", "site_to_ifc")
 
 
 def check_user_files(
-    found: Site, site: Path | None, model: Path | None, obstructions: Path | None, progress: Progress
+    log: PlanLog, site: Path | None, model: Path | None, obstructions: Path | None, progress: Progress
 ) -> Check:
     """Check that the site of a log is that of the given files: parts, shapes, masses, frame, rules, cranes.
 
     Args:
-        found: The site of the log.
+        log: The log.
         site: The site file; its model is read too. None: only the obstructions are compared.
         model: The model, if it is not where the site file says.
         obstructions: The obstruction file; None: obstructions are not compared.
@@ -36,7 +41,7 @@ def check_user_files(
         InputError: If a model is given without a site file.
         FileError: If a file is missing or cannot be used.
     """
-    check = Check("bound")
+    check, found = Check("bound"), log.plan.site
     if model is not None and site is None:
         raise InputError("--model needs --site", hint="the site file says how the model is read")
     if obstructions is not None:
@@ -44,19 +49,41 @@ def check_user_files(
         _compare_blockers(check, found, wanted, ("obstruction",))
     if site is None:
         return check
-    loaded = load_site(site, progress, model=model)
-    held = loaded.site
-    same_rules(check, found.rules, rules_for(found, loaded.config), _YOURS)
-    same_cranes(check, found.cranes, held.cranes, _YOURS)
+    _compare_site(check, log, load_site(site, progress, model=model))
+    return check
+
+
+def _compare_site(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
+    """Compare everything but the obstructions; what only logs of earlier versions lack is not compared with these."""
+    found, held, is_of_now = log.plan.site, loaded.site, log.is_of_now
+    same_rules(check, found.rules, rules_for(found, loaded.config, is_of_now=is_of_now), _YOURS)
+    same_cranes(check, found.cranes, held.cranes, _YOURS, with_machine=is_of_now)
     same(check, "the frame of the grid", found.frame, held.frame, _YOURS)
-    for name in _OF_THE_SITE:
-        check.look(equal(getattr(found, name), getattr(held, name)), f"{name} is not that of your files")
-    same(check, "the model's sha256", found.source.get("sha256"), held.source.get("sha256"), _YOURS)
+    if (name := toml_values(loaded.files[SITE_FILE].decode("utf-8-sig")).get("name")) is not None:
+        same(check, "the name of the site", found.name, name, _YOURS)
+    for key in _OF_THE_SITE:
+        check.look(equal(getattr(found, key), getattr(held, key)), f"{key} is not that of your files")
+    heights = equal_heights(found.hook_heights, held.hook_heights)
+    check.look(heights, "zones: the hook's limits are not those of your files")
+    built, wanted = (one.labels[:, :, 0] == Label.CONSTRUCTION_AREA for one in (found, held))
+    check.look(equal(built, wanted), "areas.construction is not that of your files")
+    keys = found.source.keys() | held.source.keys() if is_of_now else {"sha256"}
+    for key in sorted(keys - {"name"}):  # the same file may have another name
+        same(check, f"the model's {key}", found.source.get(key), held.source.get(key), _YOURS)
+    if is_of_now:
+        same(check, "notes", found.notes, held.notes, _YOURS)
+    if is_of_now or GEOREFERENCE in log.metadata:
+        said, own = (given.get(GEOREFERENCE, "none") for given in (log.metadata, georeference_of(loaded)))
+        same(check, "the model's georeference", said, own, _YOURS)
     # Logs made before crew times by class do not have predefined types.
     but = ("index", "shape", "mesh") if found.rules.times else ("index", "shape", "mesh", "predefined_type")
     _compare_parts(check, found.components, held.components, but)
     _compare_blockers(check, found, held, ("ground", "crane", "structure"))
-    return check
+    surfaces = {blocker.id: blocker.mesh for blocker in held.blockers}
+    for blocker in found.blockers:
+        if blocker.mesh is not None and (surface := surfaces.get(blocker.id)) is not None:
+            good = _same_surface(blocker.mesh, surface)
+            check.look(good, f"fixed object {blocker.id!r}: its surface is not that of your model")
 
 
 def _compare_parts(check: Check, found: Sequence[Component], held: Sequence[Component], but: Collection[str]) -> None:
@@ -69,8 +96,11 @@ def _compare_parts(check: Check, found: Sequence[Component], held: Sequence[Comp
             continue
         same_fields(check, f"{part.label}: ", part, own, _YOURS, but=but)
         check.look(equal(part.shape.cells, own.shape.cells), f"{part.label}: its cells are not those of your model")
-        same_surface = equal(part.mesh.vertices_m, own.mesh.vertices_m) and equal(part.mesh.faces, own.mesh.faces)
-        check.look(same_surface, f"{part.label}: its surface is not that of your model")
+        check.look(_same_surface(part.mesh, own.mesh), f"{part.label}: its surface is not that of your model")
+
+
+def _same_surface(found: TriangleMesh, held: TriangleMesh) -> bool:
+    return equal(found.vertices_m, held.vertices_m) and equal(found.faces, held.faces)
 
 
 def _compare_blockers(check: Check, found: Site, held: Site, kinds: tuple[str, ...]) -> None:

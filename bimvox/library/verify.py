@@ -89,7 +89,7 @@ def prove_further(
         progress: Receives the stages.
     """
     if any(file is not None for file in (site, model, obstructions)):
-        bound = check_user_files(record.plan.site, site, model, obstructions, progress)
+        bound = check_user_files(record, site, model, obstructions, progress)
         verdict = replace(verdict, checks=(*verdict.checks, bound))
     return with_search(verdict, record, progress) if search else verdict
 

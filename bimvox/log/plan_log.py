@@ -13,6 +13,10 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.remark import Remark
 from bimvox.records.steps import Steps
 from bimvox.remarks.sensible import remarks_if_sensible
+from bimvox.version import __version__
+
+GEOREFERENCE = "georeference"
+"""Metadata key: the model's map conversion, as JSON."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +49,7 @@ class PlanLog:
         events: Spans other than lifts and phases.
         context: Lifts of the same plan that the log, an extract, does not carry; they have no paths.
         recovered: Whether it was recovered from a damaged log, of which something was lost.
+        version: The version of bimvox that made the plan. One of an earlier version may lack what is required now.
     """
 
     plan: LiftPlan
@@ -55,6 +60,12 @@ class PlanLog:
     events: tuple[LogEvent, ...] = ()
     context: tuple[Lift, ...] = ()
     recovered: bool = False
+    version: str = __version__
+
+    @property
+    def is_of_now(self) -> bool:
+        """Whether this version made the plan, so that it has everything that this version writes."""
+        return self.version == __version__
 
     @property
     def all_lifts(self) -> tuple[Lift, ...]:

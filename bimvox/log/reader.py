@@ -97,6 +97,7 @@ def _assemble(contents: Contents, metadata: dict[str, str], path: Path, *, parti
         events=tuple(events),
         context=context,
         recovered=partial,
+        version=metadata.get("bimvox", ""),
     )
     return _whole_lifts_only(log) if partial and topics.MOTION_FILE in contents.attachments else log
 

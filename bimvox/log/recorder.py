@@ -44,7 +44,6 @@ from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LoadTrack
 from bimvox.site.site import Site
-from bimvox.version import __version__
 
 _BLOCK = 8
 """Lifts whose messages are held in memory at once."""
@@ -172,7 +171,7 @@ def metadata_of(record: PlanLog) -> dict[str, str]:
     frame = site.frame
     own = {
         "schema_version": topics.SCHEMA_VERSION,
-        "bimvox": __version__,
+        "bimvox": record.version,
         "revision": record.revision,
         "site": site.name,
         "site_digest": site.digest,

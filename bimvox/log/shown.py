@@ -11,23 +11,28 @@ from typing import Any
 from google.protobuf.message import DecodeError as ProtobufError
 
 from bimvox.log import schema as topics
+from bimvox.log.archive import unpack
 from bimvox.log.check import SHA256
 from bimvox.log.mcap.reader import Contents, LogMessage
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.log.recorder import blocks_of, metadata_of, own_attachments
 from bimvox.log.schema import topics_of
-from bimvox.log.segments import FIRST_PLAN, NOW_NS, PENDING, pending_of
+from bimvox.log.segments import FIRST_PLAN, NOW_NS, PENDING, REPLAN_EVENT, pending_of
 from bimvox.records.lift import Status
 from bimvox.records.proof import Check
+from bimvox.site.nested import json_values
+from bimvox.stop.brake_axes import STOP_EVENT
 from bimvox.version import __version__
 
 _SAME = 1e-6
 """Numbers that differ by less, relative or absolute, are the same: an axis is read from a joint and written again."""
 _PAIR = "foxglove.KeyValuePair"
+_EVENTS = frozenset((REPLAN_EVENT, STOP_EVENT))
+"""Kinds of events of a watch; what they say is a claim."""
 _OF_THE_PROGRAM = frozenset(("bimvox",))
 """Metadata about the program that wrote the log."""
 
-_OF_THE_PLAN = frozenset(("seed", "policy", "policy_steps", "georeference", FIRST_PLAN, PENDING, NOW_NS))
+_OF_THE_PLAN = frozenset(("seed", "policy", "policy_steps", GEOREFERENCE, FIRST_PLAN, PENDING, NOW_NS))
 """Metadata about how the plan was made, next to the digests of the files that it was made from."""
 
 
@@ -55,6 +60,9 @@ def check_shown(contents: Contents, log: PlanLog) -> Check:
     _check_pending(check, log)
     check.look(log.revision >= 0, f"metadata revision is {log.revision}; revisions count from 0")
     for event in log.events:
+        known = event.kind in _EVENTS and FIRST_PLAN in log.metadata
+        told = f"{topics.EVENTS}: bimvox writes no event {_short(event.kind)} into a log"
+        check.look(known, told + (" of a plan that no watch revised" if event.kind in _EVENTS else ""))
         good = event.end_ns >= event.start_ns
         check.look(
             good,
@@ -64,8 +72,9 @@ def check_shown(contents: Contents, log: PlanLog) -> Check:
     # A log without remarks is a segment or of an earlier build: `verify` makes and shows them all the same.
     with_remarks = topics.REMARKS_FILE in contents.attachments
     for name, wanted in own_attachments(log, with_remarks=with_remarks):
-        # The site is read from the site file, and its digests are checked.
-        if name != topics.SITE_FILE and (name != topics.REMARKS_FILE or other_version(contents) is None):
+        if name == topics.SITE_FILE:
+            _check_site_file(check, contents.attachments[name], wanted, strict=log.is_of_now)
+        elif name != topics.REMARKS_FILE or other_version(contents) is None:
             _check_attachment(
                 check, name, contents.attachments.get(name), wanted, strict=other_version(contents) is None
             )
@@ -102,6 +111,14 @@ def _check_own_keys(check: Check, contents: Contents) -> None:
         check.look(key.startswith(SHA256), f"metadata {_short(key)}: bimvox writes no such key{hint}")
 
 
+def _check_site_file(check: Check, found: bytes, wanted: bytes, *, strict: bool) -> None:
+    """Check that the site's archive holds the site, and nothing that another reader could take for it."""
+    own, site = unpack(found), unpack(wanted)
+    for name in sorted(own.keys() | site.keys() if strict else own.keys() - site.keys()):
+        same = own.get(name) == site.get(name)
+        check.look(same, f"attached {topics.SITE_FILE}: its {_short(name)} is not what bimvox writes for its site")
+
+
 def _check_attachment(check: Check, name: str, found: bytes | None, wanted: bytes, *, strict: bool) -> None:
     if found is None:
         check.look(False, f"attached {name} is missing")
@@ -109,9 +126,9 @@ def _check_attachment(check: Check, name: str, found: bytes | None, wanted: byte
         check.look(_same_json(found, wanted), f"attached {name} is not what a reader of the plan must be told")
     elif name.endswith(".json"):
         try:
-            place = _difference(json.loads(found), json.loads(wanted), strict=strict)
-        except (ValueError, RecursionError):
-            place = "it is not JSON"
+            place = _difference(json_values(found.decode()), json.loads(wanted), strict=strict)
+        except ValueError as error:
+            place = str(error)
         check.look(not place, f"attached {name} is not what the plan gives: {place}")
     else:
         check.look(found == wanted, f"attached {name} is not what the plan gives")
@@ -119,8 +136,8 @@ def _check_attachment(check: Check, name: str, found: bytes | None, wanted: byte
 
 def _same_json(found: bytes, wanted: bytes) -> bool:
     try:
-        return bool(json.loads(found) == json.loads(wanted))
-    except (ValueError, RecursionError):
+        return bool(json_values(found.decode()) == json.loads(wanted))
+    except ValueError:
         return False
 
 

@@ -50,5 +50,7 @@ def check_names(check: Check, plan: LiftPlan, context: Collection[Lift]) -> None
             lift.status is Status.INFEASIBLE or (lift.reason == why and not lift.blocked_by),
             f"{name}: it is {lift.status.value}, yet it says why it is not possible",
         )
+        found = (lift.method is not None) == (lift.status is Status.PLANNED)
+        check.look(found, f"{name}: it is {lift.status.value}, and its path was found by {lift.method or 'nothing'}")
         for other in lift.blocked_by:
             check.look(other in known, f"{name}: it is blocked by {other!r}, which is not on the site")

@@ -24,6 +24,8 @@ from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.limits import MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, MOST_SUPPORT_GAP_M
 from bimvox.site.site import Rules, Site
 
+GIVING_WAY = frozenset(("transit_clearance_m", "rope_clearance_m"))
+"""Clearances of which a lift may keep less, if they are defaults."""
 _DAY_S = 86_400.0
 _LONGEST_NS = 3652 * 86_400 * 10**9
 _FAR_M = 1e5
@@ -111,11 +113,16 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
         bare = blocker.kind == "structure" and (blocker.mesh is None or not len(blocker.mesh.faces))
         check.look(not bare, f"fixed object {blocker.id!r}: a structure without a surface")
         if blocker.mesh is not None:
+            only = f"fixed object {blocker.id!r}: it has a surface; only structures have, which parts may touch"
+            check.look(blocker.kind == "structure", only)
             _finite(check, f"site.blockers[{number}] ({blocker.id}).mesh.vertices_m", blocker.mesh.vertices_m)
     _check_clashes(check, plan)
     check_names(check, plan, context)
     for lift in plan.lifts:
-        _check_lift(check, lift, f"lift {lift.number} ({site.components[lift.component].label})")
+        name = f"lift {lift.number} ({site.components[lift.component].label})"
+        _check_lift(check, lift, name)
+        may = lift.clearance_m is None or not GIVING_WAY.isdisjoint(site.rules.gives_way)
+        check.look(may, f"{name}: it keeps {lift.clearance_m} m in transit, but no rule of the site gives way")
     for motion in motions:
         there = 0 <= motion.component < len(site.components)
         check.look(there, f"lift {motion.number}: its motion is of component {motion.component}, which does not exist")

@@ -83,5 +83,5 @@ def _each_key_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
         seen: set[str] = set()
         twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
         of = table.get("id")
-        raise ValueError(f"key {twice!r} occurs twice" + (f" in obstruction {of!r}" if isinstance(of, str) else ""))
+        raise ValueError(f"key {twice!r} occurs twice" + (f" in the table of {of!r}" if isinstance(of, str) else ""))
     return table

@@ -29,6 +29,7 @@ from bimvox.log.mcap.channels import LogWriter
 from bimvox.log.mcap.reader import read_contents, read_file
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.reader import read_log
+from bimvox.log.segments import FIRST_PLAN
 from bimvox.motion.commands import commands
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
@@ -210,6 +211,13 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.an_obstruction_called_like_a_part, "values", "fixed object 'beam': a part has the same id"),
     (faults.a_structure_without_a_surface, "values", "fixed object 'plinth': a structure without a surface"),
     (faults.no_times_at_all, "values", "site.rules.bracing_s is nan"),
+    (
+        faults.hung_beside_its_centre,
+        "slings",
+        "slab: its lifting point is 0.300 m from its top above its",
+    ),
+    (faults.hung_on_anything, "slings", "slab: it hangs on 0 points of the kind 'magnets'"),
+    (faults.a_delivery_that_never_comes, "yard", "delivery 1 comes, but delivery 0 does not"),
 ]
 """Forged plans, the check that must refuse each, and a sentence that names the fault and the lift."""
 
@@ -512,13 +520,38 @@ def test_altered_metadata_and_poses_after_the_last_lift_are_refused(good: PlanLo
 
 
 def test_a_revision_before_the_first_and_an_event_that_ends_early_are_refused(good: PlanLog, tmp_path: Path):
-    proven(dataclasses.replace(good, revision=-3, events=(LogEvent("replan", 5 * 10**9, 10**9, {}),)), tmp_path)
+    watched = {**good.metadata, FIRST_PLAN: "the first"}
+    early = (LogEvent("replan", 5 * 10**9, 10**9, {}),)
+    proven(dataclasses.replace(good, revision=-3, metadata=watched, events=early), tmp_path)
     document = verify(tmp_path / "log.mcap", progress=SilentProgress())
     assert failed(document) == {"shown"}
     assert document["checks"]["shown"]["failures"] == [
         "metadata revision is -3; revisions count from 0",
         f"{topics.EVENTS}: the event 'replan' at 5.000 s ends before, at 1.000 s",
     ]
+
+
+@pytest.mark.parametrize(
+    ("kind", "says"),
+    [
+        ("inspection", "/events: bimvox writes no event 'inspection' into a log"),
+        ("replan", "/events: bimvox writes no event 'replan' into a log of a plan that no watch revised"),
+    ],
+)
+def test_events_that_are_not_those_of_a_watch_are_refused(good: PlanLog, tmp_path: Path, kind: str, says: str):
+    document = proven(dataclasses.replace(good, events=(LogEvent(kind, 0, 10**9, {"by": "TUV"}),)), tmp_path)
+    assert failed(document) == {"shown"}
+    assert document["checks"]["shown"]["failures"] == [says]
+
+
+@pytest.mark.parametrize("name", faults.SAID_TWICE)
+def test_a_file_that_other_readers_may_read_otherwise_is_refused(good: PlanLog, tmp_path: Path, name: str):
+    file, change, says = faults.SAID_TWICE[name]
+    proven(good, tmp_path)
+    rewrite(tmp_path, attachments={file: change})
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert failed(document) == {"shown"}
+    assert says in document["checks"]["shown"]["failures"][0]
 
 
 def test_metadata_that_no_version_writes_is_refused(good: PlanLog, tmp_path: Path):

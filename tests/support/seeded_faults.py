@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 import struct
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -39,11 +40,12 @@ from bimvox.crane.working_range import SlowZone, WorkingRange
 from bimvox.grid.labels import Label
 from bimvox.library.plan import digests_of
 from bimvox.log import schema as topics
+from bimvox.log.archive import pack, unpack
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
-from bimvox.records.lift import Epoch, LeftPath, ModelledClash, Status, not_lifted
+from bimvox.records.lift import Epoch, LeftPath, Lift, ModelledClash, Status, not_lifted
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.reasons import LOAD_IS_HELD
 from bimvox.records.steps import Steps
@@ -58,6 +60,7 @@ from bimvox.site.config import (
     MeansConfig,
     ModelConfig,
     RulesConfig,
+    SequenceConfig,
     SiteConfig,
     ZoneConfig,
 )
@@ -163,6 +166,7 @@ def site_file_of(site: Site, **changes: Any) -> bytes:
         ),
         crane=crane_config(site.cranes[0] if site.cranes else None),
         component=tuple(filter(None, map(entry_of(site), site.components))),
+        sequence=SequenceConfig(storeys=any(part.hints.rank is not None for part in site.components)),
         rules=RulesConfig(**rules),
         zone=tuple(
             ZoneConfig(polygon=one) for one in ([] if site.prohibited is None else rows_of(site, site.prohibited))
@@ -646,6 +650,19 @@ def a_bound_of_its_raising(log: PlanLog) -> PlanLog:
     return with_motion(log, 1, raising=dataclasses.replace(log.motions[1].raising, bound_s=1e12))
 
 
+def a_mast_of_dust(log: PlanLog) -> PlanLog:
+    """The crane's mast keeps its cells, but near them triangles decide: a speck in each."""
+    blockers, size_m = [], log.plan.site.frame.voxel_size_m
+    for one in log.plan.site.blockers:
+        if one.kind == "crane":
+            speck = np.array([[0.1] * 3, [0.2] * 3, [0.1, 0.2, 0.1]])
+            specks_m = log.plan.site.frame.corner_of(one.cells)[:, None] + size_m * speck[None]
+            faces = np.arange(3 * len(one.cells), dtype=np.int32).reshape(-1, 3)
+            one = dataclasses.replace(one, mesh=TriangleMesh(specks_m.reshape(-1, 3), faces))
+        blockers.append(one)
+    return with_site(log, blockers=tuple(blockers))
+
+
 _FASTEST = AxisLimits(float("inf"), float("inf"), float("inf"))
 
 NONSENSE: dict[str, tuple[Forge, str]] = {
@@ -722,6 +739,15 @@ NONSENSE: dict[str, tuple[Forge, str]] = {
         lambda log: unplanned(log, "slab", "it is blocked at its place", ("ghost",)),
         "lift 4 (slab): it is blocked by 'ghost', which is not on the site",
     ),
+    "a mast of dust": (a_mast_of_dust, "fixed object 'crane': it has a surface; only structures have"),
+    "a clearance of its own": (
+        lambda log: with_lift(log, "beam", clearance_m=0.5),
+        "lift 3 (beam): it keeps 0.5 m in transit, but no rule of the site gives way",
+    ),
+    "found by nothing": (
+        lambda log: with_lift(log, "beam", method=None),
+        "lift 3 (beam): it is planned, and its path was found by nothing",
+    ),
 }
 """Logs that must be refused for a value before anything is proven, each with what the refusal says."""
 
@@ -768,6 +794,14 @@ def no_crane_at_all(log: PlanLog) -> PlanLog:
     return dataclasses.replace(with_site(log, cranes=()), motions=())
 
 
+def with_no_word_about_casting(log: PlanLog) -> PlanLog:
+    """The forger takes the times of casting out of the rules, and the table out of the site file."""
+    forged = with_rules(log, casting=None)
+    text = re.sub(r"(?m)^\[rules\.casting\][^\[]*", "", forged.attachments["site.toml"].decode())
+    assert "casting" not in text
+    return with_files(forged, {**forged.attachments, "site.toml": text.encode()})
+
+
 NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
     "stronger": (keeping_its_files(a_stronger_crane), "crane 'test': chart"),
     "faster": (keeping_its_files(lambda log: faster_by(log, 5.0)), "crane 'test': slewing"),
@@ -801,6 +835,18 @@ NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
     "posing as an old log": (
         keeping_its_files(lambda log: with_rules(log, times=None, bracing_s=120.0, release_s=30.0)),
         "rules.times is None in the log",
+    ),
+    "name": (
+        keeping_its_files(lambda log: with_site(log, name="the palace")),
+        "name is the palace in the log, boxes in the attached site.toml",
+    ),
+    "a file that gives no times of casting": (
+        with_no_word_about_casting,
+        "rules.casting is None in the log",
+    ),
+    "a note about obstructions": (
+        lambda log: with_site(log, obstruction_notes=("truck: outside the site",)),
+        "it has a note about obstructions, but no obstruction file: truck: outside the site",
     ),
     "no file": (lambda log: with_files(log, {}), "it carries no site.toml"),
     "no ground": (lambda log: without_blocker(log, "ground"), "fixed object 'ground' is not in the log"),
@@ -1038,6 +1084,25 @@ def lifted_from_where_it_is_not(log: PlanLog) -> PlanLog:
     return with_component(log, "slab", lifting=Lifting(((40.0, 1.5, 3.6),), "centre_of_mass", 0))
 
 
+def hung_beside_its_centre(log: PlanLog) -> PlanLog:
+    """The slingers would find the point 0.3 m aside."""
+    part = log.plan.site.components[index_of(log, "slab")]
+    cell = np.add(part.target_vox, part.hook_line_vox) + np.array([0.5, 0.5, 0.0])
+    x, y, z = log.plan.site.frame.corner_of(cell).tolist()
+    return with_component(log, "slab", lifting=Lifting(((x + 0.3, y, z),)))
+
+
+def hung_on_anything(log: PlanLog) -> PlanLog:
+    return with_component(log, "slab", lifting=Lifting((), "magnets"))
+
+
+def a_delivery_that_never_comes(log: PlanLog) -> PlanLog:
+    def later(lift: Lift) -> Lift:
+        return dataclasses.replace(lift, place=lift.place and dataclasses.replace(lift.place, delivery=1))
+
+    return with_plan(log, lifts=tuple(map(later, log.plan.lifts)))
+
+
 def lifted_far_from_the_part(log: PlanLog) -> PlanLog:
     return with_lifting(log, (40.0, 1.5, 3.6), (3.0, 1.5, 3.6), rise_vox=124)
 
@@ -1230,6 +1295,36 @@ ATTACHED: dict[str, Callable[[bytes], bytes]] = {
 # What other readers are told: records of the file, rewritten with checksums that fit. Messages stay as they are.
 
 Record = tuple[int, bytes]
+
+
+def _in_archive(change: Callable[[dict[str, bytes]], dict[str, bytes]]) -> Callable[[bytes], bytes]:
+    return lambda data: pack(change(unpack(data)))
+
+
+SAID_TWICE: dict[str, tuple[str, Callable[[bytes], bytes], str]] = {
+    "status": (
+        topics.PLAN_FILE,
+        lambda data: data.replace(b'"status"', b'"status": "infeasible", "status"', 1),
+        "attached plan.json is not what the plan gives: key 'status' occurs twice in the table of 'left'",
+    ),
+    "chart": (
+        topics.CHART_FILE,
+        lambda data: data.replace(b"{", b'{"crane": "giant", ', 1),
+        "attached load_chart.json is not what the plan gives: key 'crane' occurs twice",
+    ),
+    "mass": (
+        topics.SITE_FILE,
+        _in_archive(lambda m: m | {"site.json": m["site.json"].replace(b'"mass_kg":', b'"mass_kg":1,"mass_kg":', 1)}),
+        "attached site.bimvox.zip: its 'site.json' is not what bimvox writes for its site",
+    ),
+    "approval": (
+        topics.SITE_FILE,
+        _in_archive(lambda m: m | {"approval.txt": b"the city approves"}),
+        "attached site.bimvox.zip: its 'approval.txt' is not what bimvox writes for its site",
+    ),
+}
+"""Attached files that this reader and another one may read differently, and what the refusal says."""
+
 _MAGIC = b"\x89MCAP0\r\n"
 
 
@@ -1336,6 +1431,10 @@ OTHER_READERS: dict[str, tuple[Callable[[bytes], bytes], str]] = {
         "its data have no checksum, or another one",
     ),
     "numbers of messages": (_numbered_from_7, "/tf: its messages are not numbered 0, 1, 2 ..."),
+    "another writer": (
+        lambda data: _with(data, Opcode.HEADER, lambda content: content.replace(b"bimvox", b"mivbox")),
+        "its header names another writer",
+    ),
     "no summary": (lambda data: file_of(records_of(data), (0, 0)), "its footer does not point at its summary"),
     "offsets nowhere": (lambda data: file_of(records_of(data), (0, 777)), "its footer does not point at its summary"),
     "summary at the header": (lambda data: file_of(records_of(data), (8, 777)), "its footer does not point at"),

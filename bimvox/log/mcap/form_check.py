@@ -23,6 +23,7 @@ from mcap.records import (
     Chunk,
     ChunkIndex,
     Footer,
+    Header,
     MessageIndex,
     Metadata,
     MetadataIndex,
@@ -33,6 +34,7 @@ from mcap.records import (
 from mcap.stream_reader import MAGIC_SIZE
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
+from bimvox.log.mcap.channels import LIBRARY
 from bimvox.log.mcap.reader import chunk_body
 from bimvox.log.schema import MEDIA_TYPES, MOST_CRANES, OTHER_MEDIA_TYPE, topics_of
 
@@ -143,6 +145,9 @@ class _File:
             self._insist(said == zlib.crc32(data[:at]), "its data have no checksum, or another one")
         else:
             self._insist(opcode == Opcode.HEADER and at == MAGIC_SIZE, f"a record of the kind {opcode} is out of place")
+            if opcode == Opcode.HEADER:
+                one = _parsed(Header, body)
+                self._insist((one.profile, one.library) == ("", LIBRARY), "its header names another writer")
 
     def _insist(self, good: bool, fault: str) -> None:
         if not good and fault not in self.faults:
