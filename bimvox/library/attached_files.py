@@ -19,13 +19,13 @@ from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.library.compare import equal, same, same_blockers, same_cells, same_cranes, same_rules
 from bimvox.library.completed_site_file import building_of, completed
+from bimvox.library.held_loads import compare_held
 from bimvox.library.obstructions import load_obstructions, rasterise
 from bimvox.library.site import MACHINE, OBSTRUCTIONS, SITE_FILE
 from bimvox.library.site_file_parts import compare_parts, compare_pinned
-from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_in
+from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.proof import Check
-from bimvox.records.reasons import LOAD_IS_HELD
 from bimvox.site.areas import columns_centred_in
 from bimvox.site.build import ground_and_masts, labels_of, with_obstructions
 from bimvox.site.component import IntVec
@@ -73,26 +73,8 @@ def check_attached_files(log: PlanLog) -> Check:
     check.look(bool(listed) or not note, f"it has a note about obstructions, but no obstruction file: {note}")
     for name in sorted(log.attachments.keys() - known - set(listed)):
         check.look(False, f"attached {name}: it is not a file that bimvox attaches to the log of this site")
-    _compare_held(check, log)
+    compare_held(check, log)
     return check
-
-
-def _compare_held(check: Check, log: PlanLog) -> None:
-    """Check that the loads that the plan calls held are those of the attached file, which says how they hang."""
-    components = log.plan.site.components
-    try:
-        held = held_in(log.attachments)
-    except BimvoxError as error:
-        check.look(False, str(error))
-        return
-    loads = {} if held is None else {load.lift.order: load.lift.component for load in held.loads}
-    for lift in log.all_lifts:
-        if (lift.reason or "").startswith(LOAD_IS_HELD):
-            name = f"lift {lift.number} ({components[lift.component].label})"
-            there = loads.pop(lift.order, None) == lift.component
-            check.look(there, f"{name}: its load is called held, but no attached file says where it hangs")
-    for order in loads:
-        check.look(False, f"the attached {HELD_FILE} or {HELD_CRANES_FILE} holds lift {order + 1}; the plan does not")
 
 
 def only_as_cells(log: PlanLog) -> tuple[str, ...]:

@@ -158,6 +158,7 @@ def site_file_of(site: Site, **changes: Any) -> bytes:
     built = site.labels[:, :, 0] == Label.CONSTRUCTION_AREA
     nowhere = ((x0 - 9.0, y0 - 9.0), (x0 - 8.0, y0 - 9.0), (x0 - 8.0, y0 - 8.0))
     config = SiteConfig(
+        name=site.name,
         model=ModelConfig(path=Path("boxes.ifc"), voxel_size_m=size_m, ground_m=float(site.site_to_ifc[2, 3])),
         means=MeansConfig(lift_from_kg=0.0),
         grid=GridConfig(low_m=(x0, y0), high_m=(x0 + nx * size_m, y0 + ny * size_m, (nz - 1) * size_m)),
@@ -650,17 +651,13 @@ def a_bound_of_its_raising(log: PlanLog) -> PlanLog:
     return with_motion(log, 1, raising=dataclasses.replace(log.motions[1].raising, bound_s=1e12))
 
 
-def a_mast_of_dust(log: PlanLog) -> PlanLog:
-    """The crane's mast keeps its cells, but near them triangles decide: a speck in each."""
-    blockers, size_m = [], log.plan.site.frame.voxel_size_m
-    for one in log.plan.site.blockers:
-        if one.kind == "crane":
-            speck = np.array([[0.1] * 3, [0.2] * 3, [0.1, 0.2, 0.1]])
-            specks_m = log.plan.site.frame.corner_of(one.cells)[:, None] + size_m * speck[None]
-            faces = np.arange(3 * len(one.cells), dtype=np.int32).reshape(-1, 3)
-            one = dataclasses.replace(one, mesh=TriangleMesh(specks_m.reshape(-1, 3), faces))
-        blockers.append(one)
-    return with_site(log, blockers=tuple(blockers))
+def a_ground_of_dust(log: PlanLog) -> PlanLog:
+    """The ground keeps its cells, but near it triangles decide: a speck in each cell."""
+    ground, frame = log.plan.site.blockers[0], log.plan.site.frame
+    speck = np.array([[0.1] * 3, [0.2] * 3, [0.1, 0.2, 0.1]])
+    specks_m = frame.corner_of(ground.cells)[:, None] + frame.voxel_size_m * speck[None]
+    mesh = TriangleMesh(specks_m.reshape(-1, 3), np.arange(3 * len(ground.cells), dtype=np.int32).reshape(-1, 3))
+    return with_site(log, blockers=(dataclasses.replace(ground, mesh=mesh), *log.plan.site.blockers[1:]))
 
 
 _FASTEST = AxisLimits(float("inf"), float("inf"), float("inf"))
@@ -739,7 +736,7 @@ NONSENSE: dict[str, tuple[Forge, str]] = {
         lambda log: unplanned(log, "slab", "it is blocked at its place", ("ghost",)),
         "lift 4 (slab): it is blocked by 'ghost', which is not on the site",
     ),
-    "a mast of dust": (a_mast_of_dust, "fixed object 'crane': it has a surface; only structures have"),
+    "a ground of dust": (a_ground_of_dust, "fixed object 'ground': it has a surface; only structures have"),
     "a clearance of its own": (
         lambda log: with_lift(log, "beam", clearance_m=0.5),
         "lift 3 (beam): it keeps 0.5 m in transit, but no rule of the site gives way",

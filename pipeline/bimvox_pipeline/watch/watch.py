@@ -20,10 +20,12 @@ from bimvox.library.log import write_log_file
 from bimvox.library.plan import policy_of, seed_of
 from bimvox.library.prove import plan_and_prove, prepared
 from bimvox.library.site import load_site
+from bimvox.library.verify import prove_plan
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.rollout import proposer
 from bimvox.progress import Progress, SilentProgress
+from bimvox.records.lift import Status
 from bimvox.records.remark import counts_of
 from bimvox.revision.current_plan import CurrentPlan, RetrainedPolicy, current_plan_of
 from bimvox.site.site import Site
@@ -31,7 +33,7 @@ from bimvox_pipeline.plan import infeasible_lifts
 from bimvox_pipeline.watch.documents import left_to_search, revision_events
 from bimvox_pipeline.watch.file_watch import FileState, changes, state_of
 from bimvox_pipeline.watch.live import DrivenLog, LiveView, Sink, driven_until_ns, server_at
-from bimvox_pipeline.watch.log import WholeLog, keep_as_segment, read_newest, segment_file
+from bimvox_pipeline.watch.log import Newest, WholeLog, keep_as_segment, read_newest, segment_file
 from bimvox_pipeline.watch.plan import WatchedPlan
 from bimvox_pipeline.watch.reader import ObstructionReader
 from bimvox_pipeline.watch.retrain import Retraining
@@ -187,7 +189,7 @@ class Watcher:
         self._taken = state.digest
         network, plan = self._plan.policy.network, self._plan
         self._reviser.propose = None if network is None else proposer(network)
-        before = read_newest(plan.target, plan.loaded.site.fixed_digest, self.progress)
+        before = self._proven(read_newest(plan.target, plan.loaded.site.fixed_digest, self.progress))
         if before is not None:
             plan.take_up(before.log)
             if self._execution is not None:
@@ -215,6 +217,18 @@ class Watcher:
                 self._whole.offer(plan.whole_log())
         else:
             yield from self._revise(Change(site, content, state.seen_s))
+
+    def _proven(self, found: Newest | None) -> Newest | None:
+        """Return the plan on disk if its proof passes; otherwise None, with a note. Pending lifts have no path yet."""
+        if found is None:
+            return None
+        lifts = found.log.plan.lifts
+        known = [lift.order for lift in lifts if lift.status is not Status.PLANNED or lift.path_vox is not None]
+        verdict = prove_plan(found.log.extract(known), self.progress)
+        if verdict.verified:
+            return found
+        self.progress.note(f"{self._plan.target} is not used, its proof failed: {verdict.failures[0]}")
+        return None
 
     def change(self, state: FileState) -> Iterator[dict[str, Any]]:
         """Yield what became of a changed file: the revisions of the plan, or why the last good plan remains."""

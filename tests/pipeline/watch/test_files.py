@@ -26,6 +26,7 @@ from bimvox_pipeline.watch.watch import Watcher, follow
 from opened_pages import Opened
 
 from bimvox.errors import FileError
+from bimvox.library.log import write_log_file
 from bimvox.library.plan import policy_of
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
@@ -200,6 +201,23 @@ def test_the_page_of_a_watched_plan_has_every_revision_whole(watcher):
     # Later segments that depend on a damaged one are left out.
     segment.write_bytes(segment.read_bytes()[:500])
     assert [r["number"] for r in revisions(watcher._plan.target)] == [0, 2]
+
+
+def test_a_plan_on_disk_whose_proof_fails_is_not_continued(watcher):
+    target = watcher._plan.target
+    told: list[str] = []
+    record = read_log(target)
+    (lift, *rest), way = record.plan.lifts, record.plan.lifts[0].path_vox
+    short = replace(lift, path_vox=np.delete(way, len(way) // 2, axis=0))
+    write_log_file(target, replace(record, plan=replace(record.plan, lifts=(short, *rest))))
+    watcher.progress = SilentProgress()
+    watcher.progress.note = told.append  # type: ignore[method-assign]
+    (document,) = taken_up(watcher)
+    assert document["event"] == "planned"
+    name = record.plan.site.components[lift.component].id
+    assert told[0].startswith(f"{target} is not used, its proof failed: unit_moves: {name}: move")
+    watcher.close()
+    assert verify(target, progress=SilentProgress())["verified"] is True
 
 
 def test_without_the_whole_log_or_with_a_damaged_segment_the_sound_rest_is_resumed(watcher):

@@ -18,15 +18,20 @@ from bimvox_pipeline.watch.simulate import PlanClock
 from bimvox_pipeline.watch.watch import Watcher
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.library.attached_files import check_attached_files
 from bimvox.library.plan import policy_of
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
 from bimvox.log import schema as topics
+from bimvox.log.held import held_files
 from bimvox.log.mcap.reader import read_contents, salvage_contents
+from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.segments import NOW_NS
 from bimvox.progress import SilentProgress
+from bimvox.revision.held_cranes import HeldCranes
 from bimvox.revision.in_transit import last_finished, motion_under_way
+from bimvox.stop.redirect import Held
 
 EMPTY = {"version": 1, "unit": "m", "obstructions": []}
 
@@ -156,6 +161,28 @@ def test_after_a_kill_it_resumes_at_the_last_revision(simulated, site_folder, pa
     assert len(again.current.plan.history) == 2
 
 
+def said_of_held_loads(record: PlanLog, held: Held) -> None:
+    """The file of held loads is compared with the plan, and its stop with its motion."""
+    assert check_attached_files(record).passed, check_attached_files(record).failures
+    assert held.stop is not None
+    aside = replace(held.stop.trajectory, slew_rad=held.stop.trajectory.slew_rad + 0.5)
+    later = replace(held.stop, start_ns=held.motion.end_ns + 1)
+    other = replace(held.motion, component=held.motion.component + 1)
+    nowhere = replace(held.stop.trajectory, radius_m=held.stop.trajectory.radius_m * np.nan)
+    ends = tuple(replace(axis, end=axis.end + 2.0) for axis in held.stop.axes)
+    for forged, says in (
+        (replace(held, reason="all is well"), "reason is it is held"),
+        (replace(held, stop=replace(held.stop, trajectory=aside)), "its stop begins where the load was not"),
+        (replace(held, stop=replace(held.stop, axes=ends)), "it hangs where its stop does not end"),
+        (replace(held, stop=later), "it is stopped at a time at which it does not move"),
+        (replace(held, motion=other), "it is held with the motion of another lift"),
+        (replace(held, stop=replace(held.stop, trajectory=nowhere)), "positions of its motion make no sense"),
+    ):
+        files = {**record.attachments, **held_files(HeldCranes((forged,)))}
+        failures = check_attached_files(replace(record, attachments=files)).failures
+        assert len(failures) == 1 and says in failures[0], failures
+
+
 def test_a_held_load_is_known_after_a_kill_and_continues_when_it_can(simulated, site_folder, parts):
     current = simulated.watcher.current
     loaded = current.motions[5].loaded
@@ -167,6 +194,7 @@ def test_a_held_load_is_known_after_a_kill_and_continues_when_it_can(simulated, 
     told = simulated.look()[-1]
     assert told["stopped"]["held"], told
     (held,) = simulated.watcher.current.held_loads
+    said_of_held_loads(read_log(Path(told["log"]).with_name(f"frame.r{told['revision']:04d}.mcap")), held)
     again = simulated.another(10.0)
     list(again.take_up(replace(state_of(simulated.file), seen_s=simulated.hand.now_s)))
     (known,) = again.current.held_loads
