@@ -17,6 +17,7 @@ from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
+from bimvox.proof.proven import ProvenLifts
 from bimvox.proof.steps import verify_steps
 from bimvox.proof.values import check_values
 from bimvox.records.lift import LiftPlan, Method, ModelledClash, Status
@@ -103,7 +104,7 @@ def plan_and_prove(
         VerificationError: If a proof of the plan as a whole fails.
     """
     propose = None if policy.network is None else proposer(policy.network)
-    other_ways = OtherWays()
+    other_ways, proven = OtherWays(), ProvenLifts()
 
     def planned(policy_retrained: Propose | None, kept: LiftPlan | None, refused: Refused) -> LiftPlan:
         progress.stage("plan", len(site.components))
@@ -127,7 +128,7 @@ def plan_and_prove(
             if better.network is not None and better.network is not policy.network:
                 made = planned(proposer(better.network, every_guard=True), _without(made, failed), refused)
         previous = made
-        found = _prove(made, preparation, progress)
+        found = _prove(made, preparation, proven, progress)
         if isinstance(found, Planned):
             progress.finish()
             return found
@@ -148,11 +149,15 @@ def _without(made: LiftPlan, components: tuple[int, ...]) -> LiftPlan:
     return replace(made, lifts=tuple(lift for lift in made.lifts if lift.component not in components))
 
 
-def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Planned | dict[str, str]:
+def _prove(
+    made: LiftPlan, preparation: Preparation, proven: ProvenLifts, progress: Progress
+) -> Planned | dict[str, str]:
     """Prove and time a plan; return the lifts to refuse, and why, if it is not proven."""
     progress.stage("prove")
     values = check_values(made)
-    of_plan = Verification((values, *verify_plan(made).checks)) if values.passed else Verification((values,))
+    of_plan = (
+        Verification((values, *verify_plan(made, proven=proven).checks)) if values.passed else Verification((values,))
+    )
     if not of_plan.verified:
         return refusals(of_plan)
     if not made.site.cranes:

@@ -48,7 +48,9 @@ def plan_lifts(
         preparation: Contacts, order and yard of its geometry.
         propose: The policy; None for search alone.
         retrained: The policy after more training on this site; asked if the first one fails.
-        previous: A plan of the same geometry with other obstructions; a lift whose path is still valid is kept.
+        previous: A plan of the same geometry with other obstructions; a lift whose path is still valid is kept. If it
+            is of the same site, nothing is planned again before the first lift that is refused or missing in it, nor
+            after it while the same parts are in place.
         refused: Components whose lift was planned but not proven, with the reason: they are infeasible. ``Refusals``
             also hold the last moves that others must avoid.
         kept: Lifts by component that do not change whatever is in the way, from a plan in execution.
@@ -62,6 +64,7 @@ def plan_lifts(
     assembly = Assembly(site, preparation)
     order = preparation.sequence.order
     lifts: list[Lift] = []
+    as_before = previous is not None and previous.site is site
     for number, index in enumerate(order):
         if site.components[index].means is not Means.CRANE:
             assembly.finish(index, placed=True)
@@ -72,14 +75,20 @@ def plan_lifts(
             assembly.finish(index, placed=kept[index].is_set)
             lifts.append(kept[index])
             continue
-        name = site.components[index].id
+        name, last = site.components[index].id, before.get(index)
         avoided, why = refused.avoided_by(name) if isinstance(refused, Refusals) else ((), None)
-        stage = assembly.begin(index, avoided=avoided)
-        reason = (refused or {}).get(name, why if isinstance(stage, Obstacle) else None)
-        if reason is not None:
-            stage = Obstacle(reason)
+        reason = (refused or {}).get(name)
         unplanned = unplanned_lift(site, index, number, preparation.places[index])
-        lifts.append(_planned(assembly, stage, unplanned, before.get(index), policies))
+        as_before = as_before and last is not None and (last.order, last.place) == (number, unplanned.place)
+        if as_before and last is not None and not avoided and reason is None:
+            assembly.skip(index)
+            lifts.append(last)
+        else:
+            stage = assembly.begin(index, avoided=avoided)
+            reason = reason or (why if isinstance(stage, Obstacle) else None)
+            found = stage if reason is None else Obstacle(reason)
+            lifts.append(_planned(assembly, found, unplanned, last, policies))
+            as_before = as_before and last is not None and last.is_set == lifts[-1].is_set
         assembly.finish(index, placed=lifts[-1].is_set)
         if progress is not None:
             progress("lifts", number + 1, len(order))

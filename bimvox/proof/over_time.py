@@ -185,12 +185,5 @@ def _together(found: Sequence[Verification]) -> Verification:
     """Merge the checks of the same name."""
     checks: dict[str, Check] = {}
     for check in (check for verification in found for check in verification.checks):
-        whole = checks.setdefault(check.name, Check(check.name, unit=check.unit))
-        whole.samples += check.samples
-        whole.failed += check.failed
-        whole.failures += check.failures
-        whole.culprits |= check.culprits
-        whole.undecided += [one for one in check.undecided if one not in whole.undecided]
-        if check.worst is not None:
-            whole.measure(check.worst)
+        checks.setdefault(check.name, Check(check.name, unit=check.unit)).add(check)
     return Verification(tuple(checks.values()))

@@ -20,7 +20,8 @@ from bimvox.proof.gate import gate_of
 from bimvox.proof.guided import check_guide
 from bimvox.proof.marks import Marks, hits
 from bimvox.proof.mass import check_mass
-from bimvox.proof.moment import Thing, beside, cells_in_common, moments, near_and_far, passed_by
+from bimvox.proof.moment import Moment, Thing, beside, cells_in_common, moments, near_and_far, passed_by
+from bimvox.proof.proven import ProvenLifts
 from bimvox.proof.shape import check_shape, check_structure
 from bimvox.proof.site_rules import check_rope_margin, check_stored, check_wind, check_zones
 from bimvox.proof.slings import check_slings
@@ -54,7 +55,11 @@ _SHARE = 1e-9
 
 
 def verify_plan(
-    plan: LiftPlan, context: Collection[Lift] = (), *, known_shapes: set[int] | None = None
+    plan: LiftPlan,
+    context: Collection[Lift] = (),
+    *,
+    known_shapes: set[int] | None = None,
+    proven: ProvenLifts | None = None,
 ) -> Verification:
     """Check every planned lift of a plan.
 
@@ -65,16 +70,21 @@ def verify_plan(
         known_shapes: Indices of components of the same site whose cells, masses and slings are known to fit. They are
             not checked again; components that pass now are added. The context is then taken for proven. None: nothing
             is known, so the parts of the context are checked too: their shapes, and what carries them.
+        proven: Lifts that earlier plans of the same site proved; they are not proven again if nothing around them
+            changed, and those that pass now are added. Not with known shapes.
 
     Returns:
         Every check, with what failed and where.
     """
-    return _Verifier(plan, context, known_shapes).run()
+    return _Verifier(plan, context, known_shapes, proven or ProvenLifts()).run()
 
 
 class _Verifier:
-    def __init__(self, plan: LiftPlan, context: Collection[Lift], known_shapes: set[int] | None) -> None:
-        self.plan, self.context, self.site = plan, context, plan.site
+    def __init__(
+        self, plan: LiftPlan, context: Collection[Lift], known_shapes: set[int] | None, proven_lifts: ProvenLifts
+    ) -> None:
+        self.plan, self.context, self.site, self.proven_lifts = plan, context, plan.site, proven_lifts
+        proven_lifts.turn_to(plan)
         self.lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
         self.infeasible = {lift.component for lift in self.lifts if lift.status is Status.INFEASIBLE}
         self.triangles = TriangleCheck(plan)
@@ -103,7 +113,7 @@ class _Verifier:
             check_structure(self.checks["shapes"], blocker, self.site.frame, self.site.shape)
         self._check_others()
         for moment in moments(self.plan, self.context):
-            self._check_lift(moment.lift, moment.present, moment.placed)
+            self._check_moment(moment)
         return Verification(tuple(self.checks.values()))
 
     def _check_others(self) -> None:
@@ -172,6 +182,21 @@ class _Verifier:
                 allowed or not lift.by_other_means,
                 f"{self._name(lift)}: set by other means, but it is planned or the site's rules do not allow that",
             )
+
+    def _check_moment(self, moment: Moment) -> None:
+        component = self.site.components[moment.lift.component]
+        not_set = frozenset(self.infeasible if component.after or component.before else ())
+        found = self.proven_lifts.checks_of(moment, not_set)
+        if found is None:
+            whole, self.checks = (
+                self.checks,
+                {check.name: Check(check.name, unit=check.unit) for check in self.checks.values()},
+            )
+            self._check_lift(moment.lift, moment.present, moment.placed)
+            found, self.checks = self.checks, whole
+            self.proven_lifts.add(moment, not_set, found)
+        for name, check in found.items():
+            self.checks[name].add(check)
 
     def _check_lift(self, lift: Lift, present: Sequence[Thing], placed: Collection[int]) -> None:
         component = self.site.components[lift.component]

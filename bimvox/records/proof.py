@@ -49,6 +49,16 @@ class Check:
             if len(self.failures) < _KEPT_FAILURES:
                 self.failures.append(failure)
 
+    def add(self, other: Check) -> None:
+        """Add what another check of the same name found."""
+        self.samples += other.samples
+        self.failed += other.failed
+        self.failures += other.failures[: _KEPT_FAILURES - len(self.failures)]
+        self.culprits |= other.culprits
+        self.undecided += [one for one in other.undecided if one not in self.undecided]
+        if other.worst is not None:
+            self.measure(other.worst)
+
     def measure(self, value: float) -> None:
         """Record a value; the largest one is kept."""
         self.worst = value if self.worst is None else max(self.worst, value)

@@ -196,8 +196,8 @@ def test_a_lift_that_cannot_be_proven_is_refused_and_the_rest_is_written(site_fo
     real = getattr(importlib.import_module(module), name)
     suspect = planned[1]["lifts"][0]["component"]
 
-    def doubting(plan, *more):
-        proof = real(plan, *more)
+    def doubting(plan, *more, **known):
+        proof = real(plan, *more, **known)
         lift = next(lift for lift in plan.lifts if plan.site.components[lift.component].id == suspect)
         if lift.status is Status.PLANNED:
             turn_to(proof.checks, suspect)
@@ -231,8 +231,8 @@ def test_a_motion_whose_values_make_no_sense_is_refused_before_anything_is_writt
 
 
 def test_a_proof_that_fails_about_the_whole_plan_writes_nothing(site_folder, monkeypatch):
-    def doubting(plan, *more):
-        proof = verify_plan(plan, *more)
+    def doubting(plan, *more, **known):
+        proof = verify_plan(plan, *more, **known)
         turn_to(proof.checks, None)
         proof.checks[0].look(False, "nothing adds up")
         return proof

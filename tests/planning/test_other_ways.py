@@ -39,13 +39,13 @@ def planned(site):
 def refusing(says):
     """Return a proof of plans that also refuses every lift about whose last moves a rule says so."""
 
-    def verify(plan):
+    def verify(plan, **known):
         check = Check("triangles")
         for lift in plan.lifts:
             check.about = plan.site.components[lift.component].id
             bad = lift.path_vox is not None and says(lift.last_moves_vox)
             check.look(not bad, f"{check.about}: meets floor deeper than it may")
-        return Verification((*verify_plan(plan).checks, check))
+        return Verification((*verify_plan(plan, **known).checks, check))
 
     return verify
 

@@ -344,3 +344,31 @@ def test_a_refused_lift_is_infeasible_with_its_reason():
     assert lift_of(plan, "left").reason == "it could not be proven"
     assert lift_of(plan, "beam").blocked_by == ("left",)
     assert lift_of(plan, "right").status is Status.PLANNED
+
+
+@pytest.mark.parametrize(("rules", "again"), [(MISSING, [1, 2, 3]), (Rules(rope=False), [1])])
+def test_a_lift_of_the_same_site_is_planned_again_only_where_something_changed(rules, again, monkeypatch):
+    site = box_site(PORTAL, rules=rules)
+    preparation, begun, begin = prepare(site), [], Assembly.begin
+
+    def spied(self, index, *more, **named):
+        begun.append(index)
+        return begin(self, index, *more, **named)
+
+    monkeypatch.setattr(Assembly, "begin", spied)
+    before = plan_lifts(site, preparation)
+    order = [lift.component for lift in before.lifts]
+    assert begun == order
+    begun.clear()
+    kept = plan_lifts(site, preparation, previous=before)
+    assert begun == []
+    assert all(one is other for one, other in zip(kept.lifts, before.lifts, strict=True))
+    name = site.components[order[1]].id
+    refused = plan_lifts(site, preparation, previous=before, refused={name: "it fails"})
+    assert begun == [order[n] for n in again]
+    assert refused.lifts[0] is before.lifts[0]
+    fresh = plan_lifts(site, preparation, refused={name: "it fails"})
+    assert lift_of(fresh, name).reason == "it fails"
+    for one, other in zip(refused.lifts, fresh.lifts, strict=True):
+        assert (one.status, one.reason) == (other.status, other.reason)
+        assert one.path_vox is other.path_vox is None or np.array_equal(one.path_vox, other.path_vox)
