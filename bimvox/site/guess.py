@@ -15,7 +15,8 @@ from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError, InputError
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
-from bimvox.site.config import CraneConfig, ModelConfig, Polygon, SiteConfig
+from bimvox.site.config import ModelConfig, Polygon, SiteConfig
+from bimvox.site.config_crane import CraneConfig
 from bimvox.site.crane_guess import CraneFit, compare_cranes, fit_here, guess_crane
 from bimvox.site.extent import site_extent, top_m
 from bimvox.site.machine import crane_config, cranes_of, machine_config

@@ -11,7 +11,8 @@ from bimvox.crane.rigging import with_luffing_jib
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.catalogue import machines_of
-from bimvox.site.config import CraneConfig, LuffAxisConfig, LuffingConfig, SiteConfig, TravelConfig
+from bimvox.site.config import SiteConfig
+from bimvox.site.config_crane import CraneConfig, LuffAxisConfig, LuffingConfig, TravelConfig
 
 _LENGTHS = (
     "pivot_height_m", "pivot_offset_m", "length_m", "luff_rad",

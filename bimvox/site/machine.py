@@ -15,11 +15,11 @@ from bimvox.crane.tower_crane import Reeving, TowerCrane
 from bimvox.crane.working_range import UNLIMITED, SlowZone, WorkingRange
 from bimvox.errors import ConfigError
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
-from bimvox.site.config import (
+from bimvox.site.config import SiteConfig
+from bimvox.site.config_crane import (
     CraneConfig,
     LuffingConfig,
     OverrideConfig,
-    SiteConfig,
     SlewingConfig,
     TravelConfig,
     WorkingRangeConfig,

@@ -15,7 +15,7 @@ from bimvox.crane.machine import Machine
 from bimvox.crane.rigging import with_luffing_jib, with_reeving
 from bimvox.crane.tower_crane import Reeving, TowerCrane
 from bimvox.errors import ConfigError, InputError
-from bimvox.site.config import LuffAxisConfig, ReevingConfig, SlewingConfig, TravelConfig, chart_of
+from bimvox.site.config_crane import LuffAxisConfig, ReevingConfig, SlewingConfig, TravelConfig, chart_of
 from bimvox.site.nested import toml_values
 from bimvox.site.validation import NotNegative, Number, Positive, Table, Text, first_finding
 

@@ -5,15 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
-from bimvox.site.config import (
-    AreasConfig,
-    ComponentConfig,
-    CraneConfig,
-    OverrideConfig,
-    Polygon,
-    SiteConfig,
-    ZoneConfig,
-)
+from bimvox.site.config import AreasConfig, ComponentConfig, Polygon, SiteConfig, ZoneConfig
+from bimvox.site.config_crane import CraneConfig, OverrideConfig
 from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.validation import Table
 from bimvox.site.work import Work

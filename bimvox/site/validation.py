@@ -128,3 +128,10 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
     if get_origin(annotation) in (Union, UnionType, tuple, list):
         return next((m for m in map(_model_in, get_args(annotation)) if m), None)
     return None
+
+
+def not_below(least: float, value: float) -> float:
+    """Return the value of a key, unless it is below ``least``."""
+    if value < least:
+        raise ValueError(f"{value:g} is too small: at least {least:g}")
+    return value

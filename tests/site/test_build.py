@@ -13,15 +13,8 @@ from bimvox.grid.labels import Label
 from bimvox.site import checks
 from bimvox.site.build import PlacedModel, build_site, with_obstructions
 from bimvox.site.component import StoredPose
-from bimvox.site.config import (
-    AreasConfig,
-    ComponentConfig,
-    GridConfig,
-    ModelConfig,
-    RulesConfig,
-    SiteConfig,
-    ZoneConfig,
-)
+from bimvox.site.config import AreasConfig, ComponentConfig, GridConfig, ModelConfig, SiteConfig, ZoneConfig
+from bimvox.site.config_rules import RulesConfig
 from bimvox.site.extent import site_extent
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.site import Site

@@ -5,20 +5,10 @@ from box_buildings import frame_house
 from named_cranes import LUFFING_CRANES, MOBILE_CRANES
 
 from bimvox.site.component import StoredPose
-from bimvox.site.config import (
-    ComponentConfig,
-    CraneConfig,
-    GridConfig,
-    ModelConfig,
-    OverrideConfig,
-    PolicyConfig,
-    ReevingConfig,
-    RulesConfig,
-    SiteConfig,
-    WorkingRangeConfig,
-    ZoneConfig,
-)
+from bimvox.site.config import ComponentConfig, GridConfig, ModelConfig, PolicyConfig, SiteConfig, ZoneConfig
+from bimvox.site.config_crane import CraneConfig, OverrideConfig, ReevingConfig, WorkingRangeConfig
 from bimvox.site.config_file import load_site_config, parse_site_config
+from bimvox.site.config_rules import RulesConfig
 from bimvox.site.guess import guess_site
 from bimvox.site.machine import crane_config
 from bimvox.site.template import site_toml

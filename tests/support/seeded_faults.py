@@ -59,11 +59,11 @@ from bimvox.site.config import (
     GridConfig,
     MeansConfig,
     ModelConfig,
-    RulesConfig,
     SequenceConfig,
     SiteConfig,
     ZoneConfig,
 )
+from bimvox.site.config_rules import RulesConfig
 from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.machine import crane_config
 from bimvox.site.means import Means

@@ -1,0 +1,232 @@
+"""The ``[crane]`` table of a site file, and the tables of a machine file."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import astuple
+from functools import partial
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.load_chart import LoadChart
+from bimvox.site.validation import (
+    NotNegative,
+    Number,
+    Point2or3,
+    Positive,
+    Table,
+    Text,
+    Whole,
+    not_below,
+)
+
+
+class _AxisConfig(Table):
+    """Limits of an axis: rate, acceleration and jerk, each with its unit in the key."""
+
+    @classmethod
+    def of(cls, limits: AxisLimits) -> Self:
+        """Return the table of these limits."""
+        return cls(**dict(zip(cls.model_fields, astuple(limits), strict=True)))
+
+    def limits(self) -> AxisLimits:
+        """Return the limits as a value for the crane."""
+        return AxisLimits(*self.model_dump().values())
+
+
+Rate = Annotated[Positive, Field(le=1e4), AfterValidator(partial(not_below, 1e-4))]
+"""A rate, acceleration or jerk, in radians or metres: a slower crane would take days for a lift."""
+
+
+class SlewingConfig(_AxisConfig):
+    """Limits of the slewing axis."""
+
+    rate_rad_s: Rate
+    acceleration_rad_s2: Rate
+    jerk_rad_s3: Rate
+
+
+class TravelConfig(_AxisConfig):
+    """Limits of the trolley or the hoist."""
+
+    rate_m_s: Rate
+    acceleration_m_s2: Rate
+    jerk_m_s3: Rate
+
+
+def _falling(pairs: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    for (near, more), (far, less) in pairwise(pairs):
+        if far <= near or less > more:
+            raise ValueError("must have ascending radii and no ascending capacity")
+    return pairs
+
+
+Chart = Annotated[tuple[tuple[Positive, Positive], ...], Field(min_length=1), AfterValidator(_falling)]
+"""[radius in m, capacity in kg] pairs."""
+
+
+def chart_of(pairs: tuple[tuple[float, float], ...]) -> LoadChart:
+    """Return the load chart of [radius in m, capacity in kg] pairs."""
+    radii, capacities = zip(*pairs, strict=True)
+    return LoadChart(radii, capacities)
+
+
+class ReevingConfig(Table):
+    """One reeving of the hoist rope."""
+
+    falls: Annotated[Whole, Field(ge=1)]
+    """Parts of rope that carry the hook."""
+    chart: Chart
+    """Load chart: [radius in m, capacity in kg] pairs, load, rigging and hook block together."""
+    hook_block_kg: NotNegative = 0.0
+    """Mass of its hook block, added to every load."""
+    trolley_rate_m_s: Rate | None = None
+    """Highest speed of the trolley with it. Default: the rate of ``trolley``."""
+    gears: tuple[tuple[Positive, Rate], ...] = ()
+    """Hoist rates: [largest mass on the rope in kg, rate in m/s]."""
+
+
+class WorkingRangeConfig(Table):
+    """Settings of the crane's limiters on this site (EN 17076)."""
+
+    slew_rad: tuple[Number, Number] | None = None
+    """Slew range of the jib, counter-clockwise from the x axis: [first, last], at most one full turn."""
+    radius_m: tuple[NotNegative, Positive] | None = None
+    """Smallest and largest hook radius."""
+    highest_hook_m: Positive | None = None
+    """Highest hook above z = 0."""
+
+    @model_validator(mode="after")
+    def _ranges(self) -> Self:
+        if self.slew_rad is not None and not 0.0 < self.slew_rad[1] - self.slew_rad[0] <= 2.0 * math.pi:
+            raise ValueError(
+                "slew_rad goes counter-clockwise from the first angle to the second, at most one full turn"
+            )
+        if self.radius_m is not None and self.radius_m[0] >= self.radius_m[1]:
+            raise ValueError("radius_m must give the smallest radius, then the largest")
+        return self
+
+
+class LuffAxisConfig(SlewingConfig):
+    """Limits of the luffing axis."""
+
+
+class LuffingConfig(Table):
+    """A luffing jib, or the boom of a mobile crane."""
+
+    pivot_height_m: Positive | None = None
+    """Height of its pivot above the site's z = 0."""
+    pivot_offset_m: Number | None = None
+    """Radius of its pivot; negative behind the slewing axis."""
+    length_m: Positive | None = None
+    """Length from the pivot to the rope exit at the tip."""
+    luff_rad: tuple[Positive, Positive] | None = None
+    """Smallest and largest angle to the horizontal."""
+    luffing: LuffAxisConfig | None = None
+    """Limits of the luffing axis."""
+    tail_radius_m: NotNegative | None = None
+    """Radius of the counterweight behind the slewing axis."""
+    tail_low_m: NotNegative | None = None
+    """Height of the counterweight's underside above the site's z = 0."""
+    tail_width_m: Positive | None = None
+    """Width of the counterweight."""
+    width_m: Positive | None = None
+    """Width of the jib."""
+
+
+class OverrideConfig(Table):
+    """What a site changes in a machine of the catalogue, on purpose. Every output lists it."""
+
+    jib: LuffingConfig | None = None
+    """The luffing jib, or the boom."""
+    jib_length_m: Positive | None = None
+    """Largest hook radius."""
+    min_radius_m: NotNegative | None = None
+    """Smallest hook radius."""
+    mast_size_m: Positive | None = None
+    """Edge of the square mast section."""
+    hook_block_kg: NotNegative | None = None
+    """Mass of the hook block, added to every load."""
+    gears: tuple[tuple[Positive, Rate], ...] | None = None
+    """Hoist rates: [largest mass on the rope in kg, including hook block and rigging; rate in m/s]. Above the last
+    mass, the rate of ``hoist`` applies."""
+    max_wind_m_s: Positive | None = None
+    """Wind (gust of 3 s) up to which the crane works; 20 m/s for tower cranes (EN 14439)."""
+    slewing: SlewingConfig | None = None
+    """Limits of the slewing axis."""
+    trolley: TravelConfig | None = None
+    """Limits of the trolley."""
+    hoist: TravelConfig | None = None
+    """Limits of the hoist."""
+    chart: Chart | None = None
+    """Load chart: [radius in m, capacity in kg] pairs, load, rigging and hook block together."""
+    reeving: Annotated[tuple[ReevingConfig, ...], Field(min_length=1)] | None = None
+    """Load chart, hook block and rates per reeving, instead of one ``chart``; ``falls`` selects the reeving."""
+
+    @model_validator(mode="after")
+    def _one_reeving(self) -> Self:
+        if self.reeving is None:
+            return self
+        for key in ("chart", "gears", "hook_block_kg"):
+            if getattr(self, key) is not None:
+                raise ValueError(f"{key} is given per reeving: leave it out, or leave reeving out")
+        counts = [one.falls for one in self.reeving]
+        if len(set(counts)) < len(counts):
+            raise ValueError("two reevings have the same falls")
+        return self
+
+
+class CraneConfig(OverrideConfig):
+    """The crane. Without this table one is chosen; ``kind = "none"`` plans without a crane: no rope, no reach.
+
+    A machine of the catalogue has its data from there. A key that differs from them is an error, unless it stands in
+    ``[crane.override]``. Without ``machine``, and with a ``name`` that the catalogue does not have, the table describes
+    the crane itself, with every key. Several cranes are an array of tables, ``[[crane]]``, each with its own ``name``
+    and ``base_m``.
+    """
+
+    kind: Literal["hammerhead", "luffing", "mobile", "none"] | None = None
+    """Kind of crane. ``luffing``: a tower crane with a luffing jib. ``mobile``: a mobile crane on a fixed pad with a
+    luffing boom. Both use ``jib`` instead of ``jib_height_m``, ``jib_length_m``, ``min_radius_m`` and ``trolley``,
+    which follow from it. Default: the machine's, otherwise ``hammerhead``."""
+    name: Text | None = None
+    """Name of the crane. Default: the machine's. The name of a machine of the catalogue selects that machine."""
+    machine: Text | None = None
+    """Name of a machine of the catalogue (``bimvox cranes`` lists them), or a file next to the site file that describes
+    your own: ``"my-crane.toml"`` (``bimvox schema crane``)."""
+    base_m: Point2or3 | None = None
+    """Foot of the slewing axis [x, y] or [x, y, z], site metres."""
+    jib_height_m: Positive | None = None
+    """Height of the trolley's rope exit above the site's z = 0."""
+    jib_length_m: Positive | None = None
+    """Largest hook radius: one of the machine's jib lengths. Default: the longest."""
+    sling_m: NotNegative | None = None
+    """Height of the slings, from the load's top to the hook."""
+    rigging_mass_kg: NotNegative | None = None
+    """Mass of slings and spreader, added to every load."""
+    falls: Annotated[Whole, Field(ge=1)] | None = None
+    """Parts of rope that carry the hook, for the whole job. Default: the reeving that carries most."""
+    working_range: WorkingRangeConfig | None = None
+    """Settings of its limiters."""
+    override: OverrideConfig | None = None
+    """What differs from the machine, on purpose."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.kind == "none" and len(self.model_fields_set) > 1:
+            raise ValueError('kind = "none" allows no other key')
+        luffs = self.kind in ("luffing", "mobile")
+        if self.jib is not None and self.kind == "hammerhead":
+            raise ValueError('jib is for kind = "luffing" and kind = "mobile"')
+        for key in ("jib_height_m", "jib_length_m", "min_radius_m", "trolley"):
+            if luffs and getattr(self, key) is not None:
+                raise ValueError(f"{key} follows from the jib: leave it out")
+        if self.min_radius_m is not None and self.jib_length_m is not None and self.min_radius_m >= self.jib_length_m:
+            raise ValueError("min_radius_m must be smaller than jib_length_m")
+        counts = [one.falls for one in self.reeving or ()]
+        if counts and self.falls is not None and self.falls not in counts:
+            raise ValueError(f"no reeving has {self.falls} falls; there are {', '.join(map(str, sorted(counts)))}")
+        return self
