@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -13,7 +14,10 @@ from bimvox.records.reasons import NOT_ITS_CELLS
 from bimvox.remarks.subject import name_of
 from bimvox.site.crew_times import crew_times
 from bimvox.site.governing_wind import needs_less_wind
-from bimvox.site.site import SwingRule
+from bimvox.site.site import Site, SwingRule
+
+Condition: TypeAlias = tuple[Sequence[str] | None, str]
+"""What it is about, ids of parts or words, and its text; None: about the whole plan. Of nothing, it does not count."""
 
 _NAMED = 3
 _TURN = "when it is their turn: after the hook has left the part before, and before the next part is set"
@@ -27,76 +31,92 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
         motions: The timed motions of its lifts.
         context: Lifts of the same plan that it does not contain.
     """
-    site, own, found = plan.site, plan.site.rules, []
-    labels = {component.id: name_of(component) for component in site.components}
+    labels = {component.id: name_of(component) for component in plan.site.components}
+    lifts = sorted((*plan.lifts, *context), key=lambda lift: lift.order)
+    every = [*_of_the_log(plan, motions, len(context)), *_of_the_parts(plan, lifts, labels)]
+    if plan.site.cranes:
+        every += [*_of_the_rules(plan.site, lifts), *_of_the_lifts(plan, motions)]
+    return tuple(
+        text if about is None else f"{text}: {_names([labels.get(one, one) for one in about])}"
+        for about, text in every
+        if about is None or about
+    )
 
-    def say(count: Sequence[str], text: str) -> None:
-        if count:
-            found.append(f"{text}: {_names([labels.get(one, one) for one in count])}")
 
-    say(
+def _of_the_log(plan: LiftPlan, motions: Sequence[LiftMotion], elsewhere: int) -> Iterator[Condition]:
+    """Yield what is not proven here: lifts before the current obstructions, and those that the log does not carry."""
+    yield (
         not_current(plan, motions),
         "lifts are proven against earlier obstructions only, because they had ended before the current ones came",
     )
-    if context:
-        found.append(
-            f"{len(context):,} of {len(plan.lifts) + len(context):,} lifts are not in this log: they are carried out "
-            "as its plan says, and were not proven"
+    if elsewhere:
+        yield (
+            None,
+            f"{elsewhere:,} of {len(plan.lifts) + elsewhere:,} lifts are not in this log: they are carried out "
+            "as its plan says, and were not proven",
         )
-    lifts = sorted((*plan.lifts, *context), key=lambda lift: lift.order)
-    say(
-        [site.components[lift.component].id for lift in lifts if lift.by_other_means],
-        f"parts are set by other means {_TURN}",
-    )
-    for status, done in ((Status.IN_SITU, "cast in place"), (Status.BY_HAND, "set by hand")):
-        say(
-            [site.components[lift.component].id for lift in lifts if lift.status is status],
-            f"parts are {done} {_TURN}",
-        )
-    say(
-        [site.components[lift.component].id for lift in lifts if not lift.is_set],
+
+
+def _of_the_parts(plan: LiftPlan, lifts: Sequence[Lift], labels: Mapping[str, str]) -> Iterator[Condition]:
+    """Yield what is taken of parts that the crane does not lift, that nothing holds, or that overlap."""
+    components = plan.site.components
+
+    def where(holds: Callable[[Lift], bool]) -> list[str]:
+        return [components[lift.component].id for lift in lifts if holds(lift)]
+
+    yield where(lambda lift: lift.by_other_means), f"parts are set by other means {_TURN}"
+    yield where(lambda lift: lift.status is Status.IN_SITU), f"parts are cast in place {_TURN}"
+    yield where(lambda lift: lift.status is Status.BY_HAND), f"parts are set by hand {_TURN}"
+    yield (
+        where(lambda lift: not lift.is_set),
         "infeasible parts are not there while the others are lifted, or are set by other means out of their way",
     )
-    say(
-        [site.components[lift.component].id for lift in lifts if (lift.reason or "").startswith(NOT_ITS_CELLS)],
+    yield (
+        where(lambda lift: (lift.reason or "").startswith(NOT_ITS_CELLS)),
         "parts that are not lifted are where their cells are, although these do not fit their surfaces",
     )
-    say(plan.unheld, "parts are held by something that is not in the model until their neighbours are set")
-    if plan.clashes:
-        pairs = [f"{labels.get(one.first, one.first)} and {labels.get(one.second, one.second)}" for one in plan.clashes]
-        found.append(f"parts may overlap as deep as they are drawn into each other: {_names(pairs)}")
-    if site.cranes:
-        if not site.exact_hook:
-            size_m = site.frame.voxel_size_m
-            found.append(
-                f"hooks are up to {size_m / 2**0.5:.2f} m away from the centre of mass: in the middle of a cell"
-            )
-        if own.times is None:
-            crew = crew_times(own, site.components[0])
-            found.append(
-                f"every part takes {crew.sling_s:g} s to sling, {crew.brace_s:g} s to set and {crew.release_s:g} s to "
-                "release: the rules of this log give no times by class of work"
-            )
-        if own.casting is None and any(lift.status in NOT_LIFTED for lift in lifts):
-            found.append("work cast in place and set by hand takes no time: the rules of this log give no times for it")
-        if (turned := _turned(motions)) is not None:
-            found.append(turned)
-        if not own.wind_speed_m_s:
-            found.append("there is no wind")
-        planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
-        say(
-            [site.components[i.component].id for i in planned if needs_less_wind(site, site.components[i.component])],
-            f"lifts wait for less wind than {own.wind_speed_m_s:g} m/s, each for its own limit",
+    yield plan.unheld, "parts are held by something that is not in the model until their neighbours are set"
+    pairs = [f"{labels.get(one.first, one.first)} and {labels.get(one.second, one.second)}" for one in plan.clashes]
+    yield pairs, "parts may overlap as deep as they are drawn into each other"
+
+
+def _of_the_rules(site: Site, lifts: Sequence[Lift]) -> Iterator[Condition]:
+    """Yield what logs of earlier versions lack."""
+    own = site.rules
+    if not site.exact_hook:
+        away_m = site.frame.voxel_size_m / 2**0.5
+        yield None, f"hooks are up to {away_m:.2f} m away from the centre of mass: in the middle of a cell"
+    if own.times is None:
+        crew = crew_times(own, site.components[0])
+        yield (
+            None,
+            f"every part takes {crew.sling_s:g} s to sling, {crew.brace_s:g} s to set and {crew.release_s:g} s to "
+            "release: the rules of this log give no times by class of work",
         )
-        say(
-            [site.components[lift.component].id for lift in planned if lift.clearance_m is not None],
-            "lifts keep less than the clearance in transit that the rules ask for",
-        )
-        if own.swing is SwingRule.OFF:
-            found.append("loads do not swing")
-        if not own.rope:
-            found.append("the hoist rope touches nothing")
-    return tuple(found)
+    if own.casting is None and any(lift.status in NOT_LIFTED for lift in lifts):
+        yield None, "work cast in place and set by hand takes no time: the rules of this log give no times for it"
+
+
+def _of_the_lifts(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Iterator[Condition]:
+    """Yield what is taken of headings, wind, clearances, swing and rope of the lifts."""
+    site, own = plan.site, plan.site.rules
+    if (turned := _turned(motions)) is not None:
+        yield None, turned
+    if not own.wind_speed_m_s:
+        yield None, "there is no wind"
+    planned = [(lift, site.components[lift.component]) for lift in plan.lifts if lift.status is Status.PLANNED]
+    yield (
+        [part.id for _, part in planned if needs_less_wind(site, part)],
+        f"lifts wait for less wind than {own.wind_speed_m_s:g} m/s, each for its own limit",
+    )
+    yield (
+        [part.id for lift, part in planned if lift.clearance_m is not None],
+        "lifts keep less than the clearance in transit that the rules ask for",
+    )
+    if own.swing is SwingRule.OFF:
+        yield None, "loads do not swing"
+    if not own.rope:
+        yield None, "the hoist rope touches nothing"
 
 
 def _turned(motions: Sequence[LiftMotion]) -> str | None:

@@ -78,63 +78,31 @@ def build_site(
         ConfigError: If the site file does not fit the building; names the key.
         SelectionError: If there is nothing to lift.
     """
-    parts, frame, shape = model.parts, model.frame, model.shape
-    rules = config.rules_in_force
-    entries = entries_by_id(config, (element for element, _ in parts))
-    lifted = [e for e, _ in parts if e.role is Role.COMPONENT and not (e.id in entries and entries[e.id].pinned)]
-    hints = order_hints(config, lifted, first_ids(config, lifted), model.connections)
-    means = means_of(lifted, entries, config.means)
-    components: list[Component] = []
-    blockers = [_ground(shape)]
-    notes: list[str] = []
-    ignored = 0
-    for element, cells in parts:
-        entry = entries.get(element.id)
-        if element.role is Role.COMPONENT and not (entry and entry.pinned):
-            check_component(config, element, cells, frame, shape)
-            components.append(
-                component_of(len(components), element, cells, entry, frame, hints[element.id], means[element.id])
-            )
-        elif element.role in (Role.COMPONENT, Role.STRUCTURE):
-            if len(cells):
-                blockers.append(Blocker(element.id, "structure", _frozen(cells), element.mesh))
-            else:
-                notes.append(left_out(element.id))
-        elif element.role is Role.GROUND:
-            ignored += 1
+    frame, shape, rules = model.frame, model.shape, config.rules_in_force
+    components, structure, notes = _sorted_out(config, model)
     if not any(component.means is Means.CRANE for component in components):
         raise nothing_to_lift(components)
     if cranes:
         check_samples(config, components)
-    if ignored:
-        notes.append(f"{ignored} terrain element(s) are left out: the ground is taken as flat at z = 0")
     check_cranes(config, cranes, rules.crane_separation_m)
-    for number, one in enumerate(cranes):
-        mast = _mast(one, rules, frame, shape, rasterise, several=len(cranes) > 1)
-        if mast is not None:
-            check_mast(config, crane_key(number, len(cranes)), mast, components, shape)
-            blockers.append(mast)
+    masts = _masts(config, cranes, model, components, rasterise)
+    blockers = (_ground(shape), *structure, *masts)
     columns = (shape[0], shape[1])
     construction = columns_centred_in([config.areas.construction] if config.areas.construction else [], frame, columns)
     yard = columns_centred_in(config.areas.yard or (), frame, columns) & ~construction
     check_yard(config, yard, [one for one in components if one.means is Means.CRANE], shape)
-    elements = {element.id: element for element, _ in parts}
-    components = [
-        hung(
-            component, elements[component.id], cranes[component.crane] if cranes else None, rules.sling_angle_rad, frame
-        )
-        for component in assigned(config, components, cranes, yard, frame, rules)
+    elements = {element.id: element for element, _ in model.parts}
+    lifted = [
+        hung(one, elements[one.id], cranes[one.crane] if cranes else None, rules.sling_angle_rad, frame)
+        for one in assigned(config, components, cranes, yard, frame, rules)
     ]
     prohibited, no_load = (columns_without(kinds, config.zone, frame, columns) for kinds in (NO_HOOK, NO_LOAD))
-    slab = np.full(columns, Label.GROUND, np.uint8)
-    slab[yard] = Label.YARD
-    slab[construction] = Label.CONSTRUCTION_AREA
     site = Site(
         name=config.name or "site",
         frame=frame,
-        labels=_labels(slab, shape, blockers),
-        blockers=tuple(blockers),
-        components=tuple(components),
+        labels=_labels(_slab(yard, construction), shape, blockers),
+        blockers=blockers,
+        components=tuple(lifted),
         cranes=tuple(cranes),
         rules=rules,
         yard=_frozen(yard),
@@ -146,6 +114,46 @@ def build_site(
         notes=tuple(notes),
     )
     return with_obstructions(_with_fixed_digests(site), obstructions, rasterise)
+
+
+def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component], list[Blocker], list[str]]:
+    """Return what is lifted, what exists already, and notes about what is left out."""
+    parts, frame = model.parts, model.frame
+    entries = entries_by_id(config, (element for element, _ in parts))
+    lifted = [e for e, _ in parts if e.role is Role.COMPONENT and not (e.id in entries and entries[e.id].pinned)]
+    hints = order_hints(config, lifted, first_ids(config, lifted), model.connections)
+    means = means_of(lifted, entries, config.means)
+    components: list[Component] = []
+    structure: list[Blocker] = []
+    notes: list[str] = []
+    for element, cells in parts:
+        if element.id in means:
+            check_component(config, element, cells, frame, model.shape)
+            entry, number = entries.get(element.id), len(components)
+            components.append(component_of(number, element, cells, entry, frame, hints[element.id], means[element.id]))
+        elif element.role in (Role.COMPONENT, Role.STRUCTURE):
+            if len(cells):
+                structure.append(Blocker(element.id, "structure", _frozen(cells), element.mesh))
+            else:
+                notes.append(left_out(element.id))
+    if ignored := sum(element.role is Role.GROUND for element, _ in parts):
+        notes.append(f"{ignored} terrain element(s) are left out: the ground is taken as flat at z = 0")
+    return components, structure, notes
+
+
+def _masts(
+    config: SiteConfig,
+    cranes: Sequence[TowerCrane],
+    model: PlacedModel,
+    components: Sequence[Component],
+    rasterise: Rasterise,
+) -> Iterator[Blocker]:
+    """Yield the masts that are inside the grid; none of them goes through a part."""
+    for number, one in enumerate(cranes):
+        mast = _mast(one, config.rules_in_force, model.frame, model.shape, rasterise, several=len(cranes) > 1)
+        if mast is not None:
+            check_mast(config, crane_key(number, len(cranes)), mast, components, model.shape)
+            yield mast
 
 
 def left_out(name: str) -> str:
@@ -271,11 +279,17 @@ def _with_fixed_digests(site: Site) -> Site:
 
 def labels_of(site: Site) -> NDArray[np.uint8]:
     """Return the (X, Y, Z) labels that follow from a site's blockers, its yard and its construction area."""
-    slab = np.full(site.shape[:2], Label.GROUND, np.uint8)
-    slab[site.yard] = Label.YARD
-    slab[site.labels[:, :, 0] == Label.CONSTRUCTION_AREA] = Label.CONSTRUCTION_AREA
+    slab = _slab(site.yard, site.labels[:, :, 0] == Label.CONSTRUCTION_AREA)
     above = sorted(site.blockers, key=lambda blocker: (blocker.kind != "ground", blocker.kind == "obstruction"))
     return _labels(slab, site.shape, above)
+
+
+def _slab(yard: NDArray[np.bool_], construction: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Return the (X, Y) labels of the lowest layer."""
+    slab = np.full(yard.shape, Label.GROUND, np.uint8)
+    slab[yard] = Label.YARD
+    slab[construction] = Label.CONSTRUCTION_AREA
+    return slab
 
 
 def _labels(slab: NDArray[np.uint8], shape: IntVec, blockers: Sequence[Blocker]) -> NDArray[np.uint8]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.bim.building import Building, Element, Role
+from bimvox.bim.building import Building, Element, Role, Source
 from bimvox.errors import InputError, SelectionError
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.in_order import in_order
@@ -52,6 +52,49 @@ class _Voxels:
     left: dict[int, PartVoxels]
 
 
+@dataclass(frozen=True, slots=True)
+class _Voxelizer:
+    """Voxelizes batches of the parts of a building.
+
+    Attributes:
+        elements: The parts.
+        bounds: (P, 2, 3) float64, the box around each part in cells.
+        lows: (P, 3) int64 lowest lattice cell of each part.
+        kinds: Of each part; parts of the same kind are repeats of one.
+        voxel_size_m: Edge of a cell.
+        clip: Lowest lattice cell of the grid, and one past the highest.
+    """
+
+    elements: tuple[Element, ...]
+    bounds: NDArray[np.float64]
+    lows: NDArray[np.int64]
+    kinds: list[int]
+    voxel_size_m: float
+    clip: tuple[NDArray[np.int64], NDArray[np.int64]]
+
+    def voxels_of(self, numbers: range) -> _Voxels:
+        """Return the voxels of the parts with these numbers; repeats are voxelized once."""
+        low, high = self.clip
+        # A part's box reaches up to one cell beyond the grid.
+        limit = int(np.prod((high - low + 2).astype(object)))
+        distinct, places = grouped(self.kinds[numbers.start : numbers.stop])
+        firsts = [numbers[n] for n in distinct]
+        meshes = [self.elements[n].mesh for n in firsts]
+        batch = wind_batch(
+            Meshes.of(meshes), self.bounds[firsts], self.voxel_size_m, _ANCHOR, clip=self.clip, cell_limit=limit
+        )
+        moved = self.lows[numbers.start : numbers.stop] - self.lows[firsts][places]
+        found = {
+            place: voxelize_mesh(meshes[place], self.voxel_size_m, clip=self.clip, cell_limit=limit)
+            for place in np.flatnonzero(~batch.done).tolist()
+        }
+        left = {}
+        for n in np.flatnonzero(~batch.done[places]).tolist():
+            voxels = found[int(places[n])]
+            left[n] = replace(voxels, low=voxels.low + moved[n])
+        return _Voxels(batch, places, batch.lows[places] + moved, left)
+
+
 def voxelize_building(
     building: Building,
     voxel_size_m: float,
@@ -85,49 +128,18 @@ def voxelize_building(
         raise SelectionError("the building has no elements to voxelize", hint="check the selection")
     bounds, keys = _bounds_of(building, voxel_size_m)
     part_lows, part_highs = cell_range(bounds[:, 0], bounds[:, 1], voxel_size_m)
-    low = part_lows.min(axis=0) if low_vox is None else np.asarray(low_vox, dtype=np.int64)
-    high = part_highs.max(axis=0) if high_vox is None else np.asarray(high_vox, dtype=np.int64)
-    if np.any(high <= low):
-        raise SelectionError(
-            f"the grid from cell {low.tolist()} to cell {high.tolist()} is empty",
-            hint="the highest cell must lie beyond the lowest on every axis",
-        )
+    low, high = _extent(part_lows, part_highs, low_vox, high_vox)
     require_fit(low, high, voxel_size_m, cell_limit)
-    # A part's box reaches up to one cell beyond the grid.
-    part_limit = int(np.prod((high - low + 2).astype(object)))
-
     elements = building.elements
-    cut: NDArray[np.bool_] = np.any((part_lows < low) | (part_highs > high), axis=1)
-    kinds = kinds_of(keys, cut)
+    kinds = kinds_of(keys, np.any((part_lows < low) | (part_highs > high), axis=1))
     batches = batches_of([len(element.mesh.faces) for element in elements], part_lows, part_highs, kinds)
-
-    def voxelize(numbers: range) -> _Voxels:
-        distinct, places = grouped(kinds[numbers.start : numbers.stop])
-        firsts = [numbers[n] for n in distinct]
-        batch = wind_batch(
-            Meshes.of([elements[n].mesh for n in firsts]),
-            bounds[firsts],
-            voxel_size_m,
-            _ANCHOR,
-            clip=(low, high),
-            cell_limit=part_limit,
-        )
-        moved = part_lows[numbers.start : numbers.stop] - part_lows[firsts][places]
-        found = {
-            place: voxelize_mesh(elements[firsts[place]].mesh, voxel_size_m, clip=(low, high), cell_limit=part_limit)
-            for place in np.flatnonzero(~batch.done).tolist()
-        }
-        left = {}
-        for n in np.flatnonzero(~batch.done[places]).tolist():
-            voxels = found[int(places[n])]
-            left[n] = replace(voxels, low=voxels.low + moved[n])
-        return _Voxels(batch, places, batch.lows[places] + moved, left)
+    voxelize = _Voxelizer(elements, bounds, part_lows, kinds, voxel_size_m, (low, high))
 
     ownership = Ownership(low, high, len(elements))
     parts: list[Part] = []
     boxes: list[NDArray[np.int32]] = []
     box_counts: list[NDArray[np.int64]] = []
-    for numbers, voxels in zip(batches, in_order(voxelize, batches, threads), strict=True):
+    for numbers, voxels in zip(batches, in_order(voxelize.voxels_of, batches, threads), strict=True):
         _enter(ownership, numbers.start, voxels)
         parts += _parts_of(elements, numbers, voxels, voxel_size_m)
         rows, counts = _boxes_of(voxels, low)
@@ -139,7 +151,6 @@ def voxelize_building(
     # In this order: owners() frees the memory that shared() needs.
     owners = ownership.owners()
     cells, sharers, fractions = ownership.shared()
-    source = building.source
     return VoxelGrid(
         frame=GridFrame(_metres(low, voxel_size_m), voxel_size_m),
         owners=owners,
@@ -149,16 +160,35 @@ def voxelize_building(
         shared_fractions=fractions,
         boxes=np.concatenate(boxes),
         box_parts=np.repeat(np.arange(len(elements), dtype=np.int32), np.concatenate(box_counts)),
-        source={
-            "name": source.name,
-            "sha256": source.sha256,
-            "format": source.format,
-            "unit": source.unit,
-            "unit_assumed": source.unit_assumed,
-        },
+        source=_plain_values(building.source),
         origin_m=(float(building.origin_m[0]), float(building.origin_m[1]), float(building.origin_m[2])),
         georeference=building.georeference,
     )
+
+
+def _extent(
+    part_lows: NDArray[np.int64], part_highs: NDArray[np.int64], low_vox: ArrayLike | None, high_vox: ArrayLike | None
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the lowest lattice cell of the grid, and one past the highest: those given, otherwise of all parts."""
+    low = part_lows.min(axis=0) if low_vox is None else np.asarray(low_vox, dtype=np.int64)
+    high = part_highs.max(axis=0) if high_vox is None else np.asarray(high_vox, dtype=np.int64)
+    if np.any(high <= low):
+        raise SelectionError(
+            f"the grid from cell {low.tolist()} to cell {high.tolist()} is empty",
+            hint="the highest cell must lie beyond the lowest on every axis",
+        )
+    return low, high
+
+
+def _plain_values(source: Source) -> dict[str, str | bool]:
+    """Return where a building comes from, as the grid keeps it."""
+    return {
+        "name": source.name,
+        "sha256": source.sha256,
+        "format": source.format,
+        "unit": source.unit,
+        "unit_assumed": source.unit_assumed,
+    }
 
 
 def _bounds_of(building: Building, voxel_size_m: float) -> tuple[NDArray[np.float64], NDArray[np.uint64]]:
