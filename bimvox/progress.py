@@ -99,6 +99,11 @@ class SilentProgress:
             name: round(spent + (running if name == self.name else 0.0), 3) for name, spent in self._seconds.items()
         }
 
+    @property
+    def running_s(self) -> float:
+        """Seconds since the running stage began."""
+        return time.perf_counter() - self._started
+
     def shown(self) -> None:
         """Called when ``name``, ``done`` or ``total`` changed."""
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox_cli import complete
-from bimvox_cli.options import Json, Quiet
+from bimvox_cli.options import Json, Quiet, Verbose
 from bimvox_cli.output import open_output, rows
 
 if TYPE_CHECKING:
@@ -32,11 +32,12 @@ def cranes(
     ] = None,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Compare the machines of the catalogue on a site, or list them."""
     from bimvox_pipeline.cranes import cranes as run
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(site, crane=crane, progress=output.progress)
     raise typer.Exit(output.answer(document, _show))
 

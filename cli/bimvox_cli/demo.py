@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from bimvox_cli.failure import DONE
-from bimvox_cli.options import Json, Quiet
+from bimvox_cli.options import Json, Quiet, Verbose
 
 _END = """
 The lift log:   {log}   (opens in Foxglove, Lichtblick or Rerun)
@@ -31,8 +31,9 @@ def demo(
     ] = Path("demo-output"),
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
-    """Do the main job on a sample building: voxelize, plan, verify, render.
+    """Do the main job on a sample: voxelize, plan, verify, render.
 
     Every step is a command that you can repeat; it is printed before it runs. With --json, prints what `bimvox plan`
     prints.
@@ -41,13 +42,15 @@ def demo(
 
     from bimvox_cli.main import app
 
-    for variable in ("BIMVOX_JSON", "BIMVOX_QUIET"):
+    for variable in ("BIMVOX_JSON", "BIMVOX_QUIET", "BIMVOX_VERBOSE"):
         os.environ.pop(variable, None)  # the steps are told as options
     model = copy_sample(out)
     code = DONE
     for step in steps(model):
-        told = ["--json", "-q"] if json and step[0] == "plan" else ["-q"] if json or quiet else []
-        if not told:
+        told = ["-q"] if json or quiet else ["-v"] if verbose else []
+        if json and step[0] == "plan":
+            told.append("--json")
+        if not (json or quiet):
             print("\n$ bimvox", *step, flush=True)
         code = max(code, app([*step, *told], prog_name="bimvox", standalone_mode=False) or DONE)
     if not (json or quiet):

@@ -33,10 +33,16 @@ EXAMPLES = {
     "report": ("bimvox report house.mcap", "bimvox report house.mcap -o house.pdf"),
     "schema": ("bimvox schema site", "bimvox schema log"),
     "warm-up": ("bimvox warm-up",),
+    "policy list": ("bimvox policy list", "bimvox policy list --json"),
+    "policy show": ("bimvox policy show 3f2a", "bimvox policy show 3f2a --json"),
+    "policy remove": ("bimvox policy remove 3f2a",),
+    "policy export": ("bimvox policy export 3f2a", "bimvox policy export 3f2a -o house.onnx"),
+    "policy import": ("bimvox policy import house.safetensors",),
+    "experiment paper": ("bimvox experiment paper --quick", "bimvox experiment paper --mode ours --seeds 3 -o ours"),
 }
 """Command lines by command; a test parses each of them."""
 
 
 def epilog(command: str) -> str:
-    """Return the end of a command's help."""
-    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in EXAMPLES[command])
+    """Return the end of a command's help, by the command's name or that of its function."""
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in EXAMPLES[command.replace("_", "-")])

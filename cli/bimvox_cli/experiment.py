@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from bimvox_cli.options import HELP_NAMES, Json, Quiet
+from bimvox_cli.examples import epilog
+from bimvox_cli.options import HELP_NAMES, Json, Quiet, Verbose
 from bimvox_cli.output import fields, open_output, rows
+from bimvox_cli.plain_help import PlainCommand
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 experiment = typer.Typer(help="Repeat published experiments.", no_args_is_help=True)
 
 
-@experiment.command("paper", context_settings=HELP_NAMES)
+@experiment.command("paper", cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("experiment paper"))
 def paper(
     out: Annotated[
         Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the results; an earlier run resumes there.")
@@ -34,11 +36,12 @@ def paper(
     ] = (False),
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Run the four experiments of Zhu, Pauwels and de Vries (2021), and report what reproduces."""
     from bimvox_pipeline.paper.command import run_paper
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run_paper(
             out,
             seeds=seeds,

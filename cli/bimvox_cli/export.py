@@ -9,7 +9,7 @@ import typer
 
 from bimvox.exporters.formats import formats_in_words
 from bimvox_cli import complete
-from bimvox_cli.options import Json, Quiet
+from bimvox_cli.options import Json, Quiet, Verbose
 from bimvox_cli.output import facts, open_output
 
 
@@ -53,11 +53,12 @@ def export(
     ] = None,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Write a log, some of its lifts, or a grid in another format."""
     from bimvox_pipeline.export.export import export as run
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(
             source,
             to=to,

@@ -52,12 +52,13 @@ def exit_code_of(document: Mapping[str, Any]) -> int:
     return NO_PLAN if document.get("verified") is False or document.get("infeasible") else DONE
 
 
-def report(error: BaseException, *, as_json: bool) -> int:
-    """Print on stderr what went wrong and what to do, without a traceback; with JSON also a document on stdout.
+def report(error: BaseException, *, as_json: bool, verbose: bool = False) -> int:
+    """Print on stderr what went wrong and what to do; with JSON also a document on stdout.
 
     Args:
         error: What the command raised.
         as_json: Whether the user asked for JSON.
+        verbose: Print where a fault of bimvox happened (a traceback); never for other errors.
 
     Returns:
         The exit code.
@@ -70,7 +71,7 @@ def report(error: BaseException, *, as_json: bool) -> int:
     print(f"error: {cut(plain(message), _MOST)}", file=sys.stderr)
     if hint:
         print(f"  hint: {cut(plain(hint), _MOST)}", file=sys.stderr)
-    if exit_code == FAULT and os.environ.get("BIMVOX_DEBUG", "") not in ("", "0"):
+    if exit_code == FAULT and verbose:
         traceback.print_exception(error, file=sys.stderr)
     return exit_code
 
@@ -99,7 +100,7 @@ def _described(error: BaseException) -> tuple[str, str, str | None, int, dict[st
         said = f"NUMBA_NUM_THREADS is {shown(os.environ.get('NUMBA_NUM_THREADS'))}, not a number of threads"
         return "environment", said, "unset it, or give 1 or more", BAD_INPUT, {}
     message = f"sorry, bimvox failed: {type(error).__name__}: {error}".splitlines()[0]
-    return "fault", message, "this is a fault of bimvox; BIMVOX_DEBUG=1 shows where", FAULT, {}
+    return "fault", message, "this is a fault of bimvox; -v shows where", FAULT, {}
 
 
 def _exit_code_of_error(error: BimvoxError) -> int:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from bimvox_cli import complete
-from bimvox_cli.options import Assemblies, Json, Model, Quiet, Select, Unit, Up, VoxelSize, read_options
+from bimvox_cli.options import Assemblies, Json, Model, Quiet, Select, Unit, Up, Verbose, VoxelSize, read_options
 from bimvox_cli.output import facts, open_output
 
 
@@ -40,12 +40,13 @@ def init(
     force: Annotated[bool, typer.Option("--force", "-f", help="Replace an existing site file.")] = False,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Write a site file with guesses for crane, yard and areas."""
     from bimvox_pipeline.site import init as run
     from bimvox_pipeline.warm_up import helped
 
-    with open_output(as_json=json, quiet=quiet) as output, helped("init"):
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output, helped("init"):
         document = run(
             model,
             out,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import Json, Quiet
+from bimvox_cli.options import Json, Quiet, Verbose
 from bimvox_cli.output import facts, open_output
 from bimvox_cli.part_table import show_parts
 
@@ -27,11 +27,12 @@ def inspect(
     ] = None,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Print what a file is and what it holds."""
     from bimvox_pipeline.inspect.inspect import inspect as run
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(file, part=part, progress=output.progress)
     raise typer.Exit(output.answer(document, _show))
 

@@ -12,13 +12,21 @@ from bimvox.progress import SilentProgress
 from bimvox.rendering.plain import plain
 
 _PLAIN_LINE_EVERY_S = 10.0
+_PACE_S = 3.0
+"""From then on the pace of a stage tells how long it will take."""
 
 
 class LiveProgress(SilentProgress):
-    """Shows the running stage on stderr."""
+    """Shows the running stage on stderr.
 
-    def __init__(self, console: Console) -> None:
+    Args:
+        console: The console of stderr.
+        verbose: Print every stage, when it ends, with its time.
+    """
+
+    def __init__(self, console: Console, *, verbose: bool = False) -> None:
         super().__init__()
+        self._verbose = verbose
         self._console = console
         self._animated = console.is_terminal and not console.is_dumb_terminal
         self._last_line = time.monotonic()
@@ -41,7 +49,9 @@ class LiveProgress(SilentProgress):
                 self._bars = _bars_on(self._console)
                 self._task = self._bars.add_task(self._words(), total=self.total)
                 self._bars.start()
-            self._bars.update(self._task, completed=self.done, total=self.total)
+            self._bars.update(
+                self._task, description=self._words() + self._left(), completed=self.done, total=self.total
+            )
         elif self.done != self.total:
             self._plain_line()
 
@@ -49,12 +59,20 @@ class LiveProgress(SilentProgress):
         once = f"compiling, once: {self._kernels}" if self._kernels else ""
         return ", ".join(filter(None, [self.name, once]))
 
+    def _left(self) -> str:
+        """Return how long the running stage will take from now, at its pace so far; empty if it cannot be told."""
+        taken_s = self.running_s
+        if not self.total or not self.done or self._kernels or taken_s < _PACE_S:
+            return ""
+        left_s = taken_s * (self.total - self.done) / self.done
+        return f", about {_rounded(left_s)} left" if left_s >= 1.0 else ""
+
     def _plain_line(self, *, at_once: bool = False) -> None:
         if not at_once and time.monotonic() - self._last_line < _PLAIN_LINE_EVERY_S:
             return
         self._last_line = time.monotonic()
         of = f" of {self.total:,}" if self.total else ""
-        done = f": {self.done:,}{of}" if self.done and not self._kernels else ""
+        done = f": {self.done:,}{of}{self._left()}" if self.done and not self._kernels else ""
         self._console.print(f"{self._words()}{done or ' ...'}")
 
     def noted(self, text: str) -> None:
@@ -62,10 +80,19 @@ class LiveProgress(SilentProgress):
         self._console.print(f"note: {plain(text)}")
 
     def ended(self) -> None:
-        """Remove the bar."""
+        """Remove the bar; if verbose, print the stage with its time."""
         if self._bars is not None:
             self._bars.stop()
             self._bars = None
+        if self._verbose:
+            self._console.print(f"{self.name}: {self.running_s:.1f} s")
+
+
+def _rounded(seconds: float) -> str:
+    """Return a time with the digits that an estimate deserves."""
+    if seconds < 60.0:
+        return f"{max(5 * round(seconds / 5.0), 1):.0f} s"
+    return f"{seconds / 60.0:.0f} min"
 
 
 def _bars_on(console: Console) -> Bars:

@@ -20,6 +20,7 @@ from bimvox_cli.export import export
 from bimvox_cli.init import init
 from bimvox_cli.inspect import inspect
 from bimvox_cli.options import HELP_NAMES
+from bimvox_cli.plain_help import PlainCommand
 from bimvox_cli.plan import plan
 from bimvox_cli.policy import policy
 from bimvox_cli.render import render
@@ -82,7 +83,7 @@ for _command in (
     schema,
     warm_up,
 ):
-    app.command(context_settings=HELP_NAMES, epilog=epilog(_command.__name__.replace("_", "-")))(_command)
+    app.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog(_command.__name__))(_command)
 app.add_typer(policy, name="policy", context_settings=HELP_NAMES)
 app.add_typer(experiment, name="experiment", context_settings=HELP_NAMES)
 
@@ -97,6 +98,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
+    verbose = bool({"-v", "--verbose"} & set(given)) or os.environ.get("BIMVOX_DEBUG", "") not in ("", "0")
     as_json = "--json" in given or os.environ.get("BIMVOX_JSON", "").lower() in ("1", "true", "yes", "on")
     previous = signal.signal(signal.SIGTERM, _terminate)
     try:
@@ -107,7 +109,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return failure.DONE
     except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  (the last handler)
-        return failure.report(error, as_json=as_json)
+        return failure.report(error, as_json=as_json, verbose=verbose)
     finally:
         signal.signal(signal.SIGTERM, previous)
     if code == failure.INTERRUPTED:

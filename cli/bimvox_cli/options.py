@@ -51,6 +51,12 @@ Json = Annotated[
 Quiet = Annotated[
     bool, typer.Option("--quiet", "-q", envvar="BIMVOX_QUIET", help="No progress, notes or summary; errors only.")
 ]
+Verbose = Annotated[
+    bool,
+    typer.Option(
+        "--verbose", "-v", envvar="BIMVOX_VERBOSE", help="Print every stage with its time, and a fault with its place."
+    ),
+]
 Seed = Annotated[
     int | None,
     typer.Option(

@@ -69,8 +69,8 @@ class Output:
 
 
 @contextmanager
-def open_output(*, as_json: bool, quiet: bool) -> Iterator[Output]:
-    """Open the output of one run; the progress bar disappears however the run ends."""
+def open_output(*, as_json: bool, quiet: bool, verbose: bool = False) -> Iterator[Output]:
+    """Open the output of one run; the progress bar disappears however the run ends. ``quiet`` outdoes ``verbose``."""
     from bimvox.compiling import told
     from bimvox.progress import SilentProgress
 
@@ -81,7 +81,7 @@ def open_output(*, as_json: bool, quiet: bool) -> Iterator[Output]:
         else:
             from bimvox_cli.live import LiveProgress
 
-            progress = live = LiveProgress(console_on(sys.stderr))
+            progress = live = LiveProgress(console_on(sys.stderr), verbose=verbose)
             stack.enter_context(told(live.compiling))
         stack.callback(progress.finish)
         yield Output(as_json=as_json, quiet=quiet, progress=progress)
@@ -185,8 +185,8 @@ def written(value: object) -> str:
 
 def spent(seconds: Mapping[str, float]) -> str:
     """Return stage times as text: the sum, and the stages in brackets."""
-    total = sum(seconds.values())
-    return f"{total:.1f} s ({', '.join(f'{name} {value:.1f}' for name, value in seconds.items())})"
+    shown = {name: round(value, 1) for name, value in seconds.items()}  # the sum is that of the numbers that are shown
+    return f"{sum(shown.values()):.1f} s ({', '.join(f'{name} {value:.1f}' for name, value in shown.items())})"
 
 
 def facts(console: Console, document: Mapping[str, Any]) -> None:

@@ -13,7 +13,7 @@ from bimvox.errors import InputError, listed
 from bimvox.units import clock, elapsed
 from bimvox_cli.crane_fields import crane_fields
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
-from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps, Train
+from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps, Train, Verbose
 from bimvox_cli.output import fields, open_output, rows, spent
 from bimvox_cli.remarks import Remarks, show_remarks, verdict
 
@@ -63,6 +63,7 @@ def plan(
     remarks: Remarks = False,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Plan every lift, prove the plan, time it, and write the log.
 
@@ -76,7 +77,7 @@ def plan(
         from bimvox_pipeline.fleet.runs import Wish
 
         wishes = [Wish(site, obstructions, seed, policy, steps, train) for site in sites]
-        with open_output(as_json=json, quiet=quiet) as output:
+        with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
             planned = fleet(
                 wishes,
                 out or Path(_FOLDER),
@@ -91,7 +92,7 @@ def plan(
     from bimvox_pipeline.warm_up import helped
 
     site = sites[0]
-    with open_output(as_json=json, quiet=quiet) as output, helped("plan"):
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output, helped("plan"):
         document = run(
             site,
             out,

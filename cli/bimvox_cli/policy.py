@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import HELP_NAMES, Json, Quiet
+from bimvox_cli.examples import epilog
+from bimvox_cli.options import HELP_NAMES, Json, Quiet, Verbose
 from bimvox_cli.output import facts, open_output, rows
+from bimvox_cli.plain_help import PlainCommand
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,56 +21,59 @@ policy = typer.Typer(name="policy", help="The policy store.", rich_markup_mode=N
 Id = Annotated[str, typer.Argument(metavar="ID", help="A policy's id or the beginning of it.")]
 
 
-@policy.command("list", context_settings=HELP_NAMES)
-def list_(json: Json = False, quiet: Quiet = False) -> None:
+@policy.command("list", cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy list"))
+def list_(json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
     """List the stored policies."""
     from bimvox_pipeline.policy.store import list_policies
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = list_policies()
     raise typer.Exit(output.answer(document, _show))
 
 
-@policy.command(context_settings=HELP_NAMES)
-def show(identity: Id, json: Json = False, quiet: Quiet = False) -> None:
+@policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy show"))
+def show(identity: Id, json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
     """Print everything known about a policy."""
     from bimvox_pipeline.policy.store import show as run
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(identity)
     raise typer.Exit(output.answer(document, facts))
 
 
-@policy.command(context_settings=HELP_NAMES)
-def remove(identity: Id, json: Json = False, quiet: Quiet = False) -> None:
+@policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy remove"))
+def remove(identity: Id, json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
     """Remove a policy from the store."""
     from bimvox_pipeline.policy.store import remove as run
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(identity)
     raise typer.Exit(output.result(document, facts))
 
 
-@policy.command(context_settings=HELP_NAMES)
+@policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy export"))
 def export(
     identity: Id,
-    out: Annotated[Path | None, typer.Option("-o", "--out", help="Default: the id, in the current folder.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="FILE", help="Default: the id, in the current folder.")
+    ] = None,
     to: Annotated[
         str | None,
         typer.Option("--to", metavar="bimvox|onnx|sb3", help="Default: from the suffix of -o, otherwise bimvox."),
     ] = None,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Write a policy to one file, to share it or to run it elsewhere."""
     from bimvox_pipeline.policy.files import export_policy
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = export_policy(identity, to=to, out=out)
     raise typer.Exit(output.result(document, facts))
 
 
-@policy.command("import", context_settings=HELP_NAMES)
+@policy.command("import", cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy import"))
 def import_(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A file of `policy export`.")],
     trust: Annotated[
@@ -76,11 +81,12 @@ def import_(
     ] = False,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Import a policy from a file into the store."""
     from bimvox_pipeline.policy.files import import_policy
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = import_policy(file, trust=trust)
     raise typer.Exit(output.result(document, facts))
 

@@ -8,7 +8,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from bimvox_cli import complete, failure
-from bimvox_cli.options import Json, Quiet, VoxelSize
+from bimvox_cli.options import Json, Quiet, Verbose, VoxelSize
 from bimvox_cli.output import facts, open_output
 
 
@@ -72,7 +72,7 @@ def render(
         ),
     ] = None,
     voxel_size: VoxelSize = None,
-    fps: Annotated[float, typer.Option("--fps", metavar="N", help="Frames a second of an animation.")] = 10.0,
+    fps: Annotated[float, typer.Option("--fps", metavar="N", help="Frames a second of an animation.")] = 10,
     seconds: Annotated[
         float | None,
         typer.Option(
@@ -91,14 +91,15 @@ def render(
     ] = True,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Draw the contents of a file: picture, animation or page."""
     from bimvox_pipeline.render.render import render as run
     from bimvox_pipeline.render.scene import FilmPace, SceneOptions
 
     if follow:
-        _follow(source, out, proof, json, quiet)
-    with open_output(as_json=json, quiet=quiet) as output:
+        _follow(source, out, proof, json, quiet, verbose)
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(
             source,
             out,
@@ -119,12 +120,12 @@ def render(
     raise typer.Exit(output.result(document, facts))
 
 
-def _follow(source: Path, out: Path | None, proof: bool, json: bool, quiet: bool) -> NoReturn:
+def _follow(source: Path, out: Path | None, proof: bool, json: bool, quiet: bool, verbose: bool) -> NoReturn:
     from bimvox_pipeline.render.follow import follow
 
     from bimvox.files import default_output
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         target = out or default_output(source, ".html")
         for change in follow(source, target, proven=proof, progress=output.progress):
             words = change.get("message") or f"revision {change['revision']}, {change['bytes'] / 1e6:.1f} MB"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import Json, Log, Quiet
+from bimvox_cli.options import Json, Log, Quiet, Verbose
 from bimvox_cli.output import fields, open_output, rows, spent
 
 if TYPE_CHECKING:
@@ -51,11 +51,12 @@ def report(
     ] = True,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Write the lift plan record of a log, as a page or PDF."""
     from bimvox_pipeline.report.report import report as run
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(
             log,
             out,

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
-from bimvox_cli.options import Json, Quiet
+from bimvox_cli.options import Json, Quiet, Verbose
 from bimvox_cli.output import open_output
 
 
@@ -29,14 +29,15 @@ def sweep(
     fresh: Fresh = False,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
-    """Plan many sites, seeds and what-ifs: one log each, and one table.
+    """Plan many sites, seeds and what-ifs: a log each, one table.
 
     A stopped sweep resumes when it is called again. A run that fails is a row of the table with its error; the others
     continue.
     """
     from bimvox_pipeline.fleet.command import sweep as run
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(file, out, backend=backend, jobs=jobs, cluster=cluster, fresh=fresh, progress=output.progress)
     raise typer.Exit(output.result(document, show_fleet))

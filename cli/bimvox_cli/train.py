@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import Json, Quiet, Seed, SiteFile, Steps
+from bimvox_cli.options import Json, Quiet, Seed, SiteFile, Steps, Verbose
 from bimvox_cli.output import fields, open_output, rows
 
 if TYPE_CHECKING:
@@ -47,11 +47,12 @@ def train(
     ] = None,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Train the policy of a site and store it."""
     from bimvox_pipeline.train.train import train as run
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(
             site,
             steps=steps,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox_cli.crane_fields import crane_fields
-from bimvox_cli.options import Json, Log, Quiet
+from bimvox_cli.options import Json, Log, Quiet, Verbose
 from bimvox_cli.output import fields, open_output, rows, spent, written
 from bimvox_cli.remarks import Remarks, show_remarks, verdict
 
@@ -20,9 +20,15 @@ if TYPE_CHECKING:
 
 def verify(
     log: Log,
-    site: Annotated[Path | None, typer.Option(help="The site file that you hold: prove that the log is of it.")] = None,
-    model: Annotated[Path | None, typer.Option(help="The model, if it is not where the site file says.")] = None,
-    obstructions: Annotated[Path | None, typer.Option(help="The obstruction file that you hold.")] = None,
+    site: Annotated[
+        Path | None, typer.Option(metavar="SITE", help="The site file that you hold: prove that the log is of it.")
+    ] = None,
+    model: Annotated[
+        Path | None, typer.Option(metavar="MODEL", help="The model, if it is not where the site file says.")
+    ] = None,
+    obstructions: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The obstruction file that you hold.")
+    ] = None,
     search: Annotated[
         bool,
         typer.Option(
@@ -32,14 +38,15 @@ def verify(
     remarks: Remarks = False,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Prove a log again, independently of the planner.
 
-    Beside the verdict stands what a person should look at all the same.
+    Remarks follow the verdict: what a person should look at although the plan is proven.
     """
     from bimvox_pipeline.verify import verify as run
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(log, site=site, model=model, obstructions=obstructions, search=search, progress=output.progress)
     raise typer.Exit(output.result(document, partial(_show, every=remarks)))
 

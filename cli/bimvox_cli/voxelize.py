@@ -10,7 +10,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import Assemblies, Json, Model, Processes, Quiet, Select, Unit, Up, VoxelSize, read_options
+from bimvox_cli.options import (
+    Assemblies,
+    Json,
+    Model,
+    Processes,
+    Quiet,
+    Select,
+    Unit,
+    Up,
+    Verbose,
+    VoxelSize,
+    read_options,
+)
 from bimvox_cli.output import fields, open_output, rows, spent
 from bimvox_cli.part_table import show_parts
 
@@ -38,12 +50,13 @@ def voxelize(
     processes: Processes = None,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Turn a building model into a labelled voxel grid."""
     from bimvox_pipeline.voxelize import voxelize as run
     from bimvox_pipeline.warm_up import helped
 
-    with open_output(as_json=json, quiet=quiet) as output, helped("voxelize"):
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output, helped("voxelize"):
         document = run(
             model,
             out,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import Json, Quiet
+from bimvox_cli.options import Json, Quiet, Verbose
 from bimvox_cli.output import fields, open_output
 
 if TYPE_CHECKING:
@@ -21,11 +21,12 @@ def warm_up(
     ] = None,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Compile beforehand what the first commands would compile."""
     from bimvox_pipeline.warm_up import warm_up as run
 
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(processes=processes, progress=output.progress)
     raise typer.Exit(output.result(document, _show))
 

@@ -12,7 +12,7 @@ import typer
 
 from bimvox.records.remark import number_in_words
 from bimvox_cli import failure
-from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps, Train
+from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps, Train, Verbose
 from bimvox_cli.output import Output, console_on, open_output
 
 if TYPE_CHECKING:
@@ -75,6 +75,7 @@ def watch(
     train: Train = False,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Keep a plan up to date with an obstruction file.
 
@@ -85,7 +86,7 @@ def watch(
 
     code = failure.DONE
     shown = _Shown(obstructions.name, table=not (once or json or quiet))
-    with open_output(as_json=json, quiet=quiet) as output:
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         changes = run(
             obstructions,
             site=site,

@@ -31,7 +31,8 @@ def command_pages() -> dict[str, str]:
         "",
         prose(base.epilog),
         "",
-        "Every command takes `--json` (one document on stdout; messages go to stderr), `-q` and `-h`.",
+        "Every command takes `--json` (one document on stdout; messages go to stderr) and `-h`; all but `schema` take "
+        "`-q` (errors only) and `-v` (every stage with its time).",
         "",
         *table(
             ("command", "does"),
@@ -52,6 +53,7 @@ def _page(name: str, command: Any, root: Any) -> Iterator[str]:
         inner = command.get_command(context, sub)
         yield from [f"## bimvox {name} {sub}", ""]
         yield from _body(inner, inner.context_class(inner, info_name=sub, parent=context, terminal_width=_WIDTH))
+        yield from ["```text", *HELP_EXAMPLES[f"{name} {sub}"], "```", ""]
     yield from ["## Examples", ""]
     if name in HELP_EXAMPLES:
         yield from ["```text", *HELP_EXAMPLES[name], "```", "", "With the sample models:", ""]

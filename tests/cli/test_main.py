@@ -1,27 +1,19 @@
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import typer
 from bimvox_cli import main
 
-COMMANDS = (
-    "voxelize",
-    "inspect",
-    "init",
-    "train",
-    "plan",
-    "watch",
-    "export",
-    "verify",
-    "render",
-    "report",
-    "schema",
-    "policy",
-    "warm-up",
+_GROUP = typer.main.get_command(main.app)
+COMMANDS = tuple(_GROUP.commands)
+DEEP_COMMANDS = tuple(
+    f"{name} {deeper}".strip() for name, one in _GROUP.commands.items() for deeper in getattr(one, "commands", [""])
 )
 HEAVY = ("torch", "stable_baselines3", "trimesh", "numba", "ifcopenshell", "numpy", "scipy", "mcap", "rich")
 
@@ -57,6 +49,50 @@ def test_the_list_of_commands_fits_its_lines(command: str, capsys: pytest.Captur
     main.run(["-h"])
     line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith(f"  {command} "))
     assert not line.endswith("...")
+
+
+@pytest.mark.parametrize("command", DEEP_COMMANDS)
+def test_help_shows_no_types_and_no_braces(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.run([*command.split(), "-h"]) == 0
+    out = capsys.readouterr().out
+    usage, arguments = out.split("\n\n")[0], out.partition("Arguments:\n")[2].partition("Options:")[0]
+    assert not re.search(r"[{}<>]|\[\[", usage)
+    assert not re.search(r"[<>{}]|\[required\]", arguments)
+    assert not re.search(r"<(path|str|int|float|list\S*)>|Path\b", out)
+
+
+@pytest.mark.parametrize(
+    ("command", "usage"),
+    [
+        ("plan", "[OPTIONS] SITE..."),
+        ("cranes", "[OPTIONS] [SITE]"),
+        ("export", "[OPTIONS] LOG|GRID"),
+        ("schema", "[OPTIONS] FORMAT"),
+        ("warm-up", "[OPTIONS]"),
+    ],
+)
+def test_usage_is_written_as_people_type_it(command: str, usage: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main.run([command, "-h"])
+    assert capsys.readouterr().out.splitlines()[0] == f"Usage: bimvox {command} {usage}"
+
+
+@pytest.mark.parametrize("command", [name for name in DEEP_COMMANDS if name != "schema"])
+def test_every_command_takes_v(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main.run([*command.split(), "-h"])
+    assert "-v, --verbose" in capsys.readouterr().out
+
+
+def test_v_prints_the_stages_on_stderr(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    frame = Path(__file__).parents[2] / "sample_models" / "frame.ifc"
+    command = ["voxelize", str(frame), "--voxel-size", "0.5", "-o", str(tmp_path / "grid.zarr.zip"), "--json"]
+    assert main.run(command) == 0
+    quiet_err = capsys.readouterr().err
+    assert main.run([*command, "-v"]) == 0
+    out, err = capsys.readouterr()
+    stages = dict(re.findall(r"^(\w[\w ]*): (\d+\.\d) s$", err, re.M))
+    assert {"read", "voxelize", "write"} <= set(stages)
+    assert set(stages) == set(json.loads(out)["seconds"])
+    assert " s\n" not in quiet_err
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
@@ -133,6 +169,10 @@ def test_an_internal_error_is_one_line_unless_debugging(
     assert "Traceback" not in err
     monkeypatch.setenv("BIMVOX_DEBUG", "1")
     assert main.run(["schema", "site"]) == 70
+    assert "Traceback" in capsys.readouterr().err
+    monkeypatch.delenv("BIMVOX_DEBUG")
+    monkeypatch.setattr("bimvox_pipeline.policy.store.list_policies", fail)
+    assert main.run(["policy", "list", "-v"]) == 70
     assert "Traceback" in capsys.readouterr().err
 
 

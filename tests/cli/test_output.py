@@ -113,7 +113,7 @@ def test_values_for_people(value: object, text: str) -> None:
 
 
 def test_stage_times() -> None:
-    assert spent({"read": 1.25, "write": 0.5}) == "1.8 s (read 1.2, write 0.5)"
+    assert spent({"read": 1.25, "write": 0.5}) == "1.7 s (read 1.2, write 0.5)"  # the sum of what is shown
 
 
 def test_a_bar_on_a_terminal_is_removed_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -146,6 +146,55 @@ def test_a_long_stage_without_a_terminal_prints_lines(monkeypatch: pytest.Monkey
     now[0] = 12.0
     progress.advance(5_000)
     assert stream.getvalue() == "train: 5,000 of 20,000\n"
+
+
+def test_a_stage_that_runs_for_a_while_says_how_long_it_will_take(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    for clock in ("bimvox_cli.live.time.monotonic", "bimvox.progress.time.perf_counter"):
+        monkeypatch.setattr(clock, lambda: now[0])
+    stream = io.StringIO()
+    progress = LiveProgress(console_on(stream))
+    progress.stage("lifts", total=100)
+    for at_s, done in ((11.0, 20), (22.0, 20), (33.0, 58)):
+        now[0] = at_s
+        progress.advance(done)
+    progress.stage("guess")
+    now[0] = 60.0
+    progress.advance()
+    assert stream.getvalue().splitlines() == [
+        "lifts: 20 of 100, about 45 s left",
+        "lifts: 40 of 100, about 35 s left",
+        "lifts: 98 of 100",
+        "guess: 1",
+    ]
+
+
+def test_a_bar_says_it_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    now = [0.0]
+    monkeypatch.setattr("bimvox.progress.time.perf_counter", lambda: now[0])
+    stream = Terminal()
+    progress = LiveProgress(console_on(stream))
+    progress.stage("lifts", total=1000)
+    now[0] = 30.0
+    progress.advance(100)
+    progress._bars.refresh()
+    progress.finish()
+    assert "lifts, about 4 min left" in stream.getvalue()
+
+
+def test_v_prints_every_stage_with_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr("bimvox.progress.time.perf_counter", lambda: now[0])
+    stream = io.StringIO()
+    progress = LiveProgress(console_on(stream), verbose=True)
+    with progress.stage("read"):
+        now[0] += 1.25
+    progress.stage("plan")
+    now[0] += 3.0
+    progress.finish()
+    progress.finish()
+    assert stream.getvalue() == "read: 1.2 s\nplan: 3.0 s\n"
 
 
 @pytest.mark.parametrize("columns", ["0", "1", "-5", "abc"])
