@@ -24,15 +24,15 @@ def _make_plain(argument: TyperArgument) -> None:
     """Leave type, brackets and "required" out of what an argument says about itself: the usage line says it."""
     record, pieces = argument.get_help_record, argument.get_usage_pieces
 
-    def plain_record(context: Any) -> tuple[str, str] | None:
-        found = record(context)
+    def plain_record(ctx: Any) -> tuple[str, str] | None:
+        found = record(ctx)
         if found is None:
             return None
         name = re.sub(r" <[^>]*>$", "", found[0]).strip("[]")
         return name, found[1].removesuffix("[required]").rstrip()
 
-    def plain_pieces(context: Any) -> list[str]:
-        return [_NAME.sub(_written, piece) for piece in pieces(context)]
+    def plain_pieces(ctx: Any) -> list[str]:
+        return [_NAME.sub(_written, piece) for piece in pieces(ctx)]
 
     def _written(piece: re.Match[str]) -> str:
         name = piece["name"] + ("..." if piece["more"] else "")

@@ -131,8 +131,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
                 lift["method"] or lift["status"].replace("_", " "),
                 lift["moves"],
                 lift["shortest_moves"],
-                lift["duration_s"],
-                lift["bound_s"],
+                *(None if lift[key] is None else round(lift[key], 1) for key in ("duration_s", "bound_s")),
             )
             for lift in lifts
         ],
