@@ -151,7 +151,6 @@ class Course:
             load: How hook poses and reference cells correspond.
         """
         axes = np.empty((len(time_s), 3))
-        axes[:] = self._moves.ends[moves[0], 0]
         free = _lines_are_free(axes, time_s, np.array(start_s), self._packed, *moves, space, load)
         return axes if free else None
 
@@ -217,11 +216,19 @@ def _lines_are_free(
     space: CollisionSpace,
     load: LoadFrame,
 ) -> bool:
-    """Add the movement as ``_add_lines``, as far as the load is free between the times; return whether it always is."""
-    for first in range(0, axes.shape[0], _BLOCK):
-        last = min(first + _BLOCK, axes.shape[0])
+    """Fill axes as ``axes_at``, as far as the load is free between the times; return whether it always is.
+
+    What is most likely in the way is met first: from the start of the last move on.
+    """
+    count = axes.shape[0]
+    blocks = (count + _BLOCK - 1) // _BLOCK
+    from_block = min(_first_from(time_s, begins_s[end - 1], 0.0), count - 1) // _BLOCK
+    for n in range(blocks):
+        first = (from_block + n) % blocks * _BLOCK
+        last = min(first + _BLOCK + 1, count)  # the first of the next block too: the load is free up to there
+        axes[first:last] = packed.ends[begin, 0]
         _add_lines(axes[first:last], time_s[first:last], begins_s, packed, begin, end)
-        if not samples_are_free(space, load, axes[max(0, first - 1) : last]):
+        if not samples_are_free(space, load, axes[first:last]):
             return False
     return True
 

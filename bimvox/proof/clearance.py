@@ -117,7 +117,7 @@ class TransitProof(LiftProof):
 def _count_around(counts: NDArray[np.uint16], cells: NDArray[np.int32], reach: NDArray[np.int64], number: int) -> None:
     """Add a number to the counts of all cells within ``reach`` (cells, by axis) of any of (N, 3) cells, once for each.
 
-    A box around the cells is widened along one axis after the other.
+    The cells, each given once, are widened along one axis after the other.
     """
     if not cells.shape[0]:
         return
@@ -125,6 +125,15 @@ def _count_around(counts: NDArray[np.uint16], cells: NDArray[np.int32], reach: N
     for k in range(3):
         low[k], high[k] = cells[:, k].min() - reach[k], cells[:, k].max() + reach[k]
     nx, ny, nz = high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1
+    x_low, x_high = max(0, low[0]), min(counts.shape[0], high[0] + 1)
+    y_low, y_high = max(0, low[1]), min(counts.shape[1], high[1] + 1)
+    z_low, z_high = max(0, low[2]), min(counts.shape[2], high[2] + 1)
+    if cells.shape[0] == (nx - 2 * reach[0]) * (ny - 2 * reach[1]) * (nz - 2 * reach[2]):  # most parts are a box
+        for x in range(x_low, x_high):
+            for y in range(y_low, y_high):
+                for z in range(z_low, z_high):
+                    counts[x, y, z] += number
+        return
     one, two = np.zeros((nx, ny, nz), np.bool_), np.zeros((nx, ny, nz), np.bool_)
     for n in range(cells.shape[0]):
         one[cells[n, 0] - low[0], cells[n, 1] - low[1], cells[n, 2] - low[2]] = True
@@ -142,9 +151,6 @@ def _count_around(counts: NDArray[np.uint16], cells: NDArray[np.int32], reach: N
             for beside in range(max(0, y - reach[1]), min(ny, y + reach[1] + 1)):
                 for z in range(nz):
                     one[x, y, z] |= two[x, beside, z]
-    x_low, x_high = max(0, low[0]), min(counts.shape[0], high[0] + 1)
-    y_low, y_high = max(0, low[1]), min(counts.shape[1], high[1] + 1)
-    z_low, z_high = max(0, low[2]), min(counts.shape[2], high[2] + 1)
     for x in range(x_low, x_high):
         first, last = max(0, x - low[0] - reach[0]), min(nx, x - low[0] + reach[0] + 1)
         for y in range(y_low, y_high):

@@ -1,8 +1,8 @@
 """The cells that the proof of a lift checked: the lift's footprint.
 
 For every placement on a lift's path and around its motion, the verifier checks the load's cells and the column above
-the hook, the box in which the part is raised, and the column above the empty hook. All of these cells together are the
-footprint, stored as one bit mask of heights for each non-empty column.
+the hook, in transit with their clearances, the box in which the part is raised, and the column above the empty hook.
+All of these cells together are the footprint, stored as one bit mask of heights for each non-empty column.
 
 Why this re-proves a lift after a change of the obstructions: Every check of ``verify_plan`` and ``verify_motions``
 that concerns an obstruction is of the form "no cell of it is among these cells", and all of these cells are in the
@@ -23,6 +23,7 @@ from scipy.ndimage import maximum_filter
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.kept import kept
+from bimvox.proof.clearance import reach_vox
 from bimvox.proof.guided import guided_box_vox
 from bimvox.proof.hook import jib_cell, reaches_jib, tallest_met
 from bimvox.proof.jib import swept_by_jib
@@ -137,13 +138,11 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     mask = CellMask(site.shape)
     mask.add_box(np.array(place.cell_vox), np.array(place.raising_size_vox(component)))
     mask.add(place.turning_cells(component))
-    path = lift.path_vox.astype(np.int64)
-    mask.add_placements(path, _kept_free(site, component))
+    # Also around a lift that keeps less: it is planned again as if from scratch if something comes so near.
+    clearances = (site.rules.transit_clearance_m, site.rules.rope_clearance_m)
+    reaches = tuple(whole_cells(clearance_m, site.frame) for clearance_m in clearances)
+    _add_load(mask, site, component, lift.path_vox.astype(np.int64), reaches)
     _add_guide(mask, site, lift)
-    if site.cranes and site.rules.rope:
-        asides = _around(whole_cells(site.rules.rope_clearance_m, site.frame))
-        hooks = path + np.array(component.hook_offset_vox)
-        mask.add_columns_above((hooks[:, None] + asides[None]).reshape(-1, 3))
     return mask.footprint()
 
 
@@ -152,10 +151,9 @@ def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int |
 
     With ``since_ns``, a time on the site's clock, only what is swept after it.
     """
-    assert lift.place is not None
     mask = CellMask(site.shape)
     rest_ns = 0 if since_ns is None else since_ns - motion.start_ns
-    _add_motion(mask, site, lift.place, motion, rest_ns)
+    _add_motion(mask, site, lift, motion, rest_ns)
     if rest_ns <= motion.loaded.time_ns[-1]:
         _add_guide(mask, site, lift)
     return mask.footprint()
@@ -197,7 +195,7 @@ def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox
     mask.add(place.turning_cells(component))
     start = np.array(place.transit_start_vox, np.int64)[None]
     margin = whole_cells(site.rules.transit_clearance_m, site.frame)
-    mask.add_placements(start, _kept_free(site, component))
+    mask.add_placements(start, _runs_around(component, margin))
     mask.add_columns_above(start + np.array(component.hook_offset_vox))
     around = np.array([sideways_vox + margin, sideways_vox + margin, 0])
     bottom = np.array(component.target_vox) * [1, 1, 0] - around
@@ -205,23 +203,22 @@ def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox
     return mask.footprint()
 
 
-def _add_motion(mask: CellMask, site: Site, place: YardPlace, motion: LiftMotion, rest_ns: int) -> None:
+def _add_motion(mask: CellMask, site: Site, lift: Lift, motion: LiftMotion, rest_ns: int) -> None:
     """What the load, its hook line and the empty hook's line sweep, as the verifier defines it."""
-    crane, component = site.cranes[motion.crane], site.components[motion.component]
-    hook = np.array(component.hook_offset_vox)
-    upright = place.pose is StoredPose.AS_BUILT and not place.turn
-    for whole, with_load in ((motion.raising, upright), (motion.loaded, True)):
-        trajectory = _rest_of(whole, rest_ns)
-        if trajectory is None:
-            continue
-        placements = _placements(site, crane_for(site, crane, component), trajectory, component.hook_line_vox)
-        if whole is motion.loaded:
-            swung = swung_placements(site, crane, motion, whole, component, rest_ns)
-            placements = np.concatenate([placements, swung])
-        if with_load:
-            mask.add_placements(placements, _kept_free(site, component))
-        if site.rules.rope:
-            mask.add_columns_above(placements + hook)
+    crane, component, place = site.cranes[motion.crane], site.components[motion.component], lift.place
+    assert place is not None
+    line, rigged = component.hook_line_vox, crane_for(site, crane, component)
+    raising, loaded = (_rest_of(way, rest_ns) for way in (motion.raising, motion.loaded))
+    if raising is not None:
+        upright = place.pose is StoredPose.AS_BUILT and not place.turn
+        raised = _placements(site, rigged, raising, line)
+        _add_load(mask, site, component, raised, (0, 0), with_cells=upright)
+    if loaded is not None:
+        # The clearances are those that the lift keeps; a load that swings keeps none.
+        clearances = tuple(reach_vox(site, rule, lift) for rule in ("transit_clearance_m", "rope_clearance_m"))
+        _add_load(mask, site, component, _placements(site, rigged, loaded, line), clearances)
+        swung = swung_placements(site, crane, motion, motion.loaded, component, rest_ns)
+        _add_load(mask, site, component, swung, (0, 0))
     approach = None if motion.approach is None else _rest_of(motion.approach, rest_ns)
     if approach is not None and site.rules.rope:
         mask.add_columns_above(_placements(site, crane, approach, _SLINGS_END))
@@ -257,9 +254,22 @@ def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_line
     return positions_of(crane, site.frame, trajectory, hook_line).placements.cells
 
 
-def _kept_free(site: Site, component: Component) -> NDArray[np.int64]:
-    """Return a part's cells and those within its transit clearance, as runs relative to its reference cell."""
-    return _runs_around(component, whole_cells(site.rules.transit_clearance_m, site.frame))
+def _add_load(
+    mask: CellMask,
+    site: Site,
+    component: Component,
+    placements: NDArray[np.int64],
+    clearances_vox: tuple[int, ...],
+    *,
+    with_cells: bool = True,
+) -> None:
+    """Add what is within the clearances of load, if wanted, and rope at (N, 3) placements."""
+    load, rope = clearances_vox
+    if with_cells:
+        mask.add_placements(placements, _runs_around(component, load))
+    if site.cranes and site.rules.rope:
+        hooks = placements + np.array(component.hook_offset_vox)
+        mask.add_columns_above((hooks[:, None] + _around(rope)[None]).reshape(-1, 3))
 
 
 @kept

@@ -23,7 +23,13 @@ def counted(things, reach):
 def test_they_count_each_thing_once_within_reach_of_its_cells(reach):
     rng = np.random.default_rng(7)
     things = [
-        Thing(str(n), rng.integers(-3, 14, (rng.integers(0, 7), 3)).astype(np.int32), NO_SOLID) for n in range(15)
+        Thing(str(n), np.unique(rng.integers(-3, 14, (rng.integers(0, 7), 3)), axis=0).astype(np.int32), NO_SOLID)
+        for n in range(15)
+    ]
+    boxes = (((0, 0, 0), (11, 8, 0)), ((3, 2, 4), (5, 2, 9)), ((-2, 7, 8), (1, 9, 12)))
+    things += [
+        Thing(str(low), (np.argwhere(np.ones(np.subtract(high, low) + 1)) + low).astype(np.int32), NO_SOLID)
+        for low, high in boxes
     ]
     marks = WideMarks(SHAPE, reach)
     for _ in range(6):

@@ -15,6 +15,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.propose import Propose
+from bimvox.proof.bodies.solid import solid_of
 from bimvox.revision.current_plan import CurrentPlan, RevisionPart
 from bimvox.revision.request import RevisionRequest
 from bimvox.revision.revise import revise
@@ -44,6 +45,8 @@ def warm_up(
     planned = [lift for lift in current.plan.lifts if lift.path_vox is not None]
     if not planned or current.pending:
         return
+    for component in current.plan.site.components:  # a plan from disk has not been proven in this process
+        solid_of(component.mesh, current.plan.site.rules.contact_tolerance_m)
     for n in range(_TRIES):
         lift = planned[n * (len(planned) - 1) // max(1, _TRIES - 1)]
         assert lift.path_vox is not None
