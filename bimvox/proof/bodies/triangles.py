@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.kept import kept
-from bimvox.proof.bodies.guided_poses import poses_along
+from bimvox.proof.bodies.guided_poses import boxes_along, poses_along
 from bimvox.proof.bodies.overlap import overlaps_m
 from bimvox.proof.bodies.solid import FINEST_M, Solid, solid_of
 from bimvox.proof.bodies.turned import turned
@@ -133,6 +133,10 @@ class TriangleCheck:
         by_skins = is_near and max(part.thickness_m, solid.thickness_m) >= _SHEET_M
         bears = (part.thickness_m, -component.index) > (solid.thickness_m, -other)
         centre_m, up = np.array(guide.centre_m), np.array([0.0, 0.0, 1.0])
+        boxes_m = boxes_along(guide, component.mesh, poses) + way_m
+        close = ((boxes_m[:, 0] <= other_high + _ROUNDING_M) & (boxes_m[:, 1] >= other_low - _ROUNDING_M)).all(axis=1)
+        check.look(True, "", samples=int((~close).sum()))
+        poses = poses[close]
         for tilt_rad in dict.fromkeys(poses[:, 2].tolist()):
             rows, turn = poses[poses[:, 2] == tilt_rad], guide.turns(np.array([tilt_rad]))[0]
             moved_m = centre_m - turn @ centre_m + rows[:, :1] * up + rows[:, 1:2] * guide.ahead + way_m
