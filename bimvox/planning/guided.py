@@ -30,7 +30,7 @@ _TURN_COST = 3.0
 _WEIGHT = 2.0
 """The estimate of the rest counts this much more than the way so far: a way is wanted soon, not the shortest one."""
 _MOST_STATES = 10_000
-_SWEPT_TOGETHER = 8
+_SWEPT_TOGETHER = 4
 """Steps that one sweep tests."""
 _MOST_TILT_STEP_RAD = 0.01
 _DROP_M = 0.005
@@ -72,38 +72,47 @@ class NoGuide(NamedTuple):
 def find_guide(
     pairs: Sequence[Pair],
     centre_m: NDArray[np.float64],
-    heading_rad: float,
+    headings_rad: Sequence[float],
     top_m: float,
     aside_m: float,
-    known: Iterable[tuple[Pose, ...]] = (),
+    known: Sequence[tuple[Pose, ...]] = (),
 ) -> Guide | NoGuide:
     """Return poses that lead a part to its place from straight above it, or that none were found.
 
     Args:
         pairs: What must not meet.
         centre_m: (3,) its centre of mass at its place.
-        heading_rad: Direction in plan in which it may be guided aside, and tilted.
+        headings_rad: Directions in plan in which it may be guided aside, and tilted.
         top_m: Height above its place at which it is free.
         aside_m: Furthest that it may be guided aside.
         known: Poses, but for the first, that led other parts to their places; tried first, mirrored too.
     """
     at_m = (float(centre_m[0]), float(centre_m[1]), float(centre_m[2]))
-    guide = Guide(heading_rad, at_m, ((top_m, 0.0, 0.0), (0.0, 0.0, 0.0)))
-    around = _Around(pairs, guide, min(aside_m, MOST_ASIDE_M))
-    for rest in known:
-        for sign in (1.0, -1.0):
-            poses = (guide.poses[0], *((height, sign * aside + 0.0, sign * tilt + 0.0) for height, aside, tilt in rest))
-            if rest[0][0] < top_m and around.reaches(poses) and around.is_free_along(poses):
-                return replace(guide, poses=poses)
+    straight = ((top_m, 0.0, 0.0), (0.0, 0.0, 0.0))
+    tried = []
+    for heading_rad in headings_rad:
+        guide = Guide(heading_rad, at_m, straight)
+        around = _Around(pairs, guide, min(aside_m, MOST_ASIDE_M))
+        for rest in known:
+            for sign in (1.0, -1.0):
+                poses = (
+                    straight[0],
+                    *((height, sign * aside + 0.0, sign * tilt + 0.0) for height, aside, tilt in rest),
+                )
+                if rest[0][0] < top_m and around.reaches(poses) and around.is_free_along(poses):
+                    return replace(guide, poses=poses)
+        if around.groups:
+            tried.append((guide, around))
     reached_m = 0.0
-    for step_m in _ASIDE_STEPS_M if around.groups else ():
-        way = _Way(around, step_m)
-        states = way.out()
-        if states is not None:
-            poses = _descending(around.shortened([way.pose(state) for state in states]))
-            if around.is_free_along(poses):
-                return replace(guide, poses=poses)
-        reached_m = max(reached_m, np.inf if states else way.reached_m)
+    for step_m in _ASIDE_STEPS_M:
+        for guide, around in tried:
+            way = _Way(around, step_m)
+            states = way.out()
+            if states is not None:
+                poses = _descending(around.shortened([way.pose(state) for state in states]))
+                if around.is_free_along(poses):
+                    return replace(guide, poses=poses)
+            reached_m = max(reached_m, np.inf if states else way.reached_m)
     return NoGuide(top_m, reached_m)
 
 
@@ -148,6 +157,7 @@ class _Around:
             (objects[own], collision_object(group.other_m), group.aside_m)
             for (own, _), group in zip(alike, self.groups, strict=True)
         ]
+        self._met: dict[Pose, bool] = {}
 
     def meets(self, pose: Pose, close: Iterable[bool] = repeat(True)) -> bool:
         """Return whether the part meets anything of the close groups in a pose."""
@@ -159,6 +169,14 @@ class _Around:
                 if fcl.collide(part, other):
                     return True
         return False
+
+    def met_at(self, pose: Pose) -> bool:
+        """Return what ``meets`` does, and remember it: finer steps lead through poses of coarser ones."""
+        height, aside, tilt = pose
+        key = (height, round(aside, 6), tilt)
+        if key not in self._met:
+            self._met[key] = self.meets(pose)
+        return self._met[key]
 
     def is_free(self, start: Pose, end: Pose, spacing_m: float) -> bool:
         """Return whether nothing meets between two poses, tested where no point of the part moved by more."""
@@ -243,7 +261,6 @@ class _Way:
         self.reached_m = 0.0
         self._tilted: dict[int, list[NDArray[np.float64]]] = {}
         self._swept: dict[tuple[int, int, int, int], NDArray[np.bool_]] = {}
-        self._free: dict[State, bool] = {}
 
     def pose(self, state: State) -> Pose:
         """Return the pose of a state."""
@@ -296,10 +313,8 @@ class _Way:
         if tilt == tilt_there:
             return not self._is_blocked(min(here, there), 2 if aside == aside_there else 0)
         # An end of the part moves by one step: the test of the whole way is finer.
-        if there not in self._free:
-            self._free[there] = not self._around.meets(self.pose(there))
         halfway = _between(self.pose(here), self.pose(there), 0.5)
-        return self._free[there] and not self._around.meets(halfway)
+        return not self._around.met_at(self.pose(there)) and not self._around.met_at(halfway)
 
     def _is_blocked(self, state: State, axis: int) -> bool:
         """Return whether the step up (axis 2) or aside (0) from a state is blocked; a few steps are swept at once."""

@@ -328,13 +328,7 @@ class _Inserter:
         known = list(dict.fromkeys(one.poses[1:] for one in searched if isinstance(one, Guide)))
         size_m = np.ptp(self.contacts.bounds_m[own], axis=0)
         along = 0.0 if size_m[0] >= size_m[1] else np.pi / 2.0
-        reached_m = 0.0
-        for heading_rad in (along, np.pi / 2.0 - along):
-            found = find_guide(pairs, centre_m, heading_rad, top_m, self._most_aside_m(), known)
-            if isinstance(found, Guide):
-                return found
-            reached_m = max(reached_m, found.reached_m)
-        return NoGuide(top_m, reached_m)
+        return find_guide(pairs, centre_m, (along, np.pi / 2.0 - along), top_m, self._most_aside_m(), known)
 
     def _around(self) -> tuple[int, ...]:
         """Return the others that the part may meet on its way down from any height, tilted and held aside."""
