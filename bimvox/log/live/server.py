@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 MAX_VIEWERS = 128
 """Viewers at one time; further ones are refused."""
 
+MAX_PENDING = 32
+"""Connections at one time that have not shown the token; if more are opened, the oldest are closed."""
+
 BUFFER_BYTES = 1 << 18
 """Bytes in the socket's buffer above which a viewer is dropped: it makes requests and does not read the answers."""
 
@@ -69,7 +72,9 @@ class LiveServer:
         self._topics: dict[int, str] = {}
         self._kept: dict[str, list[Message]] = {}
         self._viewers: set[Viewer] = set()
+        self._pending: dict[ServerConnection, None] = {}  # in the order in which they were opened
         self._loop = asyncio.new_event_loop()
+        self._loop.set_exception_handler(_without_lost_sockets)
         self._thread = threading.Thread(target=self._loop.run_forever, name="live server", daemon=True)
         self._thread.start()
         try:
@@ -135,14 +140,32 @@ class LiveServer:
         self._end()
 
     async def _open(self, host: str, port: int) -> Server:
-        from websockets.asyncio.server import serve
+        from websockets.asyncio.server import ServerConnection, serve
         from websockets.typing import Subprotocol
+
+        pending = self._pending
+
+        class Counted(ServerConnection):
+            """A connection that is among the pending ones until it is admitted or closed."""
+
+            def connection_made(self, transport: asyncio.BaseTransport) -> None:
+                super().connection_made(transport)
+                pending[self] = None
+                if len(pending) > MAX_PENDING:
+                    oldest = next(iter(pending))
+                    del pending[oldest]
+                    oldest.transport.abort()
+
+            def connection_lost(self, exc: Exception | None) -> None:
+                pending.pop(self, None)
+                super().connection_lost(exc)
 
         server = await serve(
             self._serve,
             host,
             port,
             process_request=self._admit,
+            create_connection=Counted,
             subprotocols=[Subprotocol(name) for name in _PROTOCOLS],
             compression=None,
             max_size=_REQUEST_BYTES,
@@ -162,6 +185,7 @@ class LiveServer:
         return None
 
     async def _serve(self, connection: ServerConnection) -> None:
+        self._pending.pop(connection, None)
         viewer = Viewer(connection, self._topics, lambda topic: self._kept.get(topic, ()))
         viewer.text(_INFO)
         for text in self._announced:
@@ -208,3 +232,9 @@ class LiveServer:
         self._soon(self._loop.stop)
         self._thread.join()
         self._loop.close()
+
+
+def _without_lost_sockets(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Report what goes wrong in the server's thread, except what the system refuses to a socket: it is tried again."""
+    if not isinstance(context.get("exception"), OSError):
+        loop.default_exception_handler(context)

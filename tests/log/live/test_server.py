@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
@@ -17,7 +18,7 @@ from websockets.sync.client import ClientConnection
 from bimvox.errors import InputError
 from bimvox.log import schema as topics
 from bimvox.log.live import server as server_module
-from bimvox.log.live.server import BUFFER_BYTES, LiveServer
+from bimvox.log.live.server import BUFFER_BYTES, MAX_PENDING, LiveServer
 from bimvox.log.live.viewer import PIECE_BYTES
 
 TOKEN = "Abc-0123_456789xyz"
@@ -172,6 +173,28 @@ def test_viewers_that_leave_print_nothing(server, capfd):
         for time_ns in range(20):
             server.keep([(topics.SCENE, time_ns, LARGE)])
     assert waited_for(lambda: server.viewers == 0)
+    assert capfd.readouterr().err == ""
+
+
+def test_connections_that_never_show_the_token_are_bounded_and_keep_nobody_out(server, capfd):
+    many = 5 * MAX_PENDING
+    host, port = server.url.split("/")[2].split(":")
+    with ExitStack() as stack:
+        silent = [stack.enter_context(socket.create_connection((host, int(port)))) for _ in range(many)]
+        with connected(server.url) as viewer:
+            assert channels(viewer)
+            for one in silent:
+                one.setblocking(False)
+
+            def closed(one: socket.socket) -> bool:
+                try:
+                    return one.recv(1) == b""
+                except BlockingIOError:
+                    return False
+                except ConnectionResetError:
+                    return True
+
+            assert sum(map(closed, silent)) >= many - MAX_PENDING
     assert capfd.readouterr().err == ""
 
 
