@@ -33,6 +33,23 @@ def damaged_zip() -> bytes:
 
 POINT = "IFCCARTESIANPOINT((6.2,0.2,0.))"
 PROJECT = line_of("IFCPROJECT(")
+METRE = "IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);"
+
+
+def length_unit(factor: str, base: str = "#992") -> str:
+    """Return the frame in a unit that is this many metres long."""
+    unit = f"IFCCONVERSIONBASEDUNIT(#990,.LENGTHUNIT.,'FOOT',#991);\n#990=IFCDIMENSIONALEXPONENTS(1,0,0,0,0,0,0);"
+    unit += f"\n#991=IFCMEASUREWITHUNIT({factor},{base});\n#992={METRE}"
+    return FRAME.replace(METRE, unit)
+
+
+def kilogram(factor: str) -> str:
+    """Return the frame with masses in a unit of this many kilograms."""
+    unit = "IFCSIUNIT(*,.MASSUNIT.,.KILO.,.GRAM.);"
+    made = f"IFCCONVERSIONBASEDUNIT(#990,.MASSUNIT.,'POUND',#991);\n#990=IFCDIMENSIONALEXPONENTS(0,1,0,0,0,0,0);"
+    return FRAME.replace(unit, f"{made}\n#991=IFCMEASUREWITHUNIT({factor},#992);\n#992={unit}")
+
+
 BAD: dict[str, tuple[str, Callable[[], bytes | str], str, str]] = {
     "two projects": ("a.ifc", lambda: FRAME.replace(PROJECT, f"{PROJECT}\n#99999{PROJECT[3:]}"), "ifc", "2 IfcProject"),
     "no unit": ("a.ifc", lambda: FRAME.replace("((#1,#2,", "((#2,"), "ifc", "no length unit"),
@@ -44,6 +61,15 @@ BAD: dict[str, tuple[str, Callable[[], bytes | str], str, str]] = {
         "cells",
     ),
     "infinite": ("a.ifc", lambda: FRAME.replace(POINT, "IFCCARTESIANPOINT((6.2E699,0.2,0.))"), "ifc", "6.2E699"),
+    "a unit of zero": ("a.ifc", lambda: length_unit("IFCLENGTHMEASURE(0.)"), "ifc", "LENGTHUNIT"),
+    "a unit below zero": ("a.ifc", lambda: length_unit("IFCLENGTHMEASURE(-0.3)"), "ifc", "LENGTHUNIT"),
+    "a unit without end": ("a.ifc", lambda: length_unit("IFCLENGTHMEASURE(1.E308)"), "ifc", "LENGTHUNIT"),
+    "a unit of a text": ("a.ifc", lambda: length_unit("IFCTEXT('a')"), "ifc", "LENGTHUNIT"),
+    "a unit of itself": ("a.ifc", lambda: length_unit("IFCLENGTHMEASURE(0.3)", "#1"), "ifc", "LENGTHUNIT"),
+    "a mass unit of a text": ("a.ifc", lambda: kilogram("IFCTEXT('a')"), "ifc", "MASSUNIT"),
+    "no coordinates": ("a.ifc", lambda: FRAME.replace(POINT, "IFCCARTESIANPOINT(())"), "ifc", "in line 43"),
+    "one coordinate": ("a.ifc", lambda: FRAME.replace(POINT, "IFCCARTESIANPOINT((6.2))"), "ifc", "in line 43"),
+    "no number": ("a.ifc", lambda: FRAME.replace(POINT, "IFCCARTESIANPOINT((NAN,0.2,0.))"), "ifc", "in line 43"),
     "id twice": ("a.ifc", lambda: FRAME.replace(POINT + ";", POINT + f";\n{line_of('IFCPROJECT(')}"), "ifc", "twice"),
     "hole": (
         "a.ifc",
@@ -78,6 +104,9 @@ READ: dict[str, tuple[str, Callable[[], bytes | str], str]] = {
         "",
     ),
     "cut encodings": ("a.ifc", lambda: FRAME.replace("'frame'", r"'\X2\4E0A\X0: \X2\\X0\ \X4\ \Q \'"), ""),
+    "feet": ("a.ifc", lambda: length_unit("IFCLENGTHMEASURE(0.3048)"), ""),
+    "a point in a text": ("a.ifc", lambda: FRAME.replace("'frame'", "'IFCDIRECTION(x)'"), ""),
+    "blanks in a point": ("a.ifc", lambda: FRAME.replace(POINT, "IfcCartesianPoint ( ( 6.2 ,\n0.2, 0. ) )"), ""),
     "byte order mark": ("a.ifc", lambda: b"\xef\xbb\xbf" + FRAME.encode(), ""),
     "Windows line ends": ("a.ifc", lambda: FRAME.replace("\n", "\r\n").encode(), ""),
     "one line": ("a.ifc", lambda: FRAME.replace("\n", ""), ""),

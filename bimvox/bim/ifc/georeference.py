@@ -6,7 +6,8 @@ import math
 from typing import Any
 
 import ifcopenshell.util.geolocation
-import ifcopenshell.util.unit
+
+from bimvox.bim.ifc.units import si_scale
 
 
 def georeference_of(file: Any, metres_per_unit: float) -> dict[str, str | float]:
@@ -27,7 +28,7 @@ def georeference_of(file: Any, metres_per_unit: float) -> dict[str, str | float]
     if conversion is not None and any((conversion.e, conversion.n, conversion.h)):
         map_unit = crs.get("MapUnit")
         is_unit = map_unit is not None and not isinstance(map_unit, str)
-        metres = float(ifcopenshell.util.unit.get_unit_scale(map_unit)) if is_unit else metres_per_unit
+        metres = (si_scale(map_unit) if is_unit else None) or metres_per_unit
         found["eastings_m"] = float(conversion.e) * metres
         found["northings_m"] = float(conversion.n) * metres
         found["height_m"] = float(conversion.h) * metres

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import ifcopenshell
-import ifcopenshell.util.unit
 
 from bimvox.bim.ifc.endless import long_outlines
 from bimvox.bim.ifc.parser_log import judge_log
-from bimvox.bim.ifc.step_file import check_frame, stated_schema, step_bytes, without_comments
+from bimvox.bim.ifc.step_file import check_frame, check_points, stated_schema, step_bytes, without_comments
 from bimvox.bim.ifc.text import parser_text
+from bimvox.bim.ifc.units import project_units, si_scale
 from bimvox.errors import IfcError
 
 _INSTANCE = re.compile(rb"^[ \t]*#(\d+)[ \t]*=[ \t]*([A-Za-z0-9_]+)", re.MULTILINE)
@@ -55,7 +55,7 @@ def open_ifc(path: Path, data: bytes) -> OpenedIfc:
 
     Raises:
         IfcError: If it is not IFC, truncated, damaged, of an unreadable schema, or without exactly one IfcProject or
-            without a length unit.
+            without a length unit; or if a point or a unit is not one.
     """
     step = step_bytes(path, data)
     check_frame(path, step)
@@ -67,6 +67,7 @@ def open_ifc(path: Path, data: bytes) -> OpenedIfc:
     notes = [f"schema {stated} was read as {schema}"] if schema != stated else []
     notes += judge_log(path, text, file, ifcopenshell.get_log(), stated)
     notes += _check_complete(path, step, file)
+    check_points(path, step)
     projects = file.by_type("IfcProject")
     if len(projects) != 1:
         raise IfcError(
@@ -129,16 +130,14 @@ def _unread(step: bytes, file: Any) -> list[tuple[int, str, int]]:
 
 def _length_unit(path: Path, project: Any) -> tuple[str, float]:
     """Return the name of the project's length unit, and its length in metres."""
-    assignment = project.UnitsInContext
-    units = assignment.Units if assignment else ()
-    unit = next((unit for unit in units if getattr(unit, "UnitType", None) == "LENGTHUNIT"), None)
-    if unit is None:
+    unit = project_units(path, project).get("LENGTHUNIT")
+    metres = None if unit is None else si_scale(unit)
+    if metres is None:
         raise IfcError(
             path,
             f"its IfcProject #{project.id()} states no length unit",
             hint="export it with units; without one a millimetre and a metre look the same",
         )
-    metres = float(ifcopenshell.util.unit.get_unit_scale(unit))
     stated = str(unit.Name or "").upper()
     prefix = str(getattr(unit, "Prefix", None) or "")
     if unit.is_a("IfcSIUnit") and prefix:

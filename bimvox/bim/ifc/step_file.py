@@ -15,6 +15,13 @@ MAX_UNZIPPED_BYTES = 4 << 30
 _HEADER_BYTES = 1 << 16
 _TAIL_BYTES = 1 << 12
 _SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'([^']*)'", re.IGNORECASE)
+_NUMBER = rb"[-+.\d][-+.\dE]*"
+_NOT_A_POINT = re.compile(
+    rb"\b(IFCCARTESIANPOINT|IFCDIRECTION)\s*\((?!\s*\(\s*%b(?:\s*,\s*%b){1,2}\s*\)\s*\))" % (_NUMBER, _NUMBER),
+    re.IGNORECASE,
+)
+"""IfcOpenShell drops coordinates that it cannot read, and takes a missing one as zero: the part is elsewhere."""
+_TEXT = re.compile(rb"'[^'\n]*'")
 _COMMENT = re.compile(rb"/\*.*?\*/", re.DOTALL)
 
 
@@ -60,6 +67,24 @@ def check_frame(path: Path, step: bytes) -> None:
     if b"END-ISO-10303-21" not in step[-_TAIL_BYTES:]:
         raise IfcError(
             path, "is truncated: it does not end with END-ISO-10303-21", hint="copy or download the whole file again"
+        )
+
+
+def check_points(path: Path, step: bytes) -> None:
+    """Check that every point and direction has two or three numbers.
+
+    Raises:
+        IfcError: If one has not.
+    """
+    if _NOT_A_POINT.search(step) is None:
+        return
+    text = _TEXT.sub(lambda found: b" " * len(found[0]), without_comments(step))
+    if found := _NOT_A_POINT.search(text):
+        line = text.count(b"\n", 0, found.start()) + 1
+        raise IfcError(
+            path,
+            f"is damaged: an {found[1].decode().upper()} in line {line} does not have two or three numbers",
+            hint="export or copy the model again",
         )
 
 
