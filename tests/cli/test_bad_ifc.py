@@ -43,6 +43,11 @@ def length_unit(factor: str, base: str = "#992") -> str:
     return FRAME.replace(METRE, unit)
 
 
+def with_line(instance: str) -> str:
+    """Return the frame with one more instance, #990."""
+    return FRAME.replace("ENDSEC;\nEND-ISO", f"#990={instance};\nENDSEC;\nEND-ISO")
+
+
 def kilogram(factor: str) -> str:
     """Return the frame with masses in a unit of this many kilograms."""
     unit = "IFCSIUNIT(*,.MASSUNIT.,.KILO.,.GRAM.);"
@@ -70,6 +75,7 @@ BAD: dict[str, tuple[str, Callable[[], bytes | str], str, str]] = {
     "no coordinates": ("a.ifc", lambda: FRAME.replace(POINT, "IFCCARTESIANPOINT(())"), "ifc", "in line 43"),
     "one coordinate": ("a.ifc", lambda: FRAME.replace(POINT, "IFCCARTESIANPOINT((6.2))"), "ifc", "in line 43"),
     "no number": ("a.ifc", lambda: FRAME.replace(POINT, "IFCCARTESIANPOINT((NAN,0.2,0.))"), "ifc", "in line 43"),
+    "parts of nothing": ("a.ifc", lambda: with_line("IFCRELAGGREGATES('0', $,$,$,$,(#31))"), "ifc", "#990=IfcRelAggr"),
     "id twice": ("a.ifc", lambda: FRAME.replace(POINT + ";", POINT + f";\n{line_of('IFCPROJECT(')}"), "ifc", "twice"),
     "hole": (
         "a.ifc",

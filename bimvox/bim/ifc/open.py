@@ -12,6 +12,7 @@ from typing import Any
 import ifcopenshell
 
 from bimvox.bim.ifc.endless import long_outlines
+from bimvox.bim.ifc.misfits import named_misfit
 from bimvox.bim.ifc.parser_log import judge_log
 from bimvox.bim.ifc.step_file import check_frame, check_points, stated_schema, step_bytes, without_comments
 from bimvox.bim.ifc.text import parser_text
@@ -75,7 +76,8 @@ def open_ifc(path: Path, data: bytes) -> OpenedIfc:
             f"holds {len(projects)} IfcProject instances, not exactly one",
             hint="export the model again; a file without its project has no units and is most likely truncated",
         )
-    unit, metres = _length_unit(path, projects[0])
+    with named_misfit(path, file):
+        unit, metres = _length_unit(path, projects[0])
     return OpenedIfc(file, schema, unit, metres, tuple(notes), long_outlines(step))
 
 

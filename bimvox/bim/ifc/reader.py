@@ -19,6 +19,7 @@ from bimvox.bim.ifc.endless import check_wholes, endless_products
 from bimvox.bim.ifc.geometry import GeometryPool
 from bimvox.bim.ifc.georeference import georeference_of
 from bimvox.bim.ifc.lifted_parts import by_default
+from bimvox.bim.ifc.misfits import named_misfit
 from bimvox.bim.ifc.open import OpenedIfc, open_ifc
 from bimvox.bim.ifc.properties import Properties
 from bimvox.bim.ifc.shape import PlacedShape
@@ -53,7 +54,20 @@ def read_ifc(
         raise InputError(f"{path}: states its own unit ({opened.unit}), not {options.unit}", hint="leave unit out")
     selected = None if options.select is None else pool.select(options.select)
     report("open", 1, 1)
+    with named_misfit(path, opened.file):
+        return _building(opened, path, sha256, options, report, pool, selected)
 
+
+def _building(
+    opened: OpenedIfc,
+    path: Path,
+    sha256: str,
+    options: ReadOptions,
+    report: Report,
+    pool: GeometryPool,
+    selected: frozenset[int] | None,
+) -> Building:
+    """Return the building in an opened file; ``selected`` holds step ids, None for the default selection."""
     notes = list(opened.notes)
     wanted, skipped = _sort_out(opened, selected, notes)
     check_wholes(path, opened.file, wanted)
