@@ -27,6 +27,7 @@ from safetensors.numpy import load as arrays_from_bytes
 from safetensors.numpy import save as bytes_from_arrays
 
 from bimvox.errors import PolicyError
+from bimvox.files import status_of
 from bimvox.policy.manifest import (
     PolicyManifest,
     canonical_json,
@@ -80,9 +81,17 @@ class StoreScan:
 
 
 def store_folder() -> Path:
-    """Return the folder of the store, which may not exist yet."""
+    """Return the folder of the store, which may not exist yet.
+
+    Raises:
+        PolicyError: If something else than a folder is there.
+        FileError: If the path is impossible.
+    """
     chosen = os.environ.get(STORE_VARIABLE)
-    return Path(chosen) if chosen else Path(platformdirs.user_data_dir("bimvox")) / "policies"
+    folder = Path(chosen) if chosen else Path(platformdirs.user_data_dir("bimvox")) / "policies"
+    if status_of(folder) is not None and not folder.is_dir():
+        raise PolicyError(f"{folder}: the policy store is not a folder", hint=f"set {STORE_VARIABLE} to a folder")
+    return folder
 
 
 def save(

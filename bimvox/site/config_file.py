@@ -13,7 +13,7 @@ from bimvox.errors import ConfigError
 from bimvox.files import read_input, require_regular, resolved, status_of
 from bimvox.site.config import SiteConfig
 from bimvox.site.machine import MACHINE_FILE
-from bimvox.site.nested import toml_values
+from bimvox.site.nested import UTF8_HINT, WHERE_HINT, toml_values
 from bimvox.site.validation import first_finding
 
 _MOST_BYTES = 16 << 20
@@ -38,7 +38,7 @@ def load_site_config(path: Path | str, data: bytes | None = None, *, model: Path
     try:
         text = (read_site_file(path) if data is None else data).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})") from None
+        raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})", hint=UTF8_HINT) from None
     config = parse_site_config(text, path)
     config._machine_files = {name: _machine_file(path, name) for name in machine_file_names(config)}
     model_path = _model_path(path, config.model.path if model is None else model.absolute())
@@ -113,7 +113,7 @@ def parse_site_config(text: str, path: Path | str, machine_files: Mapping[str, b
     try:
         values = toml_values(text)
     except ValueError as error:
-        raise ConfigError(path, None, str(error)) from None
+        raise ConfigError(path, None, str(error), hint=WHERE_HINT) from None
     try:
         config = SiteConfig.model_validate(values)
     except ValidationError as error:

@@ -16,7 +16,7 @@ from bimvox.crane.rigging import with_luffing_jib, with_reeving
 from bimvox.crane.tower_crane import Reeving, TowerCrane
 from bimvox.errors import ConfigError, InputError
 from bimvox.site.config_crane import LuffAxisConfig, ReevingConfig, SlewingConfig, TravelConfig, chart_of
-from bimvox.site.nested import toml_values
+from bimvox.site.nested import UTF8_HINT, toml_values
 from bimvox.site.validation import NotNegative, Number, Positive, Table, Text, first_finding
 
 _FOLLOWS = AxisLimits(1.0, 1.0, 1.0)  # replaced by what follows from the jib
@@ -124,7 +124,7 @@ def _machine_of(text: bytes, path: Path) -> Machine:
     try:
         given = MachineConfig.model_validate(toml_values(text.decode("utf-8-sig")))
     except UnicodeDecodeError as error:
-        raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})") from None
+        raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})", hint=UTF8_HINT) from None
     except ValidationError as error:
         found = first_finding(error, MachineConfig)
         raise ConfigError(path, found.key or None, found.message, available=found.available, hint=found.hint) from None

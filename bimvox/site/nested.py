@@ -11,6 +11,10 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
+WHERE_HINT = "correct the file at that place"
+"""What to do about a text that is not TOML or JSON; the error says where."""
+UTF8_HINT = "save it as UTF-8; a text editor offers that under `Save as`"
+"""What to do about bytes that are not UTF-8."""
 MOST_LEVELS = 32
 """The deepest nesting of tables and lists that is accepted; a site file needs 6."""
 _TOO_DEEP = f"nested too deeply: more than {MOST_LEVELS} tables or lists inside each other"

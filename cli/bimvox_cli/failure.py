@@ -34,6 +34,12 @@ INTERRUPTED = 130
 
 _BEYOND_US = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.ENAMETOOLONG, errno.ELOOP, errno.EROFS})
 """What the system refuses wherever it happens: a full or read-only disk, a path that cannot be."""
+_VARIABLES = {
+    "NUMBA_NUM_THREADS": ("Number of threads specified", "a number of threads from 1"),
+    "MPLBACKEND": ("Key backend:", "a backend of matplotlib"),
+    "SOURCE_DATE_EPOCH": ("invalid literal for int()", "a number of seconds"),
+}
+"""How a library refuses the value of an environment variable, and what that should be."""
 _MOST = 4000
 """Characters of a message that are printed; a file may contain a name of any length."""
 _CODE_OF_EVENT = {"rejected": BAD_INPUT, "failed": NO_PLAN}
@@ -96,9 +102,10 @@ def _described(error: BaseException) -> tuple[str, str, str | None, int, dict[st
     if isinstance(error, MemoryError):
         said = "this needs more memory than there is"
         return "memory", said, "take larger cells, or a smaller site or model", BAD_INPUT, {}
-    if isinstance(error, ValueError) and str(error).startswith("Number of threads specified"):
-        said = f"NUMBA_NUM_THREADS is {shown(os.environ.get('NUMBA_NUM_THREADS'))}, not a number of threads"
-        return "environment", said, "unset it, or give 1 or more", BAD_INPUT, {}
+    for name, (refusal, meant) in _VARIABLES.items():
+        if isinstance(error, ValueError) and str(error).startswith(refusal) and name in os.environ:
+            said = f"the environment variable {name} is {shown(os.environ[name])}, not {meant}"
+            return "environment", said, "unset it", BAD_INPUT, {}
     message = f"sorry, bimvox failed: {type(error).__name__}: {error}".splitlines()[0]
     return "fault", message, "this is a fault of bimvox; -v shows where", FAULT, {}
 

@@ -13,10 +13,12 @@ def main() -> None:
         signal.signal(signal.SIGINT, _leave)
     sys.unraisablehook = _raise_again
     try:
+        import logging
         import warnings
 
         if not sys.warnoptions:
             warnings.simplefilter("ignore")  # they speak to the authors of libraries; -W shows them
+            logging.lastResort = None  # the same as lines in a log
         from bimvox_cli.main import run
 
         if not deaf:

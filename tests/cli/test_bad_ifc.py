@@ -38,7 +38,7 @@ METRE = "IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);"
 
 def length_unit(factor: str, base: str = "#992") -> str:
     """Return the frame in a unit that is this many metres long."""
-    unit = f"IFCCONVERSIONBASEDUNIT(#990,.LENGTHUNIT.,'FOOT',#991);\n#990=IFCDIMENSIONALEXPONENTS(1,0,0,0,0,0,0);"
+    unit = "IFCCONVERSIONBASEDUNIT(#990,.LENGTHUNIT.,'FOOT',#991);\n#990=IFCDIMENSIONALEXPONENTS(1,0,0,0,0,0,0);"
     unit += f"\n#991=IFCMEASUREWITHUNIT({factor},{base});\n#992={METRE}"
     return FRAME.replace(METRE, unit)
 
@@ -51,7 +51,7 @@ def with_line(instance: str) -> str:
 def kilogram(factor: str) -> str:
     """Return the frame with masses in a unit of this many kilograms."""
     unit = "IFCSIUNIT(*,.MASSUNIT.,.KILO.,.GRAM.);"
-    made = f"IFCCONVERSIONBASEDUNIT(#990,.MASSUNIT.,'POUND',#991);\n#990=IFCDIMENSIONALEXPONENTS(0,1,0,0,0,0,0);"
+    made = "IFCCONVERSIONBASEDUNIT(#990,.MASSUNIT.,'POUND',#991);\n#990=IFCDIMENSIONALEXPONENTS(0,1,0,0,0,0,0);"
     return FRAME.replace(unit, f"{made}\n#991=IFCMEASUREWITHUNIT({factor},#992);\n#992={unit}")
 
 

@@ -87,3 +87,17 @@ def test_a_number_of_threads_that_numba_refuses_is_bad_input(monkeypatch, capsys
     monkeypatch.setenv("NUMBA_NUM_THREADS", "0")
     assert report(ValueError("Number of threads specified must be > 0."), as_json=False) == 2
     assert "NUMBA_NUM_THREADS is '0'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("MPLBACKEND", "Key backend: 'x' is not a valid value for backend; supported values are ['agg']"),
+        ("SOURCE_DATE_EPOCH", "invalid literal for int() with base 10: 'x'"),
+    ],
+)
+def test_an_environment_variable_that_a_library_refuses_is_bad_input(name, said, monkeypatch, capsys):
+    assert report(ValueError(said), as_json=False) == 70
+    monkeypatch.setenv(name, "x")
+    assert report(ValueError(said), as_json=False) == 2
+    assert f"{name} is 'x'" in capsys.readouterr().err

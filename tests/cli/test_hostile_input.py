@@ -237,6 +237,56 @@ def test_a_name_of_50_megabytes(capsys) -> None:
     assert "obstructions[0].id" in err
 
 
+@pytest.mark.parametrize(
+    "form",
+    [{"box": {"min": [-1e308] * 3, "max": [1e308] * 3}}, {"cylinder": {"base": [0] * 3, "radius": 1e300, "height": 1}}],
+)
+def test_an_obstruction_larger_than_any_site(form, refused) -> None:
+    Path("o.json").write_text(json.dumps({"version": 1, "obstructions": [{"id": "a", **form}]}))
+    assert "obstructions[0]" in refused("inspect", "o.json")
+
+
+def test_a_point_farther_than_any_site_is_shown(capsys) -> None:
+    Path("a.xyz").write_text("0 0 0\n1e308 0 0\n")
+    Path("o.json").write_text(json.dumps({"version": 1, "obstructions": [{"id": "a", "points": "a.xyz"}]}))
+    assert run(["inspect", "o.json", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["obstructions"][0]["high_m"] == [1e308, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "arguments"),
+    [
+        ("a.toml", b"[model\n", ["plan", "a.toml"]),
+        ("a.toml", "[model]".encode("utf-16"), ["plan", "a.toml"]),
+        ("a.toml", b"sites = [", ["sweep", "a.toml"]),
+        ("o.json", b'{"obstructions": [', ["inspect", "o.json"]),
+        ("o.json", '{"obstructions": ["é"]}'.encode("latin-1"), ["plan", "site.toml", "--obstructions", "o.json"]),
+        ("a.mcap", b"no log", ["verify", "a.mcap"]),
+        ("a.mcap", b"no log", ["export", "a.mcap", "--recover", "-o", "b.mcap"]),
+    ],
+)
+def test_a_file_of_another_kind_says_what_to_do(name, data, arguments, refused) -> None:
+    Path("site.toml").write_text(SITE)
+    Path(name).write_bytes(data)
+    assert "hint: " in refused(*arguments)
+
+
+def test_a_name_of_megabytes_costs_nothing(capsys) -> None:
+    Path("a.ifc").write_text(Path("house.ifc").read_text().replace("Column B1", "x" * 3_000_000))
+    before_s = time.process_time()
+    assert run(["voxelize", "a.ifc", "--voxel-size", "0.5", "--json"]) == 0
+    assert time.process_time() - before_s < 4.0
+    out = capsys.readouterr().out
+    assert len(out) < 20_000
+    assert "x" * 500 in out
+
+
+def test_a_policy_store_that_is_a_file(refused, monkeypatch) -> None:
+    Path("store").write_text("x")
+    monkeypatch.setenv("BIMVOX_POLICIES", "store")
+    assert "BIMVOX_POLICIES" in refused("policy", "list")
+
+
 def log_of_zeros(uncompressed: int) -> bytes:
     """Write a small log with a large chunk of zeros."""
     with Path("zeros").open("wb") as stream:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.bim.ifc.assembly import parent_element
+from bimvox.bim.ifc.text import label
 
 Point = tuple[float, float, float]
 
@@ -32,7 +33,7 @@ _ACCESSORIES = ("IfcDiscreteAccessory", "IfcMechanicalFastener", "IfcFastener", 
 def is_lifting_anchor(product: Any) -> bool:
     """Return whether a product is a lifting anchor, by its name or object type."""
     texts = (product.Name, getattr(product, "ObjectType", None))
-    return any(_WHOLE.search(str(text)) for text in texts if text)
+    return any(_WHOLE.search(label(text)) for text in texts)
 
 
 def anchors_without_mesh(

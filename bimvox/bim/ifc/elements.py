@@ -19,6 +19,7 @@ from bimvox.bim.ifc.open import OpenedIfc
 from bimvox.bim.ifc.properties import Properties
 from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_height, storey_of
 from bimvox.bim.ifc.tasks import ProductTask, tasks_of_products
+from bimvox.bim.ifc.text import label
 from bimvox.bim.name_roles import is_existing_by_name, role_by_name
 
 _SHOWN = 5
@@ -75,8 +76,8 @@ class ElementBuilder:
             part = self._parts[step_id]
             masses.append(self._masses.of(self._file.by_id(step_id), part.extent.volume_m3, part.exact))
             self._guessed += not part.exact
-            self._refused += [str(owner.Name or owner.GlobalId)] * masses[-1].stated_refused
-            self._odd += [str(owner.Name or owner.GlobalId)] * masses[-1].stated_odd
+            self._refused += [label(owner.Name or owner.GlobalId)] * masses[-1].stated_refused
+            self._odd += [label(owner.Name or owner.GlobalId)] * masses[-1].stated_odd
         material = self._properties.material(owner)
         if material is None:
             heaviest = max(zip(masses, group.members, strict=True), key=lambda pair: pair[0].kg)[1]
@@ -91,13 +92,13 @@ class ElementBuilder:
             id=element_id,
             global_id=str(owner.GlobalId),
             ifc_class=str(owner.is_a()),
-            name=str(owner.Name or ""),
+            name=label(owner.Name),
             mesh=TriangleMesh.joined([self._parts[step_id].mesh for step_id in group.members]),
             role=self._planned_role(owner, group),
             mass_kg=sum(mass.kg for mass in masses),
             mass_source=weakest([mass.source for mass in masses]),
             type_name=self._properties.type_name(owner),
-            storey=None if storey is None else str(storey.Name or storey.GlobalId),
+            storey=None if storey is None else label(storey.Name or storey.GlobalId),
             material=material,
             members=tuple(str(self._file.by_id(step_id).GlobalId) for step_id in group.members) if whole else (),
             storey_height_m=None if storey is None else round(storey_height(storey) * self._metres_per_unit, 6),
@@ -106,7 +107,7 @@ class ElementBuilder:
             task_rank=None if task is None else task.rank,
             lifting_points_m=self._lifting_points(group),
             predefined_type=self._properties.predefined_type(owner),
-            casting=self._casting(group, (str(owner.Name or ""), self._properties.type_name(owner), material)),
+            casting=self._casting(group, (label(owner.Name), self._properties.type_name(owner), material)),
         )
 
     def connections(self) -> tuple[tuple[str, str], ...]:
@@ -171,9 +172,9 @@ class ElementBuilder:
         ifc_class = product.is_a()
         role = role_of_class(self._schema, ifc_class) or Role.FITTING
         if ifc_class in UNKNOWN:
-            role = role_by_name(str(product.Name or "")) or role_by_name(str(product.ObjectType or "")) or role
+            role = role_by_name(label(product.Name)) or role_by_name(label(product.ObjectType)) or role
         if role in (Role.COMPONENT, Role.FITTING) and (
-            self._properties.is_existing(product) or is_existing_by_name(str(product.Name or ""))
+            self._properties.is_existing(product) or is_existing_by_name(label(product.Name))
         ):
             return Role.STRUCTURE
         if role is Role.COMPONENT and self._properties.predefined_type(product) in CURTAIN_TYPES:

@@ -6,6 +6,8 @@ from typing import Any
 
 import ifcopenshell.util.element as element_util
 
+from bimvox.bim.ifc.text import label
+
 
 class Properties:
     """Looks properties up in one file."""
@@ -16,13 +18,13 @@ class Properties:
     def type_name(self, product: Any) -> str | None:
         """Return the name of its type; None if it has none."""
         kind = element_util.get_type(product)
-        return str(kind.Name) if kind is not None and kind.Name else None
+        return label(kind.Name) or None if kind is not None else None
 
     def material(self, product: Any) -> str | None:
         """Return the name of its material, or of its thickest layer's material; None if it has none."""
         layers = layers_of(product)
         named = [(thickness, material) for material, thickness in layers if (material.Name or "").strip()]
-        return str(max(named, key=lambda layer: layer[0])[1].Name).strip() if named else None
+        return label(max(named, key=lambda layer: layer[0])[1].Name).strip() if named else None
 
     def predefined_type(self, product: Any) -> str | None:
         """Return the predefined type of the product or its type (IFC2X3 plates and members have it only there)."""
@@ -41,7 +43,10 @@ class Properties:
     def sets_of(self, product: Any) -> dict[str, dict[str, Any]]:
         """Return the property and quantity sets of a product and its type (cached: the look-up is slow)."""
         if product.id() not in self._sets:
-            self._sets[product.id()] = element_util.get_psets(product)
+            found = element_util.get_psets(product)  # names may be missing
+            self._sets[product.id()] = {
+                label(name): {label(key): value for key, value in values.items()} for name, values in found.items()
+            }
         return self._sets[product.id()]
 
 

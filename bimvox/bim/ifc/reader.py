@@ -24,6 +24,7 @@ from bimvox.bim.ifc.open import OpenedIfc, open_ifc
 from bimvox.bim.ifc.properties import Properties
 from bimvox.bim.ifc.shape import PlacedShape
 from bimvox.bim.ifc.shared import shape_groups
+from bimvox.bim.ifc.text import label
 from bimvox.bim.local_origin import FAR_M, local_origin, stray
 from bimvox.bim.options import ReadOptions
 from bimvox.errors import IfcError, InputError, SelectionError, shown
@@ -175,6 +176,6 @@ def _skipped(file: Any, reasons: Mapping[int, str]) -> list[SkippedProduct]:
     """Return the skipped products in file order."""
     products = [(file.by_id(step_id), reasons[step_id]) for step_id in sorted(reasons)]
     return [
-        SkippedProduct(str(product.GlobalId), product.is_a(), str(product.Name or ""), reason)
+        SkippedProduct(str(product.GlobalId), product.is_a(), label(product.Name), reason)
         for product, reason in products
     ]

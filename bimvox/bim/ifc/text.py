@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from bimvox.bim.ifc.step_file import stated_schema
-from bimvox.errors import IfcError
+from bimvox.errors import IfcError, cut
 
 _SAME_CLASSES = {
     "IFC2X3": "IFC2X IFC2X_FINAL IFC2X2 IFC2X2_FINAL IFC2X2_ADD1 IFC2X3_FINAL IFC2X3_TC1",
@@ -28,6 +28,14 @@ _ESCAPE = re.compile(
     r"\\\\|\\X2\\(?:[0-9A-Fa-f]{4})+\\X0\\|\\X4\\(?:[0-9A-Fa-f]{8})+\\X0\\"
     r"|\\X\\[0-9A-Fa-f]{2}|\\S\\.|\\P[A-I]\\|\\"
 )
+
+
+_MOST_LABEL = 1000
+
+
+def label(value: object) -> str:
+    """Return a name as text, cut to 1000 characters: the standard allows 255, a damaged file holds any number."""
+    return cut(str(value or ""), _MOST_LABEL)
 
 
 def parser_text(path: Path, step: bytes) -> str:

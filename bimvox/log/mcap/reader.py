@@ -26,6 +26,7 @@ from bimvox.log.schema import MOST_CRANES, of_first_crane, topics_of
 
 RECOVER_HINT = "bimvox export --recover FILE saves every complete part of a damaged log"
 
+_NOT_A_LOG = "name a log that `bimvox plan` or `bimvox watch` wrote"
 _MOST_UNPACKED, _MOST_PACKED = 64 << 20, 100
 """All chunks of a file may claim this many bytes, and this many more for each byte of the file; ours claim 4."""
 _PREFIX = struct.Struct("<BQ")
@@ -164,7 +165,7 @@ def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None =
         LogFileError: If it is not an MCAP file, is truncated, or any byte was changed.
     """
     if not data.startswith(MCAP0_MAGIC):
-        raise LogFileError(name, "is not an MCAP file: it does not begin with the MCAP signature")
+        raise LogFileError(name, "is not an MCAP file: it does not begin with the MCAP signature", hint=_NOT_A_LOG)
     if not data.endswith(MCAP0_MAGIC) or len(data) < 2 * MAGIC_SIZE + _FOOTER.size:
         raise LogFileError(name, "is truncated: the signature at its end is missing", hint=RECOVER_HINT)
     contents = Contents(topics=topics, room=_room_of(data))
@@ -192,7 +193,9 @@ def salvage_contents(data: bytes, name: Path | str) -> Contents:
         LogFileError: If it is not an MCAP file, or has no complete record.
     """
     if not data.startswith(MCAP0_MAGIC):
-        raise LogFileError(name, "is not an MCAP file, nothing can be recovered: the MCAP signature is missing")
+        raise LogFileError(
+            name, "is not an MCAP file, nothing can be recovered: the MCAP signature is missing", hint=_NOT_A_LOG
+        )
     contents = Contents(room=_room_of(data))
     at, ended = MAGIC_SIZE, False
     while at < len(data) and not (len(data) - at == MAGIC_SIZE and data.endswith(MCAP0_MAGIC)):

@@ -14,7 +14,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.errors import InputError, ObstructionFileError
 from bimvox.files import read_input, require_regular, resolved, status_of
-from bimvox.site.nested import json_values, toml_values
+from bimvox.site.nested import UTF8_HINT, WHERE_HINT, json_values, toml_values
 from bimvox.site.obstructions.obstruction_set import (
     Box,
     Cylinder,
@@ -27,16 +27,13 @@ from bimvox.site.obstructions.obstruction_set import (
 )
 from bimvox.site.obstructions.point_file import read_points
 from bimvox.site.site import CRANE_ID, GROUND_ID
-from bimvox.site.validation import Table, Text, Whole, first_finding
+from bimvox.site.validation import Point3, Positive, Table, Text, Whole, first_finding
 from bimvox.units import metres_per
 
 ReadMesh = Callable[[Path, str], TriangleMesh]
 """(mesh file, its length unit) -> its triangles in metres, in the file's own coordinates."""
 
 _MOST_BYTES = 256 << 20
-Coordinate = Annotated[float, Field(strict=True)]
-Point3 = tuple[Coordinate, Coordinate, Coordinate]
-Positive = Annotated[Coordinate, Field(gt=0.0)]
 CellIndex = Annotated[Whole, Field(ge=-(2**31), lt=2**31)]
 
 
@@ -231,7 +228,7 @@ def _decode(data: bytes, name: str) -> object:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise ObstructionFileError(name, f"not UTF-8 text (line {line})") from None
+        raise ObstructionFileError(name, f"not UTF-8 text (line {line})", hint=UTF8_HINT) from None
     if not text.strip():
         raise ObstructionFileError(
             name, "the file is empty", hint='without obstructions, write {"version": 1, "obstructions": []}'
@@ -239,7 +236,7 @@ def _decode(data: bytes, name: str) -> object:
     try:
         return toml_values(text) if name.lower().endswith(".toml") else json_values(text)
     except ValueError as error:
-        raise ObstructionFileError(name, str(error)) from None
+        raise ObstructionFileError(name, str(error), hint=WHERE_HINT) from None
 
 
 def _form(entry: ObstructionEntry, unit: str, folder: Path, read_mesh: ReadMesh) -> Form:

@@ -11,7 +11,7 @@ from pydantic import Field, ValidationError
 
 from bimvox.errors import ConfigError
 from bimvox.site.config_file import read_site_file
-from bimvox.site.nested import toml_values
+from bimvox.site.nested import UTF8_HINT, WHERE_HINT, toml_values
 from bimvox.site.validation import Table, Text, Whole, first_finding
 from bimvox_pipeline.fleet.runs import Wish
 
@@ -76,9 +76,9 @@ def load_sweep(path: Path) -> tuple[Wish, ...]:
     try:
         values = toml_values(read_site_file(path).decode("utf-8-sig"))
     except UnicodeDecodeError as error:
-        raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})") from None
+        raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})", hint=UTF8_HINT) from None
     except ValueError as error:
-        raise ConfigError(path, None, str(error)) from None
+        raise ConfigError(path, None, str(error), hint=WHERE_HINT) from None
     try:
         config = SweepConfig.model_validate(values)
     except ValidationError as error:

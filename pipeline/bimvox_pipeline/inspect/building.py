@@ -32,11 +32,11 @@ def describe_building(building: Building) -> dict[str, Any]:
         "mass_t": round(sum(element.mass_kg for element in building.elements) / 1000, 3),
         "classes": _classes(building),
         "storeys": _storeys(building),
-        "bounds_m": _rounded(world_m),
-        "size_m": _rounded(bounds_m[1] - bounds_m[0]),
+        "bounds_m": rounded_m(world_m),
+        "size_m": rounded_m(bounds_m[1] - bounds_m[0]),
         "default_voxel_size_m": voxel_size_m,
         "default_cells": cell_count(bounds_m, voxel_size_m),
-        "origin_m": _rounded(building.origin_m),
+        "origin_m": rounded_m(building.origin_m),
         "georeference": dict(building.georeference),
         "site_to_ifc": default_site_to_ifc(building),
         "ifc_to_map": ifc_to_map(building.georeference, source.unit),
@@ -86,6 +86,10 @@ def _storeys(building: Building) -> list[dict[str, Any]]:
     return sorted(storeys, key=lambda storey: (storey["from_m"], storey["storey"]))
 
 
-def _rounded(metres: NDArray[Any]) -> Any:
-    """Return plain numbers, to the tenth of a millimetre."""
-    return (metres.round(4) + 0.0).tolist()
+def rounded_m(metres: NDArray[Any]) -> Any:
+    """Return plain numbers, to the tenth of a millimetre; those that rounding would make infinite stay as they are."""
+    import numpy as np
+
+    with np.errstate(over="ignore"):
+        rounded = metres.round(4) + 0.0
+    return np.where(np.isfinite(rounded), rounded, metres).tolist()

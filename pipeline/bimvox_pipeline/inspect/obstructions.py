@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from bimvox_pipeline.inspect.building import rounded_m
+
 if TYPE_CHECKING:
     from bimvox.site.obstructions.obstruction_set import Obstruction
 
@@ -36,4 +38,4 @@ def describe_obstruction(obstruction: Obstruction) -> dict[str, Any]:
     else:
         low, high = form.bounds_m
         document |= {"form": "mesh", "triangles": len(form.faces)}
-    return {**document, "low_m": low.round(4).tolist(), "high_m": high.round(4).tolist()}
+    return {**document, "low_m": rounded_m(low), "high_m": rounded_m(high)}
