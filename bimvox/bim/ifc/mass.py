@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import ifcopenshell.util.element as element_util
-import ifcopenshell.util.unit as unit_util
 
 from bimvox.bim.densities import DEFAULT_DENSITY_KG_M3, density_by_name
 from bimvox.bim.ifc.properties import Properties, layers_of
+from bimvox.bim.ifc.text import label
+from bimvox.bim.ifc.units import si_scale
 
 # Net before gross: a gross weight is that of the stock before cuts and openings (50 % more on one cut balcony).
 _WEIGHTS = (
@@ -100,7 +101,7 @@ class Masses:
                 stated = element_util.get_pset(material, "Pset_MaterialCommon", "MassDensity")
             density = float(stated) * self._density_per_unit if stated else None
             if density is None or not _PLAUSIBLE_KG_M3[0] <= density <= _PLAUSIBLE_KG_M3[1]:
-                density = density_by_name(str(material.Name or ""))
+                density = density_by_name(label(material.Name))
             self._density_by_material[key] = density
         return self._density_by_material[key]
 
@@ -126,5 +127,5 @@ def _scale(file: Any, unit_type: str, base: float) -> float:
     assignment = file.by_type("IfcProject")[0].UnitsInContext
     for unit in assignment.Units if assignment else ():
         if getattr(unit, "UnitType", None) == unit_type:
-            return float(unit_util.get_unit_scale(unit)) * base
+            return (si_scale(unit) or 1.0) * base
     return 1.0

@@ -134,7 +134,7 @@ def _length_unit(path: Path, project: Any) -> tuple[str, float]:
     """Return the name of the project's length unit, and its length in metres."""
     unit = project_units(path, project).get("LENGTHUNIT")
     metres = None if unit is None else si_scale(unit)
-    if metres is None:
+    if unit is None or metres is None:
         raise IfcError(
             path,
             f"its IfcProject #{project.id()} states no length unit",
