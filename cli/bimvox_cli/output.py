@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -20,6 +22,13 @@ if TYPE_CHECKING:
 
 ROWS_SHOWN = 20
 _WIDTH_OFF_TERMINAL = 160
+_IDS = frozenset({"id", "component", "global id", "sha256"})
+_UNITS = dict.fromkeys(("m", "m2", "m3", "s", "ms", "kg", "t", "h")) | {
+    "m_s": "m/s",
+    "deg": "degrees",
+    "rad": "degrees",
+}
+_UNIT = re.compile(rf"(?P<name>(?!hours_).+?)_(?P<unit>{'|'.join(sorted(_UNITS, key=len, reverse=True))})")
 _LEAST_WIDTH = 40
 
 
@@ -141,7 +150,8 @@ def rows(
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
     for column, heading in enumerate(columns):
         numeric = all(isinstance(row[column], int | float) or row[column] is None for row in shown)
-        table.add_column(heading, justify="right" if numeric else "left", overflow="fold")
+        whole = heading in _IDS  # an id in two pieces cannot be copied
+        table.add_column(heading, justify="right" if numeric else "left", overflow="fold", no_wrap=whole)
     texts = [_aligned([row[column] for row in shown]) for column in range(len(columns))]
     for cells in zip(*texts, strict=True):
         table.add_row(*cells)
@@ -186,7 +196,8 @@ def written(value: object) -> str:
 def spent(seconds: Mapping[str, float]) -> str:
     """Return stage times as text: the sum, and the stages in brackets."""
     shown = {name: round(value, 1) for name, value in seconds.items()}  # the sum is that of the numbers that are shown
-    return f"{sum(shown.values()):.1f} s ({', '.join(f'{name} {value:.1f}' for name, value in shown.items())})"
+    stages = ", ".join(f"{name} {value:.1f}" for name, value in shown.items() if value)
+    return f"{sum(shown.values()):.1f} s" + (f" ({stages})" if stages else "")
 
 
 def facts(console: Console, document: Mapping[str, Any]) -> None:
@@ -194,13 +205,35 @@ def facts(console: Console, document: Mapping[str, Any]) -> None:
     tables = {key: value for key, value in document.items() if _is_table(value)}
     plain = {key: value for key, value in document.items() if key not in tables}
     times = plain.pop("seconds", None)
-    pairs: list[tuple[str, object]] = [(_spoken(key), _in_lines(value)) for key, value in plain.items()]
+    pairs: list[tuple[str, object]] = [_with_unit(key, value, _in_lines) for key, value in plain.items()]
     fields(console, [*pairs, ("took", spent(times) if isinstance(times, Mapping) else _in_lines(times))])
     for key, items in tables.items():
         columns = list(dict.fromkeys(column for item in items for column in item))
-        values = [[_cell(item.get(column)) for column in columns] for item in items]
+        if "number" in columns and "order" in columns:  # people count from 1, programs from 0
+            columns.remove("order")
+        values = [[_cell(_sensible(column, item.get(column))) for column in columns] for item in items]
         console.print()
         rows(console, [_spoken(column) for column in columns], values, title=_spoken(key))
+
+
+def _with_unit(key: str, value: object, other: Callable[[object], str]) -> tuple[str, str]:
+    """Return a name and a value as people write them: ``voxel_size_m: 0.2`` is ``voxel size`` and ``0.2 m``."""
+    found = _UNIT.fullmatch(key)
+    numbers = value if isinstance(value, list) else [value]
+    if found is None or not all(isinstance(one, int | float) and not isinstance(one, bool) for one in numbers):
+        return _spoken(key), other(value)
+    return _spoken(found["name"]), f"{_in_a_line(_sensible(key, value))} {_UNITS[found['unit']] or found['unit']}"
+
+
+def _sensible(key: str, value: object) -> object:
+    """Return a time in seconds with one digit, tonnes with two, an angle in degrees; anything else as it is."""
+    found = _UNIT.fullmatch(key)
+    if found is None or not isinstance(value, float):
+        return value
+    if found["unit"] == "rad":
+        return round(math.degrees(value), 1)
+    digits = {"s": 1, "ms": 1, "t": 2}.get(found["unit"])
+    return value if digits is None else round(value, digits)
 
 
 def _is_table(value: object) -> bool:
@@ -219,16 +252,24 @@ def _cell(value: object) -> object:
 def _in_lines(value: object) -> str:
     """Return any value as text, one line per key of an object, row of a matrix, or sentence of a list."""
     if isinstance(value, Mapping):
-        return "\n".join(f"{_spoken(str(key))} {_in_a_line(item)}" for key, item in value.items() if item is not None)
+        return "\n".join(
+            " ".join(_with_unit(str(key), item, _in_a_line)) for key, item in value.items() if item is not None
+        )
     if isinstance(value, list) and any(isinstance(item, list) or " " in str(item) for item in value):
         return "\n".join(_in_a_line(item) for item in value)
     return _in_a_line(value)
 
 
+def _in_brackets(value: object) -> str:
+    return _in_a_line(value, True)
+
+
 def _in_a_line(value: object, inside: bool = False) -> str:
     """Return any value as one line; nested values in brackets."""
     if isinstance(value, Mapping):
-        text = ", ".join(f"{key} {_in_a_line(item, True)}" for key, item in value.items() if item is not None)
+        text = ", ".join(
+            " ".join(_with_unit(str(key), item, _in_brackets)) for key, item in value.items() if item is not None
+        )
     elif isinstance(value, list):
         text = ", ".join(_in_a_line(item, True) for item in value)
     else:

@@ -1,5 +1,6 @@
 import io
 import json
+import re
 import sys
 
 import pytest
@@ -114,6 +115,40 @@ def test_values_for_people(value: object, text: str) -> None:
 
 def test_stage_times() -> None:
     assert spent({"read": 1.25, "write": 0.5}) == "1.7 s (read 1.2, write 0.5)"  # the sum of what is shown
+
+
+def test_facts_are_written_as_people_write_them(capsys: pytest.CaptureFixture[str]) -> None:
+    document = {
+        "voxel_size_m": 0.2,
+        "origin_m": [-6.0, -11.0, 0.5],
+        "sling_angle_rad": 1.0471975512,
+        "crane": {"mass_t": 2.3041, "times": {"sling_s": 120.04, "hours_m3": 3}},
+        "name_m": "text",
+        "seconds": {"read": 1.24, "guess": 0.01},
+        "lifts": [{"number": 1, "order": 0, "component": "2QxK1$EbrRl8zoFluYGbwb", "start_s": 1115.568}],
+    }
+    with open_output(as_json=False, quiet=False) as output:
+        output.result(document, facts)
+    lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+    assert [re.sub(r"  +", "  ", line) for line in lines] == [
+        "voxel size  0.2 m",
+        "origin  -6, -11, 0.5 m",
+        "sling angle  60 degrees",
+        "crane  mass 2.3 t",
+        "  times sling 120 s, hours m3 3",
+        "name m  text",
+        "took  1.2 s (read 1.2)",
+        "",
+        "lifts",
+        "number  component  start s",
+        "  1  2QxK1$EbrRl8zoFluYGbwb  1,115.6",
+    ]
+
+
+def test_an_id_is_never_cut_in_two(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    rows(console_on(sys.stdout), ("name", "component"), [("A name of many words " * 5, "2QxK1$EbrRl8zoFluYGbwb")])
+    assert "2QxK1$EbrRl8zoFluYGbwb" in capsys.readouterr().out
 
 
 def test_a_bar_on_a_terminal_is_removed_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
