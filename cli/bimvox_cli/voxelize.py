@@ -96,10 +96,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             ("grid", document["grid"]),
             ("cells", f"{shape[0]} x {shape[1]} x {shape[2]} = {cells:,} of {document['voxel_size_m']:g} m"),
             ("labels", ", ".join(f"{label} {count:,}" for label, count in document["counts"].items())),
-            (
-                "parts",
-                f"{len(parts):,} components (lifted unless the site file pins them), {len(others):,} {'other' if len(others) == 1 else 'others'}",
-            ),
+            ("parts", f"{len(parts):,} components (lifted unless the site file pins them), others: {len(others):,}"),
             ("took", spent(document["seconds"])),
         ],
     )
