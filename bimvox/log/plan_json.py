@@ -169,6 +169,7 @@ def _lift_text(lift: Lift, component: Component, sling_m: float | None, voxel_si
         bare["left"] = [
             {"path_vox": one.path_vox.tolist(), "contact_moves": one.contact_moves, "until_ns": one.until_ns}
             | ({} if one.guide is None else {"guide": encode(one.guide, arrays)})
+            | ({"with_jib": True} if one.with_jib else {})
             for one in lift.left
         ]
     record = {
@@ -226,9 +227,11 @@ def _left_from_json(value: Any, where: str) -> tuple[LeftPath, ...]:
             not isinstance(one, dict)
             or type(one.get("until_ns")) is not int
             or type(one.get("contact_moves")) is not int
+            or type(one.get("with_jib", False)) is not bool
         ):
             raise DecodeError(f"{where}[{n}]: not an abandoned path")
         path_vox = _cells(one.get("path_vox"), f"{where}[{n}]")
         guide = decode(Guide | None, one.get("guide"), _NO_ARRAYS, f"{where}[{n}].guide")
-        found.append(LeftPath(path_vox, one["contact_moves"], one["until_ns"], guide))
+        with_jib = one.get("with_jib", False)
+        found.append(LeftPath(path_vox, one["contact_moves"], one["until_ns"], guide, with_jib))
     return tuple(found)

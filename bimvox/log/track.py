@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from bimvox.motion.load_frame import cells_of_axes, load_frame
 from bimvox.planning.tipping import from_box_to_origin_m, lying_width_vox
 from bimvox.records.guide import Guide
+from bimvox.records.heading import headings_off_rad
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.track import LoadTrack
@@ -68,8 +69,10 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
     tilt = _quaternions(angle_rad, place.pose)
     if lift.guide is not None:
         corner_m, tilt = _guided(site, lift.guide, motion, time_ns, corner_m, tilt)
-    if place.turn:
+    if place.turn or lift.ever_with_jib:
         yaw_rad = _yaw_rad(motion, place.turn, time_ns)
+        if lift.ever_with_jib:
+            yaw_rad = yaw_rad + headings_off_rad(motion, time_ns, axes[:, 0])
         tilt = _turned_before(tilt, yaw_rad)
         # The part turns about its hook, and the corner of its reference cell with it.
         arm_m = -site.frame.voxel_size_m * (np.array(component.hook_line_vox[:2]) + 0.5)
@@ -128,22 +131,24 @@ def _turned_before(tilt: NDArray[np.float64], yaw_rad: NDArray[np.float64]) -> N
 
 
 def _turn_ns(motion: LiftMotion) -> tuple[int, int]:
-    """Return when a part is turned back; an empty span at the start of the transit if it is not."""
+    """Return when a part is turned back in the yard; an empty span at the start of the transit if it is not."""
+    left_ns = motion.start_ns + int(motion.loaded.time_ns[0])
     for phase in motion.phases:
-        if phase.name is PhaseName.TURN:
+        if phase.name is PhaseName.TURN and phase.end_ns <= left_ns:
             return phase.start_ns, phase.end_ns
-    start_ns = motion.start_ns + int(motion.loaded.time_ns[0])
-    return start_ns, start_ns
+    return left_ns, left_ns
 
 
 def _with_turn(
     motion: LiftMotion, time_ns: NDArray[np.int64], axes: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the samples of a motion, with additional ones while the hook stands still and the part is turned."""
-    start_ns, end_ns = _turn_ns(motion)
-    if start_ns == end_ns:
+    spans = [span for span in (_turn_ns(motion), motion.turned_ns) if span is not None and span[0] < span[1]]
+    if not spans:
         return time_ns, axes
-    more = np.union1d(time_ns, np.linspace(start_ns, end_ns, _TURN_SAMPLES).astype(np.int64))
+    more = time_ns
+    for start_ns, end_ns in spans:
+        more = np.union1d(more, np.linspace(start_ns, end_ns, _TURN_SAMPLES).astype(np.int64))
     return more, np.stack([np.interp(more, time_ns, axis) for axis in axes.T], axis=1)
 
 

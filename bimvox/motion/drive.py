@@ -63,7 +63,34 @@ def drive_path(
         transit = _without_cleared(space, tail[1:])
         if (tail[:, :2] != tail[0, :2]).any():
             space = transit
-    driver = _Driver(rigged, transit, space, guide)
+    return _quickest(_Driver(rigged, transit, space, guide), head, tail, slew_rad, goes_back=contact_moves == 0)
+
+
+def drive_above(
+    rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray[np.int32], slew_rad: float
+) -> tuple[Timeline, float]:
+    """Return what ``drive_path`` does for a path that does not end at the load's place: the load comes to rest there.
+
+    Raises:
+        PlanningError: If the path is not free, or takes the hook above the jib.
+    """
+    check_path(rigged, space, path_vox)
+    return _quickest(_Driver(rigged, space, space), path_vox, path_vox[-1:], slew_rad)
+
+
+def _quickest(
+    driver: _Driver, head: NDArray[np.int32], tail: NDArray[np.int32], slew_rad: float, *, goes_back: bool = False
+) -> tuple[Timeline, float]:
+    """Return the quicker motion of the two routes, and the height that the hook has to reach.
+
+    Args:
+        driver: Lays moves over time.
+        head: (N, 3) the path up to the last moves.
+        tail: (M, 3) the placements of the last moves, the first one the last of the head.
+        slew_rad: Slewing angle before.
+        goes_back: Whether the last moves may begin at any height of their column.
+    """
+    rigged, transit = driver.rigged, driver.transit
     over = over_the_top(rigged, transit, head[0], head[-1], slew_rad)
     best = None
     if over is not None:
@@ -73,10 +100,10 @@ def drive_path(
             return best, over.clearance_height_m
     along = along_the_path(rigged, transit, head, slew_rad)
     moves, is_same = list(along.moves), _same_moves(along, over)
-    if contact_moves == 0 and moves and moves[-1].is_vertical and moves[-1].difference[2] > 0.0:
+    if goes_back and moves and moves[-1].is_vertical and moves[-1].difference[2] > 0.0:
         # The only route to above the place leads up its own column: go straight to the place instead of up and down.
         begins = round((moves[-1].start.height_m - rigged.load.zero_height_m) / rigged.load.voxel_size_m)
-        moves, tail, is_same = moves[:-1], _straight(path_vox[-1], begins), False
+        moves, tail, is_same = moves[:-1], _straight(tail[-1], begins), False
     # Where nothing is in the way, the path is cut short to the moves over the top.
     other = best if is_same else driver.finished(moves, tail, slew_rad, np.inf if best is None else best.duration_s)
     needed_m = min(route.clearance_height_m for route in (over, along) if route is not None)

@@ -12,12 +12,13 @@ from bimvox.crane.kinematics import nearest_turn
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import InputError, MotionError, PlanningError
 from bimvox.motion.drive import drive_free, drive_path
+from bimvox.motion.drive_turning import drive_turning
 from bimvox.motion.empty_hook import empty_hook_clearance
 from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, pose_next_to
 from bimvox.motion.move import Line, Move
 from bimvox.motion.phases import phases_from
 from bimvox.motion.rigged_crane import HOOK_OFFSET, RiggedCrane, rigged_crane
-from bimvox.motion.timeline import Timeline, in_sequence
+from bimvox.motion.timeline import Timeline, in_sequence, pause_of
 from bimvox.motion.timing import NS_PER_S, sampled
 from bimvox.motion.trajectories import delayed
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
@@ -106,7 +107,7 @@ def _motion(
     assert place is not None
     # The empty hook carries the usual slings, longer ones hooked back; the load moves in its gear, with its own slings.
     empty, rigged = rigged_crane(site, crane, None), rigged_crane(site, crane, component)
-    crew = crew_times(site.rules, component)
+    crew = crew_times(site.rules, component, tag_lines=not lift.with_jib)
     spans: list[tuple[PhaseName, int]] = []
     approach: Trajectory | None = None
     hook_on_vox = hook_on_at(component, place, space)
@@ -122,7 +123,7 @@ def _motion(
     spans.append((PhaseName.RAISE, _length_ns(raising) + round(TRIAL_LIFT_S * NS_PER_S)))
     spans.append((PhaseName.TURN, round(quarters_of(place.turn) * site.rules.turn_s * NS_PER_S)))
     slew_rad = float(raising.slew_rad[-1])
-    timeline, needed_m = drive_path(rigged, space, lift.path_vox, lift.contact_moves, slew_rad, lift.guide)
+    timeline, needed_m = drive_lift(site, rigged, space, lift, slew_rad)
     loaded = delayed(sampled(timeline, needed_m, rigged), _total(spans))
     spans += carrying_phases(timeline, _length_ns(loaded))
     spans.append((PhaseName.SET, round(crew.brace_s * NS_PER_S)))
@@ -139,6 +140,16 @@ def _motion(
         end_ns=phases[-1].end_ns,
         crane=component.crane,
     )
+
+
+def drive_lift(
+    site: Site, rigged: RiggedCrane, space: CollisionSpace, lift: Lift, slew_rad: float
+) -> tuple[Timeline, float]:
+    """Return what ``drive_path`` does for the path of a lift, whether or not its load turns with the jib."""
+    assert lift.path_vox is not None
+    if lift.with_jib:
+        return drive_turning(site, rigged, space, lift, slew_rad)
+    return drive_path(rigged, space, lift.path_vox, lift.contact_moves, slew_rad, lift.guide)
 
 
 def empty_hook_move(
@@ -161,19 +172,34 @@ def empty_hook_move(
 def carrying_phases(timeline: Timeline, length_ns: int) -> list[tuple[PhaseName, int]]:
     """Return hoist, traverse and lower of a loaded motion: names and lengths, ns.
 
-    They are cut at the start of the first move that is not vertical, and of the final moves down.
+    They are cut at the start of the first move that is not vertical, and of the final moves down. While the crane
+    pauses, the load is turned to its final heading.
     """
+    pause = pause_of(timeline)
+    if pause is None:
+        return _carrying(timeline, 0, len(timeline.moves), (0, length_ns))
+    first_after, begins_s, ends_s = pause
+    begins_ns, ends_ns = round(begins_s * NS_PER_S), round(ends_s * NS_PER_S)
+    return [
+        *_carrying(timeline, 0, first_after, (0, begins_ns)),
+        (PhaseName.TURN, ends_ns - begins_ns),
+        *_carrying(timeline, first_after, len(timeline.moves), (ends_ns, length_ns)),
+    ]
+
+
+def _carrying(timeline: Timeline, first: int, until: int, span_ns: tuple[int, int]) -> list[tuple[PhaseName, int]]:
+    """Return hoist, traverse and lower of the moves from one to the one before another, in a span of time."""
     moves = timeline.moves
-    flat = [i for i, move in enumerate(moves) if not move.is_vertical]
-    final = len(moves)
-    while final and moves[final - 1].is_vertical and moves[final - 1].difference[2] < 0.0:
+    flat = [i for i in range(first, until) if not moves[i].is_vertical]
+    final = until
+    while final > first and moves[final - 1].is_vertical and moves[final - 1].difference[2] < 0.0:
         final -= 1
-    lowers = round(timeline.start_s[final] * NS_PER_S) if final < len(moves) else length_ns
+    lowers = round(timeline.start_s[final] * NS_PER_S) if final < until else span_ns[1]
     hoisted = round(timeline.start_s[flat[0]] * NS_PER_S) if flat else lowers
     return [
-        (PhaseName.HOIST, hoisted),
+        (PhaseName.HOIST, hoisted - span_ns[0]),
         (PhaseName.TRAVERSE, lowers - hoisted),
-        (PhaseName.LOWER, length_ns - lowers),
+        (PhaseName.LOWER, span_ns[1] - lowers),
     ]
 
 

@@ -27,6 +27,7 @@ from bimvox.site.collision import CollisionSpace
 
 _CHECK_SPACING_VOX = 0.125
 _HALVINGS = 6
+_PAUSE_S = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,6 +150,22 @@ def in_sequence(crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | N
         pendulum: What hangs on the hook; None if moves are not shaped.
     """
     return Pacer(crane, moves, pendulum).in_sequence()
+
+
+def followed(first: Timeline, then: Timeline, pause_s: float = 0.0) -> Timeline:
+    """Return moves over time, and others that begin when they have ended and a pause is over."""
+    begins_s = first.duration_s + pause_s
+    course = Course(Moves(first.crane, first.moves + then.moves), first.profiles + then.profiles)
+    return Timeline(course, first.start_s + tuple(start + begins_s for start in then.start_s))
+
+
+def pause_of(timeline: Timeline) -> tuple[int, float, float] | None:
+    """Return the move before which the crane pauses, and start and end of the pause, s; None without a pause."""
+    for later in range(1, len(timeline.start_s)):
+        ended_s, begins_s = max(timeline.end_s[:later]), timeline.start_s[later]
+        if begins_s > ended_s + _PAUSE_S:
+            return later, ended_s, begins_s
+    return None
 
 
 def _half_period_s(crane: TowerCrane, move: Move, pendulum: Pendulum) -> float:

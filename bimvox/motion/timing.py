@@ -12,7 +12,7 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.motion.rigged_crane import RiggedCrane
-from bimvox.motion.timeline import Timeline
+from bimvox.motion.timeline import Timeline, pause_of
 from bimvox.motion.trajectories import trajectory_of
 from bimvox.records.trajectory import Trajectory
 
@@ -69,12 +69,11 @@ def sampled(timeline: Timeline, clearance_height_m: float, rigged: RiggedCrane) 
 
 def _rests_s(timeline: Timeline) -> list[float]:
     """Return the times between the first and the last sample at which every axis is at rest."""
-    ends = timeline.end_s
-    return [
-        start
-        for i, start in enumerate(timeline.start_s)
-        if i > 0 and start >= max(ends[:i]) - 1e-9 and _SAME_NS < start * NS_PER_S < ends[-1] * NS_PER_S - _SAME_NS
-    ]
+    ends, pause = timeline.end_s, pause_of(timeline)
+    rests = [start for i, start in enumerate(timeline.start_s) if i > 0 and start >= max(ends[:i]) - 1e-9]
+    if pause is not None:
+        rests = sorted([*rests, pause[1]])
+    return [at_s for at_s in rests if _SAME_NS < at_s * NS_PER_S < ends[-1] * NS_PER_S - _SAME_NS]
 
 
 def sample_times(motion: Motion, end_ns: int, must_ns: NDArray[np.int64], rigged: RiggedCrane) -> NDArray[np.int64]:

@@ -20,12 +20,13 @@ from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
 from bimvox.planning.order.choose_order import order_and_yard
 from bimvox.planning.order.relations import Precedence, precedence
 from bimvox.planning.order.sequence import ErectionSequence, Sequencer
+from bimvox.planning.propose import Transit
 from bimvox.planning.refusal import refused_by_crane
 from bimvox.progress import Report
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import Component, IntVec
-from bimvox.site.site import GROUND_ID, Site
+from bimvox.site.site import GROUND_ID, HeadingRule, Site
 from bimvox.site.transit_clearance import CLEARANCES, grown_cells, margin_vox, smaller_clearances_m
 
 
@@ -75,6 +76,7 @@ class Stage:
         insertion: Its last moves.
         free: The collision rule without any clearance, for a load that must be stopped.
         clearance_m: What it keeps in transit if less than the rules' clearances, which give way; None: all.
+        turning: The rule for the transit of a load that turns with the jib; None if tag lines keep its heading.
     """
 
     component: Component
@@ -84,6 +86,17 @@ class Stage:
     insertion: Insertion
     free: CollisionSpace
     clearance_m: float | None = None
+    turning: CollisionSpace | None = None
+
+    @property
+    def is_turning(self) -> bool:
+        """Whether the load turns with the jib."""
+        return self.turning is not None
+
+    @property
+    def transit(self) -> Transit:
+        """What is to be found: the way from the start to the gate."""
+        return Transit(self.space if self.turning is None else self.turning, self.start_vox, self.insertion.gate_vox)
 
     @property
     def clearance_with_insertion(self) -> CollisionSpace:
@@ -144,6 +157,20 @@ class Assembly:
         self._position = {index: n for n, index in enumerate(preparation.sequence.order)}
         self._stored: dict[int, NDArray[np.int32]] = {}
         self._avoided: dict[int, tuple[Insertion, ...]] = {}
+        self._kept_headings: set[int] = set()
+
+    @property
+    def site(self) -> Site:
+        """The site."""
+        return self._site
+
+    def keep_heading(self, index: int) -> None:
+        """Have tag lines keep the heading of component ``index``, whatever the rules say."""
+        self._kept_headings.add(index)
+
+    def turns_with_jib(self, index: int) -> bool:
+        """Return whether component ``index`` turns with the jib if there is room."""
+        return self._site.rules.heading is HeadingRule.WITH_JIB and index not in self._kept_headings
 
     @property
     def voxel_size_m(self) -> float:

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from bimvox.env.actions import MOVES
 from bimvox.grid.distinct import distinct
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage
-from bimvox.planning.propose import Propose, Transit
+from bimvox.planning.propose import Propose
 from bimvox.planning.rounds import Refusals
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
+from bimvox.planning.turning import turning_stage
 from bimvox.progress import Report
 from bimvox.records.lift import Lift, LiftPlan, Method, Status, YardPlace, not_lifted
 from bimvox.site.collision import CollisionSpace
@@ -78,9 +79,12 @@ def plan_lifts(
         name, last = site.components[index].id, before.get(index)
         avoided, why = refused.avoided_by(name) if isinstance(refused, Refusals) else ((), None)
         reason = (refused or {}).get(name)
+        keeps_heading = why is not None
+        if keeps_heading:
+            assembly.keep_heading(index)
         unplanned = unplanned_lift(site, index, number, preparation.places[index])
         as_before = as_before and last is not None and (last.order, last.place) == (number, unplanned.place)
-        if as_before and last is not None and not avoided and reason is None:
+        if as_before and last is not None and not avoided and reason is None and not (keeps_heading and last.with_jib):
             assembly.skip(index)
             lifts.append(last)
         else:
@@ -116,7 +120,7 @@ def _planned(
     before: Lift | None,
     policies: Sequence[tuple[Propose, Method]],
 ) -> Lift:
-    stage, lift = _searched(assembly, stage, unplanned, before)
+    stage, lift = _turning_or_not(assembly, stage, unplanned, before)
     if lift is before or lift.path_vox is None or isinstance(stage, Obstacle):
         return lift
     return _proposed(stage, lift, policies)
@@ -134,6 +138,19 @@ def _policies(propose: Propose | None, retrained: Propose | None = None) -> list
     """Return the policies to ask, in this order, each with the method that its paths are recorded under."""
     both = ((propose, Method.POLICY), (retrained, Method.RETRAINED))
     return [(ask, method) for ask, method in both if ask is not None]
+
+
+def _turning_or_not(
+    assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, before: Lift | None
+) -> tuple[Stage | Obstacle, Lift]:
+    """Return what ``_searched`` does, with a load that turns with the jib if the rules say so and there is room."""
+    turns = assembly.turns_with_jib(unplanned.component)
+    turning = turning_stage(assembly.site, stage) if turns and isinstance(stage, Stage) else None
+    if turning is not None:
+        lift = _searched_at(assembly, turning, unplanned, before)
+        if lift.path_vox is not None:
+            return turning, lift
+    return _searched(assembly, stage, unplanned, before)
 
 
 def _searched(
@@ -164,13 +181,17 @@ def _searched_at(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, b
     """Return a lift with a shortest path, the earlier lift if that is still valid, or an infeasible one."""
     if isinstance(stage, Obstacle):
         return replace(unplanned, reason=stage.reason, blocked_by=stage.blocked_by)
-    kept = before is not None and before.clearance_m == stage.clearance_m and _is_still_valid(before, stage)
+    same = before is not None and before.clearance_m == stage.clearance_m and before.with_jib == stage.is_turning
+    kept = same and before is not None and _is_still_valid(before, stage)
     if kept and before is not None and before.shortest_moves == _distance(stage) + stage.insertion.moves:
         return before  # no path can be shorter
-    shortest = shortest_path(stage.space, stage.start_vox, stage.insertion.gate_vox).path_vox
+    transit = stage.transit
+    shortest = shortest_path(transit.space, transit.start_vox, transit.goal_vox).path_vox
     if kept and before is not None:
         fewest = None if shortest is None else len(shortest) - 1 + stage.insertion.moves
         return before if before.shortest_moves == fewest else replace(before, shortest_moves=fewest)
+    if shortest is None and stage.is_turning:
+        return unplanned
     if shortest is None:
         found = _why_unreachable(assembly, stage)
         return replace(unplanned, reason=found.reason, blocked_by=found.blocked_by)
@@ -184,14 +205,14 @@ def _searched_at(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, b
         contact_moves=stage.insertion.moves,
         guide=stage.insertion.guide,
         clearance_m=stage.clearance_m,
+        with_jib=stage.is_turning,
     )
 
 
 def _proposed(stage: Stage, lift: Lift, policies: Sequence[tuple[Propose, Method]]) -> Lift:
     """Return a lift with the path of the first policy whose path is valid; if none is, with the searched path."""
-    transit = Transit(stage.space, stage.start_vox, stage.insertion.gate_vox)
     for ask, method in policies:
-        path_vox = ask(transit)
+        path_vox = ask(stage.transit)
         if path_vox is not None and is_valid_transit(stage, path_vox):
             return replace(lift, method=method, path_vox=_whole_path(path_vox, stage))
     return lift
@@ -212,7 +233,7 @@ def is_valid_transit(stage: Stage, path_vox: NDArray[np.int32]) -> bool:
         and tuple(path_vox[0]) == stage.start_vox
         and tuple(path_vox[-1]) == stage.insertion.gate_vox
         and (steps == 1).all()
-        and all_free(stage.space, path_vox)
+        and all_free(stage.transit.space, path_vox)
     )
 
 

@@ -45,7 +45,10 @@ class OtherWays:
         for lift in made.lifts if self._rounds <= _MOST_OTHER_ROUNDS else ():
             name = site.components[lift.component].id
             known = self._ways.get(name, ())
-            if name in failed and lift.status is Status.PLANNED and len(known) < _MOST_OTHER_WAYS:
+            if name in failed and lift.with_jib:
+                self._ways.setdefault(name, ())  # first, its heading is kept
+                self._reasons.setdefault(name, left.pop(name))
+            elif name in failed and lift.status is Status.PLANNED and len(known) < _MOST_OTHER_WAYS:
                 self._ways[name] = (*known, Insertion(lift.last_moves_vox, guide=lift.guide))
                 self._reasons.setdefault(name, left.pop(name))
                 left.pop(name, None)

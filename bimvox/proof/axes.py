@@ -52,6 +52,7 @@ def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
         {PhaseName.WAIT, PhaseName.APPROACH},
         {PhaseName.RELEASE, PhaseName.WAIT},
         {PhaseName.WAIT, PhaseName.LEAVE},
+        *({carrying, PhaseName.TURN} for carrying in (PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER)),
     )
     names = [phase.name for phase in phases]
     check.look(

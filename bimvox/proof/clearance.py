@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.proof.gate import gate_of
+from bimvox.proof.heading import cells_at_any_heading, turning_rows
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.marks import Marks, hits, over
 from bimvox.proof.moment import Moment, Thing
@@ -88,8 +89,11 @@ class TransitProof(LiftProof):
         time_ns = motion.start_ns + trajectory.time_ns[way.sample]
         gate = gate_of(site, lift, component, self.cells.counts, load)
         last = replace(lift, contact_moves=len(lift.path_vox) - 1 - gate)
-        looked_at = within(trajectory, way, motion.start_ns, self.window_ns) & ~tail_of(cells, last)
-        in_column = (np.abs(cells[:, :2] - cells[0, :2]) <= BETWEEN_VOX).all(axis=1)
+        time_s = trajectory.time_ns[way.sample] / 1e9
+        turning = turning_rows(lift, component, motion, time_s, way.axes[:, 0])
+        tail = tail_of(cells, last) & ~turning
+        looked_at = within(trajectory, way, motion.start_ns, self.window_ns) & ~tail
+        in_column = (np.abs(cells[:, :2] - cells[0, :2]) <= BETWEEN_VOX).all(axis=1) & ~turning
         check = self.checks[MOTION_MARGIN]
         for counts, what in ((load, "load"), (rope, "rope")):
             if counts is None:
@@ -99,6 +103,9 @@ class TransitProof(LiftProof):
             else:
                 found = over(counts, placements.cells + np.array(component.hook_offset_vox))
             near = placements.at_positions(found)
+            if what == "load" and turning.any():
+                wide = hits(counts, cells_at_any_heading(component), placements.cells)
+                near[turning] = placements.at_positions(wide)[turning]
             leaving = np.logical_and.accumulate(near & in_column)  # straight up from the yard
             bad = near & ~leaving & looked_at
             check.look(

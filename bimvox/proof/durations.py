@@ -5,7 +5,7 @@ from __future__ import annotations
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
-from bimvox.site.site import Rules
+from bimvox.site.site import HeadingRule, Rules
 from bimvox.site.work import work_of
 
 _TRIAL_LIFT_S = 10.0
@@ -15,15 +15,19 @@ _WITHOUT_CLASSES_S = (60.0, 120.0, 30.0)
 
 def least_ns(rules: Rules, component: Component) -> int:
     """Return the least time of a lift: that of the crew, without any motion of the crane."""
-    return round((_TRIAL_LIFT_S + sum(_asked_s(rules, component))) * 1e9)
+    tag_lines = rules.heading is HeadingRule.KEPT
+    return round((_TRIAL_LIFT_S + sum(_asked_s(rules, component, tag_lines=tag_lines))) * 1e9)
 
 
-def check_durations(check: Check, name: str, rules: Rules, component: Component, motion: LiftMotion) -> None:
+def check_durations(
+    check: Check, name: str, rules: Rules, component: Component, motion: LiftMotion, *, tag_lines: bool = True
+) -> None:
     """Check that the crew has the time of the rules to hook on, check the raised part, set it and release it.
 
-    The rules give these times by the part's class of work, or one value for all classes.
+    The rules give these times by the part's class of work, or one value for all classes. A load without tag lines turns
+    with the jib.
     """
-    hook_on_s, brace_s, hook_off_s = _asked_s(rules, component)
+    hook_on_s, brace_s, hook_off_s = _asked_s(rules, component, tag_lines=tag_lines)
     what = "" if rules.times is None else f" ({work_of(component)})"
     given_ns = {
         phase: sum(p.end_ns - p.start_ns for p in motion.phases if p.name is phase)
@@ -42,7 +46,7 @@ def check_durations(check: Check, name: str, rules: Rules, component: Component,
         )
 
 
-def _asked_s(rules: Rules, component: Component) -> tuple[float, float, float]:
+def _asked_s(rules: Rules, component: Component, *, tag_lines: bool) -> tuple[float, float, float]:
     """Return what the rules ask for hooking on, setting and releasing a part, seconds.
 
     Tag lines are fixed while the part is hooked on, and taken off with the slings.
@@ -54,4 +58,5 @@ def _asked_s(rules: Rules, component: Component) -> tuple[float, float, float]:
         sling_s, brace_s, release_s, tag_line_s = own.sling_s, own.brace_s, own.release_s, own.tag_line_s
     brace_s = brace_s if rules.bracing_s is None else rules.bracing_s
     release_s = release_s if rules.release_s is None else rules.release_s
+    tag_line_s = tag_line_s if tag_lines else 0.0
     return sling_s + tag_line_s, brace_s, release_s + tag_line_s

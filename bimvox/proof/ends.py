@@ -68,7 +68,8 @@ def check_ends(
     if moment.before is not None:
         left = site.components[moment.before.component]
         same("the empty hook starts", first, _hook_over(site, crane_for(site, usual, left), left, left.target_vox))
-    turned = [phase for phase in motion.phases if phase.name is PhaseName.TURN]
+    left_ns = motion.start_ns + int(motion.loaded.time_ns[0])
+    turned = [phase for phase in motion.phases if phase.name is PhaseName.TURN and phase.end_ns <= left_ns]
     wanted_ns = round(quarters_of(place.turn) * site.rules.turn_s * 1e9)
     check.look(
         sum(phase.end_ns - phase.start_ns for phase in turned) == wanted_ns,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.between import EmptyWay, one_way
+from bimvox.proof.heading import cells_at_any_heading
 from bimvox.proof.jib import check_luffing_jib
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.load import check_zone, things_over
@@ -45,7 +46,8 @@ class HookProof(LiftProof):
         component = self.site.components[moment.lift.component]
         crane = crane_for(self.site, self.crane, component)
         loaded_ns = motion.start_ns + int(motion.loaded.time_ns[0])
-        load = (component, axes[seen][time_ns[seen] >= loaded_ns])
+        cells = cells_at_any_heading(component) if moment.lift.ever_with_jib else component.shape.cells
+        load = (component, cells, axes[seen][time_ns[seen] >= loaded_ns])
         check_luffing_jib(self.checks["jib"], name, self.site, crane, jib, present, axes[seen], load)
 
     def _check_approach(self, name: str, empty: EmptyWay, motion: LiftMotion) -> None:

@@ -28,7 +28,7 @@ def check_luffing_jib(
     jib: LuffingJib,
     present: Sequence[Thing],
     axes: NDArray[np.float64],
-    load: tuple[Component, NDArray[np.float64]] | None,
+    load: tuple[Component, NDArray[np.int32], NDArray[np.float64]] | None,
 ) -> None:
     """Check jib, counterweight and, if given, the load below the jib over a whole motion.
 
@@ -44,14 +44,14 @@ def check_luffing_jib(
         jib: Its jib.
         present: What is on the site.
         axes: (N, 3) slew, radius, height of the samples.
-        load: The load and its (M, 3) poses of the hook.
+        load: The load, the cells around it at every heading that it may have, and its (M, 3) poses of the hook.
     """
     taken = swept_by_jib(site, crane, jib, axes)
     check.look(True, "", samples=len(axes))
     for thing in present:
         met = not is_mast_of(crane, thing.name) and bool(_any_taken(taken, thing.cells))
         check.look(not met, f"{name}: the jib or its counterweight turns into {thing.name}")
-    if load is not None and len(load[1]):
+    if load is not None and len(load[2]):
         _check_load(check, name, site, crane, jib, *load)
 
 
@@ -162,11 +162,12 @@ def _check_load(
     crane: TowerCrane,
     jib: LuffingJib,
     component: Component,
+    cells: NDArray[np.int32],
     axes: NDArray[np.float64],
 ) -> None:
     """Check that no column of the load reaches the jib above it."""
     size_m = site.frame.voxel_size_m
-    columns = np.unique(component.shape.cells[:, :2], axis=0) - np.array(component.hook_line_vox[:2])
+    columns = np.unique(cells[:, :2], axis=0) - np.array(component.hook_line_vox[:2])
     slew, radius, height = axes.T
     share = np.clip((radius - jib.pivot_offset_m) / jib.length_m, -1.0, 1.0)
     slope = np.tan(np.arccos(share))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.guided import check_guiding, guided_box_vox, in_the_box
+from bimvox.proof.heading import cells_at_any_heading, turning_rows
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.moment import Moment, Thing, near_and_far, passed_by
 from bimvox.proof.placements import Placements
@@ -22,7 +23,6 @@ from bimvox.proof.space import (
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check
-from bimvox.records.trajectory import Trajectory
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
@@ -56,24 +56,27 @@ class LoadProof(LiftProof):
         upright = place is not None and place.pose is StoredPose.AS_BUILT and not place.turn
         # What a part sweeps while it is upended, or raised turned, is checked with its place in the yard. This checks
         # its hook line.
-        self._check_way(f"{name}, raised", component, moment, motion.raising, None, with_load=upright)
-        self._check_way(name, component, moment, motion.loaded, moment.lift, with_load=True)
+        self._check_way(f"{name}, raised", component, moment, motion, None, with_load=upright)
+        self._check_way(name, component, moment, motion, moment.lift, with_load=True)
 
     def _check_way(
         self,
         name: str,
         component: Component,
         moment: Moment,
-        trajectory: Trajectory,
+        motion: LiftMotion,
         lift: Lift | None,
         *,
         with_load: bool,
     ) -> None:
+        """Check the loaded motion of a lift; without the lift, the raising before it."""
+        trajectory = motion.raising if lift is None else motion.loaded
         crane = crane_for(self.site, self.crane, component)
         way, cells, placements = positions_of(crane, self.site.frame, trajectory, component.hook_line_vox)
         own = component.shape.cells
         time_s = trajectory.time_ns[way.sample] / 1e9
-        tail, now = tail_of(cells, lift), within(trajectory, way, self.start_ns, self.window_ns)
+        turning = turning_rows(lift, component, motion, time_s, way.axes[:, 0])
+        tail, now = tail_of(cells, lift) & ~turning, within(trajectory, way, self.start_ns, self.window_ns)
         if not now.any():
             return
         near, far = near_and_far(component, moment.present) if tail.any() else ([], list(moment.present))
@@ -89,11 +92,11 @@ class LoadProof(LiftProof):
                 for met in in_the_box(moment.present, low, high):
                     check.look(False, f"{name}: guided to its place, it comes into cells near {met}")
         if with_load:
-            inside = ~placements.at_positions(~self.cells.holds(placements, own))
+            inside = ~self._found(placements, turning, component, lambda cells: ~self.cells.holds(placements, cells))
             if not inside.all():
                 n = int(np.argmin(inside))
                 check.look(False, f"{name}: leaves the site at {time_s[n]:.2f} s, cell {_text(cells[n])}")
-            hit = placements.at_positions(self.cells.meets(placements, own))
+            hit = self._found(placements, turning, component, lambda cells: self.cells.meets(placements, cells))
             bad = hit & ~tail
             if (hit & tail).any() and lift is not None and guide is None:
                 left = self._left(placements, own, near) & tail
@@ -106,6 +109,7 @@ class LoadProof(LiftProof):
             bad &= now
             if bad.any():
                 n = int(np.argmax(bad))
+                own = cells_at_any_heading(component) if turning[n] else own
                 met = ", ".join(_met(moment.present if not tail[n] else far, placements, n, own))
                 check.look(
                     False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the load is in cells of {met}"
@@ -116,7 +120,20 @@ class LoadProof(LiftProof):
         if self.site.rules.rope:
             spots = _Spots(cells, placements, time_s, tail, now)
             self._check_rope(name, component, moment, spots, near)
-        check_zone(self.checks["zones"], name, self.site, self.crane, placements, component, cells, time_s)
+        check_zone(self.checks["zones"], name, self.site, self.crane, placements, component, cells, time_s, turning)
+
+    def _found(
+        self,
+        placements: Placements,
+        turning: NDArray[np.bool_],
+        component: Component,
+        look: Callable[[NDArray[np.int32]], NDArray[np.bool_]],
+    ) -> NDArray[np.bool_]:
+        """Return (N,) what holds at each position for the load's cells: those at any heading while it is turning."""
+        found = placements.at_positions(look(component.shape.cells))
+        if turning.any():
+            found[turning] = placements.at_positions(look(cells_at_any_heading(component)))[turning]
+        return found
 
     def _left(self, placements: Placements, own: NDArray[np.int32], without: Sequence[Thing]) -> NDArray[np.bool_]:
         """Return (N,) whether the load at each position is in cells of anything else."""
@@ -177,11 +194,12 @@ def check_zone(
     component: Component | None,
     cells: NDArray[np.float64],
     time_s: NDArray[np.float64],
+    turning: NDArray[np.bool_] | None = None,
 ) -> None:
     """Check that hook and load are over no column that a zone forbids, and that the hook respects the height limiters.
 
     ``placements`` are the whole placements around the positions ``cells`` ((N, 3) reference cells) at ``time_s``
-    ((N,)). For the empty hook, ``component`` is None.
+    ((N,)). For the empty hook, ``component`` is None. ``turning`` ((N,)): where the load may have any heading.
     """
     offset = np.array((0, 0, 0) if component is None else component.hook_offset_vox)
 
@@ -201,7 +219,11 @@ def check_zone(
         look(placements.at_positions(over(site.prohibited, offset[None, :2])), "the hook is over a prohibited zone")
     if site.no_load is not None and component is not None:
         columns = np.unique(component.shape.cells[:, :2], axis=0).astype(np.int64)
-        look(placements.at_positions(over(site.no_load, columns)), "the load is over a zone that is closed to it")
+        met = placements.at_positions(over(site.no_load, columns))
+        if turning is not None and turning.any():
+            wide = np.unique(cells_at_any_heading(component)[:, :2], axis=0).astype(np.int64)
+            met |= placements.at_positions(over(site.no_load, wide)) & turning
+        look(met, "the load is over a zone that is closed to it")
     if site.hook_heights is not None:
         sling_m = crane_for(site, crane, component).sling_m
         hook_m = site.frame.origin_m[2] + (cells[:, 2] + offset[2]) * site.frame.voxel_size_m + sling_m

@@ -30,6 +30,7 @@ from bimvox.proof.clearance import MOTION_MARGIN, Clearances, TransitProof
 from bimvox.proof.cranes import check_cranes
 from bimvox.proof.durations import check_durations
 from bimvox.proof.ends import check_ends
+from bimvox.proof.heading import check_heading
 from bimvox.proof.hook import HookProof
 from bimvox.proof.load import LoadProof
 from bimvox.proof.moment import Moment, moments
@@ -141,7 +142,9 @@ class _Verifier:
                 before = None
             crane, load, hook, swing, transit = proofs[component.crane]
             self._check_axes(name, crane, moment, motion)
-            check_durations(self.checks["timeline"], name, self.site.rules, component, motion)
+            tag_lines, timeline = not moment.lift.ever_with_jib, self.checks["timeline"]
+            check_durations(timeline, name, self.site.rules, component, motion, tag_lines=tag_lines)
+            check_heading(timeline, name, self.site, crane, moment.lift, component, motion)
             check_phase_names(self.checks["timeline"], name, motion)
             check_ends(self.checks["ends"], name, self.site, crane, moment, motion, before)
             cells.move_to(moment.present)

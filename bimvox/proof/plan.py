@@ -18,12 +18,13 @@ from bimvox.proof.capacity import shares_of_capacity
 from bimvox.proof.clearance import Clearances
 from bimvox.proof.gate import gate_of
 from bimvox.proof.guided import check_guide
+from bimvox.proof.heading import cells_at_any_heading, check_rule, turning_placements
 from bimvox.proof.marks import Marks, hits
 from bimvox.proof.mass import check_mass
 from bimvox.proof.moment import Moment, Thing, beside, cells_in_common, moments, near_and_far, passed_by
 from bimvox.proof.proven import ProvenLifts
 from bimvox.proof.shape import check_shape, check_structure
-from bimvox.proof.site_rules import check_rope_margin, check_stored, check_wind, check_zones
+from bimvox.proof.site_rules import check_no_load, check_rope_margin, check_stored, check_wind, check_zones
 from bimvox.proof.slings import check_slings
 from bimvox.proof.stands import check_stands
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status, YardPlace
@@ -207,14 +208,15 @@ class _Verifier:
             return
         self._check_shape(component)
         self._check_moves(lift, component, path, place)
-        if not self._check_boundary(component, path):
+        check_rule(self.checks["unit_moves"], self.site, lift, component)
+        if not self._check_boundary(lift, component, path):
             return
         self.marks.move_to(present)
         if not self._resumes(lift):  # otherwise it left the yard on another path, which is proven separately
             self._check_yard(component, place, present)
         self._check_cells(lift, component, path, present)
         self._check_margins(lift, component, path, present)
-        self._check_hook(component, path, present)
+        self._check_hook(lift, component, path, present)
         self._check_support(component, placed)
 
     def _check_shape(self, component: Component) -> None:
@@ -249,9 +251,13 @@ class _Verifier:
         """Return whether a load resumes from where its crane stopped; the proof of its motion says where that was."""
         return bool(lift.left) and bool(self.site.cranes)
 
-    def _check_boundary(self, component: Component, path: NDArray[np.int32]) -> bool:
+    def _check_boundary(self, lift: Lift, component: Component, path: NDArray[np.int32]) -> bool:
         size = component.shape.cells.max(axis=0)
         good = ((path >= 0).all(axis=1) & (path + size < self.site.shape).all(axis=1)).all()
+        turning = path[turning_placements(lift)]
+        if len(turning):
+            around = cells_at_any_heading(component)
+            good &= (turning + around.min(axis=0) >= 0).all() and (turning + around.max(axis=0) < self.site.shape).all()
         self.checks["boundary"].look(bool(good), f"{component.id}: leaves the site's boundary", samples=len(path))
         return bool(good)
 
@@ -342,6 +348,13 @@ class _Verifier:
             offsets_m = (path[gate:] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
             for thing in passed:
                 self.triangles.check_apart(self.checks["triangles"], component, offsets_m, thing.solid)
+        turning = path[turning_placements(lift)]
+        if len(turning):
+            any_heading = cells_at_any_heading(component)
+            for n in np.flatnonzero(self.marks.hits(any_heading, turning))[:1]:
+                names = [t.name for t in present if len(cells_in_common(any_heading + turning[n], t.cells))]
+                place = tuple(turning[n].tolist())
+                check.look(False, f"{component.id}: at cell {place}, turning, it meets {', '.join(names)}")
         for n in np.flatnonzero(hits_far)[:1]:
             cells = own + path[n]
             names = [t.name for t in far if len(cells_in_common(cells, t.cells))]
@@ -367,6 +380,9 @@ class _Verifier:
         gate = gate_of(self.site, lift, component, self.marks.counts, wide)
         if wide is not None:
             near: NDArray[np.bool_] = hits(wide, component.shape.cells, path.astype(np.int64))
+            turning = turning_placements(lift)
+            if len(path[turning]):
+                near[turning] = hits(wide, cells_at_any_heading(component), path[turning].astype(np.int64))
             rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)
             departure = int(np.argmin(rising & near)) if not (rising & near).all() else len(path)
             bad = np.flatnonzero(near[departure : gate + 1]) + departure
@@ -393,7 +409,7 @@ class _Verifier:
                 f"{component.id}: keeps {own_m:g} m in transit, which is not less than {most_m:g} m",
             )
 
-    def _check_hook(self, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
+    def _check_hook(self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
         site, crane = self.site, self.site.crane_of(component)
         if crane is None:
             return
@@ -408,6 +424,9 @@ class _Verifier:
             bool(good.all()), f"{component.id}: hook radius {radius_m[~good][:1]} m is out of reach", samples=len(hook)
         )
         check_zones(reach, site, component, path)
+        turning = path[turning_placements(lift)]
+        if len(turning):
+            check_no_load(reach, site, component.id, cells_at_any_heading(component), turning)
         if "wind" in self.checks:
             check_wind(self.checks["wind"], site, crane, component)
         load_kg = component.mass_kg + crane.tackle_kg

@@ -33,15 +33,7 @@ def check_zones(check: Check, site: Site, component: Component, path: NDArray[np
             f"{component.id}: its hook is over a prohibited zone at {hook[over][:1].tolist()}",
             samples=len(path),
         )
-    if site.no_load is not None:
-        columns = np.unique(component.shape.cells[:, :2], axis=0)
-        at = path[:, None, :2] + columns[None]
-        over = site.no_load[at[..., 0], at[..., 1]].any(axis=1)
-        check.look(
-            not over.any(),
-            f"{component.id}: the load is over a zone that is closed to it, at {path[over][:1].tolist()}",
-            samples=len(path),
-        )
+    check_no_load(check, site, component.id, component.shape.cells, path)
     if site.hook_heights is not None and (crane := site.crane_of(component)) is not None:
         step_m = site.frame.voxel_size_m
         height_m = site.frame.origin_m[2] + hook[:, 2] * step_m + crane.sling_m
@@ -51,6 +43,19 @@ def check_zones(check: Check, site: Site, component: Component, path: NDArray[np
         check.look(
             not bad.any(),
             f"{component.id}: its hook is not as high as a limiter wants it, at {hook[bad][:1].tolist()}",
+            samples=len(path),
+        )
+
+
+def check_no_load(check: Check, site: Site, name: str, own: NDArray[np.int32], path: NDArray[np.int32]) -> None:
+    """Check that the cells of a load ((C, 3), relative), at placements ((N, 3)), are over no zone closed to it."""
+    if site.no_load is not None:
+        columns = np.unique(own[:, :2], axis=0)
+        at = path[:, None, :2] + columns[None]
+        over = site.no_load[at[..., 0], at[..., 1]].any(axis=1)
+        check.look(
+            not over.any(),
+            f"{name}: the load is over a zone that is closed to it, at {path[over][:1].tolist()}",
             samples=len(path),
         )
 

@@ -24,7 +24,7 @@ from bimvox.site.component import IntVec
 
 Line = tuple[float, float, float]
 
-_SPACING_VOX = 0.125
+SPACING_VOX = 0.125
 _MOST_BETWEEN = 4096
 _AT_SAMPLE_VOX = 1e-5
 BETWEEN_VOX = 0.05
@@ -91,7 +91,7 @@ def whole_cells(distance_m: float, frame: GridFrame) -> int:
 def way_of(crane: TowerCrane, axes: NDArray[np.float64], voxel_size_m: float) -> Way:
     """Return the positions between samples ((N, 3) slew, radius, height), straight in the axes."""
     axes = np.ascontiguousarray(axes, np.float64)
-    return Way(*_between(axes, hook_of(crane, *axes.T), _SPACING_VOX * voxel_size_m))
+    return Way(*_between(axes, hook_of(crane, *axes.T), SPACING_VOX * voxel_size_m))
 
 
 @kernel

@@ -7,7 +7,7 @@ still; both are checked. Before the crane resumes, tag lines bring the load to r
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.between import EmptyWay, one_way
+from bimvox.proof.heading import cells_at_any_heading, turning_rows
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.moment import Moment, Thing, near_and_far
 from bimvox.proof.pendulum import STEP_NS, Swung, hanging_m, swung_parts
@@ -72,7 +73,8 @@ class SwingProof(LiftProof):
                     at_end_m <= REST_M,
                     f"{name}: at its end the load still swings by {at_end_m:.3f} m, allowed are {REST_M:g} m",
                 )
-            self._check_clear(name, component, swung, lift, left, motion.start_ns)
+            turning = turning_rows(lift, component, motion, swung.time_s, swung.axes[:, 0])
+            self._check_clear(name, component, swung, lift, left, motion.start_ns, turning)
 
     def _check_clear(
         self,
@@ -82,6 +84,7 @@ class SwingProof(LiftProof):
         lift: Lift | None,
         left: Sequence[Thing],
         start_ns: int,
+        turning: NDArray[np.bool_],
     ) -> None:
         """Check that a load that swings further than what counts as rest hits nothing, to either side."""
         self.checks["swing"].look(True, "", samples=len(swung.time_s))
@@ -95,7 +98,7 @@ class SwingProof(LiftProof):
         now = (clock_ns >= self.window_ns[0] - STEP_NS) & (clock_ns <= self.window_ns[1] + STEP_NS)
         swings = (beyond_vox[:, 0] != 0.0) | (beyond_vox[:, 1] != 0.0)
         swings &= now
-        tail = tail_of(cells, lift)
+        tail = tail_of(cells, lift) & ~turning
         if (swings & tail).any():
             self._check_on_line(name, swung, cells, beyond_vox, swings & tail, lift)
         rows = np.flatnonzero(swings & ~tail)
@@ -105,9 +108,9 @@ class SwingProof(LiftProof):
         placements = Placements(positions, np.full(len(positions), BETWEEN_VOX))
         bad = np.zeros(len(positions), np.bool_)
         if component is not None:
-            own = component.shape.cells
-            bad |= placements.at_positions(~self.cells.holds(placements, own))
-            bad |= placements.at_positions(self.cells.meets(placements, own))
+            for own, counts in self._cells_of(component, turning[at]):
+                bad |= counts & placements.at_positions(~self.cells.holds(placements, own))
+                bad |= counts & placements.at_positions(self.cells.meets(placements, own))
         if self.site.rules.rope:
             over = placements.at_positions(self.cells.line_meets(placements, offset))
             if over.any() and left:
@@ -122,6 +125,15 @@ class SwingProof(LiftProof):
                 False,
                 f"{name}: at {swung.time_s[n]:.2f} s the load, or its rope, swings by {swings_m:.2f} m into something",
             )
+
+    def _cells_of(
+        self, component: Component, turning: NDArray[np.bool_]
+    ) -> Iterator[tuple[NDArray[np.int32], NDArray[np.bool_]]]:
+        """Yield the load's cells in its final heading and at any, each with the positions for which they count."""
+        if not turning.all():
+            yield component.shape.cells, ~turning
+        if turning.any():
+            yield cells_at_any_heading(component), turning
 
     def _check_on_line(
         self,

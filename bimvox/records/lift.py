@@ -109,12 +109,14 @@ class LeftPath:
         contact_moves: How many of its last placements were cleared by the narrow phase.
         until_ns: When the new path was found, on the site's clock; until then the load was stopping or at rest.
         guide: How a crew guides the load on its last moves; None if it only hangs on its hook.
+        with_jib: Whether the load turned with the jib on it.
     """
 
     path_vox: NDArray[np.int32]
     contact_moves: int
     until_ns: int
     guide: Guide | None = None
+    with_jib: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,6 +143,8 @@ class Lift:
         guide: How a crew guides the load on its last moves, which then lead straight down; None if it only hangs on
             its hook.
         clearance_m: The clearance that it keeps in transit if it could not keep the rules', which give way; None: all.
+        with_jib: Whether the load turns with the jib up to its last moves, which then lead straight down. Before them
+            it is turned to its final heading, by tag line. Otherwise tag lines keep its heading.
     """
 
     component: int
@@ -157,6 +161,12 @@ class Lift:
     by_other_means: bool = field(default=False, metadata=SPARSE)
     guide: Guide | None = field(default=None, metadata=SPARSE)
     clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
+    with_jib: bool = field(default=False, repr=False, metadata=SPARSE)
+
+    @property
+    def ever_with_jib(self) -> bool:
+        """Whether its load turns with the jib, or did on a path that it left."""
+        return self.with_jib or any(left.with_jib for left in self.left)
 
     @property
     def is_set(self) -> bool:
@@ -197,7 +207,8 @@ def same_path(before: Lift | None, now: Lift) -> bool:
     """
     if before is None or before.path_vox is None or now.path_vox is None:
         return before is not None and before.status is now.status and before.path_vox is now.path_vox
-    return before.guide == now.guide and np.array_equal(before.path_vox, now.path_vox)
+    same = (before.guide, before.with_jib) == (now.guide, now.with_jib)
+    return same and np.array_equal(before.path_vox, now.path_vox)
 
 
 def by_change(before: Iterable[Lift], now: Iterable[Lift]) -> tuple[list[Lift], list[Lift], list[Lift]]:

@@ -23,7 +23,8 @@ class PhaseName(StrEnum):
     RAISE = "raise"
     """The part is upended if it was stored lying, raised by one voxel, and held for the trial lift."""
     TURN = "turn"
-    """A part that was stored turned is turned back; the hook is still."""
+    """The load is turned to its final heading; the hook is still. Above the yard if it was stored turned; above its
+    place if it turned with the jib."""
     HOIST = "hoist"
     """Hoisting, before slewing or trolleying begins."""
     TRAVERSE = "traverse"
@@ -123,6 +124,13 @@ class LiftMotion:
         """The trajectories in order."""
         parts = (self.approach, self.raising, self.loaded, self.departure)
         return tuple(part for part in parts if part is not None)
+
+    @property
+    def turned_ns(self) -> tuple[int, int] | None:
+        """Start and end of the turn to the final heading after the load left the yard; None if there is none."""
+        left_ns = self.start_ns + int(self.loaded.time_ns[0])
+        turns = (p for p in self.phases if p.name is PhaseName.TURN and p.start_ns >= left_ns and p.end_ns > left_ns)
+        return next(((phase.start_ns, phase.end_ns) for phase in turns), None)
 
     @property
     def stops_ns(self) -> tuple[tuple[int, int], ...]:

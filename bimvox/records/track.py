@@ -25,7 +25,8 @@ class LoadTrack:
         time_ns: (N,) int64 samples from ``lifted_ns`` to ``assembled_ns``.
         corner_m: (N, 3) float64 origin of the component's frame: the lowest corner of its reference cell, site metres.
         tilt: (N, 4) float64 quaternion x, y, z, w: its rotation relative to the built-in position; the identity except
-            while a part stored lying is tipped up, and until a part stored turned is turned back.
+            while a part stored lying is tipped up, until a part stored turned is turned back, and while a load turns
+            with the jib.
     """
 
     lift: Lift

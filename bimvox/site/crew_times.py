@@ -98,12 +98,15 @@ class _Rules(Protocol):
     def release_s(self) -> float | None: ...
 
 
-def crew_times(rules: _Rules, part: Part) -> CrewTimes:
-    """Return the crew's times for a part: those of its class, unless the rules give one value for all classes."""
+def crew_times(rules: _Rules, part: Part, *, tag_lines: bool = True) -> CrewTimes:
+    """Return the crew's times for a part: those of its class, unless the rules give one value for all classes.
+
+    A load without tag lines turns with the jib.
+    """
     own = UNIFORM_TIMES if rules.times is None else times_of(rules.times, work_of(part))
     brace_s = own.brace_s if rules.bracing_s is None else rules.bracing_s
     release_s = own.release_s if rules.release_s is None else rules.release_s
-    return CrewTimes(own.sling_s, brace_s, release_s, own.tag_line_s)
+    return CrewTimes(own.sling_s, brace_s, release_s, own.tag_line_s if tag_lines else 0.0)
 
 
 def times_of(times: TimesByWork, work: Work) -> CrewTimes:

@@ -39,6 +39,15 @@ class SwingRule(StrEnum):
     OFF = "off"
 
 
+class HeadingRule(StrEnum):
+    """What keeps the heading of a load while the jib turns."""
+
+    KEPT = "kept"
+    """Tag lines: it is the one in the building, from the yard on."""
+    WITH_JIB = "with_jib"
+    """Nothing: the load turns with the jib. Above its place, it is turned to its final heading."""
+
+
 @dataclass(frozen=True, slots=True)
 class Rules:
     """The rules of a site.
@@ -66,6 +75,7 @@ class Rules:
         gives_way: Names of the rules that are defaults: a lift that cannot keep them is planned with what it can keep.
         times: The crew's times by class of work; None: the same for every part, as in logs made before such times.
         casting: The times of work that the crane does not do; None: not known, as in logs made before such times.
+        heading: What keeps the heading of a load while the jib turns. A load with no room to turn keeps its heading.
     """
 
     clearance_m: float = 0.0
@@ -89,6 +99,7 @@ class Rules:
     gives_way: tuple[str, ...] = field(default=(), metadata=SPARSE)
     times: TimesByWork | None = field(default=FIELD_TIMES, metadata=absent_means(None))
     casting: Casting | None = field(default=FIELD_CASTING, metadata=absent_means(None))
+    heading: HeadingRule = field(default=HeadingRule.KEPT, metadata=SPARSE)
 
     def kept_m(self, rule: str, clearance_m: float | None) -> float:
         """Return a clearance of these rules for a lift that keeps ``clearance_m`` if the rule gives way; None: all."""

@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import PlanningError
-from bimvox.motion.course import Course, Moves
 from bimvox.motion.drive import drive_path
 from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, cells_of_axes, pose_next_to
 from bimvox.motion.move import Line, Move, axes_of
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.shortcut import move_is_free
-from bimvox.motion.timeline import Timeline, in_sequence
+from bimvox.motion.timeline import Timeline, followed, in_sequence
 from bimvox.records.guide import Guide
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
@@ -69,20 +68,13 @@ def resume(
         )
     onward, needed_m = drive_path(rigged, space, path_vox, contact_moves, first.end.slew_rad, guide)
     if any(first.moving):
-        onward = _followed(in_sequence(rigged.crane, [first], rigged.pendulum), onward)
+        onward = followed(in_sequence(rigged.crane, [first], rigged.pendulum), onward)
         needed_m = max(needed_m, pose.height_m)
     arrived = onward.moves[-1].end
     end = arrived if end_vox is None else pose_next_to(load, end_vox, arrived)
     if end != arrived:
-        onward = _followed(onward, in_sequence(rigged.crane, [Move(arrived, end, Line.SITE)], rigged.pendulum))
+        onward = followed(onward, in_sequence(rigged.crane, [Move(arrived, end, Line.SITE)], rigged.pendulum))
     return onward, needed_m
-
-
-def _followed(first: Timeline, then: Timeline) -> Timeline:
-    """Return moves over time, and others that begin when they have ended."""
-    later = tuple(start + first.duration_s for start in then.start_s)
-    course = Course(Moves(first.crane, first.moves + then.moves), first.profiles + then.profiles)
-    return Timeline(course, first.start_s + later)
 
 
 def _around(at: NDArray[np.float64]) -> Iterator[tuple[int, int, int]]:
