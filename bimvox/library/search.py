@@ -17,6 +17,7 @@ from bimvox.motion.time_plan import time_lift
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage, prepare
 from bimvox.planning.planner import plan_lift, unplanned_lift
 from bimvox.planning.search import shortest_path
+from bimvox.planning.turning import turning_stage
 from bimvox.progress import Progress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.over_time import begins_ns, epochs_of
@@ -130,10 +131,13 @@ class _Searched:
             self._assembly.skip(lift.component)  # it claims nothing
             return
         stage = self._assembly.begin(lift.component, lift.clearance_m)
+        if lift.with_jib and isinstance(stage, Stage):
+            stage = turning_stage(self._site, stage) or stage
         if isinstance(stage, Obstacle) or not np.array_equal(stage.insertion.path_vox, lift.last_moves_vox):
             self._undecided(lift, "the search takes other last moves, so the fewest moves cannot be compared")
             return
-        found = shortest_path(stage.space, stage.start_vox, stage.insertion.gate_vox).path_vox
+        transit = stage.transit
+        found = shortest_path(transit.space, transit.start_vox, transit.goal_vox).path_vox
         self._compare_moves(lift, None if found is None else len(found) - 1 + stage.insertion.moves)
 
     def _look_redirected(self, lift: Lift) -> None:
@@ -143,7 +147,9 @@ class _Searched:
             self._undecided(lift, "its load was stopped on the way, and the search finds other last moves from there")
             return
         x, y, z = (int(n) for n in lift.path_vox[0])
-        found = shortest_path(stage.space, (x, y, z), stage.insertion.gate_vox).path_vox
+        if lift.with_jib:
+            stage = turning_stage(self._site, stage) or stage
+        found = shortest_path(stage.transit.space, (x, y, z), stage.insertion.gate_vox).path_vox
         self._compare_moves(lift, None if found is None else len(found) - 1 + stage.insertion.moves)
 
     def _compare_moves(self, lift: Lift, fewest: int | None) -> None:

@@ -9,6 +9,7 @@ from bimvox.motion.timeline import Timeline, followed
 from bimvox.records.heading import turn_back_s
 from bimvox.records.lift import Lift
 from bimvox.site.collision import CollisionSpace
+from bimvox.site.margin import margin_vox
 from bimvox.site.site import Site
 from bimvox.site.turning import turning_space
 
@@ -37,7 +38,7 @@ def drive_turning(
     begins = len(lift.path_vox) - 1 - lift.contact_moves
     x, y, z = (int(n) for n in lift.path_vox[0])
     component = site.components[lift.component]
-    turning = turning_space(site, component, space, (x, y, z), lift.clearance_m)
+    turning = turning_space(site, component, space, (x, y, z), margin_vox(site, lift.clearance_m))
     if turning is None:
         raise PlanningError("the load cannot turn above its place in the yard", hint="plan the lift again")
     there, there_m = drive_above(rigged, turning, lift.path_vox[: begins + 1], slew_rad)

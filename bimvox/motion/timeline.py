@@ -159,10 +159,15 @@ def followed(first: Timeline, then: Timeline, pause_s: float = 0.0) -> Timeline:
     return Timeline(course, first.start_s + tuple(start + begins_s for start in then.start_s))
 
 
+def after_a_pause(timeline: Timeline, pause_s: float) -> Timeline:
+    """Return moves that begin when a pause is over."""
+    return Timeline(timeline.course, tuple(start + pause_s for start in timeline.start_s))
+
+
 def pause_of(timeline: Timeline) -> tuple[int, float, float] | None:
     """Return the move before which the crane pauses, and start and end of the pause, s; None without a pause."""
-    for later in range(1, len(timeline.start_s)):
-        ended_s, begins_s = max(timeline.end_s[:later]), timeline.start_s[later]
+    for later, begins_s in enumerate(timeline.start_s):
+        ended_s = max(timeline.end_s[:later], default=0.0)
         if begins_s > ended_s + _PAUSE_S:
             return later, ended_s, begins_s
     return None

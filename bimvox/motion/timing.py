@@ -72,7 +72,7 @@ def _rests_s(timeline: Timeline) -> list[float]:
     ends, pause = timeline.end_s, pause_of(timeline)
     rests = [start for i, start in enumerate(timeline.start_s) if i > 0 and start >= max(ends[:i]) - 1e-9]
     if pause is not None:
-        rests = sorted([*rests, pause[1]])
+        rests = sorted({*rests, *pause[1:]})
     return [at_s for at_s in rests if _SAME_NS < at_s * NS_PER_S < ends[-1] * NS_PER_S - _SAME_NS]
 
 

@@ -11,11 +11,14 @@ from bimvox.planning.assembly import Stage
 from bimvox.planning.insertion import Insertion
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
+from bimvox.site.margin import margin_vox
 from bimvox.site.site import Site
 from bimvox.site.turning import turning_space
 
 _LEAST_ABOVE_M = 0.5
-"""A load is turned to its final heading this far above its place, or higher."""
+"""A load is turned to its final heading this far above its place, or higher ..."""
+_MOST_ABOVE_M = 6.0
+"""... but no higher than this, where a crew at its place can hold its tag line."""
 
 
 def turning_stage(site: Site, stage: Stage) -> Stage | None:
@@ -23,7 +26,8 @@ def turning_stage(site: Site, stage: Stage) -> Stage | None:
     place = stage.insertion.path_vox[-1]
     if (stage.insertion.path_vox[:, :2] != place[:2]).any():
         return None
-    space = turning_space(site, stage.component, stage.space, stage.start_vox, stage.clearance_m)
+    margin = margin_vox(site, stage.clearance_m)
+    space = turning_space(site, stage.component, stage.space, stage.start_vox, margin)
     above = None if space is None else _where_it_turns(site, stage, space)
     if above is None or above[:2] == stage.start_vox[:2]:
         return None
@@ -33,8 +37,9 @@ def turning_stage(site: Site, stage: Stage) -> Stage | None:
 def _where_it_turns(site: Site, stage: Stage, space: CollisionSpace) -> IntVec | None:
     """Return the lowest placement above the place at which the load may turn, with a free column down to the gate."""
     x, y, low = stage.insertion.gate_vox
-    lowest = int(stage.insertion.path_vox[-1, 2]) + ceil(_LEAST_ABOVE_M / site.frame.voxel_size_m - 1e-9)
-    for z in range(low, site.shape[2]):
+    place, size_m = int(stage.insertion.path_vox[-1, 2]), site.frame.voxel_size_m
+    lowest, highest = place + ceil(_LEAST_ABOVE_M / size_m - 1e-9), place + int(_MOST_ABOVE_M / size_m + 1e-9)
+    for z in range(low, min(highest + 1, site.shape[2])):
         if not placement_is_free(stage.space, x, y, z):
             return None
         if z >= lowest and placement_is_free(space, x, y, z):

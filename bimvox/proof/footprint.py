@@ -25,6 +25,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.kept import kept
 from bimvox.proof.clearance import reach_vox
 from bimvox.proof.guided import guided_box_vox
+from bimvox.proof.heading import cells_at_any_heading, turning_placements
 from bimvox.proof.hook import jib_cell, reaches_jib, tallest_met
 from bimvox.proof.jib import swept_by_jib
 from bimvox.proof.space import Line, positions_of, whole_cells
@@ -141,7 +142,9 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     # Also around a lift that keeps less: it is planned again as if from scratch if something comes so near.
     clearances = (site.rules.transit_clearance_m, site.rules.rope_clearance_m)
     reaches = tuple(whole_cells(clearance_m, site.frame) for clearance_m in clearances)
-    _add_load(mask, site, component, lift.path_vox.astype(np.int64), reaches)
+    path = lift.path_vox.astype(np.int64)
+    _add_load(mask, site, component, path, reaches)
+    _add_load(mask, site, component, path[turning_placements(lift)], reaches, any_heading=True)
     _add_guide(mask, site, lift)
     return mask.footprint()
 
@@ -195,7 +198,7 @@ def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox
     mask.add(place.turning_cells(component))
     start = np.array(place.transit_start_vox, np.int64)[None]
     margin = whole_cells(site.rules.transit_clearance_m, site.frame)
-    mask.add_placements(start, _runs_around(component, margin))
+    mask.add_placements(start, _runs_around(component, margin, False))
     mask.add_columns_above(start + np.array(component.hook_offset_vox))
     around = np.array([sideways_vox + margin, sideways_vox + margin, 0])
     bottom = np.array(component.target_vox) * [1, 1, 0] - around
@@ -216,9 +219,10 @@ def _add_motion(mask: CellMask, site: Site, lift: Lift, motion: LiftMotion, rest
     if loaded is not None:
         # The clearances are those that the lift keeps; a load that swings keeps none.
         clearances = tuple(reach_vox(site, rule, lift) for rule in ("transit_clearance_m", "rope_clearance_m"))
-        _add_load(mask, site, component, _placements(site, rigged, loaded, line), clearances)
+        turns = lift.ever_with_jib  # on its last moves it takes less than at any heading
+        _add_load(mask, site, component, _placements(site, rigged, loaded, line), clearances, any_heading=turns)
         swung = swung_placements(site, crane, motion, motion.loaded, component, rest_ns)
-        _add_load(mask, site, component, swung, (0, 0))
+        _add_load(mask, site, component, swung, (0, 0), any_heading=turns)
     approach = None if motion.approach is None else _rest_of(motion.approach, rest_ns)
     if approach is not None and site.rules.rope:
         mask.add_columns_above(_placements(site, crane, approach, _SLINGS_END))
@@ -262,24 +266,26 @@ def _add_load(
     clearances_vox: tuple[int, ...],
     *,
     with_cells: bool = True,
+    any_heading: bool = False,
 ) -> None:
     """Add what is within the clearances of load, if wanted, and rope at (N, 3) placements."""
     load, rope = clearances_vox
     if with_cells:
-        mask.add_placements(placements, _runs_around(component, load))
+        mask.add_placements(placements, _runs_around(component, load, any_heading))
     if site.cranes and site.rules.rope:
         hooks = placements + np.array(component.hook_offset_vox)
         mask.add_columns_above((hooks[:, None] + _around(rope)[None]).reshape(-1, 3))
 
 
 @kept
-def _runs_around(component: Component, reach: int) -> NDArray[np.int64]:
-    cells = component.shape.cells
+def _runs_around(component: Component, reach: int, any_heading: bool) -> NDArray[np.int64]:
+    cells = cells_at_any_heading(component) if any_heading else component.shape.cells
     if not reach:
         return _as_runs(cells)
-    dense = np.zeros(cells.max(axis=0) + 2 * reach + 1, np.bool_)
-    dense[tuple((cells + reach).T)] = True
-    return _as_runs((np.argwhere(maximum_filter(dense, size=2 * reach + 1)) - reach).astype(np.int32))
+    low = cells.min(axis=0) - reach
+    dense = np.zeros(cells.max(axis=0) + reach - low + 1, np.bool_)
+    dense[tuple((cells - low).T)] = True
+    return _as_runs((np.argwhere(maximum_filter(dense, size=2 * reach + 1)) + low).astype(np.int32))
 
 
 def _around(reach: int) -> NDArray[np.int64]:

@@ -173,6 +173,7 @@ def _versions(lift: Lift, start_ns: int) -> Iterator[tuple[int, Lift]]:
                 path_vox=left.path_vox,
                 contact_moves=left.contact_moves,
                 guide=left.guide,
+                with_jib=left.with_jib,
                 shortest_moves=None,
                 left=lift.left[:n],
             ),

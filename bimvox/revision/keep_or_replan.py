@@ -12,6 +12,7 @@ from bimvox.planning.insertion import SIDEWAYS_VOX
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.planner import plan_lift, proposed_again, unplanned_lift
 from bimvox.planning.rounds import Refused
+from bimvox.planning.turning import turning_stage
 from bimvox.proof.footprint import CellMask, examined_by
 from bimvox.records.lift import NOT_LIFTED, Lift, Status
 from bimvox.revision.crane_work import CraneWork
@@ -162,6 +163,8 @@ class Replanning:
         if retrained is None or was.component not in retrained.components or was.status is not Status.PLANNED:
             return was
         stage = assembly.begin(was.component, was.clearance_m)
+        if was.with_jib and isinstance(stage, Stage):
+            stage = turning_stage(self.site, stage) or stage
         if isinstance(stage, Obstacle) or self.site.components[was.component].id in self.refused:
             return was
         lift = proposed_again(stage, was, retrained.propose)

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.kept import kept
-from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace, placement_is_free
+from bimvox.site.collision import HOOK_FORBIDDEN, NOTHING_CLEARED, CollisionSpace, placement_is_free
 from bimvox.site.component import Component, IntVec, Shape
-from bimvox.site.margin import in_transit, margin_vox
+from bimvox.site.margin import in_transit
 from bimvox.site.shape import turning_columns
 from bimvox.site.site import Site
 from bimvox.site.zones import hooks_with_load_over
@@ -35,8 +35,19 @@ def turning_shape(component: Component) -> Shape:
     return Shape(np.concatenate(layers).astype(np.int32), np.array(boxes, np.int32))
 
 
+def any_heading_space(site: Site, component: Component, space: CollisionSpace, margin: int) -> CollisionSpace:
+    """Return the collision rule for a load at any heading, its boxes grown by a margin, nothing cleared."""
+    shape = turning_shape(component)
+    floor = space.hook_floor
+    if site.no_load is not None:
+        floor = np.where(hooks_with_load_over(site.no_load, replace(component, shape=shape)), HOOK_FORBIDDEN, floor)
+    low, cleared = NOTHING_CLEARED
+    bare = space._replace(boxes=shape.boxes, hook_floor=floor, cleared_low=low, cleared=cleared)
+    return in_transit(bare, margin)
+
+
 def turning_space(
-    site: Site, component: Component, space: CollisionSpace, start_vox: IntVec, clearance_m: float | None
+    site: Site, component: Component, space: CollisionSpace, start_vox: IntVec, margin: int
 ) -> CollisionSpace | None:
     """Return the collision rule of a transit in which a load turns with the jib.
 
@@ -48,18 +59,12 @@ def turning_space(
         component: The part.
         space: The rule for its transit in its final heading.
         start_vox: Where the transit starts.
-        clearance_m: The clearance that it keeps in transit if the rules' give way; None: all.
+        margin: The clearance that it keeps, in whole cells.
 
     Returns:
         The rule; None if the load can turn nowhere above its start.
     """
-    shape = turning_shape(component)
-    floor = space.hook_floor
-    if site.no_load is not None:
-        floor = np.where(hooks_with_load_over(site.no_load, replace(component, shape=shape)), HOOK_FORBIDDEN, floor)
-    low, cleared = np.array(start_vox, np.int32), np.zeros((1, 1, 0), np.bool_)
-    turning = space._replace(boxes=shape.boxes, hook_floor=floor, cleared_low=low, cleared=cleared)
-    turning = in_transit(turning, margin_vox(site, clearance_m))
+    turning = any_heading_space(site, component, space, margin)
     x, y, z = start_vox
     while not placement_is_free(turning, x, y, z):
         if z >= site.shape[2] or not placement_is_free(space, x, y, z):
@@ -67,7 +72,7 @@ def turning_space(
         z += 1
     hook = np.array((x, y, z)) + component.hook_offset_vox
     around = tuple(slice(max(0, n - 1), n + 2) for n in hook[:2].tolist())
-    raised: NDArray[np.int32] = np.array(floor)
-    raised[around] = np.maximum(raised[around], hook[2])
-    cleared = np.ones((1, 1, z - start_vox[2]), np.bool_)
-    return turning._replace(hook_floor=raised, cleared=cleared)
+    floor: NDArray[np.int32] = np.array(turning.hook_floor)
+    floor[around] = np.maximum(floor[around], hook[2])
+    low, cleared = np.array(start_vox, np.int32), np.ones((1, 1, z - start_vox[2]), np.bool_)
+    return turning._replace(hook_floor=floor, cleared_low=low, cleared=cleared)

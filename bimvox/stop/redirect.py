@@ -16,20 +16,24 @@ from numpy.typing import NDArray
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import PlanningError
 from bimvox.motion import phases, trajectories
-from bimvox.motion.drive import drive_path
 from bimvox.motion.empty_hook import empty_hook_clearance
 from bimvox.motion.load_frame import cells_of_axes, in_cell
 from bimvox.motion.rigged_crane import RiggedCrane, rigged_crane
-from bimvox.motion.time_plan import carrying_phases, left_cells
+from bimvox.motion.time_plan import carrying_phases, drive_lift, left_cells
+from bimvox.motion.timeline import after_a_pause
 from bimvox.motion.timing import NS_PER_S, sampled
 from bimvox.planning.assembly import Obstacle, Stage
 from bimvox.planning.search import shortest_path
+from bimvox.planning.turning import turning_stage
+from bimvox.records.heading import turn_back_s
 from bimvox.records.lift import LeftPath, Lift, Method, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.reasons import LOAD_IS_HELD, NOT_DRIVEN
 from bimvox.records.trajectory import Trajectory
+from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import IntVec
 from bimvox.site.site import Site
+from bimvox.site.turning import any_heading_space, turning_space
 from bimvox.stop.brake_axes import EmergencyStop
 from bimvox.stop.choose_stop import manoeuvre, motion_is_free
 from bimvox.stop.interrupt import interrupted, spliced
@@ -38,6 +42,7 @@ from bimvox.stop.resume import resume, resume_cells
 HOLD_S = 10.0
 """Shortest hold of a stopped load before it continues: a nominal value for a check."""
 _NO_PATH = "no free path leads from where it is to its place"
+_NO_ROOM_TO_TURN = "it has no tag lines, and no room to turn with the jib"
 NOT_CARRIED = "its load was not carried yet"
 _AFTER_THE_LOAD = (PhaseName.SET, PhaseName.RELEASE)
 
@@ -91,6 +96,7 @@ class Held:
             shortest_moves=None,
             contact_moves=0,
             guide=None,
+            with_jib=self.lift.ever_with_jib,
             reason=f"{LOAD_IS_HELD}{where} ({self.how}): {self.reason}",
             blocked_by=self.blocked_by,
             left=(),
@@ -175,6 +181,11 @@ def redirect(
         return redirect_held(site, crane, held, rule, blocked, time_ns, hold_s)
     # If the end is blocked, the last moves are not cleared any more.
     now = rule.free_with_insertion if blocked is None else rule.free
+    if lift.with_jib:
+        if motion.turned_ns is not None and motion.turned_ns[0] <= time_ns < motion.turned_ns[1]:
+            time_ns = motion.turned_ns[1]  # the hook is still: the crew finishes the turn
+        if _is_off_heading(lift, motion, time_ns):
+            now = _free_at_any_heading(site, rule)
     found = manoeuvre(rigged_crane(site, crane, rule.component), motion, motion.loaded, time_ns, now)
     held = Held(lift, motion, found.stop, found.kind, found.is_free, "")
     return redirect_held(site, crane, held, rule, blocked, time_ns, hold_s)
@@ -204,8 +215,23 @@ def redirect_held(
         )
     except PlanningError as error:
         return replace(held, reason=error.message)
+    if _is_off_heading(held.lift, held.motion, held.stop.start_ns):
+        off_rad = held.stop.pose.slew_rad - float(held.motion.loaded.slew_rad[0])
+        onward = after_a_pause(onward, turn_back_s(off_rad, site.rules.turn_s))
     motion = interrupted(held.motion, held.stop, resume_ns, onward, needed_m, rigged)
     return Redirected(_on_path(held, path_vox, rule, time_ns), motion, held.stop, held.how)
+
+
+def _is_off_heading(lift: Lift, motion: LiftMotion, time_ns: int) -> bool:
+    """Return whether a load in the air has turned with the jib and not back yet."""
+    return lift.with_jib and (motion.turned_ns is None or time_ns < motion.turned_ns[1])
+
+
+def _free_at_any_heading(site: Site, rule: Stage) -> CollisionSpace:
+    """Return the rule for a load that must be stopped while it turns with the jib: no clearances."""
+    component = rule.component
+    column = turning_space(site, component, rule.free, rule.start_vox, 0)
+    return any_heading_space(site, component, rule.free, 0) if column is None else column
 
 
 def _approached(
@@ -280,7 +306,7 @@ def _path_from(rigged: RiggedCrane, stage: Stage, pose: CranePose) -> NDArray[np
 
 
 def _path_to_place(stage: Stage, start_vox: IntVec) -> NDArray[np.int32] | None:
-    transit = shortest_path(stage.space, start_vox, stage.insertion.gate_vox).path_vox
+    transit = shortest_path(stage.transit.space, start_vox, stage.insertion.gate_vox).path_vox
     return None if transit is None else np.concatenate([transit, stage.insertion.path_vox[1:]]).astype(np.int32)
 
 
@@ -288,15 +314,18 @@ def _redirected_in_yard(
     site: Site, crane: TowerCrane, held: Held, stage: Stage, time_ns: int, ready_ns: int
 ) -> Redirected | Held:
     """Return a lift whose load is not carried yet on another path, after the same approach and raising."""
+    if held.lift.ever_with_jib:  # no tag lines were fixed
+        turning = turning_stage(site, stage)
+        if turning is None:
+            return replace(held, reason=_NO_ROOM_TO_TURN)
+        stage = turning
     motion, path_vox = held.motion, _path_to_place(stage, stage.start_vox)
     if path_vox is None:
         return held
     rigged = rigged_crane(site, crane, stage.component)
-    slew_rad, last = float(motion.raising.slew_rad[-1]), stage.insertion
+    lift, slew_rad = _on_path(held, path_vox, stage, time_ns), float(motion.raising.slew_rad[-1])
     try:
-        timeline, needed_m = drive_path(
-            rigged, stage.clearance_with_insertion, path_vox, last.moves, slew_rad, last.guide
-        )
+        timeline, needed_m = drive_lift(site, rigged, stage.clearance_with_insertion, lift, slew_rad)
     except PlanningError as error:
         return replace(held, reason=f"{NOT_DRIVEN}{error.message}")
     trajectory = sampled(timeline, needed_m, rigged)
@@ -311,7 +340,7 @@ def _redirected_in_yard(
     all_phases = (*begun, *phases.phases_from(raised_ns, spans))
     loaded = trajectories.delayed(trajectory, again_ns - motion.start_ns)
     other = replace(motion, loaded=loaded, phases=all_phases, end_ns=all_phases[-1].end_ns)
-    return Redirected(_on_path(held, path_vox, stage, time_ns), other, None, held.how)
+    return Redirected(lift, other, None, held.how)
 
 
 def _on_path(held: Held, path_vox: NDArray[np.int32], stage: Stage, found_ns: int) -> Lift:
@@ -326,5 +355,6 @@ def _on_path(held: Held, path_vox: NDArray[np.int32], stage: Stage, found_ns: in
         clearance_m=stage.clearance_m,
         method=Method.SEARCH,
         shortest_moves=len(path_vox) - 1,
-        left=(*lift.left, LeftPath(lift.path_vox, lift.contact_moves, found_ns, lift.guide)),
+        with_jib=stage.is_turning,
+        left=(*lift.left, LeftPath(lift.path_vox, lift.contact_moves, found_ns, lift.guide, lift.with_jib)),
     )
