@@ -16,7 +16,7 @@ from bimvox.log.mcap.messages import nanoseconds
 from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import PlanLog
 from bimvox.proof.space import reference_cells
-from bimvox.records.guide import Guide
+from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check
 from bimvox.site.build import with_digests
@@ -76,7 +76,7 @@ def check_load_poses(contents: Contents, log: PlanLog) -> Check:
     check = Check("load_poses", unit="m")
     site = log.plan.site
     shown = [_load_poses(contents, number) for number in range(max(1, len(site.cranes)))]
-    guides = {lift.order: lift.guide for lift in log.planned}
+    lifts = {lift.order: lift for lift in log.planned}
     if not site.cranes:
         _, corner_m, _ = shown[0]
         wanted = [site.frame.corner_of(lift.path_vox) for lift in log.planned if lift.path_vox is not None]
@@ -87,13 +87,13 @@ def check_load_poses(contents: Contents, log: PlanLog) -> Check:
         return check
     for motion in log.motions:
         time_ns, corner_m, rotation = shown[motion.crane]
-        start_ns = motion.start_ns + motion.loaded.time_ns
-        low, high = np.searchsorted(time_ns, [start_ns[0], start_ns[-1] + 1])
-        name = f"lift {motion.number}"
-        if not np.array_equal(time_ns[low:high], start_ns):
+        sampled_ns = motion.start_ns + motion.loaded.time_ns
+        low, high = np.searchsorted(time_ns, [sampled_ns[0], sampled_ns[-1] + 1])
+        name, start_ns = f"lift {motion.number}", time_ns[low:high]
+        if not _has_times(motion, start_ns, sampled_ns):
             check.look(False, f"{name}: poses of its load are missing or have other times")
             continue
-        hangs_m, tilt = _hangs(site, motion, guides.get(motion.order))
+        hangs_m, tilt = _hangs(site, motion, lifts.get(motion.order), start_ns)
         off_m = np.linalg.norm(corner_m[low:high] - hangs_m, axis=1)
         # A quaternion and its negative are the same rotation.
         off = np.minimum(*(np.abs(rotation[low:high] - sign * tilt).max(axis=1) for sign in (1.0, -1.0)))
@@ -176,10 +176,25 @@ def _commands(contents: Contents, topic: str) -> dict[int, list[Any]]:
     return {order: [c for c in found if c.lift_order == order] for order in {c.lift_order for c in found}}
 
 
-def _hangs(site: Site, motion: LiftMotion, guide: Guide | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the lowest corner of the reference cell (N, 3) and the quaternion (N, 4) at every sample with the load."""
-    corner_m = _corners_m(site, motion)
+def _has_times(motion: LiftMotion, shown_ns: NDArray[np.int64], sampled_ns: NDArray[np.int64]) -> bool:
+    """Return whether poses have the times of the samples, and others only while the load is turned."""
+    more = np.setdiff1d(shown_ns, sampled_ns)
+    first_ns, last_ns = motion.turned_ns or (0, -1)
+    inside = bool(((more >= first_ns) & (more <= last_ns)).all())
+    return inside and bool((np.diff(shown_ns) > 0).all()) and bool(np.isin(sampled_ns, shown_ns).all())
+
+
+def _hangs(
+    site: Site, motion: LiftMotion, lift: Lift | None, time_ns: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the lowest corner of the reference cell (N, 3) and the quaternion (N, 4) at times with the load."""
+    since_ns = time_ns - motion.start_ns
+    axes = np.stack([np.interp(since_ns, motion.loaded.time_ns, axis) for axis in motion.loaded.axes.T], axis=1)
+    corner_m = _corners_m(site, motion, axes)
     turns = np.tile([0.0, 0.0, 0.0, 1.0], (len(corner_m), 1))
+    if lift is not None and lift.ever_with_jib:
+        corner_m, turns = _turned(site, motion, corner_m, _off_rad(motion, time_ns, axes[:, 0]))
+    guide = None if lift is None else lift.guide
     if guide is None:
         return corner_m, turns
     place_m = corner_m[-1].copy()
@@ -192,9 +207,36 @@ def _hangs(site: Site, motion: LiftMotion, guide: Guide | None) -> tuple[NDArray
     return corner_m, turns
 
 
-def _corners_m(site: Site, motion: LiftMotion) -> NDArray[np.float64]:
-    """Return (N, 3) lowest corner of the reference cell at every sample with the load hanging level, metres."""
+def _corners_m(site: Site, motion: LiftMotion, axes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (N, 3) lowest corner of the reference cell at hook poses with the load level and not turned, metres."""
     component = site.components[motion.component]
     crane = crane_for(site, site.cranes[motion.crane], component)
-    cells = reference_cells(crane, site.frame, motion.loaded.axes, component.hook_line_vox)
+    cells = reference_cells(crane, site.frame, axes, component.hook_line_vox)
     return site.frame.corner_of(cells)
+
+
+def _off_rad(motion: LiftMotion, time_ns: NDArray[np.int64], slew_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (N,) the angle of a load that turns with the jib to its final heading: as the jib has turned since.
+
+    From the start of the turn to its final heading to its end, the rest goes to 0 in proportion to the time.
+    """
+    off_rad: NDArray[np.float64] = slew_rad - motion.loaded.slew_rad[0]
+    if motion.turned_ns is None:
+        return off_rad
+    first_ns, last_ns = motion.turned_ns
+    begins = motion.loaded.slew_rad[np.searchsorted(motion.loaded.time_ns, first_ns - motion.start_ns)]
+    least_rad = float(np.remainder(begins - motion.loaded.slew_rad[0] + np.pi, 2.0 * np.pi) - np.pi)
+    rest = np.clip((last_ns - time_ns) / (last_ns - first_ns), 0.0, 1.0)
+    return np.asarray(np.where(time_ns < first_ns, off_rad, rest * least_rad), np.float64)
+
+
+def _turned(
+    site: Site, motion: LiftMotion, corner_m: NDArray[np.float64], off_rad: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return corners (N, 3) turned by angles (N,) about the hook's vertical, and the quaternions (N, 4)."""
+    x, y, _ = site.components[motion.component].hook_line_vox
+    arm = complex(x + 0.5, y + 0.5) * site.frame.voxel_size_m
+    moved = arm - arm * np.exp(1j * off_rad)
+    none = np.zeros_like(off_rad)
+    turns = np.stack([none, none, np.sin(off_rad / 2.0), np.cos(off_rad / 2.0)], axis=1)
+    return corner_m + np.stack([moved.real, moved.imag, none], axis=1), turns

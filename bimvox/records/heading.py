@@ -20,8 +20,8 @@ def headings_off_rad(
 ) -> NDArray[np.float64]:
     """Return (N,) by how much the heading of a load that turns with the jib differs from its final one.
 
-    It differs by as much as the jib has turned since the load left the yard. It goes to 0 at a constant rate, the
-    shorter way, while the load is turned to its final heading.
+    It differs by as much as the jib has turned since the load left the yard. It goes to the nearest full turn at a
+    constant rate while the load is turned to its final heading.
 
     Args:
         motion: The motion of its lift.
@@ -36,7 +36,8 @@ def headings_off_rad(
     at_start = np.interp(start_ns - motion.start_ns, motion.loaded.time_ns, motion.loaded.slew_rad)
     begins_rad = float(at_start - motion.loaded.slew_rad[0])
     left = np.clip((end_ns - time_ns) / (end_ns - start_ns), 0.0, 1.0)
-    back_rad = left * (begins_rad - _full_turns_rad(begins_rad))
+    full_rad = _full_turns_rad(begins_rad)
+    back_rad = full_rad + left * (begins_rad - full_rad)
     found: NDArray[np.float64] = np.where(time_ns < start_ns, off_rad, back_rad)
     return found
 

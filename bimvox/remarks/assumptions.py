@@ -12,7 +12,7 @@ from bimvox.remarks.subject import Subject, metres
 from bimvox.site.component import Component
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
 from bimvox.site.part_names import names_by_id, with_names
-from bimvox.site.site import SwingRule
+from bimvox.site.site import HeadingRule, SwingRule
 from bimvox.site.work import work_of
 
 ASSUMED_MASS = "assumed_mass"
@@ -73,7 +73,14 @@ def _of_cranes(subject: Subject) -> Iterator[Remark]:
             f"{metres(crane.sling_m)} high, and every lifting point holds",
         )
     yield from _crew_times(subject)
-    yield _note(ASSUMED_HEADING, "tag lines keep the heading of a load while the jib turns")
+    if own.heading is HeadingRule.WITH_JIB:
+        yield _note(
+            ASSUMED_HEADING,
+            "a load turns with the jib as if it were fixed to it, and a crew turns it to its final heading above its "
+            "place; a load without room for that keeps its heading by tag line",
+        )
+    else:
+        yield _note(ASSUMED_HEADING, "tag lines keep the heading of a load while the jib turns")
     if own.swing is SwingRule.SHAPED:
         yield _note(ASSUMED_SWING, "a load swings like a point on its rope, without wind and without damping")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -100,8 +100,7 @@ def _of_the_rules(site: Site, lifts: Sequence[Lift]) -> Iterator[Condition]:
 def _of_the_lifts(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Iterator[Condition]:
     """Yield what is taken of headings, wind, clearances, swing and rope of the lifts."""
     site, own = plan.site, plan.site.rules
-    if (turned := _turned(motions)) is not None:
-        yield None, turned
+    yield from ((None, said) for said in _turned(site, plan.lifts, motions))
     if not own.wind_speed_m_s:
         yield None, "there is no wind"
     planned = [(lift, site.components[lift.component]) for lift in plan.lifts if lift.status is Status.PLANNED]
@@ -119,16 +118,34 @@ def _of_the_lifts(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Iterator[Con
         yield None, "the hoist rope touches nothing"
 
 
-def _turned(motions: Sequence[LiftMotion]) -> str | None:
-    """Return that tag lines keep the heading of the loads, and how far the jib turns while they hang on the hook."""
-    turns = sorted(float(np.degrees(np.abs(np.diff(motion.loaded.slew_rad)).sum())) for motion in motions)
-    if not turns:
-        return None
-    middle = turns[len(turns) // 2]
-    return (
-        f"people keep the heading of every load by tag line while the jib turns: by {middle:.0f} degrees in the median "
-        f"lift, by {turns[-1]:.0f} degrees at most"
-    )
+def _turned(site: Site, lifts: Iterable[Lift], motions: Sequence[LiftMotion]) -> list[str]:
+    """Return that tag lines keep the heading of loads, that others turn with the jib, and how far the jib turns."""
+    with_jib = {lift.order for lift in lifts if lift.ever_with_jib}
+    kept = _degrees(motion for motion in motions if motion.order not in with_jib)
+    turned = _degrees(motion for motion in motions if motion.order in with_jib)
+    found = []
+    if turned:
+        found.append(
+            f"{len(turned):,} of {len(motions):,} loads turn with the jib: by {_middle(turned):.0f} degrees in the "
+            f"median lift, by {turned[-1]:.0f} degrees at most; people turn them to their final heading by tag line "
+            f"above their places, {site.rules.turn_s:g} s a quarter"
+        )
+    if kept:
+        whose = "every load" if not with_jib else f"{len(kept):,} loads without room to turn"
+        found.append(
+            f"people keep the heading of {whose} by tag line while the jib turns: by {_middle(kept):.0f} degrees in "
+            f"the median lift, by {kept[-1]:.0f} degrees at most"
+        )
+    return found
+
+
+def _degrees(motions: Iterable[LiftMotion]) -> list[float]:
+    """Return by how much the jib turns in each loaded motion, degrees, ascending."""
+    return sorted(float(np.degrees(np.abs(np.diff(motion.loaded.slew_rad)).sum())) for motion in motions)
+
+
+def _middle(ascending: Sequence[float]) -> float:
+    return ascending[len(ascending) // 2]
 
 
 def _names(labels: Sequence[str]) -> str:

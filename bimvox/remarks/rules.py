@@ -9,11 +9,12 @@ from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, about
 from bimvox.site.crew_times import crew_times
 from bimvox.site.governing_wind import needs_less_wind, permitted_for
-from bimvox.site.site import Rules, SwingRule
+from bimvox.site.site import HeadingRule, Rules, SwingRule
 
 WIND = "wind"
 LOW_WIND = "low_wind"
 SMALL_CLEARANCE = "small_clearance"
+KEPT_HEADING = "kept_heading"
 SWING = "swing"
 ROPE = "rope"
 TOLERANCE = "tolerance"
@@ -54,15 +55,20 @@ def _of_cranes(own: Rules) -> Iterator[Remark]:
 
 
 def _kept_less(subject: Subject) -> Iterator[Remark]:
-    """Yield a remark about every lift that keeps less than the rules, which give way."""
+    """Yield a remark about every lift that keeps less than the rules, which give way, or has no room to turn."""
     site, own = subject.site, subject.site.rules
-    clearances = {lift.component: lift.clearance_m for lift in subject.plan.lifts if lift.status is Status.PLANNED}
+    planned = [lift for lift in subject.plan.lifts if lift.status is Status.PLANNED]
+    clearances = {lift.component: lift.clearance_m for lift in planned}
+    kept_headings = {lift.component for lift in planned if not lift.ever_with_jib}
     for component in subject.lifted:
         kept_m = clearances.get(component.index)
         if kept_m is not None:
             wanted_m = max(own.transit_clearance_m, own.rope_clearance_m)
             said = f"keeps a clearance of {kept_m:g} m in transit, not {wanted_m:g} m: there is no way with more"
             yield about(component, SMALL_CLEARANCE, Severity.MINOR, said)
+        if own.heading is HeadingRule.WITH_JIB and component.index in kept_headings:
+            said = "keeps its heading by tag line: it has no room to turn with the jib"
+            yield about(component, KEPT_HEADING, Severity.MINOR, said)
         crane = site.crane_of(component)
         if crane is not None and needs_less_wind(site, component):
             most, sail_m2 = permitted_for(site, crane, component), component.sail_area_m2

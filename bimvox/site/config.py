@@ -311,6 +311,18 @@ class SiteConfig(Table):
         return self
 
     @model_validator(mode="after")
+    def _one_crane_turns_loads(self) -> Self:
+        if self.rules.heading == "with_jib":
+            if len(self.cranes) > 1:
+                raise ValueError(
+                    f'rules.heading: "with_jib" is for one crane, but there are {len(self.cranes)}: with several, tag '
+                    'lines keep the heading of loads; write "kept"'
+                )
+            if self.one_crane is not None and self.one_crane.kind == "none":
+                raise ValueError('rules.heading: "with_jib" is for a site with a crane; write "kept"')
+        return self
+
+    @model_validator(mode="after")
     def _cranes_apart(self) -> Self:
         if len(self.cranes) < 2:
             return self

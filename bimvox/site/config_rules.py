@@ -16,7 +16,7 @@ from bimvox.site.limits import (
     MOST_SAMPLE_PERIOD_S,
     MOST_SUPPORT_GAP_M,
 )
-from bimvox.site.site import Rules, SwingRule
+from bimvox.site.site import HeadingRule, Rules, SwingRule
 from bimvox.site.validation import (
     Flag,
     NotNegative,
@@ -178,6 +178,11 @@ class RulesConfig(Table):
     """Time to remove the slings: one value for all classes, instead of ``times``."""
     turn_s: Pause = _RULES.turn_s
     """Time to turn a hanging part by a quarter (tag lines, or a rotator)."""
+    heading: Literal["kept", "with_jib"] = _RULES.heading.value
+    """What becomes of a load's heading while the jib turns. `kept`: tag lines keep it, which takes their time
+    (`tag_line_s`). `with_jib`: the load turns with the jib, without that time, and must be free at every heading; above
+    its place it is turned to its final heading (`turn_s` a quarter). A load without room for that keeps its heading by
+    tag line. For a site with exactly one crane."""
     swing: Literal["shaped", "off"] = _RULES.swing.value
     """`shaped`: the crane's moves are shaped so that no load swings when it is set, and the swing in transit is proven
     clear. `off`: swing is ignored."""
@@ -203,7 +208,8 @@ class RulesConfig(Table):
 
     def rules(self, *, has_crane: bool = False) -> Rules:
         """Return the rules as a value for the planner, those that the file does not give by their defaults."""
-        own = {"swing": SwingRule(self.swing), "times": self.times.times(), "casting": self.casting.casting()}
+        own: dict[str, object] = {"swing": SwingRule(self.swing), "heading": HeadingRule(self.heading)}
+        own |= {"times": self.times.times(), "casting": self.casting.casting()}
         given = self.model_dump() | own
         left = tuple(key for key in DEFAULT_RULES if given[key] is None)
         defaults = {key: DEFAULT_RULES[key] if has_crane else 0.0 for key in left}

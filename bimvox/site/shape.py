@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.grid.boxes import boxes_of
-from bimvox.site.component import IntVec, Shape, StoredPose
+from bimvox.site.component import Component, IntVec, Shape, StoredPose
 
 
 def shape_of(cells: ArrayLike) -> tuple[Shape, IntVec]:
@@ -68,6 +68,25 @@ def turning_columns(shape: Shape, hook_line_vox: tuple[float, float, float], tur
     nearest = np.maximum(np.abs(offsets - np.array(aside)) - 0.5, 0.0)
     inside: NDArray[np.int32] = offsets[np.hypot(*nearest.T) < radius - 1e-9].astype(np.int32)
     return inside + column
+
+
+def turned_cells(component: Component, angle_rad: float) -> NDArray[np.int32]:
+    """Return (N, 3) the cells, relative to its reference cell, whose middles a part covers when it is turned.
+
+    It turns by an angle about its hook line, counter-clockwise.
+    """
+    line, shape = np.array(component.hook_line_vox[:2]) + 0.5, component.shape
+    reach = int(np.ceil(np.hypot(*shape.size_vox[:2]))) + 1
+    at = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
+    at = at + np.floor(line).astype(int)
+    (x, y), cos, sin = (at + 0.5 - line).T, np.cos(angle_rad), np.sin(angle_rad)
+    before = np.floor(np.stack([cos * x + sin * y, cos * y - sin * x], axis=1) + line + 1e-9).astype(int)
+    inside = ((before >= 0) & (before < shape.size_vox[:2])).all(axis=1)
+    dense = np.zeros(shape.size_vox, np.bool_)
+    dense[tuple(shape.cells.T)] = True
+    column, height = np.nonzero(dense[tuple(before[inside].T)])
+    cells: NDArray[np.int32] = np.column_stack([at[inside][column], height]).astype(np.int32)
+    return cells
 
 
 def stored_shape(shape: Shape, pose: StoredPose, turn: int = 0) -> Shape:

@@ -181,6 +181,7 @@ _RULES = {
     "rope": "keep the hoist rope above the load free",
     "sample_period_s": "sampling interval of the motion in the log",
     "turn_s": "time to turn a hanging part by a quarter",
+    "heading": 'kept by tag line, or "with_jib": loads turn with it, without tag lines, where there is room',
     "swing": '"off": the swing of loads is ignored',
     "truckload_kg": "largest mass of a delivery; 0: as much as the yard holds",
     "wind_speed_m_s": "gust in which lifts must be possible; 0: no wind",

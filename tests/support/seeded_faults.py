@@ -151,7 +151,7 @@ def obstruction_file_of(site: Site) -> dict[str, bytes]:
 
 def site_file_of(site: Site, **changes: Any) -> bytes:
     """Return the site file that gives this site: rules, crane, zones, areas, extent and what it asks of parts."""
-    rules = dataclasses.asdict(site.rules) | {"swing": site.rules.swing.value}
+    rules = dataclasses.asdict(site.rules) | {"swing": site.rules.swing.value, "heading": site.rules.heading.value}
     rules |= dict.fromkeys(rules.pop("gives_way"))  # defaults are not written
     size_m = site.frame.voxel_size_m
     (x0, y0, _), (nx, ny, nz) = site.frame.origin_m, site.shape

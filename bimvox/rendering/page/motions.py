@@ -11,6 +11,7 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.tipping import from_box_to_origin_m
 from bimvox.records.guide import Guide
+from bimvox.records.heading import headings_off_rad
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.page.blob import Blob, rounded
@@ -52,6 +53,7 @@ def crane_motion(site: Site, motion: LiftMotion, track: LoadTrack, blob: Blob) -
         "below_m": rounded(below_m),
         "tip": _tip(site, track, motion, blob),
         "yaw": _yaw(track, motion),
+        **({"with_jib": _with_jib(motion)} if track.lift.ever_with_jib else {}),
         **({} if track.lift.guide is None else {"guide": _guide(track.lift.guide, crane, motion)}),
         "phases": [[phase.name.value, _seconds(phase.start_ns - motion.start_ns)] for phase in motion.phases],
         **_times(track),
@@ -81,7 +83,9 @@ def _guide(guide: Guide, crane: TowerCrane, motion: LiftMotion) -> dict[str, Any
 
 def _yaw(track: LoadTrack, motion: LiftMotion) -> dict[str, Any] | None:
     """Return by how much and when a part stored turned is turned back; None if it was not."""
-    phase = next((phase for phase in motion.phases if phase.name is PhaseName.TURN), None)
+    left_ns = motion.start_ns + int(motion.loaded.time_ns[0])
+    turns = (phase for phase in motion.phases if phase.name is PhaseName.TURN and phase.end_ns <= left_ns)
+    phase = next(turns, None)
     if phase is None or not len(track.tilt):
         return None
     _, _, z, w = track.tilt[0]
@@ -90,6 +94,22 @@ def _yaw(track: LoadTrack, motion: LiftMotion) -> dict[str, Any] | None:
         "start_s": _seconds(phase.start_ns - motion.start_ns),
         "end_s": _seconds(phase.end_ns - motion.start_ns),
     }
+
+
+def _with_jib(motion: LiftMotion) -> dict[str, Any]:
+    """Return from when and which slewing angle on a load turns with the jib, and its turn to the final heading."""
+    found: dict[str, Any] = {
+        "from_s": _seconds(int(motion.loaded.time_ns[0])),
+        "slew_rad": round(float(motion.loaded.slew_rad[0]), 6),
+        "turn": None,
+    }
+    if motion.turned_ns is not None:
+        ends_ns = np.array(motion.turned_ns)
+        slew_rad = np.interp(ends_ns - motion.start_ns, motion.loaded.time_ns, motion.loaded.slew_rad)
+        begins_rad, ends_rad = headings_off_rad(motion, ends_ns, slew_rad)
+        start_s, end_s = (_seconds(int(at - motion.start_ns)) for at in ends_ns)
+        found["turn"] = {"rad": round(float(begins_rad - ends_rad), 6), "start_s": start_s, "end_s": end_s}
+    return found
 
 
 def _tip(site: Site, track: LoadTrack, motion: LiftMotion, blob: Blob) -> dict[str, Any] | None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import InputError
 from bimvox.motion.load_frame import cells_of_axes, load_frame
+from bimvox.records.heading import headings_off_rad
 from bimvox.records.lift import NOT_LIFTED, Lift, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.rendering.colours import (
@@ -39,6 +40,7 @@ from bimvox.rendering.scene.site import (
 from bimvox.rendering.words import counted, hours
 from bimvox.site.component import Component, IntVec
 from bimvox.site.lifting import crane_for
+from bimvox.site.shape import turned_cells
 from bimvox.site.site import Site
 from bimvox.units import clock
 
@@ -165,7 +167,7 @@ def _under_way(
     for other, cell in others.carried:
         canvas.paint(site.components[other.component].shape.cells + np.array(cell), IN_TRANSIT, over=True)
     state_rgb, state = (ARRIVED, "arrived") if share >= _ARRIVED else (IN_TRANSIT, "in transit")
-    canvas.paint(component.shape.cells + np.array(at), state_rgb, over=True)
+    canvas.paint(_load_cells(component, lift, motion, share) + np.array(at), state_rgb, over=True)
     strokes = [
         boxes_strokes(site, [(lift.place.shape, lift.place.cell_vox)], START_BOX),
         boxes_strokes(site, [(component.shape, component.target_vox)], TARGET_BOX),
@@ -275,6 +277,15 @@ def _load_at(site: Site, lift: Lift, motion: LiftMotion | None, share: float) ->
     load = load_frame(crane_for(site, site.cranes[motion.crane], component), site.frame, component.hook_line_vox)
     x, y, z = (round(float(n)) for n in cells_of_axes(load, axes))
     return (x, y, z), CranePose(*axes.tolist())
+
+
+def _load_cells(component: Component, lift: Lift, motion: LiftMotion | None, share: float) -> NDArray[np.int32]:
+    """Return the load's cells relative to its reference cell, turned as it hangs at a share of its carrying time."""
+    if motion is None or not lift.ever_with_jib:
+        return component.shape.cells
+    time_ns = np.array([_time_ns(motion, share)])
+    slew_rad = np.interp(time_ns - motion.start_ns, motion.loaded.time_ns, motion.loaded.slew_rad)
+    return turned_cells(component, float(headings_off_rad(motion, time_ns, slew_rad)[0]))
 
 
 def _transit_ns(motion: LiftMotion) -> tuple[int, int]:

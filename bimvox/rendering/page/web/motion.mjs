@@ -68,7 +68,7 @@ export function loadAt(motion, baseM, stored, at) {
   const values = axesAt(motion, at);
   if (motion.kind === "carried") return { corner: values, tilt: [0, 0, 0, 1] };
   const hook = hookOf(baseM, values);
-  const angle = yawOf(motion, at);
+  const angle = yawOf(motion, at, values[0]);
   const below = yawed(motion.below_m, angle);
   const guided = motion.guide && guidedAt(motion.guide, hook, below);
   if (guided) return guided;
@@ -94,11 +94,21 @@ function guidedAt(guide, hook, below) {
   return { corner: moved.map((value, n) => value + guide.centre_m[n]), tilt: [y * sine, -x * sine, 0, Math.cos(tilt / 2)] };
 }
 
-/** The angle about z of a hanging part that was stored turned; it goes to 0 the shorter way, at a constant rate. */
-function yawOf(motion, at) {
-  const yaw = motion.yaw;
-  if (!yaw || at >= yaw.end_s) return 0;
-  return at <= yaw.start_s ? yaw.rad : (yaw.rad * (yaw.end_s - at)) / (yaw.end_s - yaw.start_s);
+/**
+ * The angle about z of a hanging part that was stored turned, or turns with the jib: the rest goes to 0 at a constant
+ * rate while it is turned to its final heading.
+ */
+function yawOf(motion, at, slew) {
+  const jib = motion.with_jib;
+  if (jib && at >= jib.from_s) {
+    return jib.turn && at >= jib.turn.start_s ? restOf(jib.turn, at) : slew - jib.slew_rad;
+  }
+  return motion.yaw ? restOf(motion.yaw, at) : 0;
+}
+
+function restOf(turn, at) {
+  if (at >= turn.end_s) return 0;
+  return at <= turn.start_s ? turn.rad : (turn.rad * (turn.end_s - at)) / (turn.end_s - turn.start_s);
 }
 
 const yawTilt = (angle) => [0, 0, Math.sin(angle / 2), Math.cos(angle / 2)];
