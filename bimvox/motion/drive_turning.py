@@ -9,8 +9,8 @@ from bimvox.motion.timeline import Timeline, followed
 from bimvox.records.heading import turn_back_s
 from bimvox.records.lift import Lift
 from bimvox.site.collision import CollisionSpace
-from bimvox.site.margin import margin_vox
 from bimvox.site.site import Site
+from bimvox.site.transit_clearance import margin_vox
 from bimvox.site.turning import turning_space
 
 

@@ -11,8 +11,8 @@ from bimvox.planning.assembly import Stage
 from bimvox.planning.insertion import Insertion
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
-from bimvox.site.margin import margin_vox
 from bimvox.site.site import Site
+from bimvox.site.transit_clearance import margin_vox
 from bimvox.site.turning import turning_space
 
 _LEAST_ABOVE_M = 0.5

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from bimvox.kept import kept
 from bimvox.site.collision import HOOK_FORBIDDEN, NOTHING_CLEARED, CollisionSpace, placement_is_free
 from bimvox.site.component import Component, IntVec, Shape
-from bimvox.site.margin import in_transit
 from bimvox.site.shape import turning_columns
 from bimvox.site.site import Site
+from bimvox.site.transit_clearance import in_transit
 from bimvox.site.zones import hooks_with_load_over
 
 _MOST_BANDS = 24

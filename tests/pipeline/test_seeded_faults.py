@@ -35,6 +35,7 @@ from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.progress import SilentProgress
+from bimvox.records.heading import headings_off_rad
 from bimvox.records.proof import Check
 from bimvox.site.build import with_digests
 from bimvox.site.site import SwingRule
@@ -770,3 +771,42 @@ def test_a_load_guided_otherwise_is_refused(guided: PlanLog, tmp_path: Path, nam
     assert not document["verified"]
     failures = [failure for check in document["checks"].values() for failure in check["failures"]]
     assert any(says in failure for failure in failures), failures
+
+
+@pytest.fixture(scope="module")
+def turning() -> PlanLog:
+    return faults.log_of_turning_loads()
+
+
+def test_loads_that_turn_with_the_jib_are_proven_and_come_back_as_written(turning: PlanLog, tmp_path: Path):
+    document = proven(turning, tmp_path)
+    assert document["verified"], failed(document)
+    again = read_log(tmp_path / "log.mcap").plan
+    assert [lift.with_jib for lift in again.lifts] == [lift.with_jib for lift in turning.plan.lifts] == [True] * 4
+    assert again.site.rules.heading is turning.plan.site.rules.heading
+
+
+@pytest.mark.parametrize("name", faults.TURNING)
+def test_a_load_turned_otherwise_is_refused(turning: PlanLog, tmp_path: Path, name: str):
+    forge, says = faults.TURNING[name]
+    document = proven(forge(turning), tmp_path)
+    assert not document["verified"]
+    failures = [failure for check in document["checks"].values() for failure in check["failures"]]
+    assert any(says in failure for failure in failures), failures
+
+
+@pytest.mark.parametrize("off_rad", [0.0, np.pi / 2.0])
+def test_a_load_shown_in_another_heading_is_refused(
+    turning: PlanLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, off_rad: float
+):
+    """As if it kept its heading, or as if it were set a quarter off it."""
+
+    def heading(motion: Any, time_ns: Any, slew_rad: Any) -> Any:
+        own = headings_off_rad(motion, time_ns, slew_rad)
+        return np.zeros_like(own) if off_rad == 0.0 else own + off_rad
+
+    with monkeypatch.context() as patch:
+        patch.setattr("bimvox.log.track.headings_off_rad", heading)
+        write_log_file(tmp_path / "log.mcap", turning, inputs=[])
+        # What is shown is compared with what the same wrong function gives; where the load hangs is not.
+        assert "load_poses" in failed(verify(tmp_path / "log.mcap", progress=SilentProgress()))

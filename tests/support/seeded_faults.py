@@ -31,6 +31,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Chunk
 from named_cranes import default_luffing_crane
+from turning_sites import BESIDE_THE_PORTAL, turning_site
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.crane.axis_limits import AxisLimits
@@ -68,7 +69,7 @@ from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.machine import crane_config
 from bimvox.site.means import Means
 from bimvox.site.shape import shape_of
-from bimvox.site.site import Blocker, Rules, Site, SwingRule
+from bimvox.site.site import Blocker, HeadingRule, Rules, Site, SwingRule
 from bimvox.site.template import site_toml
 
 Forge = Callable[[PlanLog], PlanLog]
@@ -1867,3 +1868,93 @@ GUIDED: dict[str, tuple[Forge, str]] = {
     "nan": (with_poses(lambda up, aside, tilt: (up, float("nan"), tilt)), "guide.poses: nan is not a coordinate"),
 }
 """Logs of the guided slab that must be refused, each with what the refusal says."""
+
+
+# Loads that turn with the jib.
+
+
+def log_of_turning_loads() -> PlanLog:
+    """Return the log of a portal whose four loads turn with the jib."""
+    return log_of(turning_site(transit_clearance_m=2.0))
+
+
+def the_other_site_file(log: PlanLog) -> PlanLog:
+    """Attach a site file by which tag lines keep the heading of loads."""
+    site = log.plan.site
+    other = dataclasses.replace(site, rules=dataclasses.replace(site.rules, heading=HeadingRule.KEPT))
+    return with_files(log, {**log.attachments, "site.toml": site_file_of(other)})
+
+
+def turned_faster(log: PlanLog) -> PlanLog:
+    """Take a second from the turn of the beam; all that follows comes a second earlier."""
+    order = lift_of(log, "beam").order
+    motion, less_ns = log.motions[order], 10**9
+    _, end_ns = motion.turned_ns
+    loaded = motion.loaded
+    late = loaded.time_ns + motion.start_ns >= end_ns
+    phases = tuple(
+        dataclasses.replace(
+            phase,
+            start_ns=phase.start_ns - less_ns * (phase.start_ns >= end_ns),
+            end_ns=phase.end_ns - less_ns * (phase.end_ns >= end_ns),
+        )
+        for phase in motion.phases
+    )
+    sooner = dataclasses.replace(loaded, time_ns=loaded.time_ns - less_ns * late)
+    log = with_motion(log, order, loaded=sooner, phases=phases, end_ns=motion.end_ns - less_ns)
+    return moved_on_the_clock(log, order + 1, -less_ns)
+
+
+def moved_on_the_clock(log: PlanLog, first: int, by_ns: int) -> PlanLog:
+    """Return the log with all lifts from one on earlier or later."""
+    motions = tuple(
+        dataclasses.replace(
+            motion,
+            start_ns=motion.start_ns + by_ns,
+            end_ns=motion.end_ns + by_ns,
+            phases=tuple(
+                dataclasses.replace(phase, start_ns=phase.start_ns + by_ns, end_ns=phase.end_ns + by_ns)
+                for phase in motion.phases
+            ),
+        )
+        if motion.order >= first
+        else motion
+        for motion in log.motions
+    )
+    return dataclasses.replace(log, motions=motions)
+
+
+def kept_and_called_turning(log: PlanLog) -> PlanLog:
+    """Return the plan by which tag lines keep all headings, without their time, as one of loads that turn."""
+    kept = log_of(turning_site(HeadingRule.KEPT, transit_clearance_m=2.0))
+    lifts = tuple(dataclasses.replace(lift, with_jib=True) for lift in kept.plan.lifts)
+    return dataclasses.replace(log, plan=dataclasses.replace(log.plan, lifts=lifts), motions=kept.motions)
+
+
+def a_mast_where_only_the_turning_beam_comes(log: PlanLog) -> PlanLog:
+    _, low, high = BESIDE_THE_PORTAL[0]
+    cells = box_cells(log.plan.site.frame, low, high)
+    top = cells[:, 2] <= lift_of(log, "beam").last_moves_vox[0, 2]
+    return with_blocker(log, "mast", cells[top])
+
+
+TURNING: dict[str, tuple[Forge, str]] = {
+    "by other rules": (
+        lambda log: with_rules(log, heading=HeadingRule.KEPT),
+        "turns with the jib, but the rules of the site keep headings by tag line",
+    ),
+    "by another site file": (the_other_site_file, "heading"),
+    "in less time": (turned_faster, "degrees in 14.0"),
+    "at a faster rate": (lambda log: with_rules(log, turn_s=60.0), "the rules ask for 31."),
+    "not at all": (
+        lambda log: with_lift(log, "beam", with_jib=False),
+        "its load is turned on its way, but tag lines keep its heading",
+    ),
+    "and kept": (kept_and_called_turning, "degrees off its heading"),
+    "into a mast": (a_mast_where_only_the_turning_beam_comes, "turning, it meets mast"),
+    "elsewhere": (
+        lambda log: with_lift(log, "beam", contact_moves=lift_of(log, "beam").contact_moves + 1),
+        "is not turned to its final heading where its last moves begin",
+    ),
+}
+"""Loads that turn otherwise than the plan says, each with what the refusal says."""
