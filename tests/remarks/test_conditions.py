@@ -8,9 +8,12 @@ import numpy as np
 from box_sites import test_crane as crane_at
 from planned_sites import planned, portal_crane, portal_site
 from remarked_plans import plan_of
+from turning_sites import BESIDE_THE_PORTAL, turning_site
 
 from bimvox.records.lift import LiftPlan, ModelledClash
 from bimvox.remarks.conditions import conditions_of
+from bimvox.remarks.remarks import remarks_of
+from bimvox.remarks.rules import KEPT_HEADING
 from bimvox.site.site import Rules, SwingRule
 
 PARTS = [(name, (2.0 * n + 2.0, 2.0, 0.0), (2.0 * n + 3.0, 3.0, 3.0)) for n, name in enumerate("abcde")]
@@ -50,3 +53,16 @@ def test_how_far_the_jib_turns_while_people_keep_the_heading_is_a_condition():
     (said,) = [words for words in conditions_of(plan, motions) if "tag line" in words]
     assert f"by {turns[-1]:.0f} degrees at most" in said
     assert f"by {turns[len(turns) // 2]:.0f} degrees in the median lift" in said
+
+
+def test_loads_that_turn_with_the_jib_and_those_without_room_are_said() -> None:
+    plan, motions = planned(turning_site(obstructions=BESIDE_THE_PORTAL))
+    turning = len([lift for lift in plan.lifts if lift.with_jib])
+    assert 0 < turning < 4
+    said = [one for one in conditions_of(plan, motions) if "jib" in one]
+    assert said[0].startswith(f"{turning} of 4 loads turn with the jib: by 4")
+    assert "by tag line above their places, 30 s a quarter" in said[0]
+    assert said[1].startswith(f"people keep the heading of {4 - turning} loads without room to turn by tag line")
+    named = [one for one in remarks_of(plan, motions) if one.kind == KEPT_HEADING]
+    assert len(named) == 4 - turning
+    assert "beam" in {one.component for one in named}

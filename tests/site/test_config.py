@@ -3,11 +3,12 @@ from dataclasses import asdict
 
 import pytest
 
+from bimvox.errors import ConfigError
 from bimvox.site.config import ModelConfig, SiteConfig, site_json_schema
 from bimvox.site.config_file import parse_site_config
 from bimvox.site.config_rules import RulesConfig
 from bimvox.site.default_rules import DEFAULT_RULES
-from bimvox.site.site import Rules
+from bimvox.site.site import HeadingRule, Rules
 from bimvox.units import METRES_PER_UNIT
 
 
@@ -59,3 +60,15 @@ def test_the_schema_names_every_key_and_describes_it():
     for name in ("ModelConfig", "CraneConfig", "ComponentConfig", "RulesConfig", "PolicyConfig"):
         for key, value in schema["$defs"][name]["properties"].items():
             assert "description" in value, f"{name}.{key}"
+
+
+def test_loads_turn_with_the_jib_on_a_site_with_one_crane_only():
+    turning = '[model]\npath = "a.ifc"\n[rules]\nheading = "with_jib"\n'
+    assert parse_site_config(turning, "site.toml").rules_in_force.heading is HeadingRule.WITH_JIB
+    two = "".join(f'[[crane]]\nname = "{name}"\nbase_m = [{x}, 0.0, 0.0]\n' for name, x in (("a", 0.0), ("b", 90.0)))
+    with pytest.raises(ConfigError, match='"with_jib" is for one crane, but there are 2'):
+        parse_site_config(turning + two, "site.toml")
+    with pytest.raises(ConfigError, match='"with_jib" is for a site with a crane'):
+        parse_site_config(turning + '[crane]\nkind = "none"\n', "site.toml")
+    with pytest.raises(ConfigError, match="heading"):
+        parse_site_config(turning.replace("with_jib", "free"), "site.toml")
