@@ -18,6 +18,10 @@ METRES_PER_UNIT: dict[str, float] = {
 }
 
 
+NS_PER_S = 1_000_000_000
+"""Nanoseconds in a second."""
+
+
 def metres_per(unit: str) -> float:
     """Return the length of one ``unit`` in metres.
 

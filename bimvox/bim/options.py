@@ -12,6 +12,9 @@ MOST_PROCESSES = 4
 """Largest default number of worker processes: with more, the one process that they report to is the bottleneck."""
 
 
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".3mf")
+"""Of the mesh files that are read."""
+
 MOST_SELECT = 10_000
 """The longest selection, in characters: 400 GlobalIds, or any list of classes."""
 

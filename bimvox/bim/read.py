@@ -8,7 +8,7 @@ from pathlib import Path
 from bimvox.bim.building import Building
 from bimvox.bim.ifc.geometry import GeometryPool
 from bimvox.bim.ifc.step_file import check_frame, step_bytes
-from bimvox.bim.options import ReadOptions
+from bimvox.bim.options import MESH_SUFFIXES, ReadOptions
 from bimvox.errors import FileError, InputError
 from bimvox.files import read_input
 from bimvox.progress import Report
@@ -16,7 +16,6 @@ from bimvox.progress import Report
 __all__ = ["IFC_SUFFIXES", "MESH_SUFFIXES", "ReadOptions", "read_building"]
 
 IFC_SUFFIXES = (".ifc", ".ifczip")
-MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".3mf")
 
 
 def read_building(path: Path, options: ReadOptions | None = None, progress: Report | None = None) -> Building:

@@ -9,6 +9,10 @@ from bimvox.errors import MotionError
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
+from bimvox.units import NS_PER_S
+
+REST_NS = NS_PER_S
+"""Between two legs of an empty hook."""
 
 
 class HookError(MotionError):

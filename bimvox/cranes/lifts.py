@@ -25,10 +25,11 @@ from bimvox.crane.conflict import SPAN_NS, CraneTrack, first_conflict
 from bimvox.crane.kinematics import nearest_turn
 from bimvox.crane.outline import CraneOutline, outline_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.cranes.lift import CraneLift, HookError, Leg, Parking
-from bimvox.cranes.parking import drawn_up, parking_cells
+from bimvox.cranes.lift import REST_NS, CraneLift, HookError, Leg, Parking
+from bimvox.cranes.parking import KEPT_PARKINGS, drawn_up, parking_cells
 from bimvox.cranes.track import approach_track, carrying_track
 from bimvox.errors import PlanningError
+from bimvox.grid.frame import NO_CELLS
 from bimvox.motion.empty_hook import empty_hook_clearance
 from bimvox.motion.load_frame import HookEnd, axes_of_cells, cells_of_axes, in_cell
 from bimvox.motion.rigged_crane import rigged_crane
@@ -40,12 +41,9 @@ from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.site import Site
 
-NO_CELLS = np.zeros((0, 3), np.int32)
 _TRIED = 6
-_KEPT = 3
 _APART_RAD = np.radians(25.0)
 _LONG_S = 90.0
-_REST_NS = 1_000_000_000
 _NEAR_M = 1.0
 """Parts that are set closer than this to an early leg, at its height, are set only after the hook has passed."""
 
@@ -172,7 +170,7 @@ class CraneLiftMaker:
             aside = self._early(then, exit_at, parked_vox, slew_rad) if before is not None else None
             if back is not None and (before is None or aside is not None):
                 parkings.append(Parking(aside, back))
-            if len(parkings) == _KEPT:
+            if len(parkings) == KEPT_PARKINGS:
                 break
         if before is not None and early is None and late is None and not parkings:
             raise HookError(self.component.id, "the empty hook has no free path to it from its crane's previous lift")
@@ -259,7 +257,7 @@ class CraneLiftMaker:
         rule = self.hook_rule(last.space, exit_vox, above)
         legs = (
             self._early(rule, exit_at, parked_vox, last.slew_rad)
-            for parked_vox in self.parking_cells(rule, [exit_at])[:_KEPT]
+            for parked_vox in self.parking_cells(rule, [exit_at])[:KEPT_PARKINGS]
         )
         return tuple(leg for leg in legs if leg is not None)
 
@@ -337,7 +335,7 @@ class CraneLiftMaker:
                 part = empty_hook_move(self.empty, rule, start_vox, end_vox, slew_rad)
             except PlanningError:
                 return None
-            parts.append(delayed(part, int(parts[-1].time_ns[-1]) + _REST_NS) if parts else part)
+            parts.append(delayed(part, int(parts[-1].time_ns[-1]) + REST_NS) if parts else part)
             slew_rad = float(part.slew_rad[-1])
         return one_after_another(parts)
 

@@ -14,14 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import CranePose
-from bimvox.cranes.lift import CraneLift, HookError, Leg, Parking
+from bimvox.cranes.lift import REST_NS, CraneLift, HookError, Leg, Parking
 from bimvox.cranes.lifts import CraneLiftMaker, LastLift, lifts_by
+from bimvox.cranes.parking import KEPT_PARKINGS
 from bimvox.cranes.track import carrying_track
 from bimvox.errors import PlanningError
 from bimvox.motion.load_frame import HookEnd, cells_of_axes
 from bimvox.motion.time_plan import hook_on_at
 from bimvox.motion.timeline import in_sequence
-from bimvox.motion.timing import NS_PER_S, sampled
+from bimvox.motion.timing import sampled
 from bimvox.motion.trajectories import delayed, one_after_another
 from bimvox.planning.occupancy import target_cells
 from bimvox.records.lift import Lift, LiftPlan
@@ -31,9 +32,6 @@ from bimvox.site.collision import CollisionSpace
 from bimvox.stop.resume import move_to_cell, resume_cells
 
 _THERE_VOX = 1e-3
-_KEPT = 3
-_REST_NS = NS_PER_S
-"""Between two legs of an empty hook."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,7 +117,7 @@ def _from_there(
             aside = _early(maker, then, pose, parked_vox, since.order)
         if back is not None and aside is not None:
             parkings.append(Parking(aside, back))
-        if len(parkings) == _KEPT:
+        if len(parkings) == KEPT_PARKINGS:
             break
     if not there and early is None and late is None and not parkings:
         raise HookError(component.id, "the empty hook has no free path to it from where it is")
@@ -156,7 +154,7 @@ def _leg(
             parts.append(sampled(timeline, max(first.start.height_m, first.end.height_m), empty))
         if onward is not None:
             later = onward.trajectory
-            parts.append(delayed(later, int(parts[0].time_ns[-1]) + _REST_NS) if parts else later)
+            parts.append(delayed(later, int(parts[0].time_ns[-1]) + REST_NS) if parts else later)
         if parts:
             return Leg(one_after_another(parts), last=last)
     return None

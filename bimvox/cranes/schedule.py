@@ -25,21 +25,19 @@ from itertools import product
 from bimvox.crane.conflict import Conflict, CraneTrack, first_conflict
 from bimvox.crane.outline import outline_of
 from bimvox.cranes.clock import Begun, CraneClock, PlacedLeg, ResumedLoad, motions_of, standing_at
-from bimvox.cranes.lift import CraneLift, Leg
+from bimvox.cranes.lift import REST_NS, CraneLift, Leg
 from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.track import approach_track
 from bimvox.errors import MotionError
 from bimvox.motion.shift import held_longer
 from bimvox.motion.steps import may_pause
 from bimvox.motion.time_plan import time_plan
-from bimvox.motion.timing import NS_PER_S
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.site.collision import CollisionSpace
+from bimvox.units import NS_PER_S
 
 _STEP_NS = 5 * NS_PER_S
-_REST_NS = NS_PER_S
-"""Between two legs of an empty hook."""
 
 
 def time_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[LiftMotion, ...]:
@@ -234,7 +232,7 @@ class _Schedule:
         order = crane.next.lift.order if crane.next is not None else len(self.plan.lifts)
         first_ns = max(crane.free_ns, self.ready_ns)
         if crane.legs.get(crane.done):
-            first_ns += _REST_NS
+            first_ns += REST_NS
         if leg.last:
             first_ns = max([first_ns, *(ns for n, ns in self.released_ns.items() if n < order)])
         passed_ns = min([self.set_ns[n] for n in leg.before if n in self.set_ns], default=None)

@@ -34,7 +34,6 @@ from bimvox.crane.conflict import (
 from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.swing import STEP_S, Pendulum, swing_of
-from bimvox.motion.timing import NS_PER_S
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.trajectory import Trajectory
@@ -42,6 +41,7 @@ from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site, SwingRule
 from bimvox.stop.braking import braking_distances
+from bimvox.units import NS_PER_S
 
 REACTION_S = 1.0
 """From the order to stop until the brakes act; until then the crane continues."""

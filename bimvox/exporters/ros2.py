@@ -32,6 +32,7 @@ from bimvox.log.recorder import tracks_of
 from bimvox.log.schema import of_crane
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LoadTrack
+from bimvox.units import NS_PER_S
 
 _BAG_VERSION = 9
 
@@ -75,7 +76,7 @@ class _Bag:
         return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
 
     def time(self, time_ns: int, kind: str) -> Any:
-        seconds, rest = divmod(int(time_ns), 1_000_000_000)
+        seconds, rest = divmod(int(time_ns), NS_PER_S)
         return self.make(kind, sec=seconds, nanosec=rest)
 
     def vector(self, xyz: Any) -> Any:

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 # 0.1 m have no exact binary value.
 _SNAP = 1e-6
 
+NO_CELLS = np.zeros((0, 3), np.int32)
+
 
 @dataclass(frozen=True, slots=True)
 class GridFrame:
@@ -43,3 +45,8 @@ class GridFrame:
         scaled = (np.asarray(high_m, dtype=np.float64) - np.array(self.origin_m)) / self.voxel_size_m
         low = self.cell_of(low_m)
         return low, np.maximum(np.ceil(scaled - _SNAP).astype(np.int64), low + 1)
+
+
+def whole_cells(distance_m: float, voxel_size_m: float) -> int:
+    """Return the smallest number of cells that together are not shorter than a distance."""
+    return int(np.ceil(distance_m / voxel_size_m - 1e-9))

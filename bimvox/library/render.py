@@ -17,7 +17,7 @@ from bimvox.progress import Listener, Progress, progress_of
 from bimvox.rendering.draw.camera import View
 from bimvox.rendering.draw.picture import PictureOptions
 from bimvox.rendering.draw.png import png_of
-from bimvox.rendering.film.film import FilmFormat, FilmOptions, write_film
+from bimvox.rendering.film.film import FilmOptions, write_film
 from bimvox.rendering.film.pace import default_seconds, frame_times_ns
 from bimvox.rendering.film.scene import Film
 from bimvox.rendering.page.page import page_of
@@ -26,10 +26,7 @@ from bimvox.rendering.scene.grid import scene_of_grid
 from bimvox.rendering.scene.plan import Instant, scene_of_plan
 from bimvox.rendering.scene.scene import Scene
 from bimvox.rendering.scene.site import scene_of_site, view_of_site
-
-_PICTURE_PX = (1280, 800)
-_FILM_PX = (640, 400)
-_FILMS: dict[str, FilmFormat] = {".gif": "gif", ".webp": "webp"}
+from bimvox.rendering.sizes import FILM_PX, FILMS, PICTURE_PX
 
 
 def render(
@@ -67,9 +64,9 @@ def render(
     if suffix == ".png":
         told.stage("draw")
         scene, view = _scene(what, lift)
-        write_atomically(path, png_of(scene, PictureOptions(size_px=size_px or _PICTURE_PX, view=view)))
-    elif isinstance(what, Plan) and suffix in _FILMS:
-        _write_film(what, path, lift, size_px or _FILM_PX, told)
+        write_atomically(path, png_of(scene, PictureOptions(size_px=size_px or PICTURE_PX, view=view)))
+    elif isinstance(what, Plan) and suffix in FILMS:
+        _write_film(what, path, lift, size_px or FILM_PX, told)
     elif isinstance(what, Plan) and suffix in (".html", ".htm"):
         told.stage("page")
         write_atomically(path, page_of(PageSource((_revision(what),))))
@@ -95,7 +92,7 @@ def _write_film(plan: Plan, path: Path, number: int | None, size_px: tuple[int, 
     frames = max(2, round(default_seconds(len(tracks)) * options.fps))
     times_ns = frame_times_ns(tracks, plan.motions, frames)
     progress.stage("draw", len(times_ns))
-    file_format = _FILMS[path.suffix.lower()]
+    file_format = FILMS[path.suffix.lower()]
     write_atomically(path, lambda stream: write_film(stream, film, times_ns, options, file_format, progress.report))
 
 

@@ -70,7 +70,7 @@ class PlanLog:
     @property
     def all_lifts(self) -> tuple[Lift, ...]:
         """All lifts, carried or not, in ascending order."""
-        return tuple(sorted((*self.plan.lifts, *self.context), key=lambda lift: lift.order))
+        return self.plan.lifts_with(self.context)
 
     @property
     def planned(self) -> tuple[Lift, ...]:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import InputError
-from bimvox.motion.timing import NS_PER_S
 from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.units import NS_PER_S
 
 
 @dataclass(frozen=True, slots=True)

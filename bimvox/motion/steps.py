@@ -13,8 +13,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.grid.frame import whole_cells
 from bimvox.grid.labels import Label
-from bimvox.motion.timing import NS_PER_S
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Pause, Step, Steps
@@ -22,6 +22,7 @@ from bimvox.site.casting import work_and_wait_s
 from bimvox.site.component import Component
 from bimvox.site.means import Means
 from bimvox.site.site import Site
+from bimvox.units import NS_PER_S
 
 _NOWHERE = 2**30
 
@@ -121,7 +122,7 @@ class Resting:
         self._low = np.array([part.target_vox for part in parts], np.int64)
         self._high = self._low + np.array([part.shape.size_vox for part in parts], np.int64)
         self._profiles: dict[int, tuple[NDArray[np.int64], NDArray[np.int64]]] = {}
-        self._gap_vox = 1 + int(np.ceil(site.rules.support_gap_m / site.frame.voxel_size_m - 1e-9))
+        self._gap_vox = 1 + whole_cells(site.rules.support_gap_m, site.frame.voxel_size_m)
 
     def on(self, number: int, *, held: bool = True) -> tuple[int, ...]:
         """Return the earlier components that carry this one, or that the site file asks to be earlier.

@@ -19,7 +19,7 @@ from bimvox.motion.move import Line, Move
 from bimvox.motion.phases import phases_from
 from bimvox.motion.rigged_crane import HOOK_OFFSET, RiggedCrane, rigged_crane
 from bimvox.motion.timeline import Timeline, in_sequence, pause_of
-from bimvox.motion.timing import NS_PER_S, sampled
+from bimvox.motion.timing import sampled
 from bimvox.motion.trajectories import delayed
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.records.motion import LiftMotion, PhaseName, quarters_of
@@ -29,6 +29,7 @@ from bimvox.site.component import Component, StoredPose
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
 from bimvox.site.shape import turned_aside
 from bimvox.site.site import Site
+from bimvox.units import NS_PER_S
 
 
 def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[LiftMotion, ...]:

@@ -15,8 +15,7 @@ from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.timeline import Timeline, pause_of
 from bimvox.motion.trajectories import trajectory_of
 from bimvox.records.trajectory import Trajectory
-
-NS_PER_S = 1_000_000_000
+from bimvox.units import NS_PER_S
 
 # Shares of a cell: samples are taken from a dense grid so that the hook moves less than half a cell between two.
 _DENSE_VOX = 0.05

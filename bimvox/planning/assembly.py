@@ -198,12 +198,18 @@ class Assembly:
 
     def begin_with_most(self, index: int) -> Stage | Obstacle:
         """Return what ``begin`` does with the largest clearance in transit that leaves a start and last moves."""
-        stage = self.begin(index)
-        for clearance_m in self.smaller_clearances_m():
-            if isinstance(stage, Stage) or not stage.on_the_way:
+        for stage in self.each_clearance(index):
+            if isinstance(stage, Stage):
                 break
-            stage = self.begin(index, clearance_m)
         return stage
+
+    def each_clearance(self, index: int) -> Iterator[Stage | Obstacle]:
+        """Yield what ``begin`` does with ever smaller clearances in transit, as long as a smaller one can help."""
+        for clearance_m in (None, *self.smaller_clearances_m()):
+            stage = self.begin(index, clearance_m)
+            yield stage
+            if not isinstance(stage, Stage) and not stage.on_the_way:
+                return
 
     def unsupported(self, index: int) -> Obstacle | None:
         """Return why component ``index`` cannot be lifted whatever its path: the crane, the yard or its supports.

@@ -79,16 +79,13 @@ def _lesson(
 ) -> tuple[Stage, NDArray[np.int32], LiftProblem] | None:
     """Return a lift with the largest clearance that leaves a path, and starts for it; None if it cannot be lifted."""
     found = None
-    for clearance_m in (None, *assembly.smaller_clearances_m()):
-        stage = assembly.begin(index, clearance_m)
+    for stage in assembly.each_clearance(index):
         if isinstance(stage, Stage):
             starts = _starts(site, stage, rng)
             lift = training_problem(stage.space, stage.start_vox, stage.insertion.gate_vox, starts)
             found = (stage, starts, lift)
             if is_learnable(lift):
                 break
-        elif not stage.on_the_way:
-            break
     return found
 
 

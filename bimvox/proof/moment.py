@@ -47,17 +47,6 @@ class Thing:
         """Return whether all of it is in a grid."""
         return min(self.low) >= 0 and all(last < count for last, count in zip(self.high, shape, strict=True))
 
-    def is_apart(self, low: Sequence[int], high: Sequence[int]) -> bool:
-        """Return whether its box is apart from another, both ends inclusive: a fast test before any cell is checked."""
-        return (
-            self.low[0] > high[0]
-            or self.high[0] < low[0]
-            or self.low[1] > high[1]
-            or self.high[1] < low[1]
-            or self.low[2] > high[2]
-            or self.high[2] < low[2]
-        )
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moment:
@@ -148,7 +137,7 @@ def near_and_far(component: Component, present: Sequence[Thing]) -> tuple[list[T
 
 
 def beside(things: Sequence[Thing], low: Sequence[int], high: Sequence[int]) -> list[Thing]:
-    """Return the things whose boxes are not apart from another one, both ends inclusive (see ``Thing.is_apart``)."""
+    """Return the things whose boxes are not apart from another one, both ends inclusive."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     return [
         thing

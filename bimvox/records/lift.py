@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -280,6 +280,10 @@ class LiftPlan:
     notes: tuple[str, ...] = ()
     unheld: tuple[str, ...] = ()
     history: tuple[Epoch, ...] = ()
+
+    def lifts_with(self, context: Collection[Lift]) -> tuple[Lift, ...]:
+        """Return its lifts and those of the same plan that it does not contain, in ascending order."""
+        return tuple(sorted((*self.lifts, *context), key=lambda lift: lift.order))
 
     def __repr__(self) -> str:
         planned = sum(lift.status is Status.PLANNED for lift in self.lifts)

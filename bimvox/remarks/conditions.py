@@ -32,7 +32,7 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
         context: Lifts of the same plan that it does not contain.
     """
     labels = {component.id: name_of(component) for component in plan.site.components}
-    lifts = sorted((*plan.lifts, *context), key=lambda lift: lift.order)
+    lifts = plan.lifts_with(context)
     every = [*_of_the_log(plan, motions, len(context)), *_of_the_parts(plan, lifts, labels)]
     if plan.site.cranes:
         every += [*_of_the_rules(plan.site, lifts), *_of_the_lifts(plan, motions)]

@@ -22,7 +22,6 @@ from bimvox.cranes.lifts_from import crane_lifts_from
 from bimvox.cranes.schedule import time_rest
 from bimvox.cranes.track import approach_track, carrying_track
 from bimvox.errors import MotionError
-from bimvox.motion.timing import NS_PER_S
 from bimvox.planning.assembly import replay
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift, LiftPlan, Status
@@ -39,6 +38,7 @@ from bimvox.revision.request import RevisionRequest
 from bimvox.revision.stop_cranes import Loads, all_stopped
 from bimvox.stop.interrupt import cut_short
 from bimvox.stop.redirect import Held, Redirected, is_set
+from bimvox.units import NS_PER_S
 
 if TYPE_CHECKING:
     from bimvox.revision.keep_or_replan import Replanning

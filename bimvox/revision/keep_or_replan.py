@@ -5,8 +5,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from bimvox.grid.frame import NO_CELLS
 from bimvox.planning.assembly import Assembly, Obstacle, Stage
 from bimvox.planning.insertion import SIDEWAYS_VOX
 from bimvox.planning.occupancy import stored_cells, target_cells
@@ -23,8 +22,6 @@ from bimvox.revision.obstruction_change import ObstructionChange
 from bimvox.revision.recall import Memory, Recall, Version, obstructed_cells, remembered
 from bimvox.revision.request import RevisionRequest
 from bimvox.revision.touched import Touched
-
-_NO_CELLS = np.zeros((0, 3), np.int32)
 
 
 class Replanning:
@@ -116,7 +113,7 @@ class Replanning:
         if was.is_set == lift.is_set:
             return
         target = target_cells(self.site.components[lift.component])
-        stored = _NO_CELLS if lift.place is None else stored_cells(lift.place)
+        stored = NO_CELLS if lift.place is None else stored_cells(lift.place)
         self.fewest.freed(stored if lift.is_set else target)
         self.fewest.occupied(target if lift.is_set else stored)
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 from bimvox.errors import MotionError
 from bimvox.motion.shift import joined_on, waiting
 from bimvox.motion.time_plan import time_lift
-from bimvox.motion.timing import NS_PER_S
 from bimvox.planning.assembly import Assembly, with_cleared
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Status
@@ -15,6 +14,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.reasons import NOT_DRIVEN
 from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.request import RevisionRequest
+from bimvox.units import NS_PER_S
 
 
 def made_in_full(request: RevisionRequest, draft: RevisionDraft) -> RevisionDraft | Refused:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.grid.distinct import distinct
+from bimvox.grid.frame import NO_CELLS
 from bimvox.site.site import Site
 
 
@@ -36,16 +37,13 @@ def change_between(before: Site, after: Site) -> ObstructionChange:
     old, new = _obstructions(before), _obstructions(after)
     ids = {name for name in old.keys() | new.keys() if not _same(old.get(name), new.get(name))}
     if not ids:
-        return ObstructionChange(_NO_CELLS, _NO_CELLS, frozenset())
+        return ObstructionChange(NO_CELLS, NO_CELLS, frozenset())
     there, here = _flat(old, after.shape), _flat(new, after.shape)
     return ObstructionChange(
         _cells(np.setdiff1d(here, there, assume_unique=True), after.shape),
         _cells(np.setdiff1d(there, here, assume_unique=True), after.shape),
         frozenset(ids),
     )
-
-
-_NO_CELLS = np.zeros((0, 3), np.int32)
 
 
 def _obstructions(site: Site) -> dict[str, NDArray[np.int32]]:

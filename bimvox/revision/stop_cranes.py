@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.cranes.lifts import NO_CELLS
+from bimvox.grid.frame import NO_CELLS
 from bimvox.motion.empty_hook import empty_hook_clearance
 from bimvox.motion.rigged_crane import rigged_crane
 from bimvox.motion.time_plan import left_cells

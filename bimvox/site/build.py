@@ -12,7 +12,7 @@ from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.outline import highest_point_m
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.grid.frame import GridFrame
+from bimvox.grid.frame import GridFrame, whole_cells
 from bimvox.grid.labels import Label
 from bimvox.site.areas import columns_centred_in
 from bimvox.site.assign import assigned
@@ -173,7 +173,7 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
     notes: list[str] = []
 
     def found() -> Iterator[tuple[str, NDArray[np.int32], bool]]:
-        all_of_them, grow_vox = obstructions.obstructions, _clearance_vox(site.rules, site.frame)
+        all_of_them, grow_vox = obstructions.obstructions, whole_cells(site.rules.clearance_m, site.frame.voxel_size_m)
         every = cells_of_all(all_of_them, site.frame, site.shape, rasterise, grow_vox=grow_vox)
         for obstruction, (cells, note) in zip(all_of_them, every, strict=True):
             name = f"obstruction:{obstruction.id}" if obstruction.id in taken else obstruction.id
@@ -319,12 +319,10 @@ def _mast(
     ends_m = highest_point_m(crane) if several else frame.origin_m[2] + shape[2] * frame.voxel_size_m
     top_m = high[2] if crane.luffing else max(high[2], ends_m)
     mast = Obstruction(mast_id(crane, several=several), Box(low, (high[0], high[1], top_m)))
-    cells, _ = obstruction_cells(mast, frame, shape, rasterise, grow_vox=_clearance_vox(rules, frame))
+    cells, _ = obstruction_cells(
+        mast, frame, shape, rasterise, grow_vox=whole_cells(rules.clearance_m, frame.voxel_size_m)
+    )
     return Blocker(mast.id, "crane", _frozen(cells)) if len(cells) else None
-
-
-def _clearance_vox(rules: Rules, frame: GridFrame) -> int:
-    return int(np.ceil(rules.clearance_m / frame.voxel_size_m - 1e-9))
 
 
 def _frozen(array: NDArray[np.generic]) -> NDArray:  # type: ignore[type-arg]

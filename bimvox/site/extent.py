@@ -13,7 +13,7 @@ from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.outline import highest_point_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError
-from bimvox.grid.frame import GridFrame
+from bimvox.grid.frame import GridFrame, whole_cells
 from bimvox.site.component import IntVec
 from bimvox.site.config import SiteConfig
 from bimvox.site.placement import built_bounds_m
@@ -104,7 +104,7 @@ def _around(
         highest = max(min(highest, highest_load_m), float(bounds[1, 2]))
         highest = max([highest, *_over_other_cranes(cranes, config.rules.crane_separation_m)])
     points = np.concatenate(corners)
-    margin = MARGIN_VOX + int(np.ceil(clearance_m / size_m - 1e-9))
+    margin = MARGIN_VOX + whole_cells(clearance_m, size_m)
     low = (np.floor(points.min(axis=0) / size_m + 1e-6) - margin) * size_m
     high = (np.ceil(points.max(axis=0) / size_m - 1e-6) + margin) * size_m
     return low, np.array([*high, highest])

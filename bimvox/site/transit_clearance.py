@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.grid.frame import whole_cells
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.default_rules import SMALLER_CLEARANCES_M
 from bimvox.site.site import Site
@@ -36,7 +37,7 @@ def smaller_clearances_m(site: Site) -> tuple[float, ...]:
 
 
 def _whole(site: Site, distance_m: float) -> int:
-    return int(np.ceil(distance_m / site.frame.voxel_size_m - 1e-9))
+    return whole_cells(distance_m, site.frame.voxel_size_m)
 
 
 def in_transit(space: CollisionSpace, margin: int) -> CollisionSpace:

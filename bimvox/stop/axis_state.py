@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import InputError
-from bimvox.motion.timing import NS_PER_S
 from bimvox.records.motion import LiftMotion
+from bimvox.units import NS_PER_S
 
 _WINDOW = 5
 """Samples from which the state is taken: four give a cubic, the fifth checks it."""

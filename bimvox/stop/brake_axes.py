@@ -16,12 +16,13 @@ from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.luffing import radius_limits
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.motion.rigged_crane import RiggedCrane
-from bimvox.motion.timing import NS_PER_S, sample_times
+from bimvox.motion.timing import sample_times
 from bimvox.motion.trajectories import between, delayed, trajectory_of
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.stop.axis_state import AxisState, state_at
 from bimvox.stop.braking import AxisBraking, brake
+from bimvox.units import NS_PER_S
 
 Three = tuple[AxisBraking, AxisBraking, AxisBraking]
 """Slewing, radius (trolley or jib), hoist."""

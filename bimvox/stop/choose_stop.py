@@ -19,7 +19,6 @@ from bimvox.crane.axis_limits import AxisLimits
 from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.swept import samples_are_free
-from bimvox.motion.timing import NS_PER_S
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace
@@ -27,6 +26,7 @@ from bimvox.stop.axis_state import AxisState, state_at
 from bimvox.stop.brake_axes import EmergencyStop, stop_at, to_rest
 from bimvox.stop.braking import AxisBraking
 from bimvox.stop.swing import swing_through
+from bimvox.units import NS_PER_S
 
 STOPPED = "stopped"
 HOISTED = "hoisted while braking"

@@ -11,11 +11,12 @@ from bimvox.motion.phases import cut_at, phases_from
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.time_plan import carrying_phases
 from bimvox.motion.timeline import Timeline
-from bimvox.motion.timing import NS_PER_S, sampled
+from bimvox.motion.timing import sampled
 from bimvox.motion.trajectories import stopped, trajectory_of
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
 from bimvox.stop.brake_axes import EmergencyStop
+from bimvox.units import NS_PER_S
 
 _CARRYING = (PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER, PhaseName.STOP)
 

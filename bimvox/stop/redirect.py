@@ -21,7 +21,7 @@ from bimvox.motion.load_frame import cells_of_axes, in_cell
 from bimvox.motion.rigged_crane import RiggedCrane, rigged_crane
 from bimvox.motion.time_plan import carrying_phases, drive_lift, left_cells
 from bimvox.motion.timeline import after_a_pause
-from bimvox.motion.timing import NS_PER_S, sampled
+from bimvox.motion.timing import sampled
 from bimvox.planning.assembly import Obstacle, Stage
 from bimvox.planning.search import shortest_path
 from bimvox.planning.turning import turning_stage
@@ -38,6 +38,7 @@ from bimvox.stop.brake_axes import EmergencyStop
 from bimvox.stop.choose_stop import manoeuvre, motion_is_free
 from bimvox.stop.interrupt import interrupted, spliced
 from bimvox.stop.resume import resume, resume_cells
+from bimvox.units import NS_PER_S
 
 HOLD_S = 10.0
 """Shortest hold of a stopped load before it continues: a nominal value for a check."""

@@ -17,11 +17,11 @@ from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.swept import swaying_is_free
 from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, Swing, swing_of
-from bimvox.motion.timing import NS_PER_S
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace
 from bimvox.stop.brake_axes import EmergencyStop
+from bimvox.units import NS_PER_S
 
 _MARGIN = 1.03
 """The proof integrates differently: the swing found here is enlarged by this factor."""

@@ -1,3 +1,5 @@
+from operator import gt, lt
+
 import numpy as np
 
 from bimvox.proof.marks import Marks
@@ -72,4 +74,6 @@ def test_things_beside_a_box_are_those_that_are_not_apart_from_it():
     for _ in range(20):
         low = rng.integers(0, 5, 3).tolist()
         high = [n + int(rng.integers(0, 3)) for n in low]
-        assert beside(things, low, high) == [one for one in things if not one.is_apart(low, high)]
+        assert beside(things, low, high) == [
+            one for one in things if not any(map(gt, one.low, high)) and not any(map(lt, one.high, low))
+        ]

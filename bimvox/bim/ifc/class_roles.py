@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
+from typing import TypeVar
 
 import ifcopenshell
 
 from bimvox.bim.building import Role
+
+T = TypeVar("T")
 
 NOT_SOLID: dict[str, str] = {
     "IfcFeatureElement": "a void or surface feature: it is cut from its host",
@@ -76,17 +80,19 @@ def ancestry(schema: str, ifc_class: str) -> tuple[str, ...]:
 
 def role_of_class(schema: str, ifc_class: str) -> Role | None:
     """Return the role of a class; None if it is not built."""
-    return next((ROLES[name] for name in ancestry(schema, ifc_class) if name in ROLES), None)
+    return _nearest(ROLES, schema, ifc_class)
 
 
 def reason_not_solid(schema: str, ifc_class: str) -> str | None:
     """Return why a class is never an element; None if it can be one."""
-    names = ancestry(schema, ifc_class)
-    if "IfcSite" in names:
-        return None
-    return next((NOT_SOLID[name] for name in names if name in NOT_SOLID), None)
+    return None if "IfcSite" in ancestry(schema, ifc_class) else _nearest(NOT_SOLID, schema, ifc_class)
 
 
 def reason_too_small(schema: str, ifc_class: str) -> str | None:
     """Return why a class is left out by default; None if it is not."""
-    return next((TOO_SMALL[name] for name in ancestry(schema, ifc_class) if name in TOO_SMALL), None)
+    return _nearest(TOO_SMALL, schema, ifc_class)
+
+
+def _nearest(table: Mapping[str, T], schema: str, ifc_class: str) -> T | None:
+    """Return what a table has for a class, otherwise for its nearest supertype; None if it has nothing."""
+    return next((table[name] for name in ancestry(schema, ifc_class) if name in table), None)

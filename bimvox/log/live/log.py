@@ -21,10 +21,9 @@ from mcap.opcode import Opcode
 from mcap.records import Metadata
 from mcap.stream_reader import MAGIC_SIZE
 
-from bimvox.log.mcap.channels import LogWriter
+from bimvox.log.mcap.channels import RECORD_HEAD, LogWriter
 from bimvox.log.schema import METADATA
 
-_PREFIX = struct.Struct("<BQ")  # of a record: kind, length
 _TIMES = struct.Struct("<QQ")  # of a chunk: first and last time
 
 CHUNK_S = 0.4
@@ -150,10 +149,10 @@ def driven_of(path: Path | str) -> Driven:
     with Path(path).open("rb") as stream:
         size = os.fstat(stream.fileno()).st_size
         at = MAGIC_SIZE
-        while at + _PREFIX.size <= size:
+        while at + RECORD_HEAD.size <= size:
             stream.seek(at)
-            opcode, length = _PREFIX.unpack(stream.read(_PREFIX.size))
-            at += _PREFIX.size + length
+            opcode, length = RECORD_HEAD.unpack(stream.read(RECORD_HEAD.size))
+            at += RECORD_HEAD.size + length
             if at > size or opcode in (0, Opcode.DATA_END):
                 break  # truncated, or the end
             if opcode == Opcode.CHUNK:

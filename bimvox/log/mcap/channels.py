@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Mapping
 from typing import Any, BinaryIO, Self
 
@@ -14,6 +15,10 @@ from bimvox.log.schema import MEDIA_TYPES, OTHER_MEDIA_TYPE, SCHEMA_VERSION, top
 
 # A killed process loses the chunk in progress. Small chunks lose little and cost 0.5 % of the size.
 CHUNK_BYTES = 64 * 1024
+RECORD_HEAD = struct.Struct("<BQ")
+"""Before every record: kind, length."""
+MESSAGE_HEAD = struct.Struct("<HIQQ")
+"""Before every message, in its record: channel, sequence, log time, publish time."""
 LIBRARY = f"bimvox log {SCHEMA_VERSION}"
 """Fixed, so that the bytes of a log do not depend on the version of the MCAP library."""
 

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import leaf_kernel
-from bimvox.log.mcap.messages import NS_PER_S
 from bimvox.log.mcap.packed import Packed
+from bimvox.units import NS_PER_S
 
 Example = Callable[..., Any]
 """Makes a message from a time (ns), doubles, and numbers if the form has any."""

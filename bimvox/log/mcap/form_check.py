@@ -34,13 +34,11 @@ from mcap.records import (
 from mcap.stream_reader import MAGIC_SIZE
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
-from bimvox.log.mcap.channels import LIBRARY
+from bimvox.log.mcap.channels import LIBRARY, MESSAGE_HEAD, RECORD_HEAD
 from bimvox.log.mcap.reader import chunk_body
 from bimvox.log.schema import MEDIA_TYPES, MOST_CRANES, OTHER_MEDIA_TYPE, topics_of
 
-_PREFIX = struct.Struct("<BQ")
 _CHECKSUM = struct.Struct("<I")
-_MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 _INDICES: dict[int, Any] = {
     Opcode.SCHEMA: Schema,
     Opcode.CHANNEL: Channel,
@@ -67,9 +65,9 @@ def form_faults(data: bytes) -> tuple[str, ...]:
 
 def _records(data: bytes, at: int, end: int) -> Iterator[tuple[int, int, bytes]]:
     while at < end:
-        opcode, length = _PREFIX.unpack_from(data, at)
-        yield at, opcode, data[at + _PREFIX.size : at + _PREFIX.size + length]
-        at += _PREFIX.size + length
+        opcode, length = RECORD_HEAD.unpack_from(data, at)
+        yield at, opcode, data[at + RECORD_HEAD.size : at + RECORD_HEAD.size + length]
+        at += RECORD_HEAD.size + length
 
 
 def _parsed(kind: Any, body: bytes) -> Any:
@@ -110,9 +108,9 @@ class _File:
     misnumbered: set[int] = field(default_factory=set)
 
     def add(self, data: bytes, at: int, opcode: int, body: bytes) -> None:
-        end = at + _PREFIX.size + len(body)
+        end = at + RECORD_HEAD.size + len(body)
         if opcode == Opcode.MESSAGE_INDEX:
-            self._add_message_index(at, len(body) + _PREFIX.size, _parsed(MessageIndex, body))
+            self._add_message_index(at, len(body) + RECORD_HEAD.size, _parsed(MessageIndex, body))
             return
         self._insist(not self.open, "a chunk's messages are not all in its index")
         self.open = {}
@@ -158,7 +156,7 @@ class _File:
         entries: defaultdict[int, list[tuple[int, int]]] = defaultdict(list)
         for offset, opcode, body in _records(chunk_body(chunk, chunk.uncompressed_size), 0, chunk.uncompressed_size):
             if opcode == Opcode.MESSAGE:
-                channel, sequence, time_ns, published_ns = _MESSAGE.unpack_from(body)
+                channel, sequence, time_ns, published_ns = MESSAGE_HEAD.unpack_from(body)
                 entries[channel].append((time_ns, offset))
                 if sequence != self.counts[channel]:
                     self.misnumbered.add(channel)

@@ -13,7 +13,7 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
-NS_PER_S = 1_000_000_000
+from bimvox.units import NS_PER_S
 
 
 def stamp(time_ns: int) -> Timestamp:

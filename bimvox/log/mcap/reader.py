@@ -21,7 +21,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from bimvox.errors import LogFileError
 from bimvox.files import read_input
-from bimvox.log.mcap.channels import LIBRARY
+from bimvox.log.mcap.channels import LIBRARY, MESSAGE_HEAD, RECORD_HEAD
 from bimvox.log.schema import MOST_CRANES, of_first_crane, topics_of
 
 RECOVER_HINT = "bimvox export --recover FILE saves every complete part of a damaged log"
@@ -29,9 +29,7 @@ RECOVER_HINT = "bimvox export --recover FILE saves every complete part of a dama
 _NOT_A_LOG = "name a log that `bimvox plan` or `bimvox watch` wrote"
 _MOST_UNPACKED, _MOST_PACKED = 64 << 20, 100
 """All chunks of a file may claim this many bytes, and this many more for each byte of the file; ours claim 4."""
-_PREFIX = struct.Struct("<BQ")
 _FOOTER = struct.Struct("<BQQQI")  # opcode, length, start of the summary, start of its offsets, checksum
-_MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 _ZSTD = b"\x04\x00\x00\x00zstd"
 _HEAD_RECORD = re.compile(b"[" + bytes((Opcode.ATTACHMENT, Opcode.METADATA)) + b"]")
 _CHUNK_START_TO_ZSTD = 1 + 8 + 8 + 8 + 8 + 4  # opcode, length, first and last time, size, checksum
@@ -120,13 +118,13 @@ class Contents:
         # The MCAP library makes an object of every record and is several times slower; logs have 10^5 messages.
         at = 0
         while at < len(body):
-            opcode, length = _PREFIX.unpack_from(body, at)
-            at += _PREFIX.size
+            opcode, length = RECORD_HEAD.unpack_from(body, at)
+            at += RECORD_HEAD.size
             if at + length > len(body):
                 raise ValueError("a record extends past the end of its chunk")
             if opcode == Opcode.MESSAGE:
-                channel, sequence, time_ns, _ = _MESSAGE.unpack_from(body, at)
-                self._add_message(channel, sequence, time_ns, body[at + _MESSAGE.size : at + length])
+                channel, sequence, time_ns, _ = MESSAGE_HEAD.unpack_from(body, at)
+                self._add_message(channel, sequence, time_ns, body[at + MESSAGE_HEAD.size : at + length])
             elif opcode == Opcode.CHANNEL:
                 self.add(Channel.read(ReadDataStream(BytesIO(body[at : at + length]))))
             elif opcode != Opcode.SCHEMA:
@@ -246,7 +244,7 @@ def chunk_body(chunk: Chunk, most_bytes: int) -> bytes:
 def _check_summary(data: bytes, footer: Footer) -> None:
     """Raise if the summary at the end, which other readers rely on, was changed."""
     end = len(data) - MAGIC_SIZE - 4
-    last = _FOOTER.pack(Opcode.FOOTER, _FOOTER.size - _PREFIX.size, *astuple(footer)) + MCAP0_MAGIC
+    last = _FOOTER.pack(Opcode.FOOTER, _FOOTER.size - RECORD_HEAD.size, *astuple(footer)) + MCAP0_MAGIC
     if not data.endswith(last):
         raise ValueError("something follows its footer")
     if footer.summary_start and zlib.crc32(data[footer.summary_start : end]) != footer.summary_crc:
@@ -269,13 +267,13 @@ def _record_at(data: bytes, at: int) -> tuple[Any, int | None]:
 
     The position is None if the record's own length cannot be trusted.
     """
-    if at + _PREFIX.size > len(data):
+    if at + RECORD_HEAD.size > len(data):
         return None, None
-    opcode, length = _PREFIX.unpack_from(data, at)
-    after = at + _PREFIX.size + length
+    opcode, length = RECORD_HEAD.unpack_from(data, at)
+    after = at + RECORD_HEAD.size + length
     if after > len(data) or not 1 <= opcode <= max(Opcode):
         return None, None
-    body = data[at + _PREFIX.size : after]
+    body = data[at + RECORD_HEAD.size : after]
     try:
         if opcode == Opcode.MESSAGE:
             return Message.read(ReadDataStream(BytesIO(body)), length), after
@@ -293,8 +291,8 @@ def _record_at(data: bytes, at: int) -> tuple[Any, int | None]:
 
 def _what(data: bytes, at: int) -> str:
     """Return what a damaged record was, if its beginning still tells."""
-    name = at + _PREFIX.size + 8 + 8  # of an attachment: after its two times
-    if at + _PREFIX.size > len(data) or data[at] != Opcode.ATTACHMENT:
+    name = at + RECORD_HEAD.size + 8 + 8  # of an attachment: after its two times
+    if at + RECORD_HEAD.size > len(data) or data[at] != Opcode.ATTACHMENT:
         return ""
     length = int.from_bytes(data[name : name + 4], "little")
     text = data[name + 4 : name + 4 + min(length, 256)].decode(errors="replace")
@@ -310,8 +308,8 @@ def _next_whole(data: bytes, start: int) -> int | None:
     end = len(data) if chunk is None else chunk
     for opcode in re.finditer(_HEAD_RECORD, data[start:end]):
         at = start + opcode.start()
-        _, length = _PREFIX.unpack_from(data, at) if at + _PREFIX.size <= end else (0, end)
-        if at + _PREFIX.size + length > end:
+        _, length = RECORD_HEAD.unpack_from(data, at) if at + RECORD_HEAD.size <= end else (0, end)
+        if at + RECORD_HEAD.size + length > end:
             continue
         record, _ = _record_at(data, at)
         if isinstance(record, Attachment) or (

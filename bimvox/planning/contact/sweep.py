@@ -16,7 +16,7 @@ from bimvox.compiled import inline_kernel, kernel
 _NO_AREA_M2 = 1e-10
 _TOUCH_M = 1e-6
 _HALF_ROPE_M = 0.012
-_FAR_M = 10_000.0
+FAR_M = 10_000.0
 _NOWHERE = np.zeros(3)
 
 
@@ -56,7 +56,7 @@ def rope_meets(triangles_m: NDArray[np.float64], foot_m: NDArray[np.float64]) ->
     """
     x, y, z = foot_m
     a, b, c, d = ((x + sx * _HALF_ROPE_M, y + sy * _HALF_ROPE_M, z) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
-    return bool(blocked_steps(np.array([[a, b, c], [a, c, d]]), triangles_m, 2, 1, _FAR_M, 1)[0])
+    return bool(blocked_steps(np.array([[a, b, c], [a, c, d]]), triangles_m, 2, 1, FAR_M, 1)[0])
 
 
 def crossings_above(triangles_m: NDArray[np.float64], point_m: NDArray[np.float64]) -> int:

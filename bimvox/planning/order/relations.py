@@ -21,10 +21,9 @@ from scipy.sparse.csgraph import connected_components
 
 from bimvox.errors import InputError
 from bimvox.planning.contact.pairs import Contacts
-from bimvox.planning.contact.sweep import rope_meets
+from bimvox.planning.contact.sweep import FAR_M, rope_meets
 from bimvox.site.site import Site
 
-_FAR_M = 10_000.0
 _ROUNDING_M = 1e-6
 _BY_ROPE_M = 0.05
 """What is farther from the hook line than this cannot be in the rope's way."""
@@ -136,7 +135,7 @@ def _clash(contacts: Contacts, i: int, j: int) -> bool:
 
 def _blocks(site: Site, contacts: Contacts, i: int, j: int, foot_m: NDArray[np.float64]) -> bool:
     """Return whether j in place blocks the straight descent of i or the rope above it."""
-    if _met(contacts, i, j, 1, _FAR_M):
+    if _met(contacts, i, j, 1, FAR_M):
         return True
     return bool(site.cranes) and site.rules.rope and rope_meets(contacts.triangles_m(j), foot_m)
 

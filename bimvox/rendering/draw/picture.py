@@ -19,6 +19,7 @@ from bimvox.rendering.draw.raycast import cast, cropped
 from bimvox.rendering.draw.strokes import draw_strokes
 from bimvox.rendering.scene.coarsen import coarsened
 from bimvox.rendering.scene.scene import Scene
+from bimvox.rendering.sizes import PICTURE_PX
 
 _SMALLEST_PX, _LARGEST_PX = 16, 4096
 _CELL_LINES_FROM_PX, _FACE_EDGES_FROM_PX = 9.0, 2.0
@@ -35,7 +36,7 @@ class PictureOptions:
         annotated: Whether title, caption and legend are drawn.
     """
 
-    size_px: tuple[int, int] = (1280, 800)
+    size_px: tuple[int, int] = PICTURE_PX
     view: View = field(default_factory=View)
     samples: int = 2
     annotated: bool = True

@@ -17,6 +17,7 @@ from bimvox.rendering.draw.camera import Camera, View
 from bimvox.rendering.draw.picture import PictureOptions, camera_of, picture_of
 from bimvox.rendering.film.scene import Film
 from bimvox.rendering.scene.layers import Layer, without
+from bimvox.rendering.sizes import FILM_PX
 
 FilmFormat = Literal["gif", "webp"]
 
@@ -42,7 +43,7 @@ class FilmOptions:
         hidden: Layers that are left out.
     """
 
-    size_px: tuple[int, int] = (640, 400)
+    size_px: tuple[int, int] = FILM_PX
     view: View = field(default_factory=View)
     fps: float = 10.0
     samples: int = 2

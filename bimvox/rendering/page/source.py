@@ -52,7 +52,7 @@ class Revision:
     @property
     def lifts(self) -> tuple[Lift, ...]:
         """All lifts, carried or not, in ascending order."""
-        return tuple(sorted((*self.plan.lifts, *self.context), key=lambda lift: lift.order))
+        return self.plan.lifts_with(self.context)
 
     @property
     def infeasible(self) -> int:

@@ -7,6 +7,7 @@ import zipfile
 from enum import StrEnum
 from pathlib import Path
 
+from bimvox.bim.options import MESH_SUFFIXES
 from bimvox.errors import FileError
 from bimvox.files import read_input, reason_of, require_input, status_of
 from bimvox.site.nested import toml_values
@@ -16,7 +17,6 @@ _STEP_MAGIC = b"ISO-10303-21"
 _ZIP_MAGIC = b"PK"
 _HEAD_BYTES = 1 << 16
 _TEXT_BYTES = 64 << 20
-_MESH_SUFFIXES = frozenset({".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".3mf"})
 
 
 class Kind(StrEnum):
@@ -48,7 +48,7 @@ def kind_of(path: Path) -> Kind:
     require_input(path)
     head = _head_of(path)
     kind = _by_mark(path, head) or _by_text(path, head)
-    if kind is None and path.suffix.lower() in _MESH_SUFFIXES:
+    if kind is None and path.suffix.lower() in MESH_SUFFIXES:
         kind = Kind.MESH
     if kind is None:
         raise FileError(
@@ -91,7 +91,7 @@ def _by_members(path: Path) -> Kind | None:
 
 def _by_text(path: Path, head: bytes) -> Kind | None:
     """Return the kind of a TOML or JSON file, by its keys."""
-    if b"\0" in head or path.stat().st_size > _TEXT_BYTES or path.suffix.lower() in _MESH_SUFFIXES - {".gltf"}:
+    if b"\0" in head or path.stat().st_size > _TEXT_BYTES or path.suffix.lower() in set(MESH_SUFFIXES) - {".gltf"}:
         return None
     try:
         text = read_input(path).decode("utf-8-sig")

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from bimvox.errors import InputError
 from bimvox.files import check_output, default_output, write_atomically
 from bimvox.progress import Progress
+from bimvox.rendering.sizes import FILM_PX, FILMS, PICTURE_PX
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
 from bimvox_pipeline.render.scene import FilmPace, SceneOptions, is_experiment, moment_of, picture_scene
 
-PICTURE_PX = (1280, 800)
-FILM_PX = (640, 400)
-
-_FILMS: dict[str, Literal["gif", "webp"]] = {".gif": "gif", ".webp": "webp"}
 _PAGES = frozenset((".html", ".htm"))
 _DRAWN = "bimvox render draws logs, site files, grids, IFC and mesh files, and folders of experiments"
 
@@ -57,7 +54,7 @@ def render(
     suffix = target.suffix.lower()
     if suffix in _PAGES:
         return _render_page(source, kind, target, proven, progress)
-    if suffix not in _FILMS and suffix != ".png":
+    if suffix not in FILMS and suffix != ".png":
         raise InputError(
             f"{target}: pictures are written as PNG, animations as GIF or WebP, pages of logs as HTML",
             hint=f"-o {target.with_suffix('.png')}",
@@ -67,12 +64,12 @@ def render(
         for given, what in ((options.lift, "lift"), (options.time, "time")):
             if given is not None:
                 raise InputError(f"{source}: only a log has lifts", hint=f"leave --{what} out, or name a log")
-        if suffix in _FILMS:
+        if suffix in FILMS:
             raise InputError(f"{source}: only a log can be animated", hint="bimvox plan SITE writes a log")
-    if suffix in _FILMS:
+    if suffix in FILMS:
         from bimvox_pipeline.render.film import render_film
 
-        return render_film(source, target, _FILMS[suffix], size or FILM_PX, options, pace or FilmPace(), progress)
+        return render_film(source, target, FILMS[suffix], size or FILM_PX, options, pace or FilmPace(), progress)
     return _render_picture(source, kind, target, size or PICTURE_PX, options, progress)
 
 

@@ -9,8 +9,8 @@ from typing import Any
 from bimvox.log.colours import ConstructionState
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.revision.current_plan import CurrentPlan
+from bimvox.units import NS_PER_S
 
-_NS_PER_S = 1_000_000_000
 _ANSWER_S = 3.0
 """Wall-clock time within which a new plan is on disk: a stopped load is held at least that long."""
 _ANSWER_TOGETHER_S = 12.0
@@ -47,7 +47,7 @@ class PlanClock:
         """Return the time on the site's clock for a time on the wall clock."""
         if self._started_s is None:
             return self._start_ns
-        return self._start_ns + round(max(0.0, wall_s - self._started_s) * self.speed * _NS_PER_S)
+        return self._start_ns + round(max(0.0, wall_s - self._started_s) * self.speed * NS_PER_S)
 
     def hold_s(self, cranes: int) -> float:
         """Return the seconds on the site's clock until a new plan for this number of cranes should be on disk."""

@@ -21,7 +21,6 @@ from bimvox.log.recorder import write_log
 from bimvox.motion.load_frame import cells_of_axes, load_frame
 from bimvox.motion.rigged_crane import rigged_crane
 from bimvox.motion.time_plan import left_cells
-from bimvox.motion.timing import NS_PER_S
 from bimvox.progress import SilentProgress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
@@ -40,6 +39,7 @@ from bimvox.stop.choose_stop import CONTINUED, HOISTED, STOPPED, SWUNG, UNSAFE
 from bimvox.stop.interrupt import spliced
 from bimvox.stop.redirect import Redirected
 from bimvox.stop.swing import swing_through
+from bimvox.units import NS_PER_S
 
 
 @pytest.fixture(scope="module")
