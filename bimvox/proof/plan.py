@@ -449,7 +449,8 @@ class _Verifier:
         for n in met.tolist():
             x, y, z = hook[n].tolist()
             above = np.array([[x, y, z + int(k)] for k in np.flatnonzero(self.marks.counts[x, y, z:])])
-            over = [t for t in present if len(cells_in_common(above, t.cells))]
+            close = beside(present, above.min(axis=0).tolist(), above.max(axis=0).tolist())
+            over = [t for t in close if len(cells_in_common(above, t.cells))]
             offset_m = (path[n] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
             clear = all(t.solid >= 0 and self.triangles.rope_is_clear(component, offset_m, t.solid) for t in over)
             names = ", ".join(t.name for t in over)

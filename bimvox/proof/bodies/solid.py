@@ -21,7 +21,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.kept import kept
 from bimvox.proof.bodies.solid_queries import in_skin, is_inside
-from bimvox.proof.bodies.triangle_tree import crossed, tree_over
+from bimvox.proof.bodies.triangle_tree import nearest_both_ways, tree_over
 
 FINEST_M = 5e-4
 """Least depth of a skin; pieces of a surface with shorter edges are not divided further."""
@@ -202,18 +202,15 @@ def _thicknesses(
             for j in range(parts - i):
                 u, v = (i + 1.0 / 3.0) / parts, (j + 1.0 / 3.0) / parts
                 point = a + u * (b - a) + v * (c - a)
-                ahead, behind = (
-                    crossed(corners, normals, boxes, spans, point, normals[f], f),
-                    crossed(corners, normals, boxes, spans, point, -normals[f], f),
-                )
+                ahead, thick_ahead, behind, thick_behind = nearest_both_ways(corners, normals, boxes, spans, point, f)
                 # A ray into the part leaves it again: an odd number of crossings. Abutting shells are odd both ways.
                 inward = np.inf
-                if ahead[0] % 2 == 1:
-                    inward = ahead[2]
-                if behind[0] % 2 == 1:
-                    inward = min(inward, behind[2])
-                if ahead[0] % 2 == 0 and behind[0] % 2 == 0:
-                    inward = behind[2] if outward > 0.0 else ahead[2]
+                if ahead % 2 == 1:
+                    inward = thick_ahead
+                if behind % 2 == 1:
+                    inward = min(inward, thick_behind)
+                if ahead % 2 == 0 and behind % 2 == 0:
+                    inward = thick_behind if outward > 0.0 else thick_ahead
                 thick[f] = min(thick[f], inward)
     return thick
 

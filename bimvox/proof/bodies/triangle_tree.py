@@ -114,6 +114,56 @@ def crossed(
     return crossings, winding, nearest
 
 
+@kernel
+def nearest_both_ways(
+    corners: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    boxes: NDArray[np.float64],
+    spans: NDArray[np.int64],
+    start: NDArray[np.float64],
+    own: int,
+) -> tuple[int, float, int, float]:
+    """Return what ``crossed`` finds along the normal of triangle ``own`` and against it: crossings and the nearest."""
+    waiting, ray = np.empty(64, np.int64), normals[own]
+    waiting[0], left = 0, 1
+    ahead, behind, nearest_ahead, nearest_behind = 0, 0, np.inf, np.inf
+    while left:
+        left -= 1
+        node = waiting[left]
+        enters, leaves = -np.inf, np.inf
+        for k in range(3):
+            if ray[k] != 0.0:
+                one = (boxes[node, 0, k] - _SAME_M - start[k]) / ray[k]
+                other = (boxes[node, 1, k] + _SAME_M - start[k]) / ray[k]
+                enters, leaves = max(enters, min(one, other)), min(leaves, max(one, other))
+            elif start[k] < boxes[node, 0, k] - _SAME_M or start[k] > boxes[node, 1, k] + _SAME_M:
+                leaves = -np.inf
+        if enters > leaves:
+            continue
+        if spans[node, 2]:
+            waiting[left], waiting[left + 1] = spans[node, 2], node + 1
+            left += 2
+            continue
+        for f in range(spans[node, 0], spans[node, 1]):
+            slope = normals[f, 0] * ray[0] + normals[f, 1] * ray[1] + normals[f, 2] * ray[2]
+            if f == own or abs(slope) < 1e-9:
+                continue
+            above = 0.0
+            for k in range(3):
+                above += normals[f, k] * (corners[f, 0, k] - start[k])
+            way = above / slope
+            if abs(way) <= _SAME_M:
+                continue
+            x, y, z = start[0] + way * ray[0], start[1] + way * ray[1], start[2] + way * ray[2]
+            if not _is_over(corners[f], normals[f], x, y, z):
+                continue
+            if way > 0.0:
+                ahead, nearest_ahead = ahead + 1, min(nearest_ahead, way)
+            else:
+                behind, nearest_behind = behind + 1, min(nearest_behind, -way)
+    return ahead, nearest_ahead, behind, nearest_behind
+
+
 @leaf_kernel
 def _is_over(triangle: NDArray[np.float64], normal: NDArray[np.float64], x: float, y: float, z: float) -> bool:
     """Return whether a point in a triangle's plane is on the triangle."""
