@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import degrees, pi
 
 from bimvox.records.lift import Status
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, about
 from bimvox.site.crew_times import crew_times
 from bimvox.site.governing_wind import needs_less_wind, permitted_for
+from bimvox.site.means import Means
 from bimvox.site.site import HeadingRule, Rules, SwingRule
+from bimvox.site.work import Work, work_of
 
 WIND = "wind"
 LOW_WIND = "low_wind"
@@ -19,13 +22,22 @@ SWING = "swing"
 ROPE = "rope"
 TOLERANCE = "tolerance"
 CREW_TIMES = "crew_times"
+CASTING_TIMES = "casting_times"
+SLING_ANGLE = "sling_angle"
 
 MOST_TOLERANCE_M = 0.025
 """Largest tolerance on place and size of a precast part (EN 13670, class 1; EN 13369)."""
 MOST_GAP_M = 0.1
 """Higher than any bearing or grout joint (professional judgement)."""
-LEAST_BRACING_S, LEAST_RELEASE_S = 60.0, 15.0
-"""No crew aligns and braces a part, or takes its slings off, in less (professional judgement)."""
+LEAST_SLING_S, LEAST_BRACING_S, LEAST_RELEASE_S = 30.0, 60.0, 15.0
+"""No crew attaches slings, aligns and braces a part, or takes its slings off, in less (professional judgement)."""
+LEAST_HOURS_M3, LEAST_WAIT_H, MOST_PEOPLE = 1.0, 12.0, 50.0
+"""Nobody casts a cubic metre in less, concrete carries nothing sooner, and more people do not cast one part together
+(professional judgement)."""
+MOST_SLING_ANGLE_RAD = pi / 2.0
+"""Two legs of a sling that spread by more carry, together, more than 1.4 times the weight."""
+LEAST_DRAG = 1.1
+"""Of a cube; long parts and plates have more."""
 
 
 def rules(subject: Subject) -> Iterator[Remark]:
@@ -38,6 +50,7 @@ def rules(subject: Subject) -> Iterator[Remark]:
     if own.contact_tolerance_m > MOST_TOLERANCE_M:
         said = f"parts may be set {own.contact_tolerance_m * 1000.0:.0f} mm into each other (rules.contact_tolerance_m)"
         yield Remark(TOLERANCE, Severity.MINOR, f"{said}; {MOST_TOLERANCE_M * 1000.0:.0f} mm is a usual limit")
+    yield from _of_casting(subject)
     if own.support_gap_m > MOST_GAP_M:
         said = f"a part counts as carried by what is up to {own.support_gap_m * 1000.0:.0f} mm below it"
         yield Remark(TOLERANCE, Severity.MINOR, f"{said} (rules.support_gap_m)")
@@ -46,6 +59,14 @@ def rules(subject: Subject) -> Iterator[Remark]:
 def _of_cranes(own: Rules) -> Iterator[Remark]:
     if not own.wind_speed_m_s:
         yield Remark(WIND, Severity.MINOR, "no wind is considered: rules.wind_speed_m_s is 0")
+    elif own.drag_coefficient < LEAST_DRAG:
+        said = f"rules.drag_coefficient is {own.drag_coefficient:g}"
+        yield Remark(WIND, Severity.MINOR, f"the wind counts for less than on any part with edges: {said}")
+    if own.sling_angle_rad > MOST_SLING_ANGLE_RAD:
+        said = f"two legs of a sling may spread by {degrees(own.sling_angle_rad):.0f} degrees (rules.sling_angle_rad)"
+        yield Remark(
+            SLING_ANGLE, Severity.MINOR, f"{said}; {degrees(MOST_SLING_ANGLE_RAD):.0f} degrees are usual at most"
+        )
     if own.swing is SwingRule.OFF:
         said = 'the swing of loads is not considered (rules.swing = "off"): they may hit something when they swing'
         yield Remark(SWING, Severity.SERIOUS, said)
@@ -64,7 +85,9 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
         kept_m = clearances.get(component.index)
         if kept_m is not None:
             wanted_m = max(own.transit_clearance_m, own.rope_clearance_m)
-            said = f"keeps a clearance of {kept_m:g} m in transit, not {wanted_m:g} m: there is no way with more"
+            said = (
+                f"keeps a clearance of {kept_m:g} m in transit, not {wanted_m:g} m: the planner found no way with more"
+            )
             yield about(component, SMALL_CLEARANCE, Severity.MINOR, said)
         if own.heading is HeadingRule.WITH_JIB and component.index in kept_headings:
             said = "keeps its heading by tag line: it has no room to turn with the jib"
@@ -78,6 +101,22 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
 
 def _of_crews(subject: Subject) -> Iterator[Remark]:
     for crew in sorted({crew_times(subject.site.rules, component) for component in subject.lifted}):
-        if crew.brace_s < LEAST_BRACING_S or crew.release_s < LEAST_RELEASE_S:
-            said = f"{crew.brace_s:g} s to align and brace a part and {crew.release_s:g} s to take its slings off"
+        given = (crew.sling_s, crew.brace_s, crew.release_s)
+        if any(
+            s < least_s for s, least_s in zip(given, (LEAST_SLING_S, LEAST_BRACING_S, LEAST_RELEASE_S), strict=True)
+        ):
+            said = "{:g} s to attach the slings, {:g} s to align and brace a part and {:g} s to take its slings off"
+            said = said.format(*given)
             yield Remark(CREW_TIMES, Severity.MINOR, f"{said} are too short for a crew")
+
+
+def _of_casting(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about each class of concrete work in the plan that takes, or carries after, too short a time."""
+    casting = subject.site.rules.casting
+    cast = {work_of(component) for component in subject.in_place if component.means is Means.IN_SITU} - {Work.STEEL}
+    for work in sorted(cast) if casting is not None else ():
+        own = getattr(casting, work.value)
+        if own.hours_m3 < LEAST_HOURS_M3 or own.wait_h < LEAST_WAIT_H or casting.people > MOST_PEOPLE:
+            said = f"{own.hours_m3:g} hours of work for a cubic metre, {casting.people:g} people at one part"
+            said = f"{said} and {own.wait_h:g} hours until it carries"
+            yield Remark(CASTING_TIMES, Severity.MINOR, f"{said} are not those of concrete ({work.value})")
