@@ -15,6 +15,7 @@ from bimvox.proof.clock import check_clock
 from bimvox.proof.motion import verify_motions, verify_together
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.space import ALWAYS_NS
+from bimvox.proof.stops import check_stops
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, Verification
@@ -70,6 +71,7 @@ def verify_motions_over_time(
     """
     clock = Check("timeline")
     check_clock(clock, plan, motions, context)
+    check_stops(clock, plan, motions)
     if not plan.history:
         return _together([verify_motions(plan, motions, context), Verification((clock,))])
     found = []

@@ -239,7 +239,7 @@ class _Verifier:
         )
         check.look(
             tuple(path[-1]) == component.target_vox,
-            f"{component.id}: its path ends at {tuple(path[-1])}, not at its place {component.target_vox}",
+            f"{component.id}: its path ends at {tuple(path[-1].tolist())}, not at its place {component.target_vox}",
         )
         steps = np.abs(np.diff(path.astype(np.int64), axis=0))
         bad = np.flatnonzero((steps.sum(axis=1) != 1) | (steps.max(axis=1, initial=0) != 1))

@@ -217,6 +217,16 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
         "slings",
         "slab: its lifting point is 0.300 m from its top above its",
     ),
+    (
+        faults.unshaped_but_stopped_for_a_moment,
+        "timeline",
+        r"lift 1 \(left\): it is stopped at .* s, but the obstructions do not change before that",
+    ),
+    (
+        faults.unshaped_but_stopped_for_a_moment,
+        "timeline",
+        r"lift 2 \(right\): .* held still for 0 s; 10 s bring it to",
+    ),
     (faults.hung_on_anything, "slings", "slab: it hangs on 0 points of the kind 'magnets'"),
     (faults.a_delivery_that_never_comes, "yard", "delivery 1 comes, but delivery 0 does not"),
 ]

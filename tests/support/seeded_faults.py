@@ -10,7 +10,7 @@ import json
 import re
 import struct
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import astuple
 from io import BytesIO
 from pathlib import Path
@@ -603,6 +603,24 @@ def moves_that_are_not_shaped(log: PlanLog) -> PlanLog:
 
 
 # Invalid values, by what the refusal must say.
+
+
+def unshaped_but_stopped_for_a_moment(log: PlanLog) -> PlanLog:
+    """While each load is lowered, and each hook arrives, a stop of a nanosecond is said to take its swing away."""
+
+    def phases(motion: LiftMotion) -> Iterator[Phase]:
+        for phase in motion.phases:
+            if phase.name in (PhaseName.LOWER, PhaseName.APPROACH):
+                at_ns = phase.start_ns + int(0.95 * (phase.end_ns - phase.start_ns))
+                yield Phase(phase.name, phase.start_ns, at_ns)
+                yield Phase(PhaseName.STOP, at_ns, at_ns + 1)
+                yield Phase(phase.name, at_ns + 1, phase.end_ns)
+            else:
+                yield phase
+
+    swinging = moves_that_are_not_shaped(log)
+    motions = tuple(dataclasses.replace(motion, phases=tuple(phases(motion))) for motion in swinging.motions)
+    return dataclasses.replace(swinging, motions=motions)
 
 
 def with_rules(log: PlanLog, **changes) -> PlanLog:
