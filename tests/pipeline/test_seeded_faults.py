@@ -225,7 +225,7 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (
         faults.unshaped_but_stopped_for_a_moment,
         "timeline",
-        r"lift 2 \(right\): .* held still for 0 s; 10 s bring it to",
+        r"lift 2 \(right\): .* held still for 1e-09 s; 10 s bring it to rest",
     ),
     (faults.hung_on_anything, "slings", "slab: it hangs on 0 points of the kind 'magnets'"),
     (faults.a_delivery_that_never_comes, "yard", "delivery 1 comes, but delivery 0 does not"),
