@@ -211,16 +211,20 @@ def same_path(before: Lift | None, now: Lift) -> bool:
     return same and np.array_equal(before.path_vox, now.path_vox)
 
 
+def infeasible_among(lifts: Iterable[Lift]) -> list[Lift]:
+    """Return the lifts that the crane cannot execute, in the order given; their parts may be set by other means."""
+    return [lift for lift in lifts if lift.status is Status.INFEASIBLE]
+
+
 def by_change(before: Iterable[Lift], now: Iterable[Lift]) -> tuple[list[Lift], list[Lift], list[Lift]]:
     """Return the lifts that are unchanged since an earlier plan, those planned anew, and those that are infeasible."""
     earlier = {lift.component: lift for lift in before}
     kept: list[Lift] = []
     replanned: list[Lift] = []
-    infeasible: list[Lift] = []
+    now = tuple(now)
+    infeasible = infeasible_among(now)
     for lift in now:
-        if lift.status is Status.INFEASIBLE:
-            infeasible.append(lift)
-        else:
+        if lift.status is not Status.INFEASIBLE:
             (kept if same_path(earlier.get(lift.component), lift) else replanned).append(lift)
     return kept, replanned, infeasible
 

@@ -155,7 +155,7 @@ def _line(change: Mapping[str, Any]) -> str:
     if "infeasible" in change:
         # The reasons were printed when the lifts became infeasible; a rejected change has its own message.
         why = "" if change["event"] in ("rejected", "missing", "failed") else _why(change)
-        parts.append(f"{len(change['infeasible']):,} infeasible{why}")
+        parts.append(f"{_infeasible(change)}{why}")
     parts.extend(f"{len(change[key]):,} {key}" for key in ("retimed", "pending") if change.get(key))
     if change.get("latency_ms") is not None:
         parts.append(f"{change['latency_ms']:.0f} ms")
@@ -166,6 +166,17 @@ def _line(change: Mapping[str, Any]) -> str:
     parts.extend(change.get("notes") or ())
     line = ", ".join(parts)
     return f"{line}: {change['message']}" if change.get("message") else line
+
+
+def _infeasible(change: Mapping[str, Any]) -> str:
+    """Return how many lifts are infeasible, in the words of ``plan``: those whose parts are set by other means."""
+    count, others = (
+        len(change["infeasible"]),
+        sum(bool(one.get("by_other_means")) for one in change.get("blocked") or ()),
+    )
+    if count and others == count:
+        return f"{count:,} by other means"
+    return f"{count:,} infeasible" + (f", {others:,} of them by other means" if others else "")
 
 
 def _why(change: Mapping[str, Any]) -> str:

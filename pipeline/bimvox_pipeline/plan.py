@@ -17,7 +17,7 @@ from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.motion.steps import steps_of
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
-from bimvox.records.lift import LiftPlan, Status
+from bimvox.records.lift import LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
 from bimvox.records.not_lifted import not_lifted_groups
 from bimvox.records.other_means import needed_by_ns
@@ -136,8 +136,7 @@ def infeasible_lifts(plan: LiftPlan, motions: Iterable[LiftMotion]) -> list[dict
             "by_other_means": lift.by_other_means,
             "needed_by_s": None if (at_ns := needed_ns.get(lift.order)) is None else round(at_ns / 1e9, 3),
         }
-        for lift in plan.lifts
-        if lift.status is Status.INFEASIBLE
+        for lift in infeasible_among(plan.lifts)
     ]
 
 

@@ -14,7 +14,7 @@ from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.shown import other_version
 from bimvox.progress import Progress
-from bimvox.records.lift import Status
+from bimvox.records.lift import infeasible_among
 from bimvox.records.not_lifted import not_lifted_groups
 from bimvox.records.other_means import by_other_means
 from bimvox.records.proof import Check
@@ -53,7 +53,7 @@ def verify(
         "remarks": [remark.to_dict() for remark in record.remarks or ()],
         "not_current": _lifts_as_json(record, proof.not_current),
         "lifts": len(record.planned),
-        "infeasible_lifts": sum(lift.status is Status.INFEASIBLE for lift in record.plan.lifts),
+        "infeasible_lifts": len(infeasible_among(record.plan.lifts)),
         "not_lifted": [
             one.to_dict() for one in not_lifted_groups(record.plan.site, record.all_lifts, record.motions, record.steps)
         ],

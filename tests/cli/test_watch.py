@@ -35,6 +35,14 @@ def test_a_line_counts_the_remarks_about_a_first_plan():
     assert _line(CHANGE | {"remarks": counts}).endswith("41 ms, 3 remarks (1 serious)")
 
 
+def test_a_line_says_which_infeasible_lifts_are_set_by_other_means():
+    one, other = CHANGE["blocked"]
+    both = CHANGE | {"blocked": [one | {"by_other_means": True}, other | {"by_other_means": True}]}
+    assert "1 replanned, 2 by other means (e by truck; f), 41 ms" in _line(both)
+    first = CHANGE | {"blocked": [one | {"by_other_means": True}, other]}
+    assert "2 infeasible, 1 of them by other means (e by truck; f)" in _line(first)
+
+
 def test_a_line_without_infeasible_lifts_names_none():
     assert "0 infeasible, 41 ms" in _line(CHANGE | {"infeasible": [], "blocked": []})
 

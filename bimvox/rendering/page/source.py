@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from bimvox.motion.steps import steps_of_log
-from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.lift import Lift, LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
 from bimvox.records.remark import Remark
@@ -57,7 +57,7 @@ class Revision:
     @property
     def infeasible(self) -> int:
         """How many lifts are infeasible."""
-        return sum(lift.status is Status.INFEASIBLE for lift in self.lifts)
+        return len(infeasible_among(self.lifts))
 
     @property
     def conditions(self) -> tuple[str, ...]:

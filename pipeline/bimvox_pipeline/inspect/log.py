@@ -20,7 +20,7 @@ def describe_log(path: Path) -> dict[str, Any]:
     from bimvox.log.mcap.reader import read_contents, read_file
     from bimvox.log.reader import read_log
     from bimvox.log.schema import METADATA, topics_of
-    from bimvox.records.lift import Status
+    from bimvox.records.lift import infeasible_among
 
     data = read_file(path)
     contents = read_contents(data, path)
@@ -41,7 +41,7 @@ def describe_log(path: Path) -> dict[str, Any]:
         "crane": site.cranes[0].name if site.cranes else None,
         **({"cranes": [crane.name for crane in site.cranes]} if site.has_several_cranes else {}),
         "planned": len(log.planned),
-        "infeasible": sum(lift.status is Status.INFEASIBLE for lift in log.plan.lifts),
+        "infeasible": len(infeasible_among(log.plan.lifts)),
         "left_out": len(log.context),
         "obstructions": sorted(blocker.id for blocker in site.blockers if blocker.kind == "obstruction"),
         "source": dict(site.source),
