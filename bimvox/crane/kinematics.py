@@ -9,6 +9,9 @@ from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.luffing import luff_of_radius, radius_of_luff, tip_height_m
 from bimvox.crane.tower_crane import TowerCrane
 
+_LONG = 256
+"""From as many angles on, it pays to look for equal ones."""
+
 Axes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 """slew_rad, radius_m, height_m, of equal shape."""
 
@@ -46,10 +49,20 @@ def hook_of(crane: TowerCrane, slew_rad: ArrayLike, radius_m: ArrayLike, height_
     slew, radius = np.asarray(slew_rad, np.float64), np.asarray(radius_m, np.float64)
     height = np.asarray(height_m, np.float64)
     points = np.empty((*np.broadcast_shapes(slew.shape, radius.shape, height.shape), 3))
-    points[..., 0] = crane.base_m[0] + radius * np.cos(slew)
-    points[..., 1] = crane.base_m[1] + radius * np.sin(slew)
+    cos, sin = _turned(slew)
+    points[..., 0] = crane.base_m[0] + radius * cos
+    points[..., 1] = crane.base_m[1] + radius * sin
     points[..., 2] = height
     return points
+
+
+def _turned(slew_rad: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return cosine and sine; in a row, equal angles one after the other are computed once: mostly the jib rests."""
+    if slew_rad.ndim != 1 or len(slew_rad) < _LONG:
+        return np.cos(slew_rad), np.sin(slew_rad)
+    differs = np.concatenate([[True], slew_rad[1:] != slew_rad[:-1]])
+    angles, which = slew_rad[differs], np.cumsum(differs) - 1
+    return np.cos(angles)[which], np.sin(angles)[which]
 
 
 def nearest_turn(slew_rad: float, near_rad: float) -> float:

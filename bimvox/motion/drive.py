@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bimvox.errors import PlanningError
 from bimvox.motion.guided import guided
 from bimvox.motion.load_frame import HookEnd, in_cell, pose_next_to
-from bimvox.motion.move import Line, Move
+from bimvox.motion.move import Line, Move, axes_of
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.shortcut import Route, along_the_path, check_path, follow, joined, over_the_top
 from bimvox.motion.steady import Swaying, SwingRules, busiest_s, steadied, swing_fault_s
@@ -22,6 +22,9 @@ from bimvox.site.collision import CollisionSpace, placement_is_free
 
 _GOOD_ENOUGH = 1.05
 """The other route is skipped if going over the top takes at most this multiple of the slowest axis's time."""
+
+_ROUNDING = 1e-9
+"""Poses that differ by less, in metres and radians, are the same."""
 
 SET_DOWN_M = 0.5
 """Height above its place from which a part is lowered straight down."""
@@ -114,7 +117,11 @@ def _quickest(
 
 
 def _same_moves(along: Route, over: Route | None) -> bool:
-    return over is not None and along.moves == over.moves
+    """Return whether two routes have the same moves, but for rounding."""
+    if over is None or [move.line for move in along.moves] != [move.line for move in over.moves]:
+        return False
+    poses = [[(*axes_of(move.start), *axes_of(move.end)) for move in route.moves] for route in (along, over)]
+    return bool(np.abs(np.subtract(*poses)).max(initial=0.0) <= _ROUNDING)
 
 
 def _without_cleared(space: CollisionSpace, placements_vox: NDArray[np.int32]) -> CollisionSpace:
