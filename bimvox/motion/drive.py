@@ -120,8 +120,8 @@ def _same_moves(along: Route, over: Route | None) -> bool:
     """Return whether two routes have the same moves, but for rounding."""
     if over is None or [move.line for move in along.moves] != [move.line for move in over.moves]:
         return False
-    poses = [[(*axes_of(move.start), *axes_of(move.end)) for move in route.moves] for route in (along, over)]
-    return bool(np.abs(np.subtract(*poses)).max(initial=0.0) <= _ROUNDING)
+    one, other = (np.array([(axes_of(m.start), axes_of(m.end)) for m in route.moves]) for route in (along, over))
+    return bool(np.abs(one - other).max(initial=0.0) <= _ROUNDING)
 
 
 def _without_cleared(space: CollisionSpace, placements_vox: NDArray[np.int32]) -> CollisionSpace:
