@@ -6,9 +6,13 @@ import os
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+from bimvox_pipeline.site import init
+
+from bimvox.progress import SilentProgress
 
 ROOT = Path(__file__).parents[1]
 ELSEWHERE = Path(__file__).parent / "support" / "elsewhere"
@@ -103,3 +107,13 @@ def test_the_imitation_refuses_what_windows_refuses(tmp_path: Path, module: str,
     done = _python(f"exec({code!r}, {{'__name__': {module!r}}})", tmp_path)
     assert refused in done.stderr.decode()
     assert (done.returncode == 0) == (not refused)
+
+
+def test_a_model_on_another_drive_is_named_by_its_whole_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def another_drive(*_: object) -> str:
+        raise ValueError("path is on mount 'D:', start on mount 'C:'")
+
+    model = shutil.copy(ROOT / "sample_models" / "frame.ifc", tmp_path)
+    monkeypatch.setattr("bimvox_pipeline.site.os.path.relpath", another_drive)
+    document = init(Path(model), tmp_path / "frame.site.toml", progress=SilentProgress())
+    assert tomllib.loads(Path(document["site"]).read_text("utf-8"))["model"]["path"] == Path(model).resolve().as_posix()

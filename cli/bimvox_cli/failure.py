@@ -118,6 +118,8 @@ def _usage_message(error: typer.TyperException) -> str:
     """Return typer's message in the form of our own: lower case, no full stop, no unset environment variables."""
     text = error.message if getattr(error, "possibilities", None) else error.format_message()
     text = text.replace("Value error, ", "").replace("Input should", "it should")
+    text = re.sub(r"it should be a valid (integer|number), unable to parse string as an? \w+", r"not a \1", text)
+    text = text.replace("not a integer", "not a whole number")
     for name in re.findall(r"\(env var: '(\w+)'\)", text):
         if name not in os.environ:
             text = text.replace(f" (env var: '{name}')", "")

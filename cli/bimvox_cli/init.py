@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from bimvox_cli import complete
 from bimvox_cli.options import Assemblies, Json, Model, Quiet, Select, Unit, Up, Verbose, VoxelSize, read_options
 from bimvox_cli.output import facts, open_output
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
 # Its parameters are the command's options.
@@ -56,6 +60,10 @@ def init(
             force=force,
             progress=output.progress,
         )
-    code = output.result(document, facts)
+    code = output.result(document, _show)
     output.next_step(f"next: read {document['site']}, then bimvox plan {document['site']}")
     raise typer.Exit(code)
+
+
+def _show(console: Console, document: Mapping[str, Any]) -> None:
+    facts(console, {key: value for key, value in document.items() if key != "notes"})  # they were printed as they came

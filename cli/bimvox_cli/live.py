@@ -5,8 +5,9 @@ from __future__ import annotations
 import time
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, ProgressColumn, SpinnerColumn, Task, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
+from rich.text import Text
 
 from bimvox.progress import SilentProgress
 from bimvox.rendering.plain import plain
@@ -95,13 +96,22 @@ def _rounded(seconds: float) -> str:
     return f"{seconds / 60.0:.0f} min"
 
 
+class _Counted(ProgressColumn):
+    """How much is done, and of how much if that is known; nothing as long as nothing can be counted."""
+
+    def render(self, task: Task) -> Text:
+        """Return the text of the column."""
+        of = "" if task.total is None else f" of {task.total:,.0f}"
+        return Text(f"{task.completed:,.0f}{of}" if task.completed or of else "", style="progress.download")
+
+
 def _bars_on(console: Console) -> Bars:
     """Return a bar that does not touch stdout, which may be a pipe for data."""
     return Bars(
         SpinnerColumn(),
         TextColumn("{task.description}", markup=False),
         BarColumn(bar_width=30),
-        MofNCompleteColumn(),
+        _Counted(),
         TimeElapsedColumn(),
         console=console,
         transient=True,

@@ -62,7 +62,7 @@ def init(
     config = guess_site(
         building,
         ModelConfig(
-            path=Path(os.path.relpath(model.resolve(), target.resolve().parent)),
+            path=_seen_from(target.resolve().parent, model.resolve()),
             select=options.select,
             unit=cast("Any", options.unit),
             up=options.up,
@@ -80,8 +80,6 @@ def init(
     examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
     write_atomically(target, site_toml(config, example_ids=examples, crane_notes=notes).encode(), inputs=[model])
     progress.finish()
-    for note in notes:
-        progress.note(note)
     pinned = [entry.global_id for entry in config.component if entry.pinned]
     roles = [element.role for element in building.elements]
     if pinned:
@@ -102,3 +100,11 @@ def init(
         "notes": list(building.notes),
         "seconds": progress.seconds,
     }
+
+
+def _seen_from(folder: Path, file: Path) -> Path:
+    """Return the path of a file relative to a folder; the whole path if it is on another drive of Windows."""
+    try:
+        return Path(os.path.relpath(file, folder))
+    except ValueError:
+        return file

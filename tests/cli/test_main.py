@@ -82,6 +82,18 @@ def test_every_command_takes_v(command: str, capsys: pytest.CaptureFixture[str])
     assert "-v, --verbose" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["plan", "a.toml", "--seed", "x"], "error: invalid value for '--seed': not a whole number\n"),
+        (["train", "a.toml", "--budget", "x"], "error: invalid value for '--budget': not a number\n"),
+    ],
+)
+def test_a_wrong_number_is_called_so(arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.run(arguments) == 2
+    assert capsys.readouterr().err.startswith(said)
+
+
 def test_v_prints_the_stages_on_stderr(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     frame = Path(__file__).parents[2] / "sample_models" / "frame.ifc"
     command = ["voxelize", str(frame), "--voxel-size", "0.5", "-o", str(tmp_path / "grid.zarr.zip"), "--json"]

@@ -216,6 +216,17 @@ def test_a_bar_says_it_too(monkeypatch: pytest.MonkeyPatch) -> None:
     progress._bars.refresh()
     progress.finish()
     assert "lifts, about 4 min left" in stream.getvalue()
+    assert "100 of 1,000" in stream.getvalue()
+
+
+def test_a_bar_counts_only_what_can_be_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    stream = Terminal()
+    progress = LiveProgress(console_on(stream))
+    with progress.stage("read"):
+        progress._bars.refresh()
+    assert "read" in stream.getvalue()
+    assert "?" not in stream.getvalue().replace("\x1b[?25", "")
 
 
 def test_v_prints_every_stage_with_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
