@@ -20,6 +20,7 @@ import pytest
 from box_sites import box_site, test_crane
 from guided_sites import slab_between_beams
 from planned_sites import rectangle
+from turning_sites import BESIDE_THE_PORTAL, turning_site
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.cranes.schedule import time_lifts
@@ -187,6 +188,18 @@ def quick_to_start() -> Site:
     own = site.cranes[0]
     slewing, trolley = AxisLimits(0.16, 0.02, 0.02), AxisLimits(2.0, 0.5, 1.0)
     return replace(site, cranes=(replace(own, slewing=slewing, trolley=trolley),))
+
+
+@cache
+def turned() -> Site:
+    """Return a portal whose loads turn with the jib."""
+    return turning_site()
+
+
+@cache
+def turned_beside_a_tower() -> Site:
+    """Return the same where its beam has no room to turn."""
+    return turning_site(obstructions=BESIDE_THE_PORTAL)
 
 
 @cache
@@ -415,7 +428,26 @@ MUTANTS: dict[str, Mutant] = {
     "residual swing ten times": Mutant(
         quick_to_start,
         "swing",
-        {f"bimvox.motion.{where}.PLANNED_RESIDUAL_M": times(10.0) for where in ("steady", "timeline")},
+        {f"bimvox.motion.{where}.PLANNED_RESIDUAL_M": times(10.0) for where in ("steady", "swing")},
+    ),
+    "turned back in no time": Mutant(turned, "timeline", {"bimvox.motion.drive_turning.turn_back_s": always(0.0)}),
+    "turned back in half the time": Mutant(
+        turned, "timeline", {"bimvox.motion.drive_turning.turn_back_s": returning(times(0.5))}
+    ),
+    "turning as if its heading were kept": Mutant(
+        turned_beside_a_tower,
+        "motion_cells",
+        {"bimvox.site.turning.turning_shape": lambda own: lambda component: component.shape},
+    ),
+    "turning without room": Mutant(
+        turned_beside_a_tower,
+        "cells",
+        {"bimvox.site.turning.turning_shape": lambda own: lambda component: component.shape},
+    ),
+    "no tag lines for a kept heading": Mutant(
+        turned_beside_a_tower,
+        "timeline",
+        {"bimvox.motion.time_plan.crew_times": lambda own: lambda rules, part, **_: own(rules, part, tag_lines=False)},
     ),
     "no time to hook on": Mutant(
         portal,
@@ -458,7 +490,7 @@ MUTANTS: dict[str, Mutant] = {
     "corners cut through": Mutant(
         close_to_a_wall,
         "motion_cells",
-        {"bimvox.motion.timeline.samples_are_free": always(True), "bimvox.motion.timeline.swaying_is_free": always(-1)},
+        {"bimvox.motion.timeline._is_free": always(True)},
     ),
     "straight lines through": Mutant(portal, "motion_cells", {"bimvox.motion.shortcut.line_is_free": always(True)}),
     "empty hook anywhere": Mutant(

@@ -48,6 +48,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "start_size_m": [round(n * site.frame.voxel_size_m, 6) for n in place.shape.size_vox] if place else None,
         "lifting": _lifting(site, component),
         "clearance_m": lift.clearance_m,
+        **({"with_jib": True} if lift.ever_with_jib else {}),
         "proven": None if revision.proof is None or lift.path_vox is None else component.id not in culprits,
         "current": revision.proof is None or component.id not in revision.proof.not_current,
         "duration_s": motion.loaded.duration_s if motion else None,
