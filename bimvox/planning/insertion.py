@@ -304,10 +304,11 @@ class _Inserter:
         if any(self._rope_wrong_at(place) is not None for place in places):
             return None
         top_m, around = rise * self.step_m, self._around()
-        searched = self.contacts.guides.setdefault((self.component.index, self.near, around), [])
-        found = next((one for one in searched if one.top_m == top_m or _never_reaches(one, top_m)), None)
+        present, searched = frozenset((*self.near, *around)), self.contacts.guides.setdefault(self.component.index, [])
+        found = next((one for there, one in searched if self._still_holds(one, there, top_m, present)), None)
         if found is None:
-            searched.append(found := self._guide(top_m, around))
+            found = self._guide(top_m, around)
+            searched.append((present, found))
         if isinstance(found, NoGuide) or self._meets_cells(found):
             return None
         return replace(self._insertion(places), guide=found)
@@ -324,17 +325,34 @@ class _Inserter:
             pairs += [Pair(wide_m, self.contacts.triangles_m(n), np.zeros(3)) for n in around]
         if not pairs:
             return NoGuide(top_m, 0.0)  # cells of things without triangles are in the way
-        searched = (one for found in self.contacts.guides.values() for one in found)
+        searched = (one for found in self.contacts.guides.values() for _, one in found)
         known = list(dict.fromkeys(one.poses[1:] for one in searched if isinstance(one, Guide)))
         size_m = np.ptp(self.contacts.bounds_m[own], axis=0)
         along = 0.0 if size_m[0] >= size_m[1] else np.pi / 2.0
         return find_guide(pairs, centre_m, (along, np.pi / 2.0 - along), top_m, self._most_aside_m(), known)
 
+    def _still_holds(
+        self, found: Guide | NoGuide, there: frozenset[int], top_m: float, present: frozenset[int]
+    ) -> bool:
+        """Return whether what a search found while others were there holds from a height with what is present.
+
+        A way stays one if nothing comes, and none stays none if nothing that the search could meet goes.
+        """
+        if isinstance(found, Guide):
+            return found.top_m == top_m and present <= there
+        highest_m = self.contacts.bounds_m[self.component.index, 1, 2] + found.reached_m + self._tilted_m() + self.gap_m
+        met = {n for n in there if self.contacts.bounds_m[n, 0, 2] <= highest_m}
+        return (found.top_m == top_m or found.reached_m < top_m) and met <= present
+
+    def _tilted_m(self) -> float:
+        """Return how far a point of the part moves by its tilt, and more than that."""
+        return MOST_TILT_RAD * float(np.linalg.norm(np.ptp(self.contacts.bounds_m[self.component.index], axis=0)))
+
     def _around(self) -> tuple[int, ...]:
         """Return the others that the part may meet on its way down from any height, tilted and held aside."""
         low, high = self.contacts.bounds_m[self.component.index]
         aside_m = min(self._most_aside_m(), MOST_ASIDE_M) + LEAST_GAP_M + self.gap_m
-        aside_m += MOST_TILT_RAD * float(np.linalg.norm(high - low))
+        aside_m += self._tilted_m()
         bounds = self.contacts.bounds_m[self.others]
         near = (bounds[:, 0, :2] <= high[:2] + aside_m).all(axis=1) & (bounds[:, 1] >= low - aside_m).all(axis=1)
         return tuple(self.others[near].tolist())
@@ -443,8 +461,3 @@ class _Inserter:
         low, high = np.moveaxis(self.contacts.bounds_m[self.others], 1, 0)
         over = ((low[:, :2] <= point_m[:2] + self.step_m) & (high[:, :2] >= point_m[:2] - self.step_m)).all(axis=1)
         return tuple(self.others[over & (high[:, 2] >= point_m[2])].tolist())
-
-
-def _never_reaches(searched: Guide | NoGuide, top_m: float) -> bool:
-    """Return whether a search showed that no way leads out as high as this."""
-    return isinstance(searched, NoGuide) and searched.reached_m < top_m

@@ -4,14 +4,17 @@ import dataclasses
 
 import numpy as np
 import pytest
-from guided_sites import slab_between_beams
+from guided_sites import joined, slab_between_beams
 from planned_sites import planned
 
 from bimvox.log.plan_json import plan_from_json, plan_to_json
 from bimvox.log.track import crane_track
 from bimvox.planning import guided, insertion
 from bimvox.planning.assembly import Assembly, prepare
+from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.guided import NoGuide, Pair, find_guide
+from bimvox.planning.insertion import PartToInsert, find_insertion
+from bimvox.planning.occupancy import Occupancy
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.footprint import CellMask, motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions
@@ -138,17 +141,41 @@ def test_boxes_rule_out_only_poses_in_which_nothing_meets(tight):
     assert close[meets].all()
 
 
-def test_where_no_way_leads_out_of_a_pocket_none_is_searched_for_again_from_higher_up(monkeypatch):
-    """With each clearance, the last moves begin at another height; the pocket stays the same."""
-    heights = []
+@pytest.fixture
+def heights(monkeypatch):
+    """The heights from which guides are searched for."""
+    found = []
 
     def searched(pairs, centre_m, headings_rad, top_m, *more):
-        heights.append(top_m)
+        found.append(top_m)
         return find_guide(pairs, centre_m, headings_rad, top_m, *more)
 
     monkeypatch.setattr(insertion, "find_guide", searched)
+    return found
+
+
+def test_where_no_way_leads_out_of_a_pocket_none_is_searched_for_again_from_higher_up(heights):
+    """With each clearance, the last moves begin at another height; the pocket stays the same."""
     site = slab_between_beams(-0.08, rules=Rules(transit_clearance_m=2.0, gives_way=("transit_clearance_m",)))
-    preparation = prepare(site)
-    plan = plan_lifts(site, preparation)
+    plan = plan_lifts(site, prepare(site))
     assert plan.lifts[0].status is Status.INFEASIBLE
     assert heights == [3.0]
+
+
+@pytest.mark.parametrize(("aside_m", "gone", "come"), [(-0.08, 1, 1), (0.0, 1, 2)])
+def test_what_was_found_holds_until_something_comes_into_the_way_or_out_of_it(heights, aside_m, gone, come):
+    """A thing beside the part, above its pocket, comes and goes: no way stays none, and a way stays one if it goes."""
+    site = slab_between_beams(aside_m)
+    beside = joined(site.frame, "box", ((9.6, 4.0, 6.0), (10.6, 5.0, 6.5)))
+    site = dataclasses.replace(site, blockers=(*site.blockers, beside))
+    component, occupancy = site.components[0], Occupancy(site)
+    space = occupancy.space(component)
+
+    def searches(contacts, *present_sets):
+        heights.clear()
+        for present in present_sets:
+            find_insertion(PartToInsert(site, contacts, occupancy.counts, component, present, space, space))
+        return len(heights)
+
+    assert searches(Contacts(site), {1, 2, 3}, {1, 2}) == gone
+    assert searches(Contacts(site), {1, 2}, {1, 2, 3}) == come

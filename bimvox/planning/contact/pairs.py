@@ -61,7 +61,7 @@ class Contacts:
         solids: Components first, in the order of ``site.components``.
         neighbours: Per component, the numbers of the solids that share or touch cells with it in the finished building.
         clashes: Pairs that overlap in the model.
-        guides: Guides that were searched for, by part, its neighbours and what else is around it.
+        guides: By part, what searches for its guide found, with the solids that were around it then.
     """
 
     def __init__(self, site: Site) -> None:
@@ -77,7 +77,7 @@ class Contacts:
         self._triangles = [solid.mesh.triangles_m for solid in self.solids]
         self._thickness_m = [thickness_m(solid.mesh) for solid in self.solids]
         self._eroded: dict[tuple[int, float], NDArray[np.float64]] = {}
-        self.guides: dict[tuple[int, tuple[int, ...], tuple[int, ...]], list[Guide | NoGuide]] = {}
+        self.guides: dict[int, list[tuple[frozenset[int], Guide | NoGuide]]] = {}
         self._bvhs: dict[int, fcl.CollisionObject] = {}
         self.neighbours: tuple[tuple[int, ...], ...] = self._find_neighbours()
         self._ways_out_m: dict[tuple[int, int], NDArray[np.float64] | None] = {}
