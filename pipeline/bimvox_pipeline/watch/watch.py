@@ -28,6 +28,7 @@ from bimvox.progress import Progress, SilentProgress
 from bimvox.records.lift import Status
 from bimvox.records.remark import counts_of
 from bimvox.revision.current_plan import CurrentPlan, RetrainedPolicy, current_plan_of
+from bimvox.site.build import with_digests
 from bimvox.site.site import Site
 from bimvox_pipeline.plan import infeasible_lifts
 from bimvox_pipeline.watch.documents import left_to_search, revision_events
@@ -221,6 +222,10 @@ class Watcher:
     def _proven(self, found: Newest | None) -> Newest | None:
         """Return the plan on disk if its proof passes; otherwise None, with a note. Pending lifts have no path yet."""
         if found is None:
+            return None
+        # A log says which site it is of; the plan is continued only if it holds that site.
+        if with_digests(found.log.plan.site).fixed_digest != self._plan.loaded.site.fixed_digest:
+            self.progress.note(f"{self._plan.target} is not used, the site in it is not that of its digest")
             return None
         lifts = found.log.plan.lifts
         known = [lift.order for lift in lifts if lift.status is not Status.PLANNED or lift.path_vox is not None]

@@ -220,6 +220,22 @@ def test_a_plan_on_disk_whose_proof_fails_is_not_continued(watcher):
     assert verify(target, progress=SilentProgress())["verified"] is True
 
 
+def test_a_plan_on_disk_of_another_site_under_the_same_digest_is_not_continued(watcher):
+    target, record = watcher._plan.target, read_log(watcher._plan.target)
+    (crane,) = record.plan.site.cranes
+    stronger = replace(crane, chart=replace(crane.chart, capacity_kg=tuple(9.0 * kg for kg in crane.chart.capacity_kg)))
+    site = replace(record.plan.site, cranes=(stronger,))
+    write_log_file(target, replace(record, plan=replace(record.plan, site=site)))
+    told: list[str] = []
+    watcher.progress = SilentProgress()
+    watcher.progress.note = told.append  # type: ignore[method-assign]
+    (document,) = taken_up(watcher)
+    assert document["event"] == "planned"
+    assert told[0] == f"{target} is not used, the site in it is not that of its digest"
+    watcher.close()
+    assert verify(target, progress=SilentProgress())["verified"] is True
+
+
 def test_without_the_whole_log_or_with_a_damaged_segment_the_sound_rest_is_resumed(watcher):
     taken_up(watcher)
     for number in (5, 2):
