@@ -67,6 +67,7 @@ def main() -> None:
 
 
 def _write() -> None:
+    _LIST.write_text("{}\n", "utf-8")  # otherwise a helper compiles what the old list asks for
     with tempfile.TemporaryDirectory() as temporary:
         folder, entries = Path(temporary), {}
         for name, act in _ACTS.items():

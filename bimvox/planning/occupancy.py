@@ -77,7 +77,7 @@ class Occupancy:
         room = hook_room(self._site, self._site.crane_of(component), self.heights(), component)
         return CollisionSpace(
             self._table(),
-            component.shape.boxes,
+            component.shape.boxes.copy(),  # writable, as all others: kernels are compiled once
             np.array(component.hook_offset_vox, np.int32),
             room.floor,
             *NOTHING_CLEARED,
@@ -107,13 +107,13 @@ class Occupancy:
 def highest_around(top: NDArray[np.int32], reach: int) -> NDArray[np.int32]:
     """Return (X, Y) int32 the highest value of a height map within ``reach`` columns on each axis."""
     nx, ny = top.shape
-    along, found = top.copy(), np.empty_like(top)
+    along = top.copy()
     for step in range(1, reach + 1):
         for x in range(nx - step):
             for y in range(ny):
                 along[x, y] = max(along[x, y], top[x + step, y])
                 along[x + step, y] = max(along[x + step, y], top[x, y])
-    found[:] = along
+    found = along.copy()
     for step in range(1, reach + 1):
         for x in range(nx):
             for y in range(ny - step):

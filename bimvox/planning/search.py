@@ -74,7 +74,8 @@ def _pushed(stack: NDArray[np.int64], size: int, value: int) -> NDArray[np.int64
     """Return the stack with ``value`` at ``size``; a full stack grows."""
     if size == stack.shape[0]:
         grown = np.empty(2 * size, np.int64)
-        grown[:size] = stack
+        for n in range(size):  # a slice assignment takes 5 s to compile
+            grown[n] = stack[n]
         stack = grown
     stack[size] = value
     return stack
@@ -221,7 +222,8 @@ def _room(
         x, y, z = here // (ny * nz), here // nz % ny, here % nz
         if size == found.shape[0]:
             more = np.empty((2 * size, 3), np.int32)
-            more[:size] = found
+            for n in range(size):
+                more[n, 0], more[n, 1], more[n, 2] = found[n, 0], found[n, 1], found[n, 2]
             found = more
         found[size, 0], found[size, 1], found[size, 2] = x, y, z
         size += 1

@@ -9,7 +9,6 @@ from bimvox.compiled import kernel, leaf_kernel
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
 
-@kernel
 def shortest_of_visited(path_vox: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return a shortest path between the ends of a path that uses only the cells that it visited.
 
@@ -19,46 +18,47 @@ def shortest_of_visited(path_vox: NDArray[np.int32]) -> NDArray[np.int32]:
     Returns:
         (M, 3) int32, M <= N, unit moves, the same ends.
     """
-    count = path_vox.shape[0]
-    low = path_vox[0].copy()
-    high = path_vox[0].copy()
-    for n in range(count):
-        for axis in range(3):
-            low[axis] = min(low[axis], path_vox[n, axis])
-            high[axis] = max(high[axis], path_vox[n, axis])
-    ny, nz = np.int64(high[1] - low[1] + 3), np.int64(high[2] - low[2] + 3)
-    keys = np.empty(count, np.int64)
-    for n in range(count):
-        keys[n] = ((path_vox[n, 0] - low[0] + 1) * ny + path_vox[n, 1] - low[1] + 1) * nz + path_vox[n, 2] - low[2] + 1
-    visited = np.unique(keys)
+    low = path_vox.min(axis=0).astype(np.int64) - 1
+    ny, nz = (path_vox.max(axis=0) - low + 2)[1:].tolist()
+    x, y, z = (path_vox - low).T
+    visited, places = np.unique((x * ny + y) * nz + z, return_inverse=True)
+    moves = np.array([-ny * nz, ny * nz, -nz, nz, -1, 1])
+    kept = visited[_steps_between(visited, moves, int(places[0]), int(places[-1]))]
+    path: NDArray[np.int64] = np.stack((kept // (ny * nz), kept // nz % ny, kept % nz), axis=1) + low
+    return path.astype(np.int32)
+
+
+@kernel
+def _steps_between(visited: NDArray[np.int64], moves: NDArray[np.int64], start: int, goal: int) -> NDArray[np.int64]:
+    """Return the places in ``visited``, which is in order, of a shortest path from ``start`` to ``goal``."""
     before = np.full(visited.size, -1, np.int64)
     queue = np.empty(visited.size, np.int64)
-    goal = np.searchsorted(visited, keys[count - 1])
     queue[0] = goal
     before[goal] = goal
     first, size = 0, 1
-    start = np.searchsorted(visited, keys[0])
     while first < size and before[start] < 0:
         here = queue[first]
         first += 1
-        for move in (-ny * nz, ny * nz, -nz, nz, np.int64(-1), np.int64(1)):
-            there = np.searchsorted(visited, visited[here] + move)
-            if there < visited.size and visited[there] == visited[here] + move and before[there] < 0:
-                before[there] = here
-                queue[size] = there
+        for n in range(moves.size):
+            key = visited[here] + moves[n]
+            low, high = 0, visited.size
+            while low < high:
+                middle = (low + high) // 2
+                if visited[middle] < key:
+                    low = middle + 1
+                else:
+                    high = middle
+            if low < visited.size and visited[low] == key and before[low] < 0:
+                before[low] = here
+                queue[size] = low
                 size += 1
-    kept = np.empty((count, 3), np.int32)
     at, length = start, 0
-    while True:
-        key = visited[at]
-        kept[length, 0] = key // (ny * nz) - 1 + low[0]
-        kept[length, 1] = key // nz % ny - 1 + low[1]
-        kept[length, 2] = key % nz - 1 + low[2]
-        length += 1
-        if at == goal:
-            break
+    queue[0] = start
+    while at != goal:
         at = before[at]
-    return kept[:length].copy()
+        length += 1
+        queue[length] = at
+    return queue[: length + 1].copy()
 
 
 @kernel
@@ -75,8 +75,8 @@ def straightened(space: CollisionSpace, path_vox: NDArray[np.int32]) -> NDArray[
     Returns:
         (M, 3) int32, M <= N, unit moves over free placements, the same ends.
     """
-    path = path_vox.copy()
-    legs = np.empty((path.shape[0] + 1, 3), np.int32)
+    path = path_vox.astype(np.int64)
+    legs = np.empty((path.shape[0] + 1, 3), np.int64)
     changed = True
     while changed:
         changed = False
@@ -101,12 +101,12 @@ def straightened(space: CollisionSpace, path_vox: NDArray[np.int32]) -> NDArray[
                 count += 1
             n = far
         path = kept[:count].copy()
-    return path
+    return path.astype(np.int32)
 
 
 @leaf_kernel
 def _three_legs(
-    space: CollisionSpace, start: NDArray[np.int32], goal: NDArray[np.int32], out: NDArray[np.int32]
+    space: CollisionSpace, start: NDArray[np.int64], goal: NDArray[np.int64], out: NDArray[np.int64]
 ) -> bool:
     """Write the cells after ``start`` of a free path that runs along each axis once; return whether there is one."""
     for first, second, third in ((2, 0, 1), (2, 1, 0), (0, 1, 2), (1, 0, 2), (0, 2, 1), (1, 2, 0)):

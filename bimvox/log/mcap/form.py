@@ -86,7 +86,7 @@ class Form:
         steps = _shortened(steps)
         ends = np.cumsum([len(text) for *_, text in steps], dtype=np.int64)
         begins = np.concatenate([[0], ends])[: len(ends)]
-        self._text = np.frombuffer(b"".join(text for *_, text in steps), np.uint8)
+        self._text = np.frombuffer(b"".join(text for *_, text in steps), np.uint8).copy()
         self._program = np.array(
             [(kind, value, begin, end) for (kind, value, _), begin, end in zip(steps, begins, ends, strict=True)],
             np.int64,

@@ -20,10 +20,10 @@ _RAYS = np.array([[0.5341, 0.2287, 0.8139], [-0.8243, 0.4571, 0.3343], [0.2951, 
 @kernel
 def is_inside(solid: Solid, point: NDArray[np.float64]) -> bool:
     """Return whether a point, (3,) metres, is inside, by the majority of three rays."""
-    votes = 0
+    votes, rays = 0, _RAYS.copy()  # writable, as other rays: `crossed` is compiled once
     for ray in range(3):
         crossings, winding, _ = crossed(
-            solid.corners_m, solid.normals, solid.boxes_m, solid.spans, point, _RAYS[ray], -1
+            solid.corners_m, solid.normals, solid.boxes_m, solid.spans, point, rays[ray], -1
         )
         if (solid.is_matched and winding != 0) or (not solid.is_matched and crossings % 2 == 1):
             votes += 1
