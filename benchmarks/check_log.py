@@ -25,11 +25,12 @@ def sample_log(folder: Path) -> Path:
     from bimvox_pipeline.plan import plan
     from bimvox_pipeline.site import init
 
+    from bimvox.library.policy_wish import PolicyWish
     from bimvox.progress import SilentProgress
 
     site, log = folder / "frame.site.toml", folder / "frame.mcap"
     init(SAMPLE, site, progress=SilentProgress())
-    plan(site, log, policy="none", progress=SilentProgress())
+    plan(site, log, wish=PolicyWish("none"), progress=SilentProgress())
     return log
 
 

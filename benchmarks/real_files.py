@@ -25,6 +25,7 @@ from typing import Any
 
 from benchmarks.document import put_into
 from bimvox.errors import BimvoxError
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.progress import SilentProgress
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "measured.md"
@@ -88,7 +89,7 @@ def measure(model: Path, folder: Path, profile: Path | None = None) -> dict[str,
         init_s = _used_s() - begun_s
         if profile is not None:
             profiler.enable()
-        document = plan(site, log, policy="none", progress=progress)
+        document = plan(site, log, wish=PolicyWish("none"), progress=progress)
         profiler.disable()
         planned_s = _used_s()
         proof = verify(log, progress=CpuProgress())

@@ -92,6 +92,7 @@ def watcher_for(site: Path, scratch: Path, log: Path, search_only: bool) -> tupl
     from bimvox_pipeline.watch.watch import Watcher
 
     from bimvox.library.plan import policy_of
+    from bimvox.library.policy_wish import PolicyWish
     from bimvox.library.prove import prepared
     from bimvox.library.site import load_site
     from bimvox.policy.choice import NO_POLICY
@@ -102,7 +103,7 @@ def watcher_for(site: Path, scratch: Path, log: Path, search_only: bool) -> tupl
     preparation = prepared(loaded.site, quiet)
     policy = NO_POLICY
     if not search_only:
-        policy = policy_of(loaded, loaded.site, preparation, policy=None, seed=None, steps=STEPS, progress=quiet)
+        policy = policy_of(loaded, loaded.site, preparation, PolicyWish(steps=STEPS), quiet)
     file = scratch / "obstructions.json"
     return Watcher(WatchedPlan(loaded, policy, log, 0), preparation, file, quiet), file
 

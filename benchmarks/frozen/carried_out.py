@@ -88,6 +88,7 @@ def _watcher(name: str, file: Path, hand: Hand) -> tuple[Watcher, Callable[[], I
     from bimvox_pipeline.watch.watch import Watcher
 
     from bimvox.library.plan import policy_of
+    from bimvox.library.policy_wish import PolicyWish
     from bimvox.library.prove import prepared
     from bimvox.library.site import load_site
     from bimvox.progress import SilentProgress
@@ -95,7 +96,7 @@ def _watcher(name: str, file: Path, hand: Hand) -> tuple[Watcher, Callable[[], I
     quiet = SilentProgress()
     loaded = load_site(Path(f"{name}.site.toml"), quiet)
     preparation = prepared(loaded.site, quiet)
-    policy = policy_of(loaded, loaded.site, preparation, policy="none", seed=None, steps=None, progress=quiet)
+    policy = policy_of(loaded, loaded.site, preparation, PolicyWish("none"), quiet)
     clock = PlanClock(SPEED, hand)
     plan = WatchedPlan(loaded, policy, Path(f"{name}.mcap"), 0)
     watcher = Watcher(plan, preparation, file, quiet, clock)

@@ -12,6 +12,7 @@ from bimvox.files import read_input, require_input
 from bimvox.library.arguments import insist, text, whole
 from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.plan_value import Plan
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import Planned, Retraining, insist_on_one_lift, plan_and_prove, prepared
 from bimvox.library.site import OBSTRUCTIONS, LoadedSite, attached_as
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
@@ -66,7 +67,7 @@ def plan(
         found, content = obstructions_of(obstructions, built)
         built, files = obstructed(built, found, told), {**files, **content}
     preparation = prepared(built, told)
-    chosen = policy_of(site, built, preparation, policy=policy, seed=seed, steps=steps, train=train, progress=told)
+    chosen = policy_of(site, built, preparation, PolicyWish(policy, seed, steps, train), told)
     number = seed_of(site, seed)
     used = [chosen]
 
@@ -103,11 +104,7 @@ def policy_of(
     loaded: LoadedSite,
     site: Site,
     preparation: Preparation,
-    *,
-    policy: str | None,
-    seed: int | None,
-    steps: int | None,
-    train: bool = False,
+    wish: PolicyWish,
     progress: Progress,
 ) -> PolicyInUse:
     """Return the policy that the caller asks for, otherwise the one that the site file asks for.
@@ -116,13 +113,13 @@ def policy_of(
         NoPlanError: If there is nothing to learn from because no lift can be planned; says why.
     """
     asked = loaded.config.policy
-    budget = steps if steps is not None else asked.steps
+    budget = wish.steps if wish.steps is not None else asked.steps
     wanted = PolicyRequest(
-        seed=seed_of(loaded, seed),
+        seed=seed_of(loaded, wish.seed),
         required_success=asked.required_success,
-        policy_id=policy or asked.id,
+        policy_id=wish.policy or asked.id,
         steps=DEFAULT_STEPS if budget is None else budget,
-        train=train or steps is not None,
+        train=wish.train or wish.steps is not None,
     )
     try:
         return choose_policy(site, preparation, wanted, progress)

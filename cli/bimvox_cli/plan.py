@@ -91,16 +91,15 @@ def plan(
     from bimvox_pipeline.plan import plan as run
     from bimvox_pipeline.warm_up import helped
 
+    from bimvox.library.policy_wish import PolicyWish
+
     site = sites[0]
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output, helped("plan"):
         document = run(
             site,
             out,
             obstructions=obstructions,
-            policy=policy,
-            seed=seed,
-            steps=steps,
-            train=train,
+            wish=PolicyWish(policy, seed, steps, train),
             retrain=retrain,
             progress=output.progress,
         )

@@ -84,6 +84,8 @@ def watch(
     """
     from bimvox_pipeline.watch.watch import watch as run
 
+    from bimvox.library.policy_wish import PolicyWish
+
     code = failure.DONE
     shown = _Shown(obstructions.name, table=not (once or json or quiet))
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
@@ -92,10 +94,7 @@ def watch(
             site=site,
             out=out,
             once=once,
-            seed=seed,
-            policy=policy,
-            steps=steps,
-            train=train,
+            wish=PolicyWish(policy, seed, steps, train),
             poll_s=poll,
             speed=simulate,
             retrain=retrain,

@@ -11,6 +11,7 @@ from bimvox.crane.identity import identity
 from bimvox.files import check_output, default_output, require_input
 from bimvox.library.log import write_log_file
 from bimvox.library.plan import plan as plan_site
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import Planned
 from bimvox.library.site import load_site
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
@@ -28,17 +29,14 @@ def plan(
     out: Path | None = None,
     *,
     obstructions: Path | None = None,
-    policy: str | None = None,
-    seed: int | None = None,
-    steps: int | None = None,
-    train: bool = False,
+    wish: PolicyWish = PolicyWish(),  # noqa: B008  (immutable)
     retrain: int = 0,
     progress: Progress,
 ) -> dict[str, Any]:
     """Plan a site file with :func:`bimvox.plan`, write the log, and return the document of ``bimvox plan --json``.
 
     ``out`` is the log; default: the site's name with ``.mcap``, in the current folder. The other arguments are those of
-    :func:`bimvox.plan`.
+    :func:`bimvox.plan`, four of them in ``wish``.
 
     Raises:
         NoPlanError: If no lift can be planned; nothing is written.
@@ -51,16 +49,7 @@ def plan(
         require_input(obstructions)
     loaded = load_site(site, progress)
     check_output(target, inputs=[*inputs, loaded.config.model.path])
-    made = plan_site(
-        loaded,
-        obstructions=obstructions,
-        policy=policy,
-        seed=seed,
-        steps=steps,
-        train=train,
-        retrain=retrain,
-        progress=progress,
-    )
+    made = plan_site(loaded, obstructions=obstructions, retrain=retrain, progress=progress, **asdict(wish))
     progress.stage("write")
     write_log_file(target, made.record, inputs=inputs)
     progress.finish()

@@ -10,6 +10,7 @@ import pytest
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
 
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.policy import store as policies
 from bimvox.progress import SilentProgress
 
@@ -37,7 +38,9 @@ def planned(store: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path
     # Its longest jib, and 1 m more rope: the tests of stops look for loads that swing.
     text = site.read_text().replace("jib_length_m = 18", "jib_length_m = 30")
     site.write_text(text.replace("jib_height_m = 15", "jib_height_m = 16"))
-    document = plan(folder / "frame.site.toml", folder / "frame.mcap", steps=STEPS, progress=SilentProgress())
+    document = plan(
+        folder / "frame.site.toml", folder / "frame.mcap", wish=PolicyWish(steps=STEPS), progress=SilentProgress()
+    )
     return folder, document
 
 

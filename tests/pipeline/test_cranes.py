@@ -20,6 +20,7 @@ from own_machine import machine_text
 
 from bimvox.errors import ConfigError
 from bimvox.library.attached_files import check_attached_files
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import catalogue
@@ -52,7 +53,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def planned(folder: Path) -> dict[str, Any]:
-    return plan(folder / "frame.site.toml", folder / "frame.mcap", policy="none", progress=SilentProgress())
+    return plan(folder / "frame.site.toml", folder / "frame.mcap", wish=PolicyWish("none"), progress=SilentProgress())
 
 
 OVERRIDES = [

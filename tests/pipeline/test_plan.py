@@ -11,6 +11,7 @@ from bimvox_pipeline.site import init
 from bimvox.bim.read import read_building
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import FileError, InputError, NoPlanError, PolicyError, VerificationError
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.site import load_site
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
@@ -23,7 +24,9 @@ STEPS = 2_000
 
 
 def plan_again(folder: Path, name: str = "again.mcap", **options) -> dict:
-    return plan(folder / "frame.site.toml", folder / name, steps=STEPS, progress=SilentProgress(), **options)
+    return plan(
+        folder / "frame.site.toml", folder / name, wish=PolicyWish(steps=STEPS), progress=SilentProgress(), **options
+    )
 
 
 def obstruct(folder: Path, *obstructions: dict) -> Path:

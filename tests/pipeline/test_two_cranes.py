@@ -20,6 +20,7 @@ from bimvox_pipeline.watch.watch import Watcher, watch
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.library.plan import policy_of
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
 from bimvox.log import schema as topics
@@ -60,7 +61,9 @@ def two(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]
     folder = tmp_path_factory.mktemp("frame")
     shutil.copy(SAMPLES / "frame.ifc", folder)
     (folder / "frame.site.toml").write_text(SITE)
-    document = plan(folder / "frame.site.toml", folder / "frame.mcap", policy="none", progress=SilentProgress())
+    document = plan(
+        folder / "frame.site.toml", folder / "frame.mcap", wish=PolicyWish("none"), progress=SilentProgress()
+    )
     return folder, document
 
 
@@ -78,7 +81,7 @@ def test_every_lift_is_planned_and_each_crane_has_its_share(two: tuple[Path, dic
 def test_the_log_is_proven_from_itself_and_deterministic(two: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
     folder, _ = two
     assert verify(folder / "frame.mcap", progress=SilentProgress())["verified"]
-    plan(folder / "frame.site.toml", tmp_path / "again.mcap", policy="none", progress=SilentProgress())
+    plan(folder / "frame.site.toml", tmp_path / "again.mcap", wish=PolicyWish("none"), progress=SilentProgress())
     assert (tmp_path / "again.mcap").read_bytes() == (folder / "frame.mcap").read_bytes()
 
 
@@ -95,7 +98,9 @@ def test_a_change_keeps_paths_and_times_before_it(two: tuple[Path, dict[str, Any
     file = tmp_path / "way.json"
     file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": [{"id": "box", "box": box}]}))
     site_file, log = tmp_path / "frame.site.toml", tmp_path / "frame.mcap"
-    documents = list(watch(file, site=site_file, out=log, once=True, policy="none", progress=SilentProgress()))
+    documents = list(
+        watch(file, site=site_file, out=log, once=True, wish=PolicyWish("none"), progress=SilentProgress())
+    )
     assert [document["event"] for document in documents] == ["replanned"]
     now = read_log(log)
     motions = {motion.order: motion for motion in now.motions}
@@ -126,7 +131,7 @@ class CarriedOut:
         quiet = SilentProgress()
         loaded = load_site(folder / "frame.site.toml", quiet)
         preparation = prepared(loaded.site, quiet)
-        policy = policy_of(loaded, loaded.site, preparation, policy="none", seed=None, steps=None, progress=quiet)
+        policy = policy_of(loaded, loaded.site, preparation, PolicyWish("none"), quiet)
         self.hand, self.file, self.log = hand, folder / "way.json", folder / "frame.mcap"
         plan = WatchedPlan(loaded, policy, self.log, 0)
         self.watcher = Watcher(plan, preparation, self.file, quiet, PlanClock(1.0, hand))

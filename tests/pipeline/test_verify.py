@@ -15,6 +15,7 @@ from bimvox.errors import InputError, LogFileError
 from bimvox.library.log import write_log_file
 from bimvox.library.plan import digests_of
 from bimvox.library.plan_value import Plan
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.channels import LogWriter
@@ -88,7 +89,9 @@ def test_a_log_with_infeasible_lifts_is_proven_for_the_others(site_folder):
     file = site_folder / "obstructions.json"
     file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": [box]}))
     out = site_folder / "with.mcap"
-    made = plan(site_folder / "frame.site.toml", out, obstructions=file, steps=2_000, progress=SilentProgress())
+    made = plan(
+        site_folder / "frame.site.toml", out, obstructions=file, wish=PolicyWish(steps=2_000), progress=SilentProgress()
+    )
     document = run(out)
     assert document["verified"] is True, failed(document)
     assert document["infeasible_lifts"] == len(made["infeasible"]) > 0

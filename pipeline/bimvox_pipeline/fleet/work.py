@@ -55,6 +55,7 @@ def failed(run: Run, code: str, message: str, hint: str | None) -> dict[str, Any
 
 
 def _planned(run: Run, folder: Path) -> dict[str, Any]:
+    from bimvox.library.policy_wish import PolicyWish
     from bimvox.progress import SilentProgress
     from bimvox_pipeline.plan import plan
 
@@ -64,10 +65,7 @@ def _planned(run: Run, folder: Path) -> dict[str, Any]:
         wish.site,
         log,
         obstructions=wish.obstructions,
-        policy=wish.policy,
-        seed=wish.seed,
-        steps=wish.steps,
-        train=wish.train,
+        wish=PolicyWish(wish.policy, wish.seed, wish.steps, wish.train),
         progress=SilentProgress(),
     )
     return {

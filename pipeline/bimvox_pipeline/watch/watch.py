@@ -18,6 +18,7 @@ from bimvox.errors import BimvoxError, FileError, InputError, PolicyError
 from bimvox.files import check_output, default_output, write_atomically
 from bimvox.library.log import write_log_file
 from bimvox.library.plan import policy_of, seed_of
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import plan_and_prove, prepared
 from bimvox.library.site import load_site
 from bimvox.library.verify import prove_plan
@@ -50,10 +51,7 @@ def watch(
     site: Path,
     out: Path | None = None,
     once: bool = False,
-    seed: int | None = None,
-    policy: str | None = None,
-    steps: int | None = None,
-    train: bool = False,
+    wish: PolicyWish = PolicyWish(),  # noqa: B008  (immutable)
     poll_s: float | None = None,
     speed: float | None = None,
     retrain: int = 0,
@@ -69,10 +67,7 @@ def watch(
         out: The log; default: the site's name with ``.mcap``, in the current folder. If it exists and belongs to this
             site, the watch continues from its plan and the segments after it.
         once: Look once and return.
-        seed: Seed of the training; default: the site file's.
-        policy: Id of a policy of the store.
-        steps: Training budget in environment steps.
-        train: Whether a policy is trained for this site if there is none.
+        wish: Which policy is wished, and its training.
         poll_s: Read the file at this interval instead of waiting for events: for network shares.
         speed: Carry the plan out against a clock that runs this many times as fast as the wall clock.
         retrain: Budget, in environment steps, of more training during the watch if the policy fails lifts; 0: none.
@@ -89,13 +84,11 @@ def watch(
     loaded = load_site(site, progress)
     check_output(target, inputs=[site, obstructions, loaded.config.model.path])
     preparation = prepared(loaded.site, progress)
-    chosen = policy_of(
-        loaded, loaded.site, preparation, policy=policy, seed=seed, steps=steps, train=train, progress=progress
-    )
+    chosen = policy_of(loaded, loaded.site, preparation, wish, progress)
     if speed is not None and not loaded.site.cranes:
         raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
     clock = None if speed is None else PlanClock(speed)
-    plan = WatchedPlan(loaded, chosen, target, seed_of(loaded, seed))
+    plan = WatchedPlan(loaded, chosen, target, seed_of(loaded, wish.seed))
     watcher = Watcher(plan, preparation, obstructions, progress, clock)
     watcher.retrain(retrain)
     if server is not None:

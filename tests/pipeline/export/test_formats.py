@@ -25,6 +25,7 @@ from full_disk import full_disk
 from rosbags.highlevel import AnyReader
 
 from bimvox.errors import FileError, InputError
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import tracks_of
 from bimvox.progress import SilentProgress
@@ -90,7 +91,7 @@ def test_ifc2x3_has_no_task_times_and_gets_its_own(store: Path, tmp_path: Path) 
     model = tmp_path / "frame.ifc"
     shutil.copy(SAMPLES / "frame_ifc2x3_mm.ifc", model)
     init(model, tmp_path / "frame.site.toml", voxel_size_m=0.5, progress=SilentProgress())
-    plan(tmp_path / "frame.site.toml", tmp_path / "frame.mcap", steps=2_000, progress=SilentProgress())
+    plan(tmp_path / "frame.site.toml", tmp_path / "frame.mcap", wish=PolicyWish(steps=2_000), progress=SilentProgress())
     run(tmp_path, to="ifc", model=model, start="2026-12-01T07:00", out=tmp_path / "out.ifc")
     file = ifcopenshell.open(tmp_path / "out.ifc")
     assert file.schema == "IFC2X3"

@@ -12,6 +12,7 @@ from bimvox_pipeline.plan import plan
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.observation import INPUT_SIZE
 from bimvox.errors import PolicyError
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.site import load_site
 from bimvox.log.reader import read_log
 from bimvox.policy import store as policies
@@ -59,7 +60,8 @@ def knows_nothing() -> QNetwork:
 
 
 def made(site: Path, **options) -> dict:
-    return plan(site, site.with_name("made.mcap"), progress=options.pop("progress", SilentProgress()), **options)
+    progress, retrain = options.pop("progress", SilentProgress()), options.pop("retrain", 0)
+    return plan(site, site.with_name("made.mcap"), wish=PolicyWish(**options), retrain=retrain, progress=progress)
 
 
 def test_a_plan_takes_the_shipped_policy_without_training_and_without_torch(site, own_store):

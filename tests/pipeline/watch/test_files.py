@@ -28,6 +28,7 @@ from opened_pages import Opened
 from bimvox.errors import FileError
 from bimvox.library.log import write_log_file
 from bimvox.library.plan import policy_of
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
 from bimvox.log.mcap.reader import read_contents, read_file
@@ -47,7 +48,7 @@ def parts(planned) -> tuple[Any, Any, Any]:
     quiet = SilentProgress()
     loaded = load_site(planned[0] / "frame.site.toml", quiet)
     preparation = prepared(loaded.site, quiet)
-    policy = policy_of(loaded, loaded.site, preparation, policy=None, seed=None, steps=STEPS, progress=quiet)
+    policy = policy_of(loaded, loaded.site, preparation, PolicyWish(steps=STEPS), quiet)
     return loaded, preparation, policy
 
 

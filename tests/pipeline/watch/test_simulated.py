@@ -20,6 +20,7 @@ from bimvox_pipeline.watch.watch import Watcher
 from bimvox.crane.kinematics import hook_of
 from bimvox.library.attached_files import check_attached_files
 from bimvox.library.plan import policy_of
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
 from bimvox.log import schema as topics
@@ -41,7 +42,7 @@ def parts(planned) -> tuple[Any, Any, Any]:
     quiet = SilentProgress()
     loaded = load_site(planned[0] / "frame.site.toml", quiet)
     preparation = prepared(loaded.site, quiet)
-    policy = policy_of(loaded, loaded.site, preparation, policy="none", seed=None, steps=None, progress=quiet)
+    policy = policy_of(loaded, loaded.site, preparation, PolicyWish("none"), quiet)
     return loaded, preparation, policy
 
 

@@ -13,6 +13,7 @@ from bimvox_pipeline.watch.file_watch import changes, state_of
 from bimvox_pipeline.watch.log import segment_file
 from bimvox_pipeline.watch.watch import watch
 
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.proof.plan import verify_plan
@@ -32,7 +33,7 @@ def once(folder: Path, file: Path) -> list[dict]:
             site=folder / "frame.site.toml",
             out=folder / "frame.mcap",
             once=True,
-            steps=STEPS,
+            wish=PolicyWish(steps=STEPS),
             progress=SilentProgress(),
         )
     )
