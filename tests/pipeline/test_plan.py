@@ -23,10 +23,9 @@ SAMPLES = Path(__file__).parents[2] / "sample_models"
 STEPS = 2_000
 
 
-def plan_again(folder: Path, name: str = "again.mcap", **options) -> dict:
-    return plan(
-        folder / "frame.site.toml", folder / name, wish=PolicyWish(steps=STEPS), progress=SilentProgress(), **options
-    )
+def plan_again(folder: Path, name: str = "again.mcap", policy: str | None = None, **options) -> dict:
+    wish = PolicyWish(policy, steps=STEPS)
+    return plan(folder / "frame.site.toml", folder / name, wish=wish, progress=SilentProgress(), **options)
 
 
 def obstruct(folder: Path, *obstructions: dict) -> Path:
