@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 _CONCRETE_KG_M3 = (1500.0, 2900.0)
 """Density of concrete and masonry, from lightweight to heavily reinforced."""
+_LIGHT_KG_M3 = 500.0
+"""Density below which nothing is cast: insulation, foam glass, aerated blocks."""
 _WHOLE_M = 1e-3
 
 
@@ -69,7 +71,12 @@ def means_of(
     bounds_m = {element.id: element.mesh.bounds_m for element in (*elements, *slabs)}
     for element in elements:
         over = next((slab for slab in slabs if _is_under(bounds_m[element.id], bounds_m[slab.id])), None)
-        if over is not None and found[element.id].means is Means.CRANE and element.casting is not Casting.PRECAST:
+        if over is None or found[element.id].means is not Means.CRANE or element.casting is Casting.PRECAST:
+            continue
+        if _is_light(element):  # an insulation strip
+            why = f"it is too light for concrete, and laid before {over.label} is cast on it"
+            found[element.id] = Reasoned(Means.BY_HAND, why)
+        else:
             found[element.id] = Reasoned(Means.IN_SITU, f"it is under {over.label}, which is cast on the ground")
     for element_id, entry in entries.items():
         if entry.means is not None and element_id in found:
@@ -123,6 +130,12 @@ def _is_concrete(element: Element) -> bool:
     volume_m3 = abs(element.mesh.signed_volume_m3)
     low, high = _CONCRETE_KG_M3
     return element.mass_source == "default" or low * volume_m3 <= element.mass_kg <= high * volume_m3
+
+
+def _is_light(element: Element) -> bool:
+    """Return whether a part of a known material is lighter than any that is cast: insulation."""
+    volume_m3 = abs(element.mesh.signed_volume_m3)
+    return element.mass_source != "default" and element.mass_kg < _LIGHT_KG_M3 * volume_m3
 
 
 def _is_ground_slab(element: Element) -> bool:

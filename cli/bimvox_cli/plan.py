@@ -253,7 +253,12 @@ def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
     return [
         ("paths found", found if figures["planned"] else None),
         ("moves", None if ratio is None else f"{figures['moves']:,}, {ratio:.3f} times the fewest possible"),
-        ("crane time", None if hours is None else f"{hours:.2f} h, {figures['loaded_hours']:.2f} h of it loaded"),
+        (
+            "crane time",
+            None
+            if hours is None
+            else f"{elapsed(3600.0 * hours)}, {elapsed(3600.0 * figures['loaded_hours'])} of it loaded",
+        ),
         *(
             (f"crane {crane['name']}", f"{crane['lifts']:,} lifts, works {crane['busy_share']:.0%} of the time")
             for crane in figures.get("cranes", ())

@@ -45,8 +45,10 @@ def _leave_quietly(*_: object) -> None:
 
 
 def _raise_again(unraisable: "sys.UnraisableHookArgs") -> None:
-    """Bring a Ctrl-C that a callback swallowed back to the main thread, instead of printing its traceback."""
+    """Bring a Ctrl-C or SIGTERM that a callback swallowed back to the main thread, without a traceback."""
     if issubclass(unraisable.exc_type, KeyboardInterrupt):
         _thread.interrupt_main()
+    elif issubclass(unraisable.exc_type, SystemExit):
+        _thread.interrupt_main(signal.SIGTERM)
     else:
         sys.__unraisablehook__(unraisable)

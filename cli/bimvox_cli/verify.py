@@ -59,7 +59,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
         [
             (
                 name,
-                "-" if not check["samples"] else "yes" if check["passed"] else "NO",
+                "NO" if not check["passed"] else "yes" if check["samples"] else "-",
                 check["samples"],
                 "" if check["worst"] is None else f"{written(check['worst'])} {check['unit'] or ''}".rstrip(),
             )

@@ -77,6 +77,7 @@ def init(
     assert own is not None
     smaller = smaller_machines(own, fits)
     notes = choice_notes(own, smaller)
+    listed = {own.machine, *(fit.machine for fit in smaller)}
     examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
     write_atomically(target, site_toml(config, example_ids=examples, crane_notes=notes).encode(), inputs=[model])
     progress.finish()
@@ -94,7 +95,7 @@ def init(
         "components": roles.count(Role.COMPONENT) - len(pinned),
         "structure": roles.count(Role.STRUCTURE) + len(pinned),
         "crane": own.machine,
-        "other_cranes": [fit.machine for fit in fits if fit.serves and fit.machine != own.machine],
+        "other_cranes": [fit.machine for fit in fits if fit.serves and fit.machine not in listed],
         "smaller_cranes": [{"machine": fit.machine, "reason": fit.reason} for fit in smaller],
         "cannot_lift": unserved_document(own),
         "notes": list(building.notes),

@@ -110,6 +110,7 @@ READ: dict[str, tuple[str, Callable[[], bytes | str], str]] = {
         "",
     ),
     "cut encodings": ("a.ifc", lambda: FRAME.replace("'frame'", r"'\X2\4E0A\X0: \X2\\X0\ \X4\ \Q \'"), ""),
+    "a density that is a text": ("a.ifc", lambda: FRAME.replace("IFCMASSDENSITYMEASURE(2400.)", "IFCLABEL('a')"), ""),
     "a set without a name": ("a.ifc", lambda: FRAME.replace("'Qto_BeamBaseQuantities',$,$,(", "$,$,$,("), ""),
     "feet": ("a.ifc", lambda: length_unit("IFCLENGTHMEASURE(0.3048)"), ""),
     "a point in a text": ("a.ifc", lambda: FRAME.replace("'frame'", "'IFCDIRECTION(x)'"), ""),

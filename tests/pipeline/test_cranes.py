@@ -155,3 +155,5 @@ def test_init_says_why_smaller_machines_do_not_serve(tmp_path: Path) -> None:
     assert reasons["flat-top-120"].endswith("in the yard's corner; Facade south 1, storey 2 weighs 6.3 t")
     assert f"# flat-top-75 does not serve this site: {reasons['flat-top-75']}\n" in target.read_text()
     assert document["cannot_lift"] == []
+    assert document["other_cranes"]
+    assert not {*document["other_cranes"]} & {*reasons, document["crane"]}

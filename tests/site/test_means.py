@@ -64,6 +64,16 @@ def test_what_is_under_a_slab_on_the_ground_that_is_cast_in_place_is_cast_too():
     assert works(BEAM, SLAB, cast(FOOTING, Casting.PRECAST))["footing"] is Means.CRANE
 
 
+def test_insulation_under_a_slab_on_the_ground_is_laid_and_not_cast():
+    strip = box_element("strip", (2, 0, -0.4), (12, 0.5, 0.0), mass_kg=35.0 * 10 * 0.5 * 0.4 * 3)
+    strip = dataclasses.replace(strip, mass_source="density")
+    found = means_of([BEAM, SLAB, strip], {}, MeansConfig(lift_from_kg=10.0))["strip"]
+    assert found.means is Means.BY_HAND
+    assert "too light for concrete" in found.why
+    guessed = dataclasses.replace(strip, mass_source="default")
+    assert works(BEAM, SLAB, guessed, lift_from_kg=10.0)["strip"] is Means.IN_SITU
+
+
 def test_what_a_few_people_carry_is_set_by_hand():
     assert works(BEAM, LINTEL)["lintel"] is Means.BY_HAND
     assert works(BEAM, LINTEL, lift_from_kg=30.0)["lintel"] is Means.CRANE

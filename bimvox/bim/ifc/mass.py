@@ -19,6 +19,8 @@ _WEIGHTS = (
     *("peso", "grossweight", "bruttogewicht", "poidsbrut", "pesobruto", "pesolordo"),
 )
 _VOLUMES = ("netvolume", "nettovolumen", "volume", "volumen", "grossvolume", "bruttovolumen")
+_MOST = 1e12
+"""A larger weight or volume is not one, in any unit."""
 _PLAUSIBLE_KG_M3 = (5.0, 23000.0)
 """From insulation to above lead: a stated weight that gives a density outside this has a wrong number or unit."""
 _ODD_KG_M3 = (50.0, 12000.0)
@@ -99,7 +101,7 @@ class Masses:
             stated = self._old_densities.get(key)
             if stated is None and getattr(material, "HasProperties", None):
                 stated = element_util.get_pset(material, "Pset_MaterialCommon", "MassDensity")
-            density = float(stated) * self._density_per_unit if stated else None
+            density = stated * self._density_per_unit if isinstance(stated, int | float) else None
             if density is None or not _PLAUSIBLE_KG_M3[0] <= density <= _PLAUSIBLE_KG_M3[1]:
                 density = density_by_name(label(material.Name))
             self._density_by_material[key] = density
@@ -117,7 +119,7 @@ def _first(sets: dict[str, dict[str, Any]], names: Sequence[str]) -> float | Non
     for values in sets.values():
         for key, value in values.items():
             name = key.lower().replace(" ", "").replace("_", "")
-            if name in names and isinstance(value, int | float) and not isinstance(value, bool) and value > 0:
+            if name in names and isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < _MOST:
                 found.setdefault(name, float(value))
     return next((found[name] for name in names if name in found), None)
 

@@ -31,14 +31,14 @@ def frame_for(scene: Scene, size_px: tuple[int, int]) -> tuple[float, float, flo
 
 
 def annotate(pixels: NDArray[np.uint8], scene: Scene) -> NDArray[np.uint8]:
-    """Return the picture with the scene's title, caption and legend; the picture fades behind the legend."""
+    """Return the picture with the scene's title, caption and legend; the picture fades behind them."""
     size_px = (pixels.shape[1], pixels.shape[0])
     margin = _margin(size_px)
     legend_top = size_px[1] - 0.7 * margin - len(_legend_rows(scene.legend, size_px)) * _row_height(size_px)
     if scene.legend:
         pixels = _faded(pixels, round(legend_top - 0.3 * margin), size_px[1])
-    if scene.focus_m is not None and (scene.title or scene.caption):
-        # With a focus, its surroundings also lie under the heading.
+    if scene.title or scene.caption:
+        # The end of a long jib, and the surroundings of a focus, also lie under the heading.
         pixels = _faded(pixels, 0, round(0.5 * margin + _heading_height(scene, size_px)))
     image = Image.fromarray(pixels)
     draw = ImageDraw.Draw(image)

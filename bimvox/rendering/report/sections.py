@@ -244,6 +244,12 @@ def deliveries(record: dict[str, Any]) -> str:
     )
 
 
+def _result(check: dict[str, Any]) -> str:
+    if not check["passed"]:
+        return f"✕ {check['failed']} failed"
+    return "✓ passed" if check["samples"] else "– nothing to check"
+
+
 def proof(record: dict[str, Any]) -> str:
     """Return what was proven, how, with how many samples, and what failed."""
     made = record["proof"]
@@ -263,7 +269,7 @@ def proof(record: dict[str, Any]) -> str:
         row(
             [
                 escape(check["name"].replace("_", " ")),
-                "–" if not check["samples"] else "✓ passed" if check["passed"] else f"✕ {check['failed']} failed",
+                _result(check),
                 number(check["samples"], fixed(check["samples"], 0), "samples"),
                 ""
                 if check["worst"] is None

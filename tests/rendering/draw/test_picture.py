@@ -7,6 +7,7 @@ from drawn_plans import motions_by_hand, plan_by_hand
 from bimvox.errors import InputError
 from bimvox.grid.frame import GridFrame
 from bimvox.rendering.colours import PAPER
+from bimvox.rendering.draw.annotate import annotate
 from bimvox.rendering.draw.camera import View
 from bimvox.rendering.draw.picture import PictureOptions, picture_of
 from bimvox.rendering.draw.png import png_of
@@ -34,6 +35,13 @@ def test_the_same_scene_gives_the_same_bytes():
     assert first.startswith(b"\x89PNG")
     assert b"tIME" not in first
     assert b"tEXt" not in first
+
+
+def test_what_lies_under_title_and_caption_fades():
+    """The end of a long jib may leave the frame at the top; it does not cross the words."""
+    black = np.zeros((200, 400, 3), np.uint8)
+    assert (annotate(black, box_scene(title="Site", caption="3 parts"))[5, 300:] > 200).all()
+    assert (annotate(black, box_scene())[5] == 0).all()
 
 
 def test_the_picture_has_the_requested_size_and_a_flat_background():

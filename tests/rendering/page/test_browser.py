@@ -22,6 +22,7 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
 from bimvox.records.lift import Method
+from bimvox.records.proof import Check, Verification
 from bimvox.records.remark import Remark, Severity
 from bimvox.rendering.page.page import page_of
 from bimvox.rendering.page.source import PageSource, Revision
@@ -605,3 +606,14 @@ def test_a_page_of_two_cranes_moves_both(browser, tmp_path):
     assert terms["Crane east"].startswith("3 lifts, busy")
     assert seen.complaints == []
     seen.page.context.close()
+
+
+def test_a_check_that_looked_at_nothing_has_not_passed(browser, tmp_path):
+    proof = Verification((Check("cells", samples=12), Check("zones", samples=0)))
+    seen = show(browser, tmp_path, tiny_source(proof=proof))
+    seen.page.click("#plan-button")
+    assert "1 check, 12 samples" in seen.text("#panel-plan")
+    rows = seen.page.eval_on_selector_all("#panel-plan tr", "(rows) => rows.map((row) => row.textContent)")
+    told = next(row for row in rows if row.startswith("zones"))
+    assert "nothing to check" in told
+    assert "passed" not in told

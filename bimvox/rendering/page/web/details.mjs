@@ -287,12 +287,13 @@ export class Details {
     if (!proof) return [el("p", { class: "warn" }, "NOT PROVEN. This page was made without a proof; bimvox verify proves the log.")];
     const failed = proof.checks.filter((check) => !check.passed);
     const samples = proof.checks.reduce((sum, check) => sum + check.samples, 0);
+    const looked = proof.checks.filter((check) => check.samples > 0);
     const rows = proof.checks.map((check) =>
-      el("tr", {}, el("td", {}, check.name.replaceAll("_", " ")), el("td", { class: check.passed ? null : "hot" }, check.passed ? "✓ passed" : `✕ ${check.failed} failed`), el("td", {}, whole(check.samples)), el("td", { title: check.unit }, check.worst === null ? "" : worst(check.worst))),
+      el("tr", {}, el("td", {}, check.name.replaceAll("_", " ")), el("td", { class: check.passed ? null : "hot" }, !check.passed ? `✕ ${check.failed} failed` : check.samples ? "✓ passed" : "– nothing to check"), el("td", {}, whole(check.samples)), el("td", { title: check.unit }, check.worst === null ? "" : worst(check.worst))),
     );
     const head = el("thead", {}, el("tr", {}, ...["Check", "Result", "Samples", "Worst"].map((name) => el("th", { scope: "col" }, name))));
     return [
-      proof.verified ? el("p", { class: verdict.proof_light === "clean" ? "fine" : "aside" }, `${verdict.proof_light === "clean" ? "✓ " : ""}Proven again from the log alone when this page was made: ${proof.checks.length} checks, ${whole(samples)} samples; ${verdict.remarks}.`) : el("p", { class: "warn" }, `NOT PROVEN: ${counted(failed.length, "check")} failed.`),
+      proof.verified ? el("p", { class: verdict.proof_light === "clean" ? "fine" : "aside" }, `${verdict.proof_light === "clean" ? "✓ " : ""}Proven again from the log alone when this page was made: ${counted(looked.length, "check")}, ${whole(samples)} samples; ${verdict.remarks}.`) : el("p", { class: "warn" }, `NOT PROVEN: ${counted(failed.length, "check")} failed.`),
       ...this._earlier(proof.not_current),
       ...(proof.verified && conditions.length ? [el("p", {}, "Provided that:"), el("ul", { class: "conditions" }, ...conditions.map((words) => el("li", {}, words)))] : []),
       ...failed.flatMap((check) => [el("h3", {}, check.name.replaceAll("_", " ")), el("ul", {}, ...check.failures.map((text) => el("li", {}, text)))]),
