@@ -85,6 +85,7 @@ def test_the_log_is_proven_from_itself_and_deterministic(two: tuple[Path, dict[s
     assert (tmp_path / "again.mcap").read_bytes() == (folder / "frame.mcap").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_change_keeps_paths_and_times_before_it(two: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
     folder, _ = two
     before = read_log(folder / "frame.mcap")

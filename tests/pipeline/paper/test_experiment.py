@@ -39,11 +39,13 @@ def test_everything_is_run_and_reported(experiment):
     assert results.baselines[0].teacher_success == 1.0
 
 
+@pytest.mark.slow
 def test_results_are_read_back_as_they_were(experiment):
     folder, results, _ = experiment
     assert load_results(folder) == results
 
 
+@pytest.mark.slow
 def test_the_document_has_everything_in_the_contract(experiment):
     folder, results, _ = experiment
     document = json.loads((folder / "results.json").read_text())
@@ -55,6 +57,7 @@ def test_the_document_has_everything_in_the_contract(experiment):
     assert [finding["number"] for finding in document["modes"]["ours"]["findings"]] == [1, 2, 3]
 
 
+@pytest.mark.slow
 def test_paths_and_obstructions_of_the_scenarios(experiment):
     _, results, _ = experiment
     runs = {run.scenario: run for run in results.scenarios}
@@ -68,6 +71,7 @@ def test_paths_and_obstructions_of_the_scenarios(experiment):
     assert runs["a"].path_cells == runs["a"].planned_cells
 
 
+@pytest.mark.slow
 def test_every_test_of_every_curve_is_in_the_table(experiment):
     folder, results, _ = experiment
     with (folder / "curves.csv").open() as stream:
@@ -78,6 +82,7 @@ def test_every_test_of_every_curve_is_in_the_table(experiment):
     assert curve == [(row.steps, row.success_rate) for row in results.initialization[0].curve]
 
 
+@pytest.mark.slow
 def test_running_again_does_only_what_is_missing(experiment, monkeypatch):
     folder, results, _ = experiment
     monkeypatch.setattr(scheduler, "ProcessPoolExecutor", None)  # nothing left to do

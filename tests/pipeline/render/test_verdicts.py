@@ -72,6 +72,7 @@ def test_values_that_make_no_sense_are_not_drawn(good, tmp_path, name, proven):
     assert not (tmp_path / "log.html").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(faults.NONSENSE))
 def test_values_that_make_no_sense_are_neither_painted_nor_exported(good, tmp_path, name):
     file = tmp_path / "log.mcap"
