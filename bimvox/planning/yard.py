@@ -26,11 +26,11 @@ from bimvox.crane.kinematics import Axes
 from bimvox.planning.travel import Travel
 from bimvox.records.lift import YardPlace, yard_place
 from bimvox.site.collision import HOOK_FORBIDDEN
-from bimvox.site.component import Component, IntVec, Shape, StoredPose
+from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.hook_room import hook_room
 from bimvox.site.means import Means
 from bimvox.site.shape import erection_size_vox, turned_hook, turned_shape, turning_columns
-from bimvox.site.site import Site
+from bimvox.site.site import HeadingRule, Site
 from bimvox.site.transit_clearance import margin_vox
 
 _GAP_VOX = 1
@@ -75,8 +75,11 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
         tries += [(free, _turned(component)), (fresh, _turned(component))]
         tries = tries if load_kg else tries[::2]
         own = times[component.crane] if times else None
-        for border, (yard, choices) in product(borders, tries):
-            found = _find(site, component, yard, own, before.get(component.crane), choices, (border, tops))
+        rooms = [((border, False), lying) for border, lying in product(borders, tries)]
+        if site.rules.heading is HeadingRule.WITH_JIB:
+            rooms.insert(0, ((borders[0], True), tries[0]))
+        for (border, turns), (yard, choices) in rooms:
+            found = _find(site, component, yard, own, before.get(component.crane), choices, (border, turns, tops))
             if found is not None:
                 if yard is not free:
                     free, delivery, load_kg = fresh, delivery + 1, []
@@ -142,11 +145,13 @@ def _fixed_tops(site: Site) -> NDArray[np.int32]:
     return tops
 
 
-def _clear_of(columns: NDArray[np.bool_], start: NDArray[np.int64], shape: Shape, border: int) -> NDArray[np.bool_]:
-    """Return (N,) whether no marked column is within ``border`` cells of a part at (N, 2) reference cells, on plan."""
+def _clear_of(
+    columns: NDArray[np.bool_], first: NDArray[np.int64], last: NDArray[np.int64], border: int
+) -> NDArray[np.bool_]:
+    """Return (N,) whether no marked column is within ``border`` cells of rectangles from (N, 2) to (N, 2) columns."""
     table = np.zeros(np.array(columns.shape) + 1, np.int64)
     table[1:, 1:] = columns.cumsum(axis=0).cumsum(axis=1)
-    (x0, y0), (x1, y1) = (start - border).T, (start + np.array(shape.size_vox[:2]) + border).T
+    (x0, y0), (x1, y1) = (first - border).T, (last + border).T
     clear: NDArray[np.bool_] = table[x1, y1] - table[x0, y1] - table[x1, y0] + table[x0, y0] == 0
     return clear
 
@@ -219,13 +224,14 @@ def _find(
     times: _YardTimes | None,
     before: Component | None,
     choices: tuple[Lying, ...],
-    clearance: tuple[int, NDArray[np.int32]],
+    clearance: tuple[int, bool, NDArray[np.int32]],
 ) -> tuple[Lying, IntVec] | None:
     """Return how and where a part lies best; None if it fits nowhere.
 
-    ``clearance`` is the part's in transit, in cells, and the (X, Y) heights of what it never gets clear of otherwise.
+    ``clearance`` is the part's in transit, in cells, whether at every heading, and the (X, Y) heights of what it never
+    gets clear of otherwise.
     """
-    border, tops = clearance
+    border, turns, tops = clearance
     if not choices:
         return None
     shape, flat, crane = component.shape, np.zeros(site.shape[:2], np.int32), site.crane_of(component)
@@ -238,7 +244,11 @@ def _find(
         offset = np.array(turned_hook(shape, component.hook_offset_vox, turn)[:2])
         cells = np.argwhere(_fits(free, hook, size_x, size_y, int(offset[0]), int(offset[1])).T)[:, ::-1]
         # Its transit clearance must lie inside the site boundary, and so must its turning circle.
-        low, high = np.full(2, border), np.array(site.shape[:2]) - border - np.array(shape.size_vox[:2])
+        first, last = np.zeros(2, np.int64), np.array(shape.size_vox[:2])
+        if turns:
+            around = turning_columns(shape, component.hook_line_vox, 0)
+            first, last = around.min(axis=0), around.max(axis=0) + 1
+        low, high = border - first, np.array(site.shape[:2]) - border - last
         if turn:
             around = turning_columns(shape, component.hook_line_vox, turn)
             low = np.maximum(low, -around.min(axis=0))
@@ -248,7 +258,7 @@ def _find(
         cells, start = cells[inside], start[inside]
         if border:
             too_high = tops > site.shape[2] - shape.size_vox[2] - 2 * border
-            cells = cells[_clear_of(too_high, start, shape, border)]
+            cells = cells[_clear_of(too_high, start + first, start + last, border)]
         if not len(cells):
             continue
         cells = _on_its_side(site, component, cells, offset)
