@@ -155,7 +155,7 @@ class _Verifier:
                     f"{self._name(lift)}: comes with an earlier delivery than the lift before",
                 )
                 delivery = lift.place.delivery
-        missing = min(set(range(delivery + 1)) - loads.keys(), default=None)
+        missing = min(set(range(delivery + 1)) - loads.keys(), default=None) if loads else None
         self.checks["yard"].look(missing is None, f"delivery {delivery} comes, but delivery {missing} does not")
 
     def _name(self, lift: Lift) -> str:
