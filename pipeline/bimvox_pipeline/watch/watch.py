@@ -22,6 +22,7 @@ from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import plan_and_prove, prepared
 from bimvox.library.site import load_site
 from bimvox.library.verify import prove_plan
+from bimvox.log.held import HELD_CRANES_FILE
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.rollout import proposer
@@ -220,6 +221,10 @@ class Watcher:
         if with_digests(found.log.plan.site).fixed_digest != self._plan.loaded.site.fixed_digest:
             self.progress.note(f"{self._plan.target} is not used, the site in it is not that of its digest")
             return None
+        if HELD_CRANES_FILE in found.log.attachments:
+            # What held cranes have begun is in the file alone, so the plan is not whole.
+            self.progress.note(f"{self._plan.target} is continued without a proof: its cranes are held")
+            return found
         lifts = found.log.plan.lifts
         known = [lift.order for lift in lifts if lift.status is not Status.PLANNED or lift.path_vox is not None]
         verdict = prove_plan(found.log.extract(known), self.progress)
