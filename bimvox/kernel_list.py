@@ -83,7 +83,8 @@ def written(folder: Path, known: Sequence[Path]) -> list[list[Words]]:
 def _wanted(name: str, *arguments: Words) -> Wanted | None:
     with suppress(ImportError, AttributeError):
         dispatcher, given = _named(name), tuple(_type_of(one) for one in arguments)
-        return Wanted(dispatcher, given, file_of(dispatcher, given))
+        if len(given) == dispatcher.py_func.__code__.co_argcount:
+            return Wanted(dispatcher, given, file_of(dispatcher, given))
     return None
 
 

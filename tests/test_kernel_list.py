@@ -34,6 +34,7 @@ def test_an_act_needs_what_the_acts_before_it_need() -> None:
 
 def test_a_kernel_that_is_no_longer_there_is_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     gone = [["bimvox.voxelization.lattice:gone", "int64"], ["bimvox.gone:kernel"], ["bimvox.units:gone", "no_type"]]
+    gone.append([json.loads(LIST.read_text())["voxelize"][0][0]])  # takes other arguments by now
     (tmp_path / "kernels.json").write_text(json.dumps({"voxelize": gone}))
     monkeypatch.setattr(kernel_list, "_LIST", tmp_path / "kernels.json")
     assert wanted() == []

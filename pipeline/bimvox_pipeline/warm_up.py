@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import subprocess
+import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 from bimvox.errors import BimvoxError
@@ -49,7 +51,7 @@ def warm_up(*, processes: int | None = None, progress: Progress) -> dict[str, An
                 _end(worker)
         progress.finish()
         found = sum(file.is_file() for file in files)
-        if found == there:
+        if found == there and not _can_store(cache_folder()):
             raise BimvoxError(
                 f"no machine code could be stored in {cache_folder()}",
                 hint="make the folder writable, or name another one in NUMBA_CACHE_DIR",
@@ -95,6 +97,12 @@ def helped(act: str) -> Iterator[None]:
             yield
     finally:
         helper.end()
+
+
+def _can_store(folder: Path) -> bool:
+    with suppress(OSError), tempfile.TemporaryFile(dir=folder):
+        return True
+    return False
 
 
 def _started(*act: str, forwards: bool) -> subprocess.Popen[bytes]:

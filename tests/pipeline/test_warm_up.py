@@ -52,6 +52,15 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path, monkeypatch: p
         warm_up(progress=SilentProgress())
 
 
+def test_a_kernel_that_cannot_be_compiled_by_now_is_no_error(
+    nearly_warm: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("bimvox_pipeline.warm_up._started", lambda **_: subprocess.Popen([sys.executable, "-c", ""]))
+    document = warm_up(progress=SilentProgress())
+    assert document["compiled"] == 0
+    assert document["kernels"] > 0
+
+
 def test_the_helper_starts_when_something_is_compiled_and_ends_with_its_act(monkeypatch: pytest.MonkeyPatch) -> None:
     started: list[tuple[str, ...]] = []
     waits = [sys.executable, "-c", "import time; time.sleep(600)"]
