@@ -1,4 +1,4 @@
-"""Names from a model in other people's formats: no control characters in XML, no formulas in CSV."""
+"""Names from a model in other people's formats: no control characters, no formulas in CSV."""
 
 from __future__ import annotations
 
@@ -14,5 +14,7 @@ def for_xml(text: str) -> str:
 
 
 def for_csv(value: object) -> object:
-    """Return a value for a CSV cell; a text that a spreadsheet would run as a formula gets an apostrophe in front."""
-    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
+    """Return a value for a CSV cell: control characters escaped, an apostrophe before what would be a formula."""
+    if not isinstance(value, str):
+        return value
+    return for_xml(f"'{value}" if value.startswith(_FORMULA) else value)

@@ -49,6 +49,12 @@ def test_no_cell_of_a_table_is_a_formula(name: str) -> None:
     assert float(first["time_s"]) >= 0.0
 
 
+@pytest.mark.parametrize("character", ["\x1b", "\0", "\ud800"])
+def test_no_cell_of_a_table_holds_a_control_character(character: str) -> None:
+    written = lifts_csv(named(f"beam{character}1"))
+    assert {row["name"] for row in csv.DictReader(io.StringIO(written))} == {f"beam\\x{ord(character):02x}1"}
+
+
 @pytest.mark.parametrize("to", ["mcap", "csv", "json", "glb", "ros2", "layout", "msproject"])
 def test_a_full_disk_is_reported_and_leaves_nothing(
     to: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
