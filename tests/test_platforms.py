@@ -77,6 +77,7 @@ def _python(code: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
     )
 
 
+@pytest.mark.slow
 def test_the_main_commands_run_where_nothing_is_posix(tmp_path: Path) -> None:
     shutil.copy(ROOT / "sample_models" / "frame.ifc", tmp_path / "frame.ifc")
     for name, text in (("acts.txt", LINES.strip()), ("none.json", NOTHING), ("truck.json", TRUCK)):

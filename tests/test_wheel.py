@@ -104,6 +104,7 @@ def test_an_index_shows_the_pictures_and_follows_the_links(wheel):
             assert (ROOT / target.removeprefix(start)).exists(), target
 
 
+@pytest.mark.slow
 def test_the_installed_wheel_plans_verifies_reports_and_draws(clean, tmp_path):
     shutil.copy(ROOT / "sample_models" / "frame.ifc", tmp_path)
     known = {"PATH", "HOME", "LANG", "NUMBA_CACHE_DIR"}

@@ -1,6 +1,7 @@
 """The entry point of ``bimvox``: it imports next to nothing before Ctrl-C is handled."""
 
 import _thread
+import atexit
 import os
 import signal
 import sys
@@ -26,6 +27,8 @@ def main() -> None:
         code = run()
         if not deaf:
             signal.signal(signal.SIGINT, _leave_quietly)
+            # At its very end, Python gives the system's handler back, which would kill a process that is done.
+            atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
     except KeyboardInterrupt:
         _leave()
     sys.exit(code)

@@ -78,6 +78,7 @@ def test_every_lift_is_planned_and_each_crane_has_its_share(two: tuple[Path, dic
     assert document["figures"]["crane_hours"] < sum(crane["busy_hours"] for crane in cranes)
 
 
+@pytest.mark.slow
 def test_the_log_is_proven_from_itself_and_deterministic(two: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
     folder, _ = two
     assert verify(folder / "frame.mcap", progress=SilentProgress())["verified"]

@@ -33,6 +33,7 @@ def nearly_warm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_what_is_missing_is_compiled_and_the_second_time_nothing(nearly_warm: Path) -> None:
     missing = sum(not one.file.is_file() for one in wanted())
     assert missing >= len(LEFT_OUT)

@@ -87,13 +87,13 @@ def test_rules_of_an_old_log_are_read_and_hashed_as_they_were_written() -> None:
 @pytest.mark.parametrize("text", ["", "[rules]\nbracing_s = 120\nrelease_s = 30\n"])
 def test_an_old_log_fits_a_site_file_that_says_nothing_of_classes(text: str) -> None:
     site = dataclasses.replace(box_site(PARTS), rules=old_rules())
-    assert rules_for(site, parse_site_config(MODEL + text, "site.toml")) == old_rules()
+    assert rules_for(site, parse_site_config(MODEL + text, "site.toml"), is_of_now=False) == old_rules()
 
 
 @pytest.mark.parametrize("text", ["[rules]\nbracing_s = 60\n", "[rules.times.column]\nbrace_s = 720\n"])
 def test_a_log_cannot_pass_for_an_old_one(text: str) -> None:
     site = dataclasses.replace(box_site(PARTS), rules=old_rules())
-    assert rules_for(site, parse_site_config(MODEL + text, "site.toml")) != old_rules()
+    assert rules_for(site, parse_site_config(MODEL + text, "site.toml"), is_of_now=False) != old_rules()
 
 
 @pytest.mark.parametrize("text", ["", "[rules.times.column]\nbrace_s = 720\n"])
@@ -102,10 +102,12 @@ def test_a_log_made_before_tag_lines_fits_a_file_that_does_not_give_them(text: s
     rules = Rules(times=dataclasses.replace(FIELD_TIMES, **none))
     assert "tag_line_s" not in str(encode(rules, ArrayWriter()))
     site = dataclasses.replace(box_site(PARTS), rules=rules, exact_hook=False)
-    assert rules_for(site, parse_site_config(MODEL + text, "site.toml")) == rules
+    assert rules_for(site, parse_site_config(MODEL + text, "site.toml"), is_of_now=False) == rules
     given = parse_site_config(MODEL + "[rules.times.slab]\ntag_line_s = 20\n", "site.toml")
-    assert rules_for(site, given).times.slab.tag_line_s == 20.0
-    assert rules_for(dataclasses.replace(site, exact_hook=True), parse_site_config(MODEL + text, "site.toml")) != rules
+    assert rules_for(site, given, is_of_now=False).times.slab.tag_line_s == 20.0
+    config = parse_site_config(MODEL + text, "site.toml")
+    assert rules_for(dataclasses.replace(site, exact_hook=True), config, is_of_now=False) != rules
+    assert rules_for(site, config, is_of_now=True) != rules
 
 
 def test_the_class_of_a_part_is_part_of_the_sites_digest_but_not_of_the_policys() -> None:

@@ -133,6 +133,7 @@ def test_a_viewer_that_does_not_speak_the_protocol_is_dropped(server, said):
     assert waited_for(lambda: server.viewers == 0)
 
 
+@pytest.mark.slow
 def test_what_waits_for_viewers_that_never_read_is_bounded(server):
     """For each viewer one state per topic waits, in bytes that all viewers share, with little memory of its own."""
     with ExitStack() as stack:
@@ -149,6 +150,7 @@ def test_what_waits_for_viewers_that_never_read_is_bounded(server):
         assert max(own) <= BUFFER_BYTES
 
 
+@pytest.mark.slow
 def test_a_viewer_that_reads_nothing_is_dropped_without_a_message(server, monkeypatch, capfd):
     monkeypatch.setattr(server_module, "_STALLED_S", 0.2)
     with connected(server.url, max_queue=1) as slow, connected(server.url) as quick:
