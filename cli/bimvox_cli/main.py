@@ -100,7 +100,14 @@ def run(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     verbose = bool({"-v", "--verbose"} & set(given)) or os.environ.get("BIMVOX_DEBUG", "") not in ("", "0")
     as_json = "--json" in given or os.environ.get("BIMVOX_JSON", "").lower() in ("1", "true", "yes", "on")
-    previous = signal.signal(signal.SIGTERM, _terminate)
+    ended: list[int] = []  # a library may swallow the exit and fail with something else
+
+    def terminate(number: int, _frame: FrameType | None) -> None:
+        """Exit in the normal way, so that temporary files are removed."""
+        ended.append(128 + number)
+        raise SystemExit(ended[0])
+
+    previous = signal.signal(signal.SIGTERM, terminate)
     try:
         code = app(given, prog_name="bimvox", standalone_mode=False)
         sys.stdout.flush()
@@ -109,14 +116,11 @@ def run(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return failure.DONE
     except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  (the last handler)
+        if ended:
+            return ended[0]
         return failure.report(error, as_json=as_json, verbose=verbose)
     finally:
         signal.signal(signal.SIGTERM, previous)
     if code == failure.INTERRUPTED:
         return failure.report(KeyboardInterrupt(), as_json=as_json)
     return code if isinstance(code, int) else failure.DONE
-
-
-def _terminate(number: int, _frame: FrameType | None) -> None:
-    """Exit in the normal way, so that temporary files are removed."""
-    raise SystemExit(128 + number)

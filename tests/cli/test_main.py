@@ -231,3 +231,23 @@ def test_the_package_is_the_command_where_no_script_is_on_the_path() -> None:
     assert done.returncode == 2
     assert "nosuch" in done.stderr
     assert done.stderr.count("\n") < 12
+
+
+def test_termination_that_a_library_swallows_is_no_fault() -> None:
+    code = """
+import os, signal, sys
+import bimvox_pipeline.schema
+from bimvox_cli.main import run
+
+def swallow(name, **options):
+    try:
+        os.kill(os.getpid(), signal.SIGTERM)
+    except SystemExit:
+        raise RuntimeError("compiling failed") from None
+
+bimvox_pipeline.schema.schema = swallow
+sys.exit(run(["schema", "site"]))
+"""
+    done = run_python(code)
+    assert done.returncode == 128 + signal.SIGTERM
+    assert "failed" not in done.stderr
