@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.names import check_names
-from bimvox.records.lift import Lift, LiftPlan
+from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, turn_to
 from bimvox.site.component import Component
@@ -249,6 +249,9 @@ def _check_component(check: Check, component: Component, name: str) -> None:
 
 
 def _check_lift(check: Check, lift: Lift, name: str) -> None:
+    if lift.status in NOT_LIFTED:
+        way = (lift.shortest_moves, lift.clearance_m, lift.guide, lift.contact_moves or None, lift.with_jib or None)
+        check.look(way == (None,) * len(way), f"{name}: the crane does not lift it, but it has the values of a way")
     _within(check, f"{name}: contact_moves", lift.contact_moves, _MOVES)
     if lift.moves is not None:  # a load that was stopped may be in its last moves
         moves = max(lift.moves, *(len(left.path_vox) - 1 for left in lift.left)) if lift.left else lift.moves

@@ -682,6 +682,15 @@ def a_ground_of_dust(log: PlanLog) -> PlanLog:
 _FASTEST = AxisLimits(float("inf"), float("inf"), float("inf"))
 
 NONSENSE: dict[str, tuple[Forge, str]] = {
+    "a way of what the crane does not lift": (
+        lambda log: with_lift(
+            with_component(unplanned(log, "slab", "so"), "slab", means=Means.IN_SITU, means_reason="so"),
+            "slab",
+            status=Status.IN_SITU,
+            clearance_m=1.0,
+        ),
+        "(slab): the crane does not lift it, but it has the values of a way",
+    ),
     "last moves before the first": (
         lambda log: with_lift(log, "beam", contact_moves=10**6),
         "(beam): contact_moves is 1,000,000, but its path has",
