@@ -2,32 +2,18 @@
 
 from __future__ import annotations
 
-import json
-import shutil
-import subprocess
-from pathlib import Path
-
 import numpy as np
-import pytest
 from guided_sites import slab_between_beams
+from page_program import needs_node, played_load
 from planned_sites import planned
 
 from bimvox.log.track import crane_track
-from bimvox.rendering.page import assets
 from bimvox.rendering.page.blob import Blob
 from bimvox.rendering.page.motions import crane_motion
 
-NODE = shutil.which("node")
-PROGRAM = """
-import { loadAt } from "%s/motion.mjs";
-const { motion, base, times } = %s;
-console.log(JSON.stringify(times.map((at) => loadAt(motion, base, "as_built", at))));
-"""
 
-
-@pytest.mark.skipif(NODE is None, reason="Node.js is not here")
+@needs_node
 def test_a_guided_load_is_played_as_the_log_shows_it(tmp_path):
-    assert NODE is not None
     plan, motions = planned(slab_between_beams())
     track = crane_track(plan.site, plan.lifts[0], motions[0])
     record = crane_motion(plan.site, motions[0], track, Blob())
@@ -35,11 +21,8 @@ def test_a_guided_load_is_played_as_the_log_shows_it(tmp_path):
     motion = {key: record[key] for key in ("kind", "below_m", "guide")} | {"tip": None, "yaw": None}
     motion |= {"time": (time_ns / 1e9).tolist(), "axes": axes.T.tolist()}
     last = track.time_ns >= motions[0].start_ns + int(motions[0].loaded.time_ns[0])
-    given = {"motion": motion, "base": list(plan.site.cranes[0].base_m), "times": (track.time_ns[last] / 1e9).tolist()}
-    program = tmp_path / "run.mjs"
-    program.write_text(PROGRAM % ((Path(assets.__file__).parent / "web").as_uri(), json.dumps(given)))
-    found = json.loads(subprocess.run([NODE, program], capture_output=True, text=True, check=True).stdout)
-    corners, tilts = (np.array([frame[key] for frame in found]) for key in ("corner", "tilt"))
+    times = (track.time_ns[last] / 1e9).tolist()
+    corners, tilts = played_load(tmp_path, motion, plan.site.cranes[0].base_m, times)
     np.testing.assert_allclose(corners, track.corner_m[last], atol=5e-3)
     np.testing.assert_allclose(tilts, track.tilt[last], atol=2e-3)
     assert np.abs(tilts[:, :3]).max() > 0.01

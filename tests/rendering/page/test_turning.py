@@ -2,32 +2,18 @@
 
 from __future__ import annotations
 
-import json
-import shutil
-import subprocess
-from pathlib import Path
-
 import numpy as np
-import pytest
+from page_program import needs_node, played_load
 from planned_sites import planned
 from turning_sites import turning_site
 
 from bimvox.log.track import crane_track
-from bimvox.rendering.page import assets
 from bimvox.rendering.page.blob import Blob
 from bimvox.rendering.page.motions import crane_motion
 
-NODE = shutil.which("node")
-PROGRAM = """
-import { loadAt } from "%s/motion.mjs";
-const { motion, base, times } = %s;
-console.log(JSON.stringify(times.map((at) => loadAt(motion, base, "as_built", at))));
-"""
 
-
-@pytest.mark.skipif(NODE is None, reason="Node.js is not here")
+@needs_node
 def test_it_is_played_as_the_log_shows_it(tmp_path):
-    assert NODE is not None
     plan, motions = planned(turning_site())
     lift, motion = plan.lifts[2], motions[2]
     track = crane_track(plan.site, lift, motion)
@@ -37,11 +23,7 @@ def test_it_is_played_as_the_log_shows_it(tmp_path):
     own |= {"time": ((time_ns - motion.start_ns) / 1e9).tolist(), "axes": axes.T.tolist()}
     last = track.time_ns >= motion.start_ns + int(motion.loaded.time_ns[0])
     times = ((track.time_ns[last] - motion.start_ns) / 1e9).tolist()
-    program = tmp_path / "run.mjs"
-    given = {"motion": own, "base": list(plan.site.cranes[0].base_m), "times": times}
-    program.write_text(PROGRAM % ((Path(assets.__file__).parent / "web").as_uri(), json.dumps(given)))
-    found = json.loads(subprocess.run([NODE, program], capture_output=True, text=True, check=True).stdout)
-    corners, tilts = (np.array([frame[key] for frame in found]) for key in ("corner", "tilt"))
+    corners, tilts = played_load(tmp_path, own, plan.site.cranes[0].base_m, times)
     assert record["yaw"] is None
     np.testing.assert_allclose(corners, track.corner_m[last], atol=5e-3)
     np.testing.assert_allclose(tilts, track.tilt[last], atol=2e-3)
