@@ -17,8 +17,8 @@ import numpy as np
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
+from bimvox.proof.crane.pendulum import hanging_m, swung_parts
 from bimvox.proof.motion import verify_motions
-from bimvox.proof.pendulum import hanging_m, swung_parts
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site, SwingRule

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.between import EmptyWay, one_way
+from bimvox.proof.crane.jib import check_luffing_jib
 from bimvox.proof.heading import cells_at_any_heading
-from bimvox.proof.jib import check_luffing_jib
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.load import check_zone, things_over
 from bimvox.proof.moment import Moment, Thing, near_and_far

@@ -15,7 +15,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.axes import (
+from bimvox.proof.between import Between
+from bimvox.proof.bodies.triangles import TriangleCheck
+from bimvox.proof.clearance import MOTION_MARGIN, Clearances, TransitProof
+from bimvox.proof.crane.axes import (
     check_limits,
     check_phases,
     check_range,
@@ -23,11 +26,9 @@ from bimvox.proof.axes import (
     check_spacing,
     is_sound,
 )
-from bimvox.proof.between import Between
-from bimvox.proof.bodies.triangles import TriangleCheck
-from bimvox.proof.capacity import check_capacity
-from bimvox.proof.clearance import MOTION_MARGIN, Clearances, TransitProof
-from bimvox.proof.cranes import check_cranes
+from bimvox.proof.crane.capacity import check_capacity
+from bimvox.proof.crane.separation import check_cranes
+from bimvox.proof.crane.turns import check_turns
 from bimvox.proof.durations import check_durations
 from bimvox.proof.ends import check_ends
 from bimvox.proof.heading import check_heading
@@ -37,7 +38,6 @@ from bimvox.proof.moment import Moment, moments
 from bimvox.proof.phase_names import check_phase_names
 from bimvox.proof.space import ALWAYS_NS, RawCells
 from bimvox.proof.swing import SwingProof
-from bimvox.proof.turns import check_turns
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, Verification, turn_to

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.proof.bodies.triangles import TriangleCheck
-from bimvox.proof.capacity import shares_of_capacity
 from bimvox.proof.clearance import Clearances
+from bimvox.proof.crane.capacity import shares_of_capacity
 from bimvox.proof.gate import gate_of
 from bimvox.proof.guided import check_guide
 from bimvox.proof.heading import cells_at_any_heading, check_rule, turning_placements

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.between import EmptyWay, one_way
+from bimvox.proof.crane.pendulum import STEP_NS, Swung, hanging_m, swung_parts
 from bimvox.proof.heading import cells_at_any_heading, turning_rows
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.moment import Moment, Thing, near_and_far
-from bimvox.proof.pendulum import STEP_NS, Swung, hanging_m, swung_parts
 from bimvox.proof.placements import Placements
 from bimvox.proof.space import BETWEEN_VOX, cells_below, tail_of
 from bimvox.records.lift import Lift

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.motion.load_frame import cells_of_axes, load_frame
-from bimvox.proof.capacity import shares_of_capacity
+from bimvox.proof.crane.capacity import shares_of_capacity
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, about, metres, name_of

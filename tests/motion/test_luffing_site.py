@@ -12,7 +12,7 @@ from planned_sites import PORTAL, failures, planned
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.rigging import winch_limits, with_luffing_jib
 from bimvox.motion.rigged_crane import rigged_crane
-from bimvox.proof.axes import check_limits
+from bimvox.proof.crane.axes import check_limits
 from bimvox.records.lift import Status
 from bimvox.records.proof import Check
 from bimvox.site.site import Blocker

@@ -25,9 +25,9 @@ from bimvox.motion.timeline import in_sequence
 from bimvox.motion.timing import sampled
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
+from bimvox.proof.crane.pendulum import swung_parts
 from bimvox.proof.footprint import motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions
-from bimvox.proof.pendulum import swung_parts
 from bimvox.proof.swing import REST_M
 from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Blocker, Rules, SwingRule

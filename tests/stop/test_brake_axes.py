@@ -23,7 +23,7 @@ from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.search import shortest_path
-from bimvox.proof.axes import check_limits
+from bimvox.proof.crane.axes import check_limits
 from bimvox.proof.motion import verify_motions
 from bimvox.records.motion import PhaseName
 from bimvox.records.proof import Check

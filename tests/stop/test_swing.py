@@ -13,7 +13,7 @@ from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.swing import Pendulum
-from bimvox.proof.pendulum import swung_parts
+from bimvox.proof.crane.pendulum import swung_parts
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
 from bimvox.stop.axis_state import AxisState

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.proof.pendulum import GRAVITY_M_S2
+from bimvox.proof.crane.pendulum import GRAVITY_M_S2
 
 POSE_COLUMNS = 9
 """The numbers of a pose: slew (rad), radius, height of the hook; box of the load about the hook (low x, high x, low y,

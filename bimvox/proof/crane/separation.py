@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.crane_distance import POSE_COLUMNS, least_distances
-from bimvox.proof.crane_way import LOOK_NS, STOP_EVERY_NS, CraneWay, Stops, way_of_crane
+from bimvox.proof.crane.distance import POSE_COLUMNS, least_distances
+from bimvox.proof.crane.way import LOOK_NS, STOP_EVERY_NS, CraneWay, Stops, way_of_crane
 from bimvox.proof.space import ALWAYS_NS
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check

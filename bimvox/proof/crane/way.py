@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.braking import braked, braking_time_s
-from bimvox.proof.crane_distance import POSE_COLUMNS, stopping_swing
-from bimvox.proof.pendulum import hanging_m, swung_parts
+from bimvox.proof.crane.braking import braked, braking_time_s
+from bimvox.proof.crane.distance import POSE_COLUMNS, stopping_swing
+from bimvox.proof.crane.pendulum import hanging_m, swung_parts
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
