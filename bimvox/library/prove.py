@@ -132,7 +132,7 @@ def plan_and_prove(
         if isinstance(found, Planned):
             progress.finish()
             return found
-        left = other_ways.without(made, found)
+        left = other_ways.without(made.site, made.lifts, found)
         for component, reason in found.items():
             progress.note(f"{component}: {reason}" + ("" if component in left else "; another way is tried"))
         return left or attempt(refused)

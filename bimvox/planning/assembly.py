@@ -56,12 +56,14 @@ class Obstacle:
         blocked_by: Ids of what blocks the lift.
         cut_off: Whether the search for its last moves was ended by its limit, so there may be a way.
         on_the_way: Whether something is in the way of its transit or its last moves: less clearance may help.
+        is_unsupported: Whether what it would stand on is missing: until that is set, no other means can set it either.
     """
 
     reason: str
     blocked_by: tuple[str, ...] = ()
     cut_off: bool = False
     on_the_way: bool = False
+    is_unsupported: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -225,11 +227,12 @@ class Assembly:
         missing = [j for j in relations.supports[index] if j not in self._in_place]
         if missing:
             names = tuple(self._site.components[j].id for j in missing)
-            return Obstacle("the parts that support it are not in place", names)
+            return Obstacle("the parts that support it are not in place", names, is_unsupported=True)
         held_by = self._touched_before(index)
         if held_by and self._in_place.isdisjoint(held_by):
             names = tuple(self._site.components[j].id for j in held_by)
-            return Obstacle("nothing below supports it, and no part that it touches is in place", names)
+            reason = "nothing below supports it, and no part that it touches is in place"
+            return Obstacle(reason, names, is_unsupported=True)
         return None
 
     def skip(self, index: int) -> None:

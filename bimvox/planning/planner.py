@@ -180,7 +180,8 @@ def _searched(
 def _searched_at(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, before: Lift | None) -> Lift:
     """Return a lift with a shortest path, the earlier lift if that is still valid, or an infeasible one."""
     if isinstance(stage, Obstacle):
-        return replace(unplanned, reason=stage.reason, blocked_by=stage.blocked_by)
+        otherwise = unplanned.by_other_means and not stage.is_unsupported
+        return replace(unplanned, reason=stage.reason, blocked_by=stage.blocked_by, by_other_means=otherwise)
     same = before is not None and before.clearance_m == stage.clearance_m and before.with_jib == stage.is_turning
     kept = same and before is not None and _is_still_valid(before, stage)
     if kept and before is not None and before.shortest_moves == _distance(stage) + stage.insertion.moves:

@@ -5,14 +5,15 @@ The rest is planned and proven again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TypeVar
 
 from bimvox.errors import VerificationError
 from bimvox.planning.insertion import Insertion
-from bimvox.records.lift import LiftPlan, Status
+from bimvox.records.lift import Lift, Status
 from bimvox.records.proof import Verification
-from bimvox.records.reasons import NOT_PROVEN
+from bimvox.records.reasons import HOOK_CANNOT_LEAVE, NOT_PROVEN
+from bimvox.site.site import Site
 
 T = TypeVar("T")
 
@@ -38,13 +39,21 @@ class OtherWays:
         """Return the last moves to avoid for a component, and why its first ones were refused; None if none were."""
         return self._ways.get(component, ()), self._reasons.get(component)
 
-    def without(self, made: LiftPlan, failed: Refused) -> dict[str, str]:
-        """Return those of the lifts that failed for which no other way is tried; the others are noted."""
-        site, left = made.site, dict(failed)
+    def without(self, site: Site, made: Iterable[Lift], failed: Refused) -> dict[str, str]:
+        """Return those of the lifts that failed for which no other way is tried; the others are noted.
+
+        Args:
+            site: The site.
+            made: The lifts that can be made in another way.
+            failed: The lifts that failed. What holds the hook fast is not theirs: no other way helps.
+        """
+        left = dict(failed)
         self._rounds += 1
-        for lift in made.lifts if self._rounds <= _MOST_OTHER_ROUNDS else ():
+        for lift in made if self._rounds <= _MOST_OTHER_ROUNDS else ():
             name = site.components[lift.component].id
             known = self._ways.get(name, ())
+            if failed.get(name, "").startswith(HOOK_CANNOT_LEAVE):
+                continue
             if name in failed and lift.with_jib:
                 self._ways.setdefault(name, ())  # first, its heading is kept
                 self._reasons.setdefault(name, left.pop(name))

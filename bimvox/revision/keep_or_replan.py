@@ -10,7 +10,7 @@ from bimvox.planning.assembly import Assembly, Obstacle, Stage
 from bimvox.planning.insertion import SIDEWAYS_VOX
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.planner import plan_lift, proposed_again, unplanned_lift
-from bimvox.planning.rounds import Refused
+from bimvox.planning.rounds import Refusals
 from bimvox.planning.turning import turning_stage
 from bimvox.proof.footprint import CellMask, examined_by
 from bimvox.records.lift import NOT_LIFTED, Lift, Status
@@ -31,7 +31,7 @@ class Replanning:
         current: The current plan.
         request: What to revise it for.
         change: What changed about the obstructions.
-        refused: Components whose lifts failed their proof, and why.
+        refused: Components whose lifts failed their proof, and why; and the other ways of those not refused yet.
         work: Decides about lifts that have begun, and about motions.
         memory: Earlier versions of lifts, and those proven in earlier rounds.
 
@@ -42,6 +42,7 @@ class Replanning:
         fewest: Whether the fewest moves of kept lifts are still known.
         searched: Lifts whose fewest moves were found now.
         recall: Earlier versions of lifts.
+        may_change: Lifts that get another way if their proof refuses them: neither begun nor retrained.
         before: The planned lift before the current one; None for the first.
         was_before: The component of the planned lift before it in the current plan.
         done: The lifts done before it, as bits by order.
@@ -52,7 +53,7 @@ class Replanning:
         current: CurrentPlan,
         request: RevisionRequest,
         change: ObstructionChange,
-        refused: Refused,
+        refused: Refusals,
         work: CraneWork,
         memory: Memory,
     ) -> None:
@@ -64,6 +65,7 @@ class Replanning:
         self.fewest.freed(change.removed)
         self.fewest.occupied(change.added)
         self.recall = Recall(memory, self.site, self.preparation)
+        self.may_change: list[Lift] = []
         self.was_obstructed: CellMask | None = None
         self.assembly = Assembly(self.site, self.preparation, one_at_a_time=True)
         self.before: Lift | None = None
@@ -85,6 +87,8 @@ class Replanning:
             lift = was
         if lift is None:
             lift = self._lift(assembly, was)
+            if self._may_change(was):
+                self.may_change.append(lift)
             if lift.status is Status.PLANNED:
                 self.work.choose_motion(self, lift, was)
             if lift.order not in self.searched and not self._fewest_are_known(lift):
@@ -100,6 +104,12 @@ class Replanning:
         self.was_done |= was.is_set << was.order
         if was.status is Status.PLANNED:
             self.was_before = was.component
+
+    def _may_change(self, was: Lift) -> bool:
+        """Return whether a lift may go another way if its proof refuses it."""
+        if self.site.has_several_cranes and self.request.now_ns is not None:
+            return False  # a hook that is stuck refuses all lifts of its crane
+        return self.request.retrained is None or was.component not in self.request.retrained.components
 
     def _fewest_are_known(self, lift: Lift) -> bool:
         known = self.draft.recalled_paths.get(lift.order)
@@ -121,6 +131,7 @@ class Replanning:
         """Return the lift; the same object if its path is kept."""
         component, retrained = self.site.components[was.component], self.request.retrained
         reason = self.refused.get(component.id)
+        avoided, why = self.refused.avoided_by(component.id)
         if retrained is not None and was.component in retrained.components and was.status is Status.PLANNED:
             reason = None  # only the retrained path failed its proof; the current one is proven
         obstacle = Obstacle(reason) if reason is not None else assembly.unsupported(was.component)
@@ -131,6 +142,10 @@ class Replanning:
             ):
                 return was
             return self._planned(assembly, obstacle, was)
+        if why is not None:
+            assembly.keep_heading(was.component)
+            other = assembly.begin(was.component, avoided=avoided)
+            return self._planned(assembly, Obstacle(why) if isinstance(other, Obstacle) else other, was)
         if not self._must_be_examined(was):
             return self._asked_again(assembly, was)
         known = self.recall.path(was.order, self.done)

@@ -8,7 +8,7 @@ One flow for any number of cranes:
    cells at its place and in the yard count as added or removed, and its neighbours are examined again.
 2. ``CraneWork`` stops what must stop and puts the motions on the clock: one crane executes lifts one after the other,
    several follow a schedule.
-3. What is new is proven. Lifts that fail are refused, and the round starts again.
+3. What is new is proven. Lifts that fail get another way, or are refused, and the round starts again.
 4. The part is yielded. With one crane, the first new lifts are timed and proven first; the rest is only planned (that
    is the verdict) and follows in later parts.
 """
@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from bimvox.planning.rounds import Refused, proven_in_rounds
+from bimvox.planning.rounds import OtherWays, Refusals, Refused, proven_in_rounds
 from bimvox.records.lift import LiftPlan, Status, same_path
 from bimvox.revision.crane_work import CraneWork
 from bimvox.revision.cranes import SeveralCranes
@@ -71,25 +71,28 @@ def _proven_part(
     known_shapes: set[int],
     on_verdict: Callable[[], None] | None,
 ) -> RevisionPart:
-    memory = current.memory
+    memory, other_ways = current.memory, OtherWays()
 
     def attempt(refused: Refused) -> RevisionPart | Refused:
         nonlocal memory
-        work = _work(current, request, change, refused)
-        replanning = Replanning(current, request, change, refused, work, memory)
-        replanning.run()
-        if on_verdict is not None:
-            on_verdict()
-        draft = work.timed(replanning.draft)
-        if not isinstance(draft, RevisionDraft):
-            return draft
-        plan = draft.plan(current, request, change)
-        found = prove_new(plan, draft, known_shapes)
-        if found.refused:
-            memory = _with_proven(memory, current, draft, plan, found)
-            return work.refused(found)
-        known_shapes.update(lift.component for lift in draft.lifts if lift.order in found.path_footprints)
-        return _part(current, draft, plan, change, found)
+        left: Refused = {}
+        while not left:
+            work = _work(current, request, change, refused)
+            replanning = Replanning(current, request, change, Refusals(refused, other_ways), work, memory)
+            replanning.run()
+            if on_verdict is not None:
+                on_verdict()
+            failed: RevisionDraft | Refused = work.timed(replanning.draft)
+            if isinstance(failed, RevisionDraft):
+                draft, plan = failed, failed.plan(current, request, change)
+                found = prove_new(plan, draft, known_shapes)
+                if not found.refused:
+                    known_shapes.update(lift.component for lift in draft.lifts if lift.order in found.path_footprints)
+                    return _part(current, draft, plan, change, found)
+                memory = _with_proven(memory, current, draft, plan, found)
+                failed = work.refused(found)
+            left = other_ways.without(request.site, replanning.may_change, failed)
+        return left
 
     return proven_in_rounds(attempt, "changed")
 
