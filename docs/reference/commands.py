@@ -15,6 +15,9 @@ from docs.reference.markdown import notice, prose, table
 
 _WIDTH = 100
 
+_SHARED = frozenset({"--json", "--quiet", "--verbose", "--help"})
+"""Options that mean the same in every command: the page of all commands describes them."""
+
 
 def command_pages() -> dict[str, str]:
     """Return the pages of all commands, and one that lists them, by path in ``docs``."""
@@ -31,8 +34,9 @@ def command_pages() -> dict[str, str]:
         "",
         prose(base.epilog),
         "",
-        "Every command takes `--json` (one document on stdout; messages go to stderr) and `-h`; all but `schema` take "
-        "`-q` (errors only) and `-v` (every stage with its time).",
+        "Every command takes `--json` (`BIMVOX_JSON`: one document on stdout, messages on stderr) and `-h, --help`; all but "
+        "`schema` take `-q, --quiet` (`BIMVOX_QUIET`: errors only) and `-v, --verbose` (`BIMVOX_VERBOSE`: every stage with "
+        "its time).",
         "",
         *table(
             ("command", "does"),
@@ -58,18 +62,19 @@ def _page(name: str, command: Any, root: Any) -> Iterator[str]:
     if name in HELP_EXAMPLES:
         yield from ["```text", *HELP_EXAMPLES[name], "```", "", "With the sample models:", ""]
     yield from ["```sh", *EXAMPLES[name], "```", ""]
+    shared = "`--json`, `-h, --help`" if name == "schema" else "`--json`, `-q`, `-v`, `-h, --help`"
+    yield from [f"As in [every command](README.md): {shared}.", ""]
     yield "Read on: " + " · ".join(f"[{title}](../{path})" for title, path in READ_ON[name]) + "."
 
 
 def _body(command: Any, context: Any) -> Iterator[str]:
     usage = re.sub(r"\s+", " ", command.get_usage(context)).removeprefix("Usage: ").strip()
     yield from [prose(command.help), "", "```text", usage, "```", ""]
-    records = [parameter.get_help_record(context) for parameter in command.get_params(context)]
-    rows = [
-        (f"`{re.sub(r'^--help$', '-h, --help', names.strip())}`", *_split(text))
-        for names, text in filter(None, records)
-    ]
-    yield from [*table(("", "", "set by"), rows), ""]
+    own = (one for one in command.get_params(context) if _SHARED.isdisjoint(one.opts))
+    records = filter(None, (parameter.get_help_record(context) for parameter in own))
+    rows = [(f"`{names.strip()}`", *_split(text)) for names, text in records]
+    if rows:
+        yield from [*table(("", "", "set by"), rows), ""]
 
 
 def _split(text: str) -> tuple[str, str]:

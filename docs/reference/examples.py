@@ -57,7 +57,7 @@ READ_ON: dict[str, tuple[tuple[str, str], ...]] = {
     "inspect": (("formats", "formats.md"),),
     "init": (("the site file", "formats/site.md"), ("tutorial", "tutorial.md")),
     "cranes": (("cranes", "cranes.md"), ("the crane file", "formats/crane.md")),
-    "train": (("policies", "formats.md"),),
+    "train": (("policies", "generalist.md"), ("their files", "formats.md")),
     "plan": (("tutorial", "tutorial.md"), ("the site file", "formats/site.md"), ("the log", "formats/log.md")),
     "sweep": (("many sites", "fleets.md"), ("the sweep file", "formats/sweep.md")),
     "watch": (
@@ -65,12 +65,12 @@ READ_ON: dict[str, tuple[tuple[str, str], ...]] = {
         ("the obstruction file", "formats/obstructions.md"),
     ),
     "export": (("formats", "formats.md"), ("the log", "formats/log.md")),
-    "verify": (("the log", "formats/log.md"),),
+    "verify": (("what verified means", "verified.md"), ("the log", "formats/log.md")),
     "render": (("pictures, animations, the page", "pictures.md"),),
     "report": (("the report", "pictures.md"),),
     "schema": (("formats", "formats.md"),),
-    "warm-up": (("how long a first run takes", "measured.md"),),
-    "policy": (("policies", "formats.md"),),
+    "warm-up": (("install", "install.md"),),
+    "policy": (("policies", "generalist.md"), ("their files", "formats.md")),
     "experiment": (("the paper's experiments", "paper.md"),),
 }
 """Titles and paths in ``docs``."""
