@@ -34,9 +34,9 @@ def command_pages() -> dict[str, str]:
         "",
         prose(base.epilog),
         "",
-        "Every command takes `--json` (`BIMVOX_JSON`: one document on stdout, messages on stderr) and "
-        "`-h, --help`. All but `schema` take `-q, --quiet` (`BIMVOX_QUIET`: errors only) and `-v, --verbose` (`BIMVOX_VERBOSE`: each stage "
-        "with its time).",
+        "Every command takes `--json` (`BIMVOX_JSON`: one document on stdout, messages on stderr) and `-h, --help`. "
+        "All but `schema` take `-q, --quiet` (`BIMVOX_QUIET`: errors only) and `-v, --verbose` (`BIMVOX_VERBOSE`: "
+        "every stage with its time).",
         "",
         *table(
             ("command", "does"),
