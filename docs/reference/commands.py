@@ -58,9 +58,7 @@ def _page(name: str, command: Any, root: Any) -> Iterator[str]:
         yield from [f"## bimvox {name} {sub}", ""]
         yield from _body(inner, inner.context_class(inner, info_name=sub, parent=context, terminal_width=_WIDTH))
         yield from ["```text", *HELP_EXAMPLES[f"{name} {sub}"], "```", ""]
-    yield from ["## Examples", ""]
-    if name in HELP_EXAMPLES:
-        yield from ["```text", *HELP_EXAMPLES[name], "```", "", "With the sample models:", ""]
+    yield from ["## Examples with the sample models", ""]
     yield from ["```sh", *EXAMPLES[name], "```", ""]
     shared = "`--json`, `-h, --help`" if name == "schema" else "`--json`, `-q`, `-v`, `-h, --help`"
     yield from [f"As in [every command](README.md): {shared}.", ""]
