@@ -12,6 +12,7 @@ import numpy as np
 from bimvox.exporters.text import for_csv
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of, write_log
+from bimvox.records.heading import heading_in_words
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.other_means import needed_by_ns
@@ -58,6 +59,8 @@ LIFT_COLUMNS = {
     "needed_by_s": "by when that part is needed, on the site's clock",
     "blocked_by": "ids of what blocks it, separated by spaces",
     "crane": "name of the crane that lifts it; empty without a crane",
+    "heading": "`kept` by tag line, or `with jib` and by how much the crew turns it back above its place; empty without a "
+    "motion",
 }
 
 
@@ -163,6 +166,7 @@ def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
             None if (at_ns := needed_ns.get(lift.order)) is None else at_ns / 1e9,
             list(lift.blocked_by),
             None if crane is None else crane.name,
+            heading_in_words(lift, motion),
         )
         records.append(dict(zip(LIFT_COLUMNS, values, strict=True)))
     return records

@@ -1,4 +1,4 @@
-"""The heading of a load that turns with the jib, and how long a crew takes to turn it to its final heading."""
+"""The heading of a load: kept, or turning with the jib, and how long a crew takes to turn it to its final heading."""
 
 from __future__ import annotations
 
@@ -7,7 +7,20 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
+
+
+def heading_in_words(lift: Lift, motion: LiftMotion | None) -> str | None:
+    """Return "kept", or "with jib" and by how much the crew turns the load back; None without a motion."""
+    if motion is None or not lift.ever_with_jib:
+        return None if motion is None else "kept"
+    turned_rad = 0.0
+    if motion.turned_ns is not None:
+        ends_ns = np.array(motion.turned_ns)
+        slew_rad = np.interp(ends_ns - motion.start_ns, motion.loaded.time_ns, motion.loaded.slew_rad)
+        turned_rad = float(np.diff(headings_off_rad(motion, ends_ns, slew_rad))[0])
+    return f"with jib, {np.degrees(abs(turned_rad)):.0f} deg"
 
 
 def turn_back_s(off_rad: float, quarter_s: float) -> float:

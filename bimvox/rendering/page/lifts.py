@@ -8,6 +8,7 @@ import numpy as np
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg, utilisation
+from bimvox.records.heading import heading_in_words
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.other_means import needed_by_ns
@@ -48,7 +49,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "start_size_m": [round(n * site.frame.voxel_size_m, 6) for n in place.shape.size_vox] if place else None,
         "lifting": _lifting(site, component),
         "clearance_m": lift.clearance_m,
-        **({"with_jib": True} if lift.ever_with_jib else {}),
+        "heading": heading_in_words(lift, motion),
         "proven": None if revision.proof is None or lift.path_vox is None else component.id not in culprits,
         "current": revision.proof is None or component.id not in revision.proof.not_current,
         "duration_s": motion.loaded.duration_s if motion else None,

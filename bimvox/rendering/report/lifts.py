@@ -25,7 +25,7 @@ _COLUMNS = (
     "Use\n%",
     "Governing sample\nclock, phase",
     "Begins\nlasts",
-    "Carrying\n/ bound",
+    "Carrying\n/ bound\nheading",
     "Path\nmoves / fewest",
     "Status, proof\nremarks",
 )
@@ -117,7 +117,8 @@ def _carrying(lift: dict[str, Any]) -> str:
     if lift["duration_s"] is None:
         return number(None, "")
     carrying = number(lift["duration_s"], f"{fixed(lift['duration_s'], 1)} s", "duration_s")
-    return f"{carrying}<br>{number(lift['bound_s'], fixed(lift['bound_s'], 1) + ' s', 'bound_s')}"
+    bound = number(lift["bound_s"], fixed(lift["bound_s"], 1) + " s", "bound_s")
+    return "<br>".join((carrying, bound, *([lift["heading"]] if lift["heading"] else ())))
 
 
 def _path(lift: dict[str, Any]) -> str:

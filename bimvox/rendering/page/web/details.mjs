@@ -144,6 +144,7 @@ export class Details {
           ["Crane", cranesOf(app.document).length > 1 ? cranesOf(app.document)[motion.crane ?? 0].name : null],
           ["Begins", clock(lift.begins_s)],
           ["Whole lift", nominal ? `${span(motion.length_s)} (nominal, 1 s per move)` : span(motion.length_s)],
+          ["Heading", lift.heading],
           ["Carrying", lift.duration_s === null ? null : span(lift.duration_s)],
           ["Bound", lift.bound_s === null ? null : `${span(lift.bound_s)} (${fixed(lift.duration_s / lift.bound_s, 2)} ×)`],
         ]),
