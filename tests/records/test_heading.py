@@ -15,8 +15,8 @@ from bimvox.exporters.csv_json import lifts_csv
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.heading import heading_in_words
 from bimvox.rendering.page.lifts import lift_record
-from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.page import report_page
+from bimvox.rendering.report.record import record_of
 
 QUARTER_S = 30.0
 
