@@ -59,8 +59,7 @@ LIFT_COLUMNS = {
     "needed_by_s": "by when that part is needed, on the site's clock",
     "blocked_by": "ids of what blocks it, separated by spaces",
     "crane": "name of the crane that lifts it; empty without a crane",
-    "heading": "`kept` by tag line, or `with jib` and by how much the crew turns it back above its place; empty without a "
-    "motion",
+    "heading": "`kept` by tag line, or `with jib` and by how much the crew turns it back; empty without a motion",
 }
 
 
