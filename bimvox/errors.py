@@ -96,9 +96,13 @@ class MeshError(FileError):
 
 
 class GridFileError(FileError):
-    """A grid file that is damaged, malicious, or not from bimvox."""
+    """A grid file that is damaged, malicious, or not from bimvox; its hint says how to get a good one."""
 
     code = "grid"
+
+    def __init__(self, path: Path | str, message: str, *, hint: str | None = None) -> None:
+        damaged = "the file is damaged or not a bimvox grid: create it again with bimvox voxelize MODEL"
+        super().__init__(path, message, hint=hint or damaged)
 
 
 class LogFileError(FileError):

@@ -18,7 +18,6 @@ _MEMBERS_LIMIT = 100_000
 _END = struct.Struct("<4s4H2LH")
 _END_64_LOCATOR = struct.Struct("<4sLQL")
 _END_64 = struct.Struct("<4sQ2H2L4Q")
-_HINT = "the file is truncated or not a bimvox grid: create it again with bimvox voxelize MODEL"
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _RLE_BLOCK = 1
 
@@ -64,7 +63,7 @@ class Archive(Mapping[str, bytes]):
             _check_directory_size(stream, size, name)
             self._zip = zipfile.ZipFile(stream)
         except BROKEN_ZIP as error:
-            raise GridFileError(name, f"not a readable ZIP file ({error})", hint=_HINT) from error
+            raise GridFileError(name, f"not a readable ZIP file ({error})") from error
         entries = [info for info in self._zip.infolist() if not info.is_dir()]
         for info in entries:
             if info.compress_type != zipfile.ZIP_STORED or info.compress_size != info.file_size or info.flag_bits & 1:
@@ -93,7 +92,7 @@ class Archive(Mapping[str, bytes]):
         try:
             return self._zip.read(info)
         except BROKEN_ZIP as error:
-            raise GridFileError(self._name, f"{key}: cannot be read from the ZIP ({error})", hint=_HINT) from error
+            raise GridFileError(self._name, f"{key}: cannot be read from the ZIP ({error})") from error
 
     def size_of(self, key: str) -> int:
         """Return the size of a member in bytes, without reading it."""

@@ -170,9 +170,7 @@ def read_json(archive: Archive, key: str, name: str) -> dict[str, Any]:
         GridFileError: If it is missing, far too long, or not a JSON object.
     """
     if key not in archive:
-        raise GridFileError(
-            name, f"{key}: missing", hint="not a bimvox grid, or truncated: create it again with bimvox voxelize MODEL"
-        )
+        raise GridFileError(name, f"{key}: missing")
     if archive.size_of(key) > (_ARRAY_BYTES_LIMIT if "/" in key else _GROUP_BYTES_LIMIT):
         raise GridFileError(name, f"{key}: {archive.size_of(key):,} bytes are too many")
     try:
@@ -193,7 +191,8 @@ def check_arrays(archive: Archive, name: str, cell_limit: int) -> dict[str, tupl
     shapes = {key: _check_array(archive, key, name) for key in ARRAYS}
     cells = math.prod(shapes["labels"])
     if not 0 < cells <= cell_limit:
-        raise GridFileError(name, f"labels: declares {cells:,} cells; 1 to {cell_limit:,} are allowed")
+        hint = "create it again with larger cells: bimvox voxelize MODEL --voxel-size METRES" if cells > 0 else None
+        raise GridFileError(name, f"labels: declares {cells:,} cells; 1 to {cell_limit:,} are allowed", hint=hint)
     lengths = dict(_FIXED)
     for key, rule in ARRAYS.items():
         for dimension, length in zip(rule.dimensions, shapes[key], strict=True):

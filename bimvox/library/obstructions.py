@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import TriangleMesh
+from bimvox.bim.building import Building, TriangleMesh
 from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES, read_building
 from bimvox.errors import ObstructionFileError
-from bimvox.files import resolved
+from bimvox.files import read_input, require_input, resolved
 from bimvox.grid.frame import GridFrame
 from bimvox.progress import Progress
 from bimvox.site.build import with_obstructions
@@ -24,33 +27,59 @@ from bimvox.voxelization.part import voxelize_mesh
 _NOTES_SHOWN = 100
 
 
-def load_obstructions(path: Path, site: Site) -> ObstructionSet:
-    """Return the obstructions of a file: an obstruction file (JSON or TOML), or an IFC, mesh or point file.
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadObstructions:
+    """An obstruction file that has been read and can be used.
 
-    Args:
+    Attributes:
         path: The file.
-        site: The site: IFC and mesh files are in the model's coordinates, and are put into the site's frame. Scans
-            (files of points) are in the site's frame, in metres.
+        content: Its bytes.
+        on: Its obstructions on a site: IFC and mesh files are in the model's coordinates, and are put into the site's
+            frame. Scans (files of points) are in the site's frame, in metres.
+    """
+
+    path: Path
+    content: bytes
+    on: Callable[[Site], ObstructionSet]
+
+
+def read_obstructions(path: Path) -> ReadObstructions:
+    """Return an obstruction file (JSON or TOML), or an IFC, mesh or point file, read before its site is.
 
     Raises:
         ObstructionFileError: If it cannot be used; names the place inside it.
         FileError: If it is missing or unreadable.
     """
+    content = read_input(require_input(path))
+    return ReadObstructions(path, content, _obstructions(path))
+
+
+def load_obstructions(path: Path, site: Site) -> ObstructionSet:
+    """Return the obstructions of a file on a site; errors as of :func:`read_obstructions`."""
+    return _obstructions(path)(site)
+
+
+def _obstructions(path: Path) -> Callable[[Site], ObstructionSet]:
+    if path.suffix.lower() in IFC_SUFFIXES + MESH_SUFFIXES and not is_scan(path):
+        building = read_building(path)
+        if not building.elements:
+            raise ObstructionFileError(path, "it contains no shape that could be an obstruction")
+        return partial(_in_frame, path, building)
     if is_scan(path):
         entry = {"id": path.stem, "points": path.name}
-        return parse_obstructions(
-            json.dumps({"version": 1, "obstructions": [entry]}).encode(), path.name, resolved(path).parent
-        )
-    if path.suffix.lower() not in IFC_SUFFIXES + MESH_SUFFIXES:
-        return read_obstruction_file(path)
-    building = read_building(path)
+        document = json.dumps({"version": 1, "obstructions": [entry]}).encode()
+        found = parse_obstructions(document, path.name, resolved(path).parent)
+    else:
+        found = read_obstruction_file(path)
+    return lambda site: found
+
+
+def _in_frame(path: Path, building: Building, site: Site) -> ObstructionSet:
     ifc_to_site = np.linalg.inv(site.site_to_ifc)
     meshes = []
     for element in building.elements:
         points = np.c_[element.mesh.vertices_m + building.origin_m, np.ones(len(element.mesh.vertices_m))]
         meshes.append((element.id, TriangleMesh((points @ ifc_to_site.T)[:, :3], element.mesh.faces)))
-    if not meshes:
-        raise ObstructionFileError(path, "it contains no shape that could be an obstruction")
     return ObstructionSet.from_meshes(meshes, path.name)
 
 

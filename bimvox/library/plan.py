@@ -8,9 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from bimvox.errors import InputError, PlanningError
-from bimvox.files import read_input, require_input
 from bimvox.library.arguments import insist, text, whole
-from bimvox.library.obstructions import load_obstructions, obstructed
+from bimvox.library.obstructions import ReadObstructions, obstructed, read_obstructions
 from bimvox.library.plan_value import Plan
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import Planned, Retraining, insist_on_one_lift, plan_and_prove, prepared
@@ -28,7 +27,7 @@ from bimvox.site.site import Site
 def plan(
     site: LoadedSite,
     *,
-    obstructions: ObstructionSet | Path | str | None = None,
+    obstructions: ObstructionSet | ReadObstructions | Path | str | None = None,
     policy: str | None = None,
     seed: int | None = None,
     steps: int | None = None,
@@ -84,20 +83,20 @@ def plan(
 
 
 def obstructions_of(
-    obstructions: ObstructionSet | Path | str, site: Site
+    obstructions: ObstructionSet | ReadObstructions | Path | str, site: Site
 ) -> tuple[ObstructionSet, Mapping[str, bytes]]:
     """Return the obstructions, and the file that a log carries of them; it is made if they are given as a value."""
     if isinstance(obstructions, ObstructionSet):
         given = {f"{OBSTRUCTIONS}json": obstructions_to_json(obstructions)}
         return obstructions, given if obstructions.obstructions else {}
-    if not isinstance(obstructions, str | Path):
+    if isinstance(obstructions, str | Path):
+        obstructions = read_obstructions(Path(obstructions))
+    if not isinstance(obstructions, ReadObstructions):
         raise InputError(
             f"obstructions are an ObstructionSet or the path of a file, not a {type(obstructions).__name__}",
             hint="ObstructionSet.of([...]) makes a set of obstructions",
         )
-    path = require_input(Path(obstructions))
-    found = load_obstructions(path, site)
-    return found, {attached_as(path): read_input(path)}
+    return obstructions.on(site), {attached_as(obstructions.path): obstructions.content}
 
 
 def policy_of(

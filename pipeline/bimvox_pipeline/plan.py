@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.crane.identity import identity
-from bimvox.files import check_output, default_output, require_input
+from bimvox.files import check_output, default_output
 from bimvox.library.log import write_log_file
+from bimvox.library.obstructions import read_obstructions
 from bimvox.library.plan import plan as plan_site
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import Planned
@@ -45,11 +46,10 @@ def plan(
     target = out or default_output(site, ".mcap")
     inputs = [site, *([obstructions] if obstructions else [])]
     check_output(target, inputs=inputs)
-    if obstructions is not None:
-        require_input(obstructions)
+    given = None if obstructions is None else read_obstructions(obstructions)  # before the site, which takes its time
     loaded = load_site(site, progress)
     check_output(target, inputs=[*inputs, loaded.config.model.path])
-    made = plan_site(loaded, obstructions=obstructions, retrain=retrain, progress=progress, **asdict(wish))
+    made = plan_site(loaded, obstructions=given, retrain=retrain, progress=progress, **asdict(wish))
     progress.stage("write")
     write_log_file(target, made.record, inputs=inputs)
     progress.finish()

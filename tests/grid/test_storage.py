@@ -222,6 +222,7 @@ def test_damaged_and_hostile_files_are_refused_by_name(edit: Callable[[dict[str,
     with pytest.raises(GridFileError, match=named) as caught:
         grid_from_bytes(changed(edit), "bad.zarr.zip")
     assert str(caught.value).startswith("bad.zarr.zip: ")
+    assert "bimvox voxelize" in (caught.value.hint or ""), "no way to a good file"
 
 
 def declare(shape: list[int], chunk: list[int], *keys: str) -> Callable[[dict[str, bytes]], None]:
@@ -318,8 +319,9 @@ def test_the_owner_of_a_shared_cell_must_be_one_of_its_parts() -> None:
 
 
 def test_a_limit_on_the_cells_is_kept() -> None:
-    with pytest.raises(GridFileError, match="declares 6,930 cells"):
+    with pytest.raises(GridFileError, match="declares 6,930 cells") as caught:
         grid_from_bytes(grid_to_bytes(sample()), "f", cell_limit=6_929)
+    assert "larger" in caught.value.hint
 
 
 def test_a_file_cut_anywhere_is_refused() -> None:

@@ -1,15 +1,17 @@
-"""Obstructions that are given as scan files."""
+"""Obstructions that are given as files: scans, and files that cannot be used."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import bimvox_pipeline.plan as module
 import numpy as np
 import pytest
 from box_sites import box_site
 
-from bimvox.errors import BimvoxError
+from bimvox.errors import BimvoxError, FileError
 from bimvox.library.obstructions import load_obstructions
+from bimvox.progress import SilentProgress
 from bimvox.site.obstructions.obstruction_set import Points
 
 PLY = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
@@ -32,3 +34,20 @@ def test_a_truncated_scan_says_so(tmp_path: Path):
     (tmp_path / "scan.ply").write_text(PLY + "1 2 3\n")
     with pytest.raises(BimvoxError, match=r"scan\.ply.*truncated: 1 of 2"):
         load_obstructions(tmp_path / "scan.ply", site())
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [("o.json", "{"), ("o.toml", "[["), ("o.ply", "ply\nformat"), ("o.obj", "f 1 2 3\n"), ("o.ifc", "ISO;")],
+)
+def test_a_plan_refuses_a_bad_file_before_it_reads_its_site(monkeypatch, tmp_path, name, content):
+    """A site takes its time, and nobody waits for it to learn that a small file is wrong."""
+    read = []
+    monkeypatch.setattr(module, "load_site", lambda *given: read.append(given))
+    (tmp_path / name).write_text(content)
+    (tmp_path / "a.site.toml").write_text("")
+    with pytest.raises(FileError, match=name):
+        module.plan(
+            tmp_path / "a.site.toml", tmp_path / "a.mcap", obstructions=tmp_path / name, progress=SilentProgress()
+        )
+    assert not read
