@@ -51,7 +51,7 @@ def policy(problems: Problems, count: int) -> Result:
         [len(rollout.path_vox) - 1 if rollout.arrived else None for rollout in rollouts],
         [rollout.arrived for rollout in rollouts],
         together=True,
-        words="as shipped: under its guards, detours cut, no cell expanded; one thread",
+        words="as shipped, no cell expanded",
     )
 
 
@@ -59,7 +59,7 @@ def search(problems: Problems, count: int) -> Result:
     """Our A*, one lift after the other."""
     from bimvox.planning.search import shortest_path
 
-    result = Result("bimvox A*, one lift after the other", words="complete, shortest; one thread")
+    result = Result("bimvox A*, one lift after the other", words="complete, shortest")
     first = problems.lifts[0]
     shortest_path(first.space, first.start_vox, first.target_vox)
     for lift in problems.lifts[:count]:
@@ -75,7 +75,7 @@ def scikit_image(problems: Problems, count: int) -> Result:
     """Dijkstra over the cells by scikit-image, given the free reference cells."""
     from skimage.graph import MCP
 
-    result = Result("scikit-image MCP", words="complete, shortest; the free placements are given, not counted")
+    result = Result("scikit-image MCP", words="complete, shortest; the free placements are not counted")
     for lift, kind in _some(problems, count):
         costs = np.where(problems.free[kind], 1.0, -1.0)
         started_s = time.perf_counter()
@@ -94,9 +94,7 @@ def pathfinding3d(problems: Problems, count: int) -> Result:
     from pathfinding3d.core.grid import Grid
     from pathfinding3d.finder.a_star import AStarFinder
 
-    result = Result(
-        "pathfinding3d A*", words="complete, shortest; the free placements and their objects are not counted"
-    )
+    result = Result("pathfinding3d A*", words="complete, shortest; the free placements are not counted")
     made: dict[int, Grid] = {}
     for lift, kind in _some(problems, count):
         if kind not in made:
@@ -118,9 +116,7 @@ def ompl(problems: Problems, count: int) -> Result:
 
     util.setLogLevel(util.LogLevel.LOG_ERROR)
     util.RNG.setSeed(1)
-    result = Result(
-        "OMPL RRT-Connect", words="not complete in finite time, not shortest, not by cells; 10 s a lift at most"
-    )
+    result = Result("OMPL RRT-Connect", words="neither shortest nor by cells; 10 s a lift at most")
     for lift, kind in _some(problems, count):
         free = problems.free[kind]
         space = base.RealVectorStateSpace(3)

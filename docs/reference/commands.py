@@ -58,11 +58,10 @@ def _page(name: str, command: Any, root: Any) -> Iterator[str]:
         yield from [f"## bimvox {name} {sub}", ""]
         yield from _body(inner, inner.context_class(inner, info_name=sub, parent=context, terminal_width=_WIDTH))
         yield from ["```text", *HELP_EXAMPLES[f"{name} {sub}"], "```", ""]
-    yield from ["## Examples with the sample models", ""]
+    yield from ["## Examples", ""]
     yield from ["```sh", *EXAMPLES[name], "```", ""]
-    shared = "`--json`, `-h, --help`" if name == "schema" else "`--json`, `-q`, `-v`, `-h, --help`"
-    yield from [f"As in [every command](README.md): {shared}.", ""]
-    yield "Read on: " + " · ".join(f"[{title}](../{path})" for title, path in READ_ON[name]) + "."
+    links = ["[options of every command](README.md)", *(f"[{title}](../{path})" for title, path in READ_ON[name])]
+    yield f"Read on: {' · '.join(links)}."
 
 
 def _body(command: Any, context: Any) -> Iterator[str]:

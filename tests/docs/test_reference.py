@@ -31,9 +31,12 @@ def test_changed_missing_and_left_over_pages_are_stale(tmp_path: Path):
 
 
 def test_a_page_names_every_option_of_its_command():
-    page = pages()["commands/plan.md"]
+    page, every = pages()["commands/plan.md"], pages()["commands/README.md"]
     assert re.search(r"^\| `--obstructions FILE` \| .+ \| `BIMVOX_OBSTRUCTIONS` \|$", page, re.M)
-    assert "-h, --help" in page
+    assert "[options of every command](README.md)" in page
+    for shared in ("--json", "-q, --quiet", "-v, --verbose", "-h, --help"):
+        assert f"| `{shared}" not in page
+        assert f"`{shared}`" in every
 
 
 @pytest.mark.parametrize("name", ["site", "obstructions", "sweep", "grid"])
