@@ -20,20 +20,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One voxelized element, as the grid file's component table lists it.
+    """One voxelized element.
 
     Attributes:
         id: Unique within the grid.
         global_id: IFC GlobalId, or the body's name.
         ifc_class: For example ``IfcBeam``; ``Mesh`` for bodies of mesh files.
         name: The source's name.
-        role: ``component``, ``structure``, ``fitting`` or ``ground`` (see ``bimvox.bim.building.Role``).
+        role: ``component``, ``structure``, ``fitting`` or ``ground``.
         label: Label of its cells.
         cells: Number of cells that it meets.
         solid_volume_m3: Volume of its solid.
         mass_kg: Its mass.
         mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3).
-        fill: How its interior was found (``winding``, ``vote``, ``surface`` ...).
+        fill: How its interior was found: ``winding``, ``vote``, ``flood`` or ``surface``.
         type_name: Name of its IFC type, if any.
         storey: Name of its storey, if any.
         material: Name of its material, if any.

@@ -46,28 +46,23 @@ class _Field(NamedTuple):
 
 
 FIELDS = (
-    _Field(1, _TIMESTAMP, "time", "When the command is given, since the start of the site's clock."),
-    _Field(2, "uint32", "lift_order", "Order of the lift in the erection sequence, from 0."),
-    _Field(3, "string", "component_id", "The component: its GlobalId, made unique if it is not."),
+    _Field(1, _TIMESTAMP, "time", "On the site's clock."),
+    _Field(2, "uint32", "lift_order", "Order of the lift, from 0."),
+    _Field(3, "string", "component_id", "GlobalId, made unique."),
     _Field(4, "Phase", "phase", "Phase of the lift."),
-    _Field(5, "double", "slew_rate_rad_s", "Slewing rate to hold until the next command, counter-clockwise positive."),
-    _Field(6, "double", "trolley_rate_m_s", "Trolley rate to hold until the next command, outward positive."),
-    _Field(7, "double", "hoist_rate_m_s", "Hoisting rate to hold until the next command, up positive."),
-    _Field(8, "double", "slew_rad", "Slewing angle at the next command, from the site's +x axis, unwrapped."),
-    _Field(9, "double", "radius_m", "Distance of the hook from the slewing axis at the next command."),
-    _Field(10, "double", "height_m", "Height of the hook above the site's z = 0 at the next command."),
-    _Field(11, "double", "rope_length_m", "Rope below the jib at the next command."),
-    _Field(12, "bool", "loaded", "Whether the component hangs on the hook."),
-    _Field(13, "double", "luff_rad", "Luff angle of the jib at the next command; 0 for a jib with a trolley."),
-    _Field(
-        14,
-        "double",
-        "luff_rate_rad_s",
-        "Luffing rate there, up positive; trolley_rate_m_s is then that of the radius.",
-    ),
+    _Field(5, "double", "slew_rate_rad_s", "Counter-clockwise positive."),
+    _Field(6, "double", "trolley_rate_m_s", "Outward positive; of a luffing jib, the rate of the radius."),
+    _Field(7, "double", "hoist_rate_m_s", "Up positive."),
+    _Field(8, "double", "slew_rad", "From the site's +x axis, unwrapped."),
+    _Field(9, "double", "radius_m", "From the slewing axis to the hook."),
+    _Field(10, "double", "height_m", "Hook above the site's z = 0."),
+    _Field(11, "double", "rope_length_m", "Rope below the jib."),
+    _Field(12, "bool", "loaded", "Whether a load hangs on the hook."),
+    _Field(13, "double", "luff_rad", "0 for a jib with a trolley."),
+    _Field(14, "double", "luff_rate_rad_s", "At the next command, up positive."),
 )
 
-SEVERAL_CRANES_FIELDS = (_Field(15, "string", "crane", "Name of the crane; only in logs of several cranes."),)
+SEVERAL_CRANES_FIELDS = (_Field(15, "string", "crane", "Name of the crane, if there are several."),)
 """Fields that only logs of several cranes have; the schema of other logs stays the same, byte for byte."""
 
 _VALUES = tuple(field.name for field in FIELDS if field.type == "double")
@@ -124,12 +119,12 @@ def _descriptor(phase_numbers: Mapping[str, int], fields: Sequence[_Field]) -> F
 def proto_text() -> str:
     """Return the definition as ``.proto`` text."""
     lines = ['syntax = "proto3";', "", f'import "{timestamp_pb2.DESCRIPTOR.name}";', "", f"package {PACKAGE};", ""]
-    lines += ["// A command to a crane: rates of its axes to hold until the next command, and the pose they lead to."]
+    lines += ["// Rates of the axes to hold until the next command, and the pose at the next command."]
     lines += [f"message {MESSAGE} {{", "  enum Phase {"]
     lines += [f"    {name} = {number};" for name, number in _PHASES.items()]
     lines += ["  }"]
     for field in (*FIELDS, *SEVERAL_CRANES_FIELDS):
-        lines += ["", f"  // {field.comment}", f"  {field.type} {field.name} = {field.number};"]
+        lines += [f"  {field.type} {field.name} = {field.number};  // {field.comment}"]
     return "\n".join([*lines, "}", ""])
 
 

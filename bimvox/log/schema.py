@@ -123,26 +123,25 @@ TOPICS = (
     Topic(
         TF,
         FrameTransforms,
-        "site -> crane_base -> jib -> trolley -> hook -> component/<id>, at every sample. A component's frame is in "
-        "the lowest corner of its reference cell, its axes along the site's. Without a crane: site -> component/<id>.",
+        "site -> crane_base -> jib -> trolley -> hook -> component/<id>, at every sample; without a crane: site -> "
+        "component/<id>. A component's frame: lowest corner of its reference cell, axes along the site's.",
     ),
     Topic(
         VOXELS,
         VoxelGrid,
-        "Labels of the site's cells, uint8 `label`, Z-Y-X order; components at their places in the building; without "
-        "the empty layers at the top.",
+        "Labels of the cells, uint8 `label`, Z-Y-X order, components at their places in the building, without the "
+        "empty layers at the top.",
     ),
     Topic(
         PLANNED,
         PosesInFrame,
-        "One message a planned lift, at its start: the proven voxel path. Position: lowest corner of the component's "
-        "reference cell, site frame, metres; one unit move between neighbours.",
+        "The path of a planned lift, at its start: lowest corner of the reference cell, site frame, metres; one unit "
+        "move between neighbours.",
     ),
     Topic(
         LOAD,
         PoseInFrame,
-        "The load while it hangs on the hook: lowest corner of its reference cell, site frame, metres; rotated only "
-        "while a part stored lying is tipped up.",
+        "The load on the hook: lowest corner of its reference cell, site frame, metres.",
     ),
     Topic(
         JOINTS,
@@ -154,9 +153,8 @@ TOPICS = (
     Topic(
         SCENE,
         SceneUpdate,
-        "Everything as boxes, entity id = GlobalId (made unique if it is not), coloured by construction state, sent "
-        "again when the state changes: unbuilt orange, in transit blue, arrived green, assembled pink; obstructions "
-        "black, ground gray.",
+        "Everything as boxes, entity id = GlobalId (made unique), coloured by state: unbuilt orange, in transit blue, "
+        "arrived green, assembled pink; obstructions black, ground gray.",
     ),
     Topic(LOG, Log, "The plan in words: remarks, infeasible lifts, clashes, notes, and lifts as they begin."),
     Topic(

@@ -66,33 +66,31 @@ class ModelConfig(Table):
     """The building model."""
 
     path: Path
-    """IFC or mesh file, path relative to the site file's folder."""
+    """IFC or mesh file; relative paths start at the site file's folder."""
     select: Annotated[Text, Field(max_length=MOST_SELECT)] | None = None
-    """What is to be lifted: an IfcOpenShell selector query, or names of bodies for a mesh. Default: every part that is
-    prefabricated by its class."""
+    """What is lifted: an IfcOpenShell query, or names of a mesh's bodies. Default: what is prefabricated by class."""
     unit: Literal["m", "dm", "cm", "mm", "ft", "in"] | None = None
-    """Length unit of a mesh file; IFC files contain theirs."""
+    """Length unit of a mesh file."""
     up: Literal["y", "z"] | None = None
-    """Axis of a mesh file that points up. Default: the axis of its format (glTF: y), otherwise z."""
+    """Axis of a mesh file that points up. Default: its format's (glTF: y), otherwise z."""
     voxel_size_m: CellSize | None = None
-    """Edge length of a planning cell, metres."""
+    """Edge of a planning cell."""
     yaw_rad: Annotated[Number, Field(ge=-1e3, le=1e3)] = 0.0
-    """Angle of the site's x axis in the model, counter-clockwise. It aligns the grid with a building that is turned on
-    its plot."""
+    """Angle of the site's x axis in the model, counter-clockwise."""
     ground_m: Annotated[Number, Field(ge=-1e6, le=1e6)] | None = None
-    """Height in the model that becomes the site's z = 0. Default: the lowest point of components and structure, rounded
-    down to a whole cell."""
+    """Height in the model of the site's z = 0. Default: the lowest point of components and structure, rounded down to a
+    whole cell."""
     assemblies: Literal["whole", "parts"] = "whole"
-    """Whether an assembly is lifted as one, or part by part."""
+    """How an assembly is lifted."""
 
 
 class GridConfig(Table):
     """The extent of the site. Default: the building, the areas and the crane, with a margin."""
 
     low_m: Point2or3
-    """Lowest corner [x, y]; a third value must be minus one cell, the bottom of the slab."""
+    """Lowest corner; a third value must be minus one cell, the bottom of the slab."""
     high_m: Point3
-    """Highest corner [x, y, z]."""
+    """Highest corner."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -102,12 +100,12 @@ class GridConfig(Table):
 
 
 class AreasConfig(Table):
-    """Areas on the ground. A column belongs to an area if its centre lies inside."""
+    """Areas on the ground, as polygons. A column belongs to an area if its centre lies inside."""
 
     construction: Polygon | None = None
-    """The construction area."""
+    """Where the building is."""
     yard: Annotated[tuple[Polygon, ...], Field(min_length=1, max_length=MOST_AREAS)] | None = None
-    """One or more areas where parts are stored, without their overlap with the construction area."""
+    """Where parts are stored, without the overlap with the construction area."""
 
 
 def _one_or_several(given: object) -> str:
@@ -115,29 +113,27 @@ def _one_or_several(given: object) -> str:
 
 
 class ComponentConfig(Table):
-    """Settings of one component that differ from the defaults."""
+    """What differs from the defaults for one part."""
 
     global_id: Text
     """GlobalId of the part, or the body's name."""
     start: Point2or3 | None = None
-    """Lowest corner [x, y] or [x, y, z] of the part as stored in the yard, site metres. Default: planned."""
+    """Lowest corner of the stored part. Default: planned."""
     pose: StoredPose | None = None
-    """How it is stored: as in the building, or lying along x or y with its foot at the lowest end, to be upended."""
+    """How it is stored: as in the building, or lying along x or y, its foot at the lowest end, to be upended."""
     turn: Annotated[Whole, Field(ge=0, le=3)] | None = None
-    """Quarter turns, counter-clockwise, between its orientation in the building and in the yard. It is turned back
-    while it hangs upright above its place in the yard; a lying part is upended first (also give its ``pose``, otherwise
-    it is stored as in the building). Default: 0, or 1 if it fits the yard only that way."""
+    """Quarter turns of the stored part, counter-clockwise, on top of its ``pose``; above its place in the yard it is
+    turned back. Default: 0, or 1 if it fits the yard only that way."""
     before: tuple[Text, ...] = ()
-    """Ids of components that must be set later than this one."""
+    """Ids of parts that are set later."""
     after: tuple[Text, ...] = ()
-    """Ids of components that must be set earlier than this one."""
+    """Ids of parts that are set earlier."""
     pinned: Flag = False
-    """Whether it already exists, so that it is not lifted."""
+    """Whether it is in place already."""
     crane: Text | None = None
-    """Name of the crane that lifts it, if the site has several. Default: chosen by its place in the building."""
+    """Which of several cranes lifts it. Default: chosen."""
     means: Literal["crane", "in_situ", "by_hand"] | None = None
-    """How it gets to its place: lifted by the crane, cast (or built up) there, or set by hand. Default: decided by
-    ``[means]``."""
+    """Lifted, cast or built up in place, or set by hand. Default: by ``[means]``."""
 
     @model_validator(mode="after")
     def _liftable(self) -> Self:
@@ -153,21 +149,18 @@ class ZoneConfig(Table):
     """A zone on the plan."""
 
     kind: Literal["prohibited", "no_load", "public", "slow", "limiter", "assembly"] = "prohibited"
-    """``prohibited``: the hook may not be above it (EN 17076). ``no_load``: no part of a load may be above it; the
-    empty hook may. ``public``: an area open to the public; neither load nor hook may be above it. ``slow``: while the
-    hook is above it, every axis stays below ``share`` of its highest rate. ``limiter``: above it, the hook stays
-    between ``lowest_hook_m`` and ``highest_hook_m``. ``assembly``: parts whose centre lies in it are set together, zone
-    by zone in the order of the file, before the parts outside all zones."""
+    """What it forbids or limits: section "Zones" of the documentation of cranes. ``assembly``: the parts whose centre
+    lies in it are set together, zone by zone in the order of the file, before the parts outside all zones."""
     polygon: Polygon
-    """Corners of the zone."""
+    """Its corners."""
     name: Text | None = None
-    """Name of the zone, for people."""
+    """Its name."""
     share: Annotated[Number, Field(gt=0.0, le=1.0)] | None = None
-    """Share of the highest rates in a ``slow`` zone. Default: 0.5."""
+    """``slow``: share of the highest rates. Default: 0.5."""
     lowest_hook_m: Number | None = None
-    """Lowest hook above z = 0 in a ``limiter`` zone."""
+    """``limiter``: lowest hook above z = 0."""
     highest_hook_m: Number | None = None
-    """Highest hook above z = 0 in a ``limiter`` zone."""
+    """``limiter``: highest hook above z = 0."""
 
     @model_validator(mode="after")
     def _own_keys(self) -> Self:
@@ -184,25 +177,25 @@ class ZoneConfig(Table):
 
 
 class MeansConfig(Table):
-    """What the crane lifts, and what is cast in place or set by hand. Size, mass and casting method decide."""
+    """Beyond these limits of the road, a part of concrete is cast in place, unless it is stated to be precast."""
 
     heaviest_kg: Positive = ROAD_KG
-    """A heavier part of concrete that is not stated to be precast is cast in place: no road takes it."""
+    """Its mass."""
     longest_m: Positive = ROAD_LENGTH_M
-    """The same for its longest side,"""
+    """Its longest side."""
     widest_m: Positive = ROAD_WIDTH_M
-    """for its second side,"""
+    """Its second side."""
     highest_m: Positive = ROAD_HEIGHT_M
-    """and for its shortest side."""
+    """Its shortest side."""
     lift_from_kg: NotNegative = FEW_HANDS_KG
-    """A lighter part is set by hand, in a bundle with others of its storey and kind. 0: every part is a lift."""
+    """A lighter part is set by hand, in a bundle. 0: every part is a lift."""
 
 
 Rank = Annotated[Whole, Field(ge=0, le=100)]
 
 
 class RanksConfig(Table):
-    """The order of the classes of parts within a level, lower ranks first; equal ranks in any order."""
+    """The order of the classes of parts within a storey, lower ranks first; equal ranks in any order."""
 
     footing: Rank = 0
     """Footings, piles, base slabs."""
@@ -221,39 +214,42 @@ class RanksConfig(Table):
 
 
 class SequenceConfig(Table):
-    """Wishes about the erection sequence. Geometry takes precedence: the parts that a part needs come before it."""
+    """Wishes about the erection sequence, as far as geometry permits."""
 
     first: tuple[Text, ...] = ()
-    """Ids of components that are set before all others, together with the parts that they need."""
+    """Ids of parts that are set before all others, with the parts that they need."""
     storeys: Flag = True
-    """Whether a storey is finished before the next one begins, as far as geometry permits: columns and walls that stand
-    on a floor come after the beams, slabs and stairs of that floor."""
+    """Whether a storey is finished before the next one begins."""
     ranks: RanksConfig = RanksConfig()
-    """The order of the classes of parts within a storey."""
+    """The order of the classes of parts."""
     schedule: Flag = True
-    """Whether the order of the tasks in the building file is kept, as far as geometry permits."""
+    """Whether the order of the tasks in the model's file is kept."""
 
 
 class PolicyConfig(Table):
     """The policy that proposes paths."""
 
     id: Text | None = None
-    """Id of a policy in the store. Default: the one trained for this site, otherwise the one that ships with bimvox."""
+    """Id of a policy in the store. Default: the one trained for this site, otherwise the shipped one."""
     steps: Annotated[Whole, Field(ge=1)] | None = None
-    """Training budget in environment steps."""
+    """Budget of the training, environment steps."""
     seed: Annotated[Whole, Field(ge=0)] = 0
     """Seed of the training."""
     required_success: Annotated[Number, Field(gt=0.0, le=1.0)] = 1.0
-    """Share of test episodes that must succeed for training to stop."""
+    """Share of test episodes whose success ends the training."""
 
 
 class SiteConfig(Table):
-    """A site file."""
+    """A site file. Everything but ``[model] path`` is optional and guessed.
+
+    Lengths are in metres, in the site's frame: x and y as in the model, turned by ``yaw_rad``; z = 0 at the top of the
+    ground.
+    """
 
     _file: Path = PrivateAttr(default=Path("site.toml"))
     _machine_files: Mapping[str, bytes] = PrivateAttr(default_factory=dict)
     name: Text | None = None
-    """Name of the site. Default: the file's name."""
+    """Its name. Default: the file's."""
     model: ModelConfig
     grid: GridConfig | None = None
     areas: AreasConfig = AreasConfig()

@@ -82,7 +82,7 @@ class ReevingConfig(Table):
     chart: Chart
     """Load chart: [radius in m, capacity in kg] pairs, load, rigging and hook block together."""
     hook_block_kg: NotNegative = 0.0
-    """Mass of its hook block, added to every load."""
+    """Mass of its hook block."""
     trolley_rate_m_s: Rate | None = None
     """Highest speed of the trolley with it. Default: the rate of ``trolley``."""
     gears: tuple[tuple[Positive, Rate], ...] = ()
@@ -90,10 +90,10 @@ class ReevingConfig(Table):
 
 
 class WorkingRangeConfig(Table):
-    """Settings of the crane's limiters on this site (EN 17076)."""
+    """Settings of its limiters (EN 17076)."""
 
     slew_rad: tuple[Number, Number] | None = None
-    """Slew range of the jib, counter-clockwise from the x axis: [first, last], at most one full turn."""
+    """First and last slewing angle, counter-clockwise from the x axis, at most one full turn."""
     radius_m: tuple[NotNegative, Positive] | None = None
     """Smallest and largest hook radius."""
     highest_hook_m: Positive | None = None
@@ -118,7 +118,7 @@ class LuffingConfig(Table):
     """A luffing jib, or the boom of a mobile crane."""
 
     pivot_height_m: Positive | None = None
-    """Height of its pivot above the site's z = 0."""
+    """Height of its pivot above z = 0."""
     pivot_offset_m: Number | None = None
     """Radius of its pivot; negative behind the slewing axis."""
     length_m: Positive | None = None
@@ -130,7 +130,7 @@ class LuffingConfig(Table):
     tail_radius_m: NotNegative | None = None
     """Radius of the counterweight behind the slewing axis."""
     tail_low_m: NotNegative | None = None
-    """Height of the counterweight's underside above the site's z = 0."""
+    """Height of the counterweight's underside above z = 0."""
     tail_width_m: Positive | None = None
     """Width of the counterweight."""
     width_m: Positive | None = None
@@ -138,10 +138,10 @@ class LuffingConfig(Table):
 
 
 class OverrideConfig(Table):
-    """What a site changes in a machine of the catalogue, on purpose. Every output lists it."""
+    """What a site changes in a machine of the catalogue, on purpose."""
 
     jib: LuffingConfig | None = None
-    """The luffing jib, or the boom."""
+    """A luffing jib, or the boom of a mobile crane."""
     jib_length_m: Positive | None = None
     """Largest hook radius."""
     min_radius_m: NotNegative | None = None
@@ -149,10 +149,10 @@ class OverrideConfig(Table):
     mast_size_m: Positive | None = None
     """Edge of the square mast section."""
     hook_block_kg: NotNegative | None = None
-    """Mass of the hook block, added to every load."""
+    """Mass of the hook block."""
     gears: tuple[tuple[Positive, Rate], ...] | None = None
-    """Hoist rates: [largest mass on the rope in kg, including hook block and rigging; rate in m/s]. Above the last
-    mass, the rate of ``hoist`` applies."""
+    """Hoist rates: [largest mass on the rope in kg, hook block and rigging included; rate in m/s]. Above the last mass:
+    the rate of ``hoist``."""
     max_wind_m_s: Positive | None = None
     """Wind (gust of 3 s) up to which the crane works; 20 m/s for tower cranes (EN 14439)."""
     slewing: SlewingConfig | None = None
@@ -164,7 +164,7 @@ class OverrideConfig(Table):
     chart: Chart | None = None
     """Load chart: [radius in m, capacity in kg] pairs, load, rigging and hook block together."""
     reeving: Annotated[tuple[ReevingConfig, ...], Field(min_length=1)] | None = None
-    """Load chart, hook block and rates per reeving, instead of one ``chart``; ``falls`` selects the reeving."""
+    """Its reevings, instead of one ``chart``; ``falls`` selects one."""
 
     @model_validator(mode="after")
     def _one_reeving(self) -> Self:
@@ -180,39 +180,31 @@ class OverrideConfig(Table):
 
 
 class CraneConfig(OverrideConfig):
-    """The crane. Without this table one is chosen; ``kind = "none"`` plans without a crane: no rope, no reach.
-
-    A machine of the catalogue has its data from there. A key that differs from them is an error, unless it stands in
-    ``[crane.override]``. Without ``machine``, and with a ``name`` that the catalogue does not have, the table describes
-    the crane itself, with every key. Several cranes are an array of tables, ``[[crane]]``, each with its own ``name``
-    and ``base_m``.
-    """
+    """The crane. Without this table one is chosen. Several cranes are an array of tables, ``[[crane]]``."""
 
     kind: Literal["hammerhead", "luffing", "mobile", "none"] | None = None
-    """Kind of crane. ``luffing``: a tower crane with a luffing jib. ``mobile``: a mobile crane on a fixed pad with a
-    luffing boom. Both use ``jib`` instead of ``jib_height_m``, ``jib_length_m``, ``min_radius_m`` and ``trolley``,
-    which follow from it. Default: the machine's, otherwise ``hammerhead``."""
+    """``luffing`` and ``mobile`` use ``jib`` instead of ``jib_height_m``, ``jib_length_m``, ``min_radius_m`` and
+    ``trolley``. ``none``: no crane, no rope, no reach. Default: the machine's, otherwise ``hammerhead``."""
     name: Text | None = None
-    """Name of the crane. Default: the machine's. The name of a machine of the catalogue selects that machine."""
+    """Its name; that of a machine of the catalogue selects the machine. Default: the machine's."""
     machine: Text | None = None
-    """Name of a machine of the catalogue (``bimvox cranes`` lists them), or a file next to the site file that describes
-    your own: ``"my-crane.toml"`` (``bimvox schema crane``)."""
+    """A machine of the catalogue (``bimvox cranes``), or the file of your own next to the site file."""
     base_m: Point2or3 | None = None
-    """Foot of the slewing axis [x, y] or [x, y, z], site metres."""
+    """Foot of the slewing axis."""
     jib_height_m: Positive | None = None
-    """Height of the trolley's rope exit above the site's z = 0."""
+    """Height of the trolley's rope exit above z = 0."""
     jib_length_m: Positive | None = None
     """Largest hook radius: one of the machine's jib lengths. Default: the longest."""
     sling_m: NotNegative | None = None
     """Height of the slings, from the load's top to the hook."""
     rigging_mass_kg: NotNegative | None = None
-    """Mass of slings and spreader, added to every load."""
+    """Mass of slings and spreader."""
     falls: Annotated[Whole, Field(ge=1)] | None = None
-    """Parts of rope that carry the hook, for the whole job. Default: the reeving that carries most."""
+    """Parts of rope that carry the hook. Default: the reeving that carries most."""
     working_range: WorkingRangeConfig | None = None
     """Settings of its limiters."""
     override: OverrideConfig | None = None
-    """What differs from the machine, on purpose."""
+    """What a site changes in a machine of the catalogue, on purpose."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -37,16 +37,16 @@ Period = Annotated[Positive, Field(le=MOST_SAMPLE_PERIOD_S), AfterValidator(part
 
 
 class CrewTimesConfig(Table):
-    """The crew's times for a part of one class of work, while the crane stands. Default: typical of the field."""
+    """The crew's times for a part of one class, while the crane stands."""
 
     sling_s: Pause | None = None
-    """Time to attach the slings."""
+    """To attach the slings."""
     brace_s: Pause | None = None
-    """Time to align, fix and brace the part while it hangs on the hook."""
+    """To align, fix and brace the part on the hook."""
     release_s: Pause | None = None
-    """Time to remove the slings."""
+    """To remove the slings."""
     tag_line_s: Pause | None = None
-    """Time to fix the tag lines that keep the heading of the part; removing them takes as long."""
+    """To fix the tag lines; removing them takes as long."""
 
     @classmethod
     def of(cls, times: CrewTimes) -> Self:
@@ -55,27 +55,24 @@ class CrewTimesConfig(Table):
 
 
 class TimesConfig(Table):
-    """The crew's times by class of work: by the part's IFC class and predefined type, or its shape, and its material.
-
-    The sources of the defaults: section "Crew times" of the documentation of formats.
-    """
+    """The crew's times by class of work, in seconds."""
 
     footing: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.footing)
     """Footings, piles, base slabs."""
     column: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.column)
-    """Columns, and upright slender parts."""
+    """Columns, upright slender parts."""
     wall: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.wall)
-    """Walls, and thin upright parts."""
+    """Walls, thin upright parts."""
     beam: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.beam)
-    """Beams, and long parts."""
+    """Beams, long parts."""
     slab: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.slab)
-    """Slabs, planks of a floor, and flat parts."""
+    """Slabs, planks, roofs, flat parts."""
     stair: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.stair)
-    """Flights of stairs, ramps and landings."""
+    """Flights, ramps, landings."""
     steel: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.steel)
-    """Every part whose material is steel."""
+    """All parts of steel."""
     other: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.other)
-    """All other parts."""
+    """All others."""
 
     def times(self) -> TimesByWork:
         """Return the times, those that the file does not give from the defaults."""
@@ -88,11 +85,10 @@ class TimesConfig(Table):
 
 
 class CastTimesConfig(Table):
-    """The time of work of one class that is cast in place. Default: typical of the field."""
+    """The time of one class of work that is cast in place."""
 
     hours_m3: Annotated[NotNegative, Field(le=1e4)] | None = None
-    """Working hours of one person for a cubic metre: formwork, reinforcement and pouring. The volume is the mass over
-    2400 kg/m3."""
+    """Working hours of one person for a cubic metre (2,400 kg): formwork, reinforcement, pouring."""
     wait_h: Annotated[NotNegative, Field(le=2e4)] | None = None
     """Hours from the end of the work until it carries what rests on it."""
 
@@ -103,38 +99,32 @@ class CastTimesConfig(Table):
 
 
 class CastingConfig(Table):
-    """The times of work that the crane does not do: cast in place, by class of work, and set by hand.
-
-    Such work begins when all earlier lifts of the sequence are set and what it rests on carries. The crane goes on with
-    the parts that do not rest on it, then it pauses. The sources of the defaults: section "Work cast in place" of the
-    documentation of formats.
-    """
+    """Work that is cast in place, by class of work, or set by hand."""
 
     people: Annotated[Positive, Field(le=1e4)] = FIELD_CASTING.people
-    """People who cast; they do one part after the other."""
+    """People who cast, one part after the other."""
     hand_s: Pause = FIELD_CASTING.hand_s
-    """Time to set a part by hand; one part after the other."""
+    """Time to set a part by hand, one after the other."""
     bundle_kg: NotNegative = FIELD_CASTING.bundle_kg
-    """Parts that are set by hand come up in bundles, one a storey and kind. A heavier bundle is a material lift of the
-    crane: it is listed with its mass and its crane time, but has no path and is not proven."""
+    """A heavier bundle of parts that are set by hand is a material lift of the crane."""
     bundle_s: Pause = FIELD_CASTING.bundle_s
     """Crane time of a material lift."""
     footing: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.footing)
     """Footings, piles, base slabs."""
     column: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.column)
-    """Columns, and upright slender parts."""
+    """Columns, upright slender parts."""
     wall: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.wall)
-    """Walls, and thin upright parts."""
+    """Walls, thin upright parts."""
     beam: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.beam)
-    """Beams, and long parts."""
+    """Beams, long parts."""
     slab: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.slab)
-    """Slabs, and flat parts."""
+    """Slabs, flat parts."""
     stair: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.stair)
-    """Flights of stairs, ramps and landings."""
+    """Flights, ramps, landings."""
     steel: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.steel)
-    """Parts of steel that are built up in place; for 2.4 t."""
+    """Steel built up in place; for 2.4 t."""
     other: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.other)
-    """All other parts."""
+    """All others."""
 
     def casting(self) -> Casting:
         """Return the times, those that the file does not give from the defaults."""
@@ -152,59 +142,49 @@ class RulesConfig(Table):
     clearance_m: NotNegative = _RULES.clearance_m
     """Distance to obstructions and the crane's mast, rounded up to whole cells."""
     transit_clearance_m: NotNegative | None = None
-    """Distance of a part in transit to everything, including the site boundary, rounded up to whole cells. It applies
-    once the part is raised that far above the yard, until its last moves begin. Default: 2 with a crane, as far as a
-    lift can keep it; otherwise 0. A value here is kept by every lift, or the lift is infeasible."""
+    """Distance of a load in transit to everything, the site's boundary included, rounded up to whole cells. Default: 2
+    with a crane, as far as a lift can keep it; otherwise 0. A value here is kept, or the lift is infeasible."""
     rope_clearance_m: NotNegative | None = None
-    """Distance on plan of hook and rope in transit to everything higher than the lower end of the hook line:
-    structure, stored parts, the crane's own mast. Rounded up to whole cells; at least half the width of the hook block
-    is good practice. Default: 0.5 with a crane, as far as a lift can keep it; otherwise 0."""
+    """Distance on plan of hook and rope in transit to everything higher than the lower end of the hook line, rounded up
+    to whole cells. Default: 0.5 with a crane, as far as a lift can keep it; otherwise 0."""
     contact_tolerance_m: Annotated[NotNegative, Field(le=MOST_CONTACT_TOLERANCE_M)] = _RULES.contact_tolerance_m
-    """How deep the real triangles of neighbours may overlap during the last moves."""
+    """How deep the triangles of neighbours may overlap on the last moves."""
     support_gap_m: Annotated[NotNegative, Field(le=MOST_SUPPORT_GAP_M)] = _RULES.support_gap_m
-    """How far below a part its support may be (grout joints, bearings)."""
+    """How far below a part its support may be."""
     rope: Flag = _RULES.rope
-    """Whether the hoist rope above the load must be kept free."""
+    """Whether the column above the hook must be free."""
     sample_period_s: Period = _RULES.sample_period_s
-    """Sampling interval of the trajectory in the log."""
+    """Sampling interval of the log."""
     times: TimesConfig = TimesConfig()
     """The crew's times by class of work."""
     casting: CastingConfig = CastingConfig()
     """The times of work that the crane does not do."""
     bracing_s: Pause | None = None
-    """Time to align, fix and brace a part while it hangs on the hook: one value for all classes, instead of ``times``.
-    """
+    """One ``brace_s`` for all classes, instead of ``times``."""
     release_s: Pause | None = None
-    """Time to remove the slings: one value for all classes, instead of ``times``."""
+    """One value for all classes, instead of ``times``."""
     turn_s: Pause = _RULES.turn_s
-    """Time to turn a hanging part by a quarter (tag lines, or a rotator)."""
+    """Time to turn a hanging part by a quarter."""
     heading: Literal["kept", "with_jib"] = _RULES.heading.value
-    """What becomes of a load's heading while the jib turns. `kept`: tag lines keep it, which takes their time
-    (`tag_line_s`). `with_jib`: the load turns with the jib, without that time, and must be free at every heading; above
-    its place it is turned to its final heading (`turn_s` a quarter). A load without room for that keeps its heading by
-    tag line. For a site with exactly one crane."""
+    """What becomes of a load's heading while the jib turns: section "Heading" of the documentation of cranes."""
     swing: Literal["shaped", "off"] = _RULES.swing.value
-    """`shaped`: the crane's moves are shaped so that no load swings when it is set, and the swing in transit is proven
-    clear. `off`: swing is ignored."""
+    """``shaped``: moves are shaped so that no load swings when it is set. ``off``: swing is ignored."""
     truckload_kg: NotNegative = _RULES.truckload_kg
-    """Largest mass of a delivery; a heavier part comes alone. Default: as much as the yard holds. A smaller value means
-    more deliveries and shorter travel: each delivery uses the nearest places of the yard as soon as they are empty."""
+    """Largest mass of a delivery; a heavier part comes alone. 0: as much as the yard holds."""
     wind_speed_m_s: Annotated[NotNegative, Field(le=100.0)] | None = None
-    """Wind (gust of 3 s at jib height) in which every lift must be possible. A part whose sail area permits only less
-    wind (EN 13000: 1.2 m2 per tonne, drag included) is not lifted. 0: no wind. Default: 9.8 with a crane, and a part
-    that permits only less is lifted in less wind: a remark and a condition state how much."""
+    """Wind (gust of 3 s at jib height) in which every lift must be possible; 0: no wind. Default: 9.8 with a crane, and
+    a part that permits less waits for less wind."""
     drag_coefficient: Positive = _RULES.drag_coefficient
-    """Drag coefficient of the parts in that wind: 1.1 for a cube to 2.0 for a long plate."""
+    """Drag coefficient of the parts: 1.1 for a cube to 2.0 for a long plate."""
     sling_angle_rad: Annotated[Number, Field(gt=0.0, le=2.0943951023931957)] = _RULES.sling_angle_rad
-    """Largest angle between two legs of a sling to the part's lifting anchors."""
+    """Largest angle between two legs of a sling."""
     critical_share: Annotated[Number, Field(gt=0.0, le=1.0)] = _RULES.critical_share
-    """Share of the crane's capacity above which a lift is critical."""
+    """Share of the capacity from which a lift is critical."""
     crane_separation_m: Positive = _RULES.crane_separation_m
-    """Distance between several cranes and their loads, on plan or in height, at every moment, including while they
-    brake."""
+    """Distance between several cranes and their loads, on plan or in height, also while they brake."""
     by_other_means: Flag = _RULES.by_other_means
-    """Whether a part that the crane cannot set counts as set by other means from its turn on: it is in the way then and
-    carries what rests on it. `false`: it is missing, and what rests on it is infeasible too."""
+    """Whether a part that the crane cannot set counts as set by other means from its turn on. ``false``: it is missing,
+    and what rests on it is infeasible too."""
 
     def rules(self, *, has_crane: bool = False) -> Rules:
         """Return the rules as a value for the planner, those that the file does not give by their defaults."""

@@ -23,10 +23,10 @@ _FOLLOWS = AxisLimits(1.0, 1.0, 1.0)  # replaced by what follows from the jib
 
 
 class LuffingMachineConfig(Table):
-    """Geometry of a luffing jib, or of the boom of a mobile crane, and of the counterweight."""
+    """Geometry of a luffing jib or a mobile crane's boom, and of the counterweight."""
 
     pivot_height_m: Positive
-    """Height of the pivot above the ground; for a luffing tower crane the site file says how high it stands."""
+    """Height of the pivot above the ground; the site file says how high a tower crane stands."""
     pivot_offset_m: Number
     """Radius of the pivot; negative behind the slewing axis."""
     luff_rad: tuple[Positive, Positive]
@@ -47,26 +47,26 @@ class JibConfig(Table):
     """One or more jib lengths with the same load charts."""
 
     lengths_m: Annotated[tuple[Positive, ...], Field(min_length=1)]
-    """Jib lengths: the largest hook radius, or from the pivot to the tip of a luffing jib."""
+    """The largest hook radius; of a luffing jib, from pivot to tip."""
     reeving: Annotated[tuple[ReevingConfig, ...], Field(min_length=1)]
-    """Load chart, hook block and rates per reeving."""
+    """Its reevings."""
 
 
 class MachineConfig(Table):
-    """A crane with its jib lengths and reevings, as its data sheet describes it."""
+    """A machine, as its data sheet describes it."""
 
     name: Text
-    """Name of the machine; one that the catalogue does not have."""
+    """Its name, not one of the catalogue's."""
     kind: Literal["hammerhead", "luffing", "mobile"]
-    """Kind of crane. ``hammerhead``: any tower crane with a trolley, flat-tops too."""
+    """``hammerhead``: any tower crane with a trolley."""
     about: Text
-    """One line for people: what it is, and where its data come from."""
+    """What it is, and where its data come from."""
     mast_size_m: Positive
-    """Edge of the square mast section, or of a mobile crane's pad."""
+    """Edge of the square mast section, or of the pad."""
     jib_height_m: Positive | None = None
-    """Usual height of the trolley's rope exit; the site file says how high it stands. Only for a hammerhead."""
+    """Only for a hammerhead: usual height of the trolley's rope exit; the site file says how high it stands."""
     min_radius_m: NotNegative | None = None
-    """Smallest hook radius. Only for a hammerhead: it follows from a luffing jib."""
+    """Only for a hammerhead: smallest hook radius."""
     sling_m: NotNegative
     """Usual height of the slings, from the load's top to the hook."""
     rigging_mass_kg: NotNegative
@@ -76,11 +76,11 @@ class MachineConfig(Table):
     slewing: SlewingConfig
     """Limits of the slewing axis."""
     trolley: TravelConfig | None = None
-    """Limits of the trolley. Only for a hammerhead."""
+    """Only for a hammerhead."""
     hoist: TravelConfig
-    """Limits of the hoist winch, above the masses of all gears."""
+    """Limits of the winch, above the masses of all gears."""
     luffing: LuffingMachineConfig | None = None
-    """Geometry of a luffing jib; not for a hammerhead."""
+    """Not for a hammerhead."""
     jib: Annotated[tuple[JibConfig, ...], Field(min_length=1)]
     """The jib lengths with their load charts."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,72 +15,128 @@ Document = dict[str, Any]
 _Rows = list[tuple[str, ...]]
 
 
+_PAGES = {
+    "site": ("Site file", "[formats](../formats.md) and [cranes](../cranes.md)"),
+    "crane": ("Crane file", "[cranes](../cranes.md)"),
+    "obstructions": ("Obstruction file", "[formats](../formats.md#obstruction-file)"),
+    "sweep": ("Sweep file", "[many sites](../fleets.md)"),
+    "grid": ("Grid file", "[formats](../formats.md#grid)"),
+    "log": ("Log (MCAP)", "[formats](../formats.md#log)"),
+}
+"""The title of a format's page, and the pages that explain it."""
+_SIGNS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
+_NO_BOUND = 1e9
+"""A bound from here on only keeps nonsense out: the pages leave it out."""
+
+
 def format_pages() -> dict[str, str]:
     """Return the pages of all formats by path in ``docs``."""
-    pages = {}
-    for name, title in (
-        ("site", "Site file"),
-        ("crane", "Crane file"),
-        ("obstructions", "Obstruction file"),
-        ("sweep", "Sweep file"),
-        ("grid", "Grid file"),
-    ):
-        pages[f"formats/{name}.md"] = _text(_schema_page(name, title))
-    pages["formats/log.md"] = _text(_log_page())
-    return pages
+    return {f"formats/{name}.md": _text(_log_page() if name == "log" else _schema_page(name)) for name in _PAGES}
 
 
 def _text(lines: Iterator[str]) -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
-def _head(name: str, title: str) -> Iterator[str]:
-    yield from [f"# {title}", "", notice(f"`bimvox schema {name}`"), ""]
+def _head(name: str) -> Iterator[str]:
+    title, explained = _PAGES[name]
+    yield from [f"# {title}", "", notice(f"`bimvox schema {name}`"), "", f"Explained in {explained}.", ""]
 
 
-def _schema_page(name: str, title: str) -> Iterator[str]:
-    document = schema(name, plain_values=True)
-    if not isinstance(document, dict):
+def _document(name: str) -> Document:
+    found = schema(name, plain_values=True)
+    if not isinstance(found, dict):
         raise TypeError(f"the schema of {name} is no document")
-    yield from _head(name, title)
-    yield f"What it means, with examples: [formats](../formats.md). The JSON Schema: `bimvox schema {name}`."
-    yield ""
+    return found
+
+
+def _schema_page(name: str) -> Iterator[str]:
+    document = _document(name)
+    yield from _head(name)
     yield from _keys(document, document)
-    for key in document.get("$defs", {}):
-        definition = document["$defs"][key]
-        if "properties" in definition:
+    for key, definition in document.get("$defs", {}).items():
+        if "properties" in definition and not _is_of_the_crane_file(key, document):
             yield from [f"## {_anchor(key)}", ""]
             yield from _keys(definition, document)
     if "x-arrays" in document:
         rows: _Rows = [
-            (f"`{key}`", f"`{array['dtype']}`", ", ".join(array["dimensions"]), f"`{json.dumps(array['fill_value'])}`")
+            (f"`{key}`", array["dtype"], ", ".join(array["dimensions"]), array["meaning"])
             for key, array in document["x-arrays"].items()
         ]
-        yield from ["## Arrays", "", *table(("array", "type", "dimensions", "nothing"), rows), ""]
-        rows = [(str(value), label) for label, value in document["x-labels"].items()]
-        yield from ["## Labels", "", *table(("value", "label"), rows), ""]
+        yield from ["## Arrays", "", *table(("array", "type", "dimensions", "meaning"), rows), ""]
+        labels = (f"{value} {label}" for label, value in document["x-labels"].items())
+        yield f"Labels: {', '.join(labels)}."
+
+
+def _is_of_the_crane_file(key: str, document: Document) -> bool:
+    """Return whether a table of another file has the same meaning as one of the crane file, whose page describes it."""
+    crane = _document("crane")
+    return bool(document["title"] != crane["title"] and document["$defs"][key] == crane["$defs"].get(key))
 
 
 def _keys(definition: Document, document: Document) -> Iterator[str]:
     if definition.get("description"):
         yield from [prose(definition["description"]), ""]
+    keys: Document = definition["properties"]
+    if whole := _with_the_same_keys(keys, document):
+        shown = ", ".join(f"`{key}`" for key in keys)
+        yield from [f"As in [{_anchor(whole)}](#{_anchor(whole).lower()}): {shown}.", ""]
+        return
+    classes = _by_class(keys)
     required = set(definition.get("required", ()))
+    optional = [f"`{key}`" for key in keys if key not in required]
+    if mostly := len(required) > 2 and len(required) > 2 * len(optional):
+        yield from [f"Required: all{' but ' * bool(optional)}{', '.join(optional)}.", ""]
     rows: _Rows = [
-        (f"`{key}`", _kind(value, document), _default(key, value, required), prose(value.get("description", "")))
-        for key, value in definition["properties"].items()
+        (
+            f"`{key}`",
+            _kind(value, document) + (", required" if key in required and not mostly else ""),
+            _default(value),
+            prose(value.get("description", "")),
+        )
+        for key, value in keys.items()
+        if key not in classes
     ]
-    yield from [*table(("key", "value", "default", "meaning"), rows), ""]
+    if rows:
+        yield from [*table(("key", "value", "default", "meaning"), rows), ""]
+    if classes:
+        one = next(iter(classes.values()))
+        heads = list(one["default"])
+        rows = [(f"`{key}`", *(f"{value['default'][head]:g}" for head in heads)) for key, value in classes.items()]
+        yield from [f"[Classes of work](../formats.md#classes-of-work), each {_kind(one, document)}; defaults:", ""]
+        yield from [*table(("key", *(f"`{head}`" for head in heads)), rows), ""]
+
+
+def _with_the_same_keys(keys: Document, document: Document) -> str | None:
+    """Return the name of a table that has all these keys with the same values, and more."""
+    kinds = {key: _kind(value, document) for key, value in keys.items()}
+    for name, other in document.get("$defs", {}).items():
+        more = other.get("properties", {})
+        if (
+            len(keys) < len(more)
+            and kinds.items() <= {key: _kind(value, document) for key, value in more.items()}.items()
+        ):
+            return str(name)
+    return None
+
+
+def _by_class(keys: Document) -> Document:
+    """Return the keys whose values are tables of numbers, if there are several of the same kind."""
+    found = {key: value for key, value in keys.items() if isinstance(value.get("default"), dict)}
+    found = {key: value for key, value in found.items() if {type(one) for one in value["default"].values()} == {float}}
+    kinds = Counter(value["$ref"] for value in found.values())
+    return {key: value for key, value in found.items() if kinds[value["$ref"]] > 1}
 
 
 def _anchor(key: str) -> str:
     return key.removesuffix("Config").removesuffix("Entry")
 
 
-def _default(key: str, value: Document, required: set[str]) -> str:
-    if key in required and "const" not in value:
-        return "required"
+def _default(value: Document) -> str:
     default = value.get("default")
-    return "" if default is None or default in ([], {}) or isinstance(default, dict) else f"`{json.dumps(default)}`"
+    if default is None or default in ([], {}) or isinstance(default, dict):
+        return ""
+    return f"`{default:g}`" if isinstance(default, float) else f"`{json.dumps(default)}`"
 
 
 def _kind(value: Document, document: Document) -> str:
@@ -91,9 +148,10 @@ def _kind(value: Document, document: Document) -> str:
     if "$ref" in value:
         key = value["$ref"].rsplit("/", 1)[1]
         definition = document["$defs"][key]
-        return (
-            f"[{_anchor(key)}](#{_anchor(key).lower()})" if "properties" in definition else _kind(definition, document)
-        )
+        if "properties" not in definition:
+            return _kind(definition, document)
+        page = "crane.md" if _is_of_the_crane_file(key, document) else ""
+        return f"[{_anchor(key)}]({page}#{_anchor(key).lower()})"
     if choices := value.get("anyOf") or value.get("oneOf"):
         return " or ".join(_kind(choice, document) for choice in choices if choice.get("type") != "null")
     kind = value.get("type")
@@ -103,32 +161,30 @@ def _kind(value: Document, document: Document) -> str:
         return _list(value, document)
     if kind in ("number", "integer"):
         return " ".join([kind, *_bounds(value)])
-    return {"string": "text", "boolean": "`true` or `false`", "object": "table"}.get(str(kind), str(kind))
+    return {"string": "text", "object": "table"}.get(str(kind), str(kind))
 
 
 def _list(value: Document, document: Document) -> str:
-    few, many = value.get("minItems"), value.get("maxItems")
+    """Return in words what a list may be: ``3 numbers``, or ``list of 2 numbers, at least 3``."""
+    few, many = value.get("minItems") or 0, value.get("maxItems")
     inner = value.get("items") or (value.get("prefixItems") or [{"type": "value"}])[0]
-    number = "list of"
-    if many is not None:
-        number = f"{many}" if few == many else f"{few or 0} to {many}"
-    return f"{number} {_kind(inner, document)}" + ("s" if inner.get("type") in ("number", "integer") and many else "")
+    kind = _kind(inner, document)
+    if many is not None and many < 10:
+        number, _, bound = kind.partition(" ")
+        return f"{many if few == many else f'{few} or {many}'} {number}s {bound}".rstrip()
+    return f"list of {kind}" + (f", at least {few}" if few > 1 else "")
 
 
 def _bounds(value: Document) -> Iterator[str]:
-    for key, sign in (("minimum", "≥"), ("exclusiveMinimum", ">"), ("maximum", "≤"), ("exclusiveMaximum", "<")):
-        if key in value and abs(value[key]) < 2**31:
-            yield f"{sign} {value[key]:g}"
+    bounds = {key: value[key] for key in _SIGNS if key in value and abs(value[key]) < _NO_BOUND}
+    for key, bound in bounds.items():
+        yield f"{_SIGNS[key]} {bound:g}"
 
 
 def _log_page() -> Iterator[str]:
-    document = schema("log", plain_values=True)
-    if not isinstance(document, dict):
-        raise TypeError("the schema of the log is no document")
-    yield from _head("log", "Log (MCAP)")
-    yield f"Version {document['schema_version']}. What it means: [formats](../formats.md). "
-    yield "As a document: `bimvox schema log --json`."
-    yield ""
+    document = _document("log")
+    yield from _head("log")
+    yield from [f"Version {document['schema_version']}.", ""]
     rows: _Rows = [
         (f"`{topic['name']}`", f"`{topic['schema']}`", prose(topic["meaning"])) for topic in document["topics"]
     ]

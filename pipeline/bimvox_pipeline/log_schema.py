@@ -7,16 +7,14 @@ from bimvox.log import schema as topics
 from bimvox.log.crane_command import proto_text
 
 _ATTACHMENTS = {
-    topics.SITE_FILE: "the whole site, so that the log can be proven from itself: zip of JSON and .npy",
-    topics.PLAN_FILE: "all lifts with status, method and place, clashes, notes",
+    topics.SITE_FILE: "the whole site: zip of JSON and .npy",
+    topics.PLAN_FILE: "lifts with status, method and place, clashes, notes",
     topics.MOTION_FILE: "spans and phases of the motions (with a crane)",
     topics.URDF_FILE: "the crane as a URDF robot (with a crane)",
     topics.CHART_FILE: "capacity over radius (with a crane)",
-    topics.STEPS_FILE: "the steps of work that the crane does not do, in elapsed time, and the pauses of the crane "
-    "until such work carries, at times of the site's clock",
-    topics.REMARKS_FILE: "what a person should look at although the plan is proven: a list of `kind`, `severity`, "
-    "`component`, `name`, `text`; not in segments of a watch",
-    topics.LAYOUT_FILE: "panels for Foxglove-class viewers: save it, and import it there",
+    topics.STEPS_FILE: "work that the crane does not do, in elapsed time, and the crane's pauses, on the site's clock",
+    topics.REMARKS_FILE: "a list of `kind`, `severity`, `component`, `name`, `text`; not in segments of a watch",
+    topics.LAYOUT_FILE: "panels to import into Foxglove-class viewers",
     "others": "the files that the plan was made from, by name",
 }
 

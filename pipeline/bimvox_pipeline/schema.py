@@ -51,7 +51,6 @@ def _grid_json_schema() -> dict[str, Any]:
     """Return the JSON Schema of the attributes of a grid file's Zarr group, with a list of its arrays."""
     from pydantic import TypeAdapter
 
-    from bimvox.grid.bricks import NO_OWNER
     from bimvox.grid.labels import Label
     from bimvox.grid.layout import ARRAYS, FORMAT, SUFFIX, VERSION
     from bimvox.grid.voxel_grid import Part
@@ -72,21 +71,34 @@ def _grid_json_schema() -> dict[str, Any]:
         "voxel_size_m": {"type": "number", "exclusiveMinimum": 0, "description": "edge of a cell"},
         "origin_m": {**metres, "description": "lowest corner of cell (0, 0, 0)"},
         "source_origin_m": {**metres, "description": "what was subtracted from the source's coordinates"},
-        "source": {"type": "object", "additionalProperties": {"type": ["string", "number", "boolean"]}},
-        "georeference": {"type": "object", "additionalProperties": {"type": ["string", "number"]}},
-        "parts": {"type": "array", "items": {"$ref": "#/$defs/Part"}, "description": f"owners: index, {NO_OWNER} none"},
+        "source": {
+            "type": "object",
+            "description": "its file: name, SHA-256, format, unit",
+            "additionalProperties": {"type": ["string", "number", "boolean"]},
+        },
+        "georeference": {
+            "type": "object",
+            "description": "map conversion of an IFC file",
+            "additionalProperties": {"type": ["string", "number"]},
+        },
+        "parts": {"type": "array", "items": {"$ref": "#/$defs/Part"}, "description": "the table of parts"},
     }
     return {
         "$schema": _DRAFT,
         "title": "Grid",
-        "description": f"Attributes of the Zarr v3 group in a {SUFFIX} file; its arrays are listed under x-arrays.",
+        "description": f"Attributes of the Zarr v3 group in a {SUFFIX} file.",
         "type": "object",
         "required": list(properties),
         "properties": properties,
         "$defs": {"Part": part},
         "x-labels": {label.name.lower(): label.value for label in Label},
         "x-arrays": {
-            key: {"dtype": rule.dtype, "dimensions": list(rule.dimensions), "fill_value": rule.fill}
+            key: {
+                "dtype": rule.dtype,
+                "dimensions": list(rule.dimensions),
+                "fill_value": rule.fill,
+                "meaning": rule.attributes["long_name"],
+            }
             for key, rule in ARRAYS.items()
         },
     }

@@ -39,15 +39,19 @@ def test_a_page_names_every_option_of_its_command():
         assert f"`{shared}`" in every
 
 
-@pytest.mark.parametrize("name", ["site", "obstructions", "sweep", "grid"])
+@pytest.mark.parametrize("name", ["site", "crane", "obstructions", "sweep", "grid"])
 def test_a_format_has_every_key_of_its_schema(name: str):
+    """A table that the crane file has too is on its page alone, and linked."""
     document = schema(name)
     assert isinstance(document, dict)
-    tables = [document, *(one for one in document["$defs"].values() if "properties" in one)]
-    page = pages()[f"formats/{name}.md"]
-    for table in tables:
+    tables = {key: one for key, one in document["$defs"].items() if "properties" in one}
+    page, of_the_crane = pages()[f"formats/{name}.md"], pages()["formats/crane.md"]
+    for title, table in {"": document, **tables}.items():
+        anchor = title.removesuffix("Config").removesuffix("Entry")
+        linked = f"(crane.md#{anchor.lower()})" in page
+        assert linked or not title or f"\n## {anchor}\n" in page
         for key in table["properties"]:
-            assert f"\n| `{key}` |" in page
+            assert f"\n| `{key}` |" in (of_the_crane if linked else page)
     assert "| None" not in page
 
 

@@ -76,15 +76,15 @@ class ObstructionEntry(Table):
     id: Annotated[Text, Field(max_length=1000), AfterValidator(_not_reserved)]
     """Id, unique in the file."""
     box: BoxEntry | None = None
-    """An upright box."""
+    """As below."""
     voxels: Annotated[tuple[tuple[CellIndex, CellIndex, CellIndex], ...], Field(min_length=1)] | None = None
     """Cell indices [i, j, k]; k = 0 is the slab."""
     cylinder: CylinderEntry | None = None
-    """An upright cylinder."""
+    """As below."""
     mesh: Text | None = None
-    """Mesh file (STL, OBJ, PLY ...), path relative to this file."""
+    """Mesh file (STL, OBJ, PLY ...), relative to this file."""
     points: Text | None = None
-    """Point cloud (PLY, XYZ, PTS, CSV, LAS, LAZ), path relative to this file: every cell with a point is occupied."""
+    """Point cloud (PLY, XYZ, PTS, CSV, LAS, LAZ), relative to this file."""
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -104,7 +104,7 @@ class ObstructionFile(Table):
     version: Literal[1]
     """Version of the format."""
     unit: Literal["m", "mm", "ft"] = "m"
-    """Unit of every length, including mesh and point files; voxels are cell indices."""
+    """Unit of every length, mesh and point files included."""
     obstructions: tuple[ObstructionEntry, ...]
     """The obstructions, in the site frame."""
 

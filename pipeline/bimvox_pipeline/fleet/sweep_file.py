@@ -26,17 +26,17 @@ class RunEntry(Table):
     """One run, listed individually."""
 
     site: Text
-    """Site file; a relative path starts at the sweep file's folder."""
+    """Site file, relative to the sweep file's folder."""
     obstructions: Text = AS_IT_IS
-    """Obstruction, IFC or mesh file; ``none`` for the site without obstructions."""
+    """Obstruction, IFC or mesh file, or ``none``."""
     seed: Seed | None = None
     """Seed of the training. Default: the site file's."""
     policy: Text | None = None
-    """Id of a policy, or ``none`` for search alone. Default: the sweep's, otherwise the site's."""
+    """As for the sweep. Default: the sweep's."""
     steps: Steps | None = None
-    """Training budget in environment steps; trains. Default: the sweep's, otherwise the site's."""
+    """As for the sweep. Default: the sweep's."""
     train: bool | None = None
-    """Whether a policy is trained for the site if there is none. Default: the sweep's."""
+    """As for the sweep. Default: the sweep's."""
 
 
 class SweepConfig(Table):
@@ -45,19 +45,19 @@ class SweepConfig(Table):
     version: Literal[1] = 1
     """Version of this format."""
     sites: tuple[Text, ...] = ()
-    """Site files, or patterns such as ``sites/*.site.toml``; relative paths start at the sweep file's folder."""
+    """Site files or patterns, such as ``sites/*.site.toml``, relative to the sweep file's folder."""
     seeds: tuple[Seed, ...] = ()
     """Seeds of the training. Default: the site files'."""
     obstructions: tuple[Text, ...] = (AS_IT_IS,)
-    """Obstruction, IFC or mesh files, or patterns; ``none`` for the site without obstructions."""
+    """Obstruction, IFC or mesh files, or patterns; ``none``: without obstructions."""
     policy: Text | None = None
-    """Id of a policy for all runs, or ``none`` for search alone. Default: from each site file."""
+    """Id of a policy, or ``none`` for search alone. Default: each site file's."""
     steps: Steps | None = None
-    """Training budget of all runs in environment steps; trains. Default: from each site file."""
+    """Trains, for at most that many environment steps. Default: each site file's."""
     train: bool = False
-    """Whether a policy is trained for each site if there is none; without it, seeds change nothing."""
+    """Whether a policy is trained for a site that has none; without it, seeds change nothing."""
     run: tuple[RunEntry, ...] = ()
-    """Runs in addition to the combinations of sites, seeds and obstructions."""
+    """Further runs."""
 
 
 def load_sweep(path: Path) -> tuple[Wish, ...]:
