@@ -37,6 +37,7 @@ from numba.core.sigutils import normalize_signature
 from bimvox.compiling import compiling_one
 
 _DIGITS = 32
+_CHECKSUM_BYTES = 32
 _LONGEST_WAIT_S = 300.0  # for a process that has stopped without ending
 _SCALARS = (bool, int, float, complex, str, bytes, type(None), np.generic)
 
@@ -97,7 +98,8 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         part = file.with_name(f"{uuid.uuid4().hex}.part")
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
-            part.write_bytes(dumps(data._reduce()))
+            content = dumps(data._reduce())
+            part.write_bytes(content + _checksum(content))
             part.replace(file)
         except OSError:  # disk full or folder not writable: the kernel is compiled again next time
             with suppress(OSError):
@@ -127,8 +129,11 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
 
 
 def _read(file: Path, target_context: Any) -> Any:
+    """Return the machine code in a file; None if it is not there, damaged, or of other packages."""
     with suppress(OSError, EOFError, ImportError, AttributeError, pickle.UnpicklingError):
         content = file.read_bytes()
+        if content[-_CHECKSUM_BYTES:] != _checksum(content[:-_CHECKSUM_BYTES]):
+            return None  # a damaged disk: machine code with a wrong byte may do anything
         target_context.refresh()
         return CompileResult._rebuild(target_context, *pickle.loads(content))
     return None
@@ -265,6 +270,10 @@ def _fields_of(arguments: tuple[Any, ...]) -> Iterator[tuple[str, ...]]:
         if isinstance(argument, numba.types.BaseNamedTuple):
             one = argument.instance_class
             yield (one.__module__, one.__qualname__, *argument.fields)
+
+
+def _checksum(content: bytes) -> bytes:
+    return hashlib.sha256(content).digest()
 
 
 def _hashed(content: bytes) -> str:

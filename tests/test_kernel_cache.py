@@ -116,6 +116,25 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     assert again.split() == ["0", "1"]
 
 
+def test_a_damaged_file_is_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+
+    def compiled() -> int:
+        outer = module_of()["outer"]
+        assert outer(2) == 7
+        return sum(outer.stats.cache_misses.values())
+
+    assert (compiled(), compiled()) == (1, 0)
+    (file,) = tmp_path.rglob("outer-*.nbc")
+    good = file.read_bytes()
+    flipped = [bytearray(good) for _ in range(12)]
+    for n, one in enumerate(flipped):
+        one[n * (len(good) - 1) // 11] ^= 0x55
+    for bad in (b"", good[:100], good[:-1], good + b"\n", bytes(len(good)), *map(bytes, flipped)):
+        file.write_bytes(bad)
+        assert (compiled(), file.read_bytes() != bad, compiled()) == (1, True, 0)
+
+
 def test_a_folder_that_cannot_be_written_costs_only_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_bytes(b"")
     monkeypatch.setattr(kernel_cache, "cache_folder", lambda: tmp_path / "file" / "below")
