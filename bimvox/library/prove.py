@@ -19,7 +19,7 @@ from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.proven import ProvenLifts
 from bimvox.proof.steps import verify_steps
-from bimvox.proof.values import check_values
+from bimvox.proof.values import check_motion_values, check_values
 from bimvox.records.lift import LiftPlan, Method, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
@@ -168,7 +168,7 @@ def _prove(
     except MotionError as error:
         return {error.component: f"{NOT_DRIVEN}{error.message}"}
     progress.stage("prove")
-    values = check_values(made, motions)
+    check_motion_values(values, made.site, motions)
     if not values.passed:
         return refusals(Verification((values,)))
     steps = steps_of(made.site, made.lifts, motions)

@@ -123,6 +123,14 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
         _check_lift(check, lift, name)
         may = lift.clearance_m is None or not GIVING_WAY.isdisjoint(site.rules.gives_way)
         check.look(may, f"{name}: it keeps {lift.clearance_m} m in transit, but no rule of the site gives way")
+    for number, epoch in enumerate(plan.history):
+        _check_time(check, f"history[{number}]: it ends", epoch.until_ns)
+    check_motion_values(check, site, motions)
+    return check
+
+
+def check_motion_values(check: Check, site: Site, motions: Sequence[LiftMotion]) -> None:
+    """Add what :func:`check_values` checks of motions to a check of the values of their plan."""
     for motion in motions:
         there = 0 <= motion.component < len(site.components)
         check.look(there, f"lift {motion.number}: its motion is of component {motion.component}, which does not exist")
@@ -139,9 +147,6 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
             _check_time(check, f"{name}: its phase {phase.name.value} begins", phase.start_ns)
             _check_time(check, f"{name}: its phase {phase.name.value} ends", phase.end_ns)
     turn_to([check], None)
-    for number, epoch in enumerate(plan.history):
-        _check_time(check, f"history[{number}]: it ends", epoch.until_ns)
-    return check
 
 
 def _check_frame(check: Check, site: Site) -> None:
