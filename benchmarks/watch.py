@@ -124,6 +124,7 @@ def _used_s() -> float:
 def _row(documents: list[dict[str, Any]], closed_s: float, used_s: float) -> dict[str, Any]:
     """Return the duration and effect of a change; times in ms from the file's close."""
     first, last = documents[0], documents[-1]
+    decided = next((d for d in documents if not d.get("undecided")), last)
     first_ms, all_ms = ((d["heard_s"] - closed_s) * 1000.0 for d in (first, last))
     noticed_ms = first_ms - first["latency_ms"]
     return {
@@ -132,7 +133,7 @@ def _row(documents: list[dict[str, Any]], closed_s: float, used_s: float) -> dic
         "all_ms": all_ms,
         "cpu_ms": (first["used_s"] - used_s) * 1000.0,
         "cpu_all_ms": (last["used_s"] - used_s) * 1000.0,
-        "verdict_ms": noticed_ms + first.get("verdict_ms", first["latency_ms"]),
+        "verdict_ms": noticed_ms + decided.get("verdict_ms", decided["latency_ms"]),
         "stages_ms": {"notice": noticed_ms} | first.get("stages_ms", {}),
         "new": len(last["replanned"]) + len(last["retimed"]),
         "replanned": len(last["replanned"]),

@@ -20,13 +20,15 @@ class CurrentPlan:
     """The current plan: every lift is proven, except those that are pending.
 
     Attributes:
-        plan: Site and lifts, in ascending order; a pending lift already has its path.
+        plan: Site and lifts, in ascending order; a pending lift already has its path, unless it is undecided.
         motions: By order; none on a site without a crane.
         path_footprints: Footprints of the planned lifts' paths, by order.
         motion_footprints: Footprints of their motions, by order.
         examined: The cells that made lifts infeasible, by order; an infeasible lift without an entry is tried again
             at every change.
         pending: Orders of the planned lifts that are not timed and proven yet.
+        undecided: Of these, the lifts that a change affects and that still have the path of before it: the next part
+            keeps them, gives them another path, or finds them infeasible.
         memory: Earlier versions of lifts that were changed.
         held: The cranes, if they are stopped because a load has no free path; all later lifts are pending.
     """
@@ -37,6 +39,7 @@ class CurrentPlan:
     motion_footprints: Mapping[int, Footprint]
     examined: Mapping[int, Footprint] = field(default_factory=dict)
     pending: frozenset[int] = frozenset()
+    undecided: frozenset[int] = frozenset()
     memory: Memory = field(default_factory=dict)
     held: HeldCranes | None = None
 

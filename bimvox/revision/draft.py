@@ -29,6 +29,7 @@ class RevisionDraft:
         recalled_paths: Of the new paths, those recalled from an earlier version.
         recalled_motions: The same for motions.
         pending: Planned lifts that are not timed and proven yet.
+        undecided: Of the pending lifts, those that a later part keeps or plans again.
         memory: Earlier versions of lifts that were changed.
         unproven_motions: Lifts whose motion is to be proven.
         written: Lifts that are written to the log even if nothing about them is new.
@@ -47,6 +48,7 @@ class RevisionDraft:
     recalled_paths: dict[int, Version] = field(default_factory=dict)
     recalled_motions: dict[int, Version] = field(default_factory=dict)
     pending: set[int] = field(default_factory=set)
+    undecided: set[int] = field(default_factory=set)
     memory: dict[int, tuple[Version, ...]] = field(default_factory=dict)
     unproven_motions: set[int] = field(default_factory=set)
     written: frozenset[int] = frozenset()

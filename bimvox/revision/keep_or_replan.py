@@ -41,6 +41,7 @@ class Replanning:
         touched: Which lifts the change affects.
         fewest: Whether the fewest moves of kept lifts are still known.
         searched: Lifts whose fewest moves were found now.
+        is_changed: Whether this is the first part after a change of the obstructions.
         recall: Earlier versions of lifts.
         may_change: Lifts that get another way if their proof refuses them: neither begun nor retrained.
         before: The planned lift before the current one; None for the first.
@@ -64,6 +65,7 @@ class Replanning:
         self.fewest, self.searched = FewestMoves(self.site), set[int]()
         self.fewest.freed(change.removed)
         self.fewest.occupied(change.added)
+        self.is_changed = bool(change.ids)
         self.recall = Recall(memory, self.site, self.preparation)
         self.may_change: list[Lift] = []
         self.was_obstructed: CellMask | None = None
@@ -153,11 +155,27 @@ class Replanning:
             self.draft.new_paths.add(was.order)
             self.draft.recalled_paths[was.order] = known
             return known.lift
+        if self._is_put_off(was):
+            self.draft.new_paths.add(was.order)
+            self.draft.undecided.add(was.order)
+            return was
         stage = assembly.begin(was.component)
         lift = self._planned(assembly, stage, was)
         if lift.status is Status.INFEASIBLE and isinstance(stage, Obstacle) and was.place is not None:
             self.draft.examined[was.order] = examined_by(self.site, component, was.place, SIDEWAYS_VOX)
         return lift
+
+    def _is_put_off(self, was: Lift) -> bool:
+        """Return whether the lift is decided in the next part: it is met, and this part has its lifts.
+
+        Only the first part after a change puts lifts off, so the second one decides all of them.
+        """
+        draft, request = self.draft, self.request
+        if was.status is not Status.PLANNED or not self.is_changed or draft.held is not None:
+            return False
+        if self.site.has_several_cranes or request.retrained is not None:
+            return False
+        return bool(draft.pending) or len(draft.new_paths | draft.new_motions) >= request.first
 
     def _must_be_examined(self, was: Lift) -> bool:
         if was.status is not Status.INFEASIBLE:

@@ -9,8 +9,8 @@ One flow for any number of cranes:
 2. ``CraneWork`` stops what must stop and puts the motions on the clock: one crane executes lifts one after the other,
    several follow a schedule.
 3. What is new is proven. Lifts that fail get another way, or are refused, and the round starts again.
-4. The part is yielded. With one crane, the first new lifts are timed and proven first; the rest is only planned (that
-   is the verdict) and follows in later parts.
+4. The part is yielded. With one crane, the first new lifts are planned, timed and proven first. The next part plans
+   all others (that is the verdict); they are timed and proven in it and in later parts.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def revise(
         current: The current plan.
         request: The site with its obstructions now, and how to revise.
         known_shapes: See ``verify_plan``.
-        on_verdict: Called whenever it is known which lifts can be planned.
+        on_verdict: Called whenever it is known which of the decided lifts can be planned.
 
     Yields:
         The plan in parts, the first lifts first; the last part has nothing pending.
@@ -148,7 +148,15 @@ def _part(
     replanned = {order for order in made_paths if not same_path(before[order], planned[order])}
     return RevisionPart(
         CurrentPlan(
-            plan, draft.motions, paths, moved, draft.examined, frozenset(draft.pending), draft.memory, draft.held
+            plan,
+            draft.motions,
+            paths,
+            moved,
+            draft.examined,
+            frozenset(draft.pending),
+            frozenset(draft.undecided),
+            draft.memory,
+            draft.held,
         ),
         made=tuple(sorted(made_paths | draft.new_motions | draft.new_verdicts | draft.written)),
         replanned=tuple(sorted(replanned)),

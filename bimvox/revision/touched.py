@@ -104,4 +104,5 @@ class Touched:
 
     def _is_waiting(self, was: Lift, pending: Collection[int]) -> bool:
         """Return whether its verdict is known, and only its motion is still to be made."""
-        return bool(pending) and was.order in self._was.pending and was.path_vox is not None and not self._change.ids
+        is_decided = was.order in self._was.pending - self._was.undecided and was.path_vox is not None
+        return bool(pending) and is_decided and not self._change.ids

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from bimvox_cli.watch_table import WatchTable
 
 _NAMED = 3
+_PLAN_STAYS = ("rejected", "missing", "failed")
+"""Events that leave the plan as it is: its lifts are not counted again."""
 
 
 # Its parameters are the command's options.
@@ -148,14 +150,8 @@ def _line(change: Mapping[str, Any]) -> str:
     if change["event"] == "state":
         return f"{change['time_s']:,.0f} s: {change['component']} is {change['state']}"
     parts = [f"revision {change['revision']}: {change['event']}"]
-    if change.get("changed_cells") is not None:
-        parts.append(f"{change['changed_cells']:,} cells changed")
-    parts.extend(f"{len(change[key]):,} {key}" for key in ("kept", "replanned") if key in change)
-    if "infeasible" in change:
-        # The reasons were printed when the lifts became infeasible; a rejected change has its own message.
-        why = "" if change["event"] in ("rejected", "missing", "failed") else _why(change)
-        parts.append(f"{_infeasible(change)}{why}")
-    parts.extend(f"{len(change[key]):,} {key}" for key in ("retimed", "pending") if change.get(key))
+    if change["event"] not in _PLAN_STAYS:
+        parts += _counts(change)
     if change.get("latency_ms") is not None:
         parts.append(f"{change['latency_ms']:.0f} ms")
     if (remarks := change.get("remarks")) is not None:
@@ -165,6 +161,18 @@ def _line(change: Mapping[str, Any]) -> str:
     parts.extend(change.get("notes") or ())
     line = ", ".join(parts)
     return f"{line}: {change['message']}" if change.get("message") else line
+
+
+def _counts(change: Mapping[str, Any]) -> list[str]:
+    """Return how many cells have changed, and how many lifts are kept, made anew and infeasible, and why."""
+    parts = []
+    if change.get("changed_cells") is not None:
+        parts.append(f"{change['changed_cells']:,} cells changed")
+    parts.extend(f"{len(change[key]):,} {key}" for key in ("kept", "replanned") if key in change)
+    if "infeasible" in change:
+        parts.append(f"{_infeasible(change)}{_why(change)}")
+    parts.extend(f"{len(change[key]):,} {key}" for key in ("retimed", "pending") if change.get(key))
+    return parts
 
 
 def _infeasible(change: Mapping[str, Any]) -> str:

@@ -47,6 +47,12 @@ def test_a_line_without_infeasible_lifts_names_none():
     assert "0 infeasible, 41 ms" in _line(CHANGE | {"infeasible": [], "blocked": []})
 
 
+@pytest.mark.parametrize("event", ["rejected", "missing", "failed"])
+def test_a_line_about_a_plan_that_stays_counts_no_lifts(event):
+    change = CHANGE | {"event": event, "changed_cells": 0, "retimed": ["a"], "message": "the last good plan stands"}
+    assert _line(change) == f"revision 3: {event}, 41 ms: the last good plan stands"
+
+
 @pytest.mark.parametrize(("shown", "code"), [(0, 130), (1, 0)])
 def test_ctrl_c_while_a_change_is_shown_ends_a_watch_that_has_a_plan(monkeypatch, tmp_path, shown, code):
     closed = []

@@ -28,7 +28,7 @@ from bimvox_pipeline.watch.simulate import PlanClock
 
 _STAGES = ("read", "plan", "prove", "write")
 _FIRST = 20
-"""New lifts in the first part, which is written before the others are planned."""
+"""New lifts in a part; the first part is written before the others are planned."""
 _APART_NS = 1_000_000
 """Shortest time between two changes on the site's clock, which stands still while a watch resumes."""
 
@@ -133,14 +133,15 @@ class _Making:
         self._plan, self._change, self._before, self._now_ns = plan, change, before, now_ns
         self._event = "replanned" if change.better is None else "retrained"
         self._marks = [change.started_s, time.monotonic()]  # noticed, read
-        self._verdicts_s: list[float] = []
+        self._noted_s = 0.0
+        self._verdict_s: float | None = None
         self._retimed: set[int] = set()
         self._cells, self._ids = 0, frozenset[str]()
         self._number = 0
 
     def note_verdict(self) -> None:
-        """Record the time at which it is known which lifts can be planned."""
-        self._verdicts_s.append(time.monotonic())
+        """Record the time at which it is known which of the decided lifts can be planned."""
+        self._noted_s = time.monotonic()
 
     def _document(self, part: RevisionPart) -> dict[str, Any]:
         """Return the document of a part without its times."""
@@ -153,6 +154,7 @@ class _Making:
             "changed_cells": self._cells + part.change.cells,
             "obstructions": sorted(self._ids | part.change.ids),
             "pending": [_name(plan, order) for order in sorted(part.current.pending)],
+            "undecided": [_name(plan, order) for order in sorted(part.current.undecided)],
             "blocked": infeasible_lifts(plan, part.current.motions.values()),
         }
         if self._change.policy is not None:
@@ -169,7 +171,7 @@ class _Making:
 
     def write(self, part: RevisionPart) -> dict[str, Any]:
         """Write the segment of a proven part, make it the current plan, and return its document."""
-        self._marks += [self._verdicts_s[-1], time.monotonic()]
+        self._marks += [self._noted_s, time.monotonic()]
         plan, document = self._plan, self._document(part)
         target = segment_file(plan.target, plan.revision + 1)
         write_atomically(target, self._segment(part, document))
@@ -178,7 +180,9 @@ class _Making:
             plan.carried_out_ns = self._now_ns
         self._marks.append(time.monotonic())
         started_s = self._change.started_s
-        verdict_s = self._verdicts_s[-1] if self._number == 0 else self._verdicts_s[0]
+        verdict_s = self._noted_s if self._verdict_s is None else self._verdict_s
+        if not part.current.undecided:
+            self._verdict_s = verdict_s
         document |= {
             "verdict_ms": ms_since(started_s, verdict_s),
             "segment": str(target),

@@ -361,6 +361,12 @@ def test_many_lifts_come_in_segments_the_first_lifts_first(watcher, monkeypatch)
     assert [d["event"] for d in documents] == ["replanned", *["continued"] * (len(documents) - 1)]
     assert len(documents) > 1
     assert documents[0]["pending"]
+    assert documents[0]["undecided"]
+    assert set(documents[0]["undecided"]) <= set(documents[0]["pending"])
+    assert not any(document["undecided"] for document in documents[1:])
+    verdicts_ms = [document["verdict_ms"] for document in documents]
+    assert verdicts_ms[0] < documents[0]["latency_ms"] < verdicts_ms[1]
+    assert set(verdicts_ms[1:]) == {verdicts_ms[1]}
     assert not documents[-1]["pending"]
     assert documents[-1]["all_ms"] >= documents[0]["latency_ms"]
     for document in documents:

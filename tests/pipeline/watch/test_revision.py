@@ -221,6 +221,52 @@ def test_segments_on_top_of_a_log_give_the_newest_plan(frame, tmp_path: Path):
         assert (one.start_ns, one.end_ns) == (other.start_ns, other.end_ns)
 
 
+def test_lifts_that_are_put_off_are_planned_as_if_they_were_not(frame):
+    log, preparation = frame
+    start = current_plan_of(log.plan, log.motions)
+    rng = np.random.default_rng(11)
+    put_off = 0
+    for _ in range(6):
+        site = with_obstructions(log.plan.site, random_set(rng, start), rasterise)
+        (*_, whole) = revise(start, RevisionRequest(site, preparation, first=1000))
+        assert not whole.current.undecided
+        parts = list(revise(start, RevisionRequest(site, preparation, first=1)))
+        half = parts[0].current
+        assert half.undecided <= half.pending
+        for order in half.undecided:
+            assert half.plan.lifts[order] is start.plan.lifts[order], "until it is decided, it has its earlier path"
+            assert order not in half.path_footprints
+            assert order not in half.motion_footprints
+        put_off += len(half.undecided)
+        assert not any(part.current.undecided for part in parts[1:])
+        for one, other in zip(whole.current.plan.lifts, parts[-1].current.plan.lifts, strict=True):
+            assert (one.status, one.reason, one.clearance_m) == (other.status, other.reason, other.clearance_m)
+            assert same_path(one, other)
+    assert put_off
+
+
+def test_a_change_before_all_lifts_are_decided_forgets_none(frame):
+    log, preparation = frame
+    start = current_plan_of(log.plan, log.motions)
+    rng = np.random.default_rng(11)
+    for _ in range(20):
+        site = with_obstructions(log.plan.site, random_set(rng, start), rasterise)
+        half = next(revise(start, RevisionRequest(site, preparation, first=1))).current
+        if not half.undecided:
+            continue
+        far = log.plan.site.frame.corner_of(np.array([0, 0, 1])) + 0.1
+        nowhere = Obstruction("far", Box(tuple(far), tuple(far + 0.2)))
+        there = [b for b in site.blockers if b.kind == "obstruction"]
+        both = with_obstructions(site, ObstructionSet.of([nowhere]), rasterise)
+        both = dataclasses.replace(both, blockers=(*both.blockers, *there))
+        *_, last = revise(half, RevisionRequest(both, preparation))
+        assert not last.current.pending
+        assert verify_plan(last.current.plan).verified
+        assert verify_motions(last.current.plan, last.current.chain).verified
+        return
+    raise AssertionError("no change left a lift undecided")
+
+
 def test_a_plan_resumed_halfway_is_finished(frame):
     log, preparation = frame
     current = current_plan_of(log.plan, log.motions)
