@@ -8,7 +8,7 @@ import re
 import typing
 from typing import Any
 
-import pytest
+from foxglove import layouts
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from log_building import log_bytes, tiny_log
 
@@ -104,8 +104,7 @@ def check_settings(layouts: Any, name: str, given: dict[str, Any]) -> None:
 
 
 def test_every_setting_is_one_that_foxglove_publishes() -> None:
-    """Compares with the layout definitions in Foxglove's own package; skipped without foxglove-sdk."""
-    layouts = pytest.importorskip("foxglove.layouts")
+    """Compares with the layout definitions in Foxglove's own package."""
     layout = foxglove_layout(tiny_log().plan.site)
     for panel, settings in layout["configById"].items():
         kind = panel.split("!")[0]
