@@ -5,7 +5,7 @@ Compiled with a fixed order of summation, so the outputs of a row do not depend 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,9 @@ from bimvox.errors import PolicyError
 
 _ROWS_AT_ONCE = 8
 
+NORM_EPSILON = 1e-5
+"""Added to the variance in layer normalisation: torch's default."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Perceptron:
@@ -24,10 +27,15 @@ class Perceptron:
     Attributes:
         weights: Per layer (inputs, outputs) float32, contiguous.
         biases: Per layer (outputs,) float32.
+        scales: Per hidden layer (outputs,) float32 of layer normalisation (Ba et al. 2016), before the rectifier. Empty
+            if the layers are not normalised.
+        shifts: The same, added after the scale.
     """
 
     weights: tuple[NDArray[np.float32], ...]
     biases: tuple[NDArray[np.float32], ...]
+    scales: tuple[NDArray[np.float32], ...] = ()
+    shifts: tuple[NDArray[np.float32], ...] = ()
 
     @property
     def layer_sizes(self) -> tuple[int, ...]:
@@ -43,7 +51,10 @@ class Perceptron:
         values = inputs
         last = len(self.weights) - 1
         for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
-            values = _layer(values, weight, bias, layer != last)
+            normalised = layer < len(self.scales)
+            values = _layer(values, weight, bias, layer != last and not normalised)
+            if normalised:
+                _normalise(values, self.scales[layer], self.shifts[layer])
         return values
 
     def arrays(self) -> dict[str, NDArray[np.float32]]:
@@ -52,6 +63,9 @@ class Perceptron:
         for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
             named[f"layer{layer}.weight"] = weight
             named[f"layer{layer}.bias"] = bias
+        for layer, (scale, shift) in enumerate(zip(self.scales, self.shifts, strict=True)):
+            named[f"layer{layer}.scale"] = scale
+            named[f"layer{layer}.shift"] = shift
         return named
 
 
@@ -96,6 +110,39 @@ def layers_from_arrays(
     return tuple(weights), tuple(biases)
 
 
+def norms_from_arrays(
+    arrays: Mapping[str, NDArray[np.generic]], *, hidden: Sequence[int]
+) -> tuple[tuple[NDArray[np.float32], ...], tuple[NDArray[np.float32], ...]]:
+    """Return scales and shifts of normalised layers from arrays named as by :meth:`Perceptron.arrays`.
+
+    Args:
+        arrays: Those of the names that end in ``scale`` and ``shift``; none if the layers are not normalised.
+        hidden: Widths of the hidden layers.
+
+    Raises:
+        PolicyError: Names, types, shapes or values do not make such layers.
+    """
+    if not arrays:
+        return (), ()
+    pairs: list[tuple[NDArray[np.float32], ...]] = []
+    for part in ("scale", "shift"):
+        named = [arrays.get(f"layer{n}.{part}") for n in range(len(hidden))]
+        pairs.append(
+            tuple(
+                np.require(array, np.float32, ["C", "W"])
+                for array, width in zip(named, hidden, strict=True)
+                if array is not None and array.dtype == np.float32 and array.shape == (width,)
+                if np.isfinite(array).all()
+            )
+        )
+    if len(arrays) != 2 * len(hidden) or any(len(kept) != len(hidden) for kept in pairs):
+        raise PolicyError(
+            f"the normalised layers {sorted(arrays)} do not fit hidden layers of {list(hidden)} units",
+            differs={"arrays": sorted(arrays)},
+        )
+    return pairs[0], pairs[1]
+
+
 @kernel
 def _layer(
     inputs: NDArray[np.float32], weight: NDArray[np.float32], bias: NDArray[np.float32], rectify: bool
@@ -121,3 +168,21 @@ def _layer(
                 for o in range(count):
                     outputs[n, o] = max(outputs[n, o], np.float32(0.0))
     return outputs
+
+
+@kernel
+def _normalise(outputs: NDArray[np.float32], scale: NDArray[np.float32], shift: NDArray[np.float32]) -> None:
+    """Normalise every row to mean 0 and variance 1, scale and shift it, and rectify it, in place."""
+    rows, count = outputs.shape
+    for n in range(rows):
+        mean = np.float32(0.0)
+        for o in range(count):
+            mean += outputs[n, o]
+        mean /= np.float32(count)
+        variance = np.float32(0.0)
+        for o in range(count):
+            variance += (outputs[n, o] - mean) * (outputs[n, o] - mean)
+        inverse = np.float32(1.0) / np.sqrt(variance / np.float32(count) + np.float32(NORM_EPSILON))
+        for o in range(count):
+            value = (outputs[n, o] - mean) * inverse * scale[o] + shift[o]
+            outputs[n, o] = max(value, np.float32(0.0))

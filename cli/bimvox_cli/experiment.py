@@ -26,7 +26,10 @@ def paper(
     ] = Path("paper-experiment"),
     seeds: Annotated[int, typer.Option(min=1, metavar="N", help="Runs of every experiment, one per seed.")] = 10,
     mode: Annotated[
-        Literal["paper", "ours"] | None, typer.Option(help="Only the paper's mode or only ours. Default: both.")
+        Literal["paper", "ours", "authors"] | None,
+        typer.Option(
+            help="Only one: as the paper says, ours, or with the learner of the authors' script. Default: all."
+        ),
     ] = None,
     jobs: Annotated[
         int, typer.Option(min=1, metavar="N", envvar="BIMVOX_JOBS", help="Processes; the results do not depend on it.")
@@ -41,11 +44,13 @@ def paper(
     """Run the four experiments of Zhu, Pauwels and de Vries (2021), and report what reproduces."""
     from bimvox_pipeline.paper.command import run_paper
 
+    from bimvox.paper.experiment.settings import ALL_MODES
+
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run_paper(
             out,
             seeds=seeds,
-            modes=("paper", "ours") if mode is None else (mode,),
+            modes=ALL_MODES if mode is None else (mode,),
             processes=jobs,
             quick=quick,
             progress=output.progress,
@@ -78,4 +83,9 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             [(finding["claim"], finding["verdict"]) for finding in content["findings"]],
         )
         console.print()
+    judged = [
+        (f"finding 2, all else equal, random actions from {d['exploration']:.0%}", d["finding"]["verdict"])
+        for d in document["matched"]
+    ]
+    fields(console, judged)
     fields(console, [("report", document["report"]), ("pictures", ", ".join(document["pictures"]))])

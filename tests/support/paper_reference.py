@@ -62,7 +62,7 @@ class ReferenceSite:
         self.steps += 1
         self.total += 1
         if self.at == self.layout.targets[self.current]:
-            reward += n * serial
+            reward = n * serial
             self.current += 1
             self._hang()
         terminated = self.current == n

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bimvox.paper.experiment.results import BaselineRun, ExperimentResults, LearningRun, ScenarioRun
+from bimvox.paper.experiment.results import BaselineRun, ExperimentResults, LearningRun, MatchedRun, ScenarioRun
 from bimvox.paper.experiment.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS, PaperSettings, quick_settings
 from bimvox.paper.policy.curve import CurvePoint
 
@@ -49,7 +49,7 @@ def scenario_run(mode: str, seed: int, scenario: str, steps: int, *, succeeded: 
 
 def results(*, steps_b: int = 6_000, steps_c: int = 10_000, steps_d: int = 2_000, fails: str = "") -> ExperimentResults:
     """Return results of six seeds; ``fails`` names scenarios that paper mode never learned."""
-    settings: PaperSettings = quick_settings(SEEDS)
+    settings: PaperSettings = quick_settings(SEEDS, ("paper", "ours"))
     steps = {"b": steps_b, "c": steps_c, "d": steps_d}
     scenarios = [
         scenario_run("paper", seed, name, 0 if name == "a" else steps[name] + 100 * seed, succeeded=name not in fails)
@@ -66,6 +66,11 @@ def results(*, steps_b: int = 6_000, steps_c: int = 10_000, steps_d: int = 2_000
         ),
         scenarios=tuple(scenarios),
         unplanned=(),
+        matched=tuple(
+            MatchedRun(seed, first, 4, 1_000 + 250 * seed, None if first < 1 and seed == 2 else 1_500, 20_000)
+            for seed in range(SEEDS)
+            for first in (1.0, 0.02)
+        ),
         ablation=tuple(
             learning_run(f"{observation}-{reward}", 0, 9_000, reached=observation != "paper")
             for observation in ABLATION_OBSERVATIONS

@@ -1,7 +1,8 @@
 """The reward of an action: the formula of ``bimvox.env.reward``, with serial numbers as in the paper.
 
 Equation (1) of Zhu, Pauwels and de Vries (2021), r0 = -1: each step of component i costs r0 / S_i, twice that from its
-step limit on, and assembling it earns n S_i. S_i is the serial number of the component, n their number.
+step limit on; the step that assembles it earns n S_i and costs nothing: "only when the agent completes the task, it can
+get a positive reward" (the authors' script does the same). S_i is the serial number of the component, n their number.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ class PaperReward(NamedTuple):
 
     Attributes:
         weights: Coefficients of :func:`bimvox.env.reward.reward`.
-        by_serial: Whether the step cost is divided by S_i, and the arrival multiplied by n S_i.
+        by_serial: Whether the step cost is divided by S_i, and an arrival earns n S_i alone.
     """
 
     weights: RewardWeights
@@ -58,11 +59,9 @@ def earned(
     """
     weights = scheme.weights
     if scheme.by_serial:
+        if arrived:
+            return float(weights.arrival * count * serial)
         weights = RewardWeights(
-            weights.progress,
-            weights.step / serial,
-            weights.late_step / serial,
-            weights.bump,
-            weights.arrival * count * serial,
+            weights.progress, weights.step / serial, weights.late_step / serial, weights.bump, weights.arrival
         )
     return reward(weights, distance, next_distance, bumped, arrived, late)

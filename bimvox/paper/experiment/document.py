@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from bimvox.paper.experiment.findings import findings_of
+from bimvox.paper.experiment.findings import Finding, findings_of, matched_finding
 from bimvox.paper.experiment.names import SCENARIOS
 from bimvox.paper.experiment.results import ExperimentResults, LearningRun, ScenarioRun
 from bimvox.paper.experiment.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS
@@ -31,6 +31,7 @@ def document_of(results: ExperimentResults) -> dict[str, Any]:
         "scenarios": modes[first]["scenarios"],
         "mode": first,
         "modes": modes,
+        "matched": _matched(results),
         "ablation": _ablation(results),
         "beyond": _beyond(results),
         "baselines": _baselines(results),
@@ -52,16 +53,38 @@ def _mode(results: ExperimentResults, mode: str) -> dict[str, Any]:
         "scenarios": {
             scenario: _scenario([run for run in runs if run.scenario == scenario], layers) for scenario in SCENARIOS
         },
-        "findings": [
-            {
-                **asdict(finding),
-                "verdict": finding.verdict.value,
-                "test": asdict(finding.test) if finding.test else None,
-            }
-            for finding in findings
-        ],
+        "findings": [_finding(finding) for finding in findings],
         "unplanned": [seed for unplanned, seed in results.unplanned if unplanned == mode],
     }
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    return {
+        **asdict(finding),
+        "verdict": finding.verdict.value,
+        "test": asdict(finding.test) if finding.test else None,
+    }
+
+
+def _matched(results: ExperimentResults) -> list[dict[str, Any]]:
+    """Return finding 2 on matched pairs, for each share of random actions with which retraining starts."""
+    test_every = results.settings["matched_test_every"]
+    judged = []
+    for exploration in results.settings["matched_explorations"]:
+        runs = [run for run in results.matched if run.exploration == exploration]
+        if runs:
+            near, far = ([getattr(run, f"{end}_steps") for run in runs] for end in ("near", "far"))
+            judged.append(
+                {
+                    "exploration": exploration,
+                    "test_every": test_every,
+                    "finding": _finding(matched_finding(runs, test_every=test_every)),
+                    "near": CensoredSteps(tuple(near), runs[0].budget).text(),
+                    "far": CensoredSteps(tuple(far), runs[0].budget).text(),
+                    "pairs": [asdict(run) for run in runs],
+                }
+            )
+    return judged
 
 
 def _scenario(runs: Sequence[ScenarioRun], layers: Sequence[LearningRun]) -> dict[str, Any]:

@@ -9,6 +9,9 @@
 For 2 and 3, per seed, a scenario that was not learned counts as one test interval more than the budget. *Reproduces* if
 the median difference has the claimed sign and Wilcoxon's one-sided exact test gives p < 0.05; *contradicted* if both
 hold for the opposite; otherwise *not decided*.
+
+(b) and (d) differ in more than the distance. So 2 is judged once more, by the same rule, on matched pairs
+(``bimvox.paper.policy.matched``): per seed the mean over its pairs.
 """
 
 from __future__ import annotations
@@ -21,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.paper.experiment.names import SCENARIOS
-from bimvox.paper.experiment.results import ScenarioRun
+from bimvox.paper.experiment.results import MatchedRun, ScenarioRun
 from bimvox.paper.experiment.statistics import PairedTest, paired_test
 
 SIGNIFICANCE = 0.05
@@ -73,6 +76,26 @@ def findings_of(runs: Sequence[ScenarioRun], *, test_every: int, seeds: Sequence
     )
 
 
+def matched_finding(runs: Sequence[MatchedRun], *, test_every: int) -> Finding:
+    """Return finding 2 on matched pairs that were all retrained with the same share of random actions."""
+    seeds = sorted({run.seed for run in runs})
+    means = np.array(
+        [
+            np.mean(
+                [
+                    [run.budget + test_every if steps is None else steps for steps in (run.near_steps, run.far_steps)]
+                    for run in runs
+                    if run.seed == seed
+                ],
+                axis=0,
+            )
+            for seed in seeds
+        ],
+        np.float64,
+    ).reshape(-1, 2)
+    return _judged(2, _NEAR_THE_TARGET, means[:, 0], means[:, 1])
+
+
 def _learned(runs: Sequence[ScenarioRun], seeds: Sequence[int]) -> Finding:
     learned = {
         scenario: sum(_is_learned(run) for run in runs if run.scenario == scenario) / len(seeds)
@@ -97,14 +120,17 @@ def _is_learned(run: ScenarioRun) -> bool:
 def _compared(runs: Sequence[ScenarioRun], number: int, claim: str, more: str, fewer: str, test_every: int) -> Finding:
     first, second = _steps(runs, more, test_every), _steps(runs, fewer, test_every)
     seeds = sorted(set(first) & set(second))
-    one, other = _array(first, seeds), _array(second, seeds)
+    return _judged(number, claim, _array(first, seeds), _array(second, seeds))
+
+
+def _judged(number: int, claim: str, one: NDArray[np.float64], other: NDArray[np.float64]) -> Finding:
     test, opposite = paired_test(one, other), paired_test(other, one)
     verdict = Verdict.NOT_DECIDED
     if test.median_difference > 0 and test.p_wilcoxon < SIGNIFICANCE:
         verdict = Verdict.REPRODUCES
     elif test.median_difference < 0 and opposite.p_wilcoxon < SIGNIFICANCE:
         verdict = Verdict.CONTRADICTED
-    return Finding(number, claim, verdict, len(seeds), test=test)
+    return Finding(number, claim, verdict, len(one), test=test)
 
 
 def _steps(runs: Sequence[ScenarioRun], scenario: str, test_every: int) -> dict[int, float]:

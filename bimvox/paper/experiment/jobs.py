@@ -14,7 +14,7 @@ from typing import Any
 
 from bimvox.paper.experiment.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS, PaperSettings
 
-MEANING = 1
+MEANING = 2
 """Increased when the same settings give other results."""
 
 CHANGED = ("b", "c", "d")
@@ -60,6 +60,8 @@ def jobs_of(settings: PaperSettings) -> tuple[Job, ...]:
     for seed in settings.seeds:
         for mode, config in settings.modes.items():
             jobs += _two_layers(mode, seed, config.to_dict())
+        if "paper" in settings.modes:
+            jobs.append(_matched(settings, seed))
         budget = settings.tabular_budget
         jobs.append(Job("baseline", "tabular", seed, {"budget": budget}))
         if "ours" in settings.modes:
@@ -78,6 +80,23 @@ def _two_layers(mode: str, seed: int, config: dict[str, Any]) -> list[Job]:
         Job("adapt", f"{mode}-{scenario}", seed, {"config": config, "scenario": scenario, "mode": mode}, needs)
         for scenario in CHANGED
     ]
+
+
+def _matched(settings: PaperSettings, seed: int) -> Job:
+    paper = settings.modes["paper"].to_dict()
+    basic = Job("initialize", "paper", seed, {"config": paper})
+    config = {
+        **paper,
+        "test_every": settings.matched_test_every,
+        "retrain_budget": settings.matched_budget,
+        "exploration_steps": settings.modes["paper"].exploration_phase(paper["retrain_budget"]),
+    }
+    options = {
+        "config": config,
+        "pairs": settings.matched_pairs,
+        "explorations": list(settings.matched_explorations),
+    }
+    return Job("matched", "paper", seed, options, {"initialize": basic.name})
 
 
 def _beyond(settings: PaperSettings, seed: int) -> list[Job]:

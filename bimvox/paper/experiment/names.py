@@ -11,7 +11,7 @@ TITLES = {
     "d": "(d) one obstruction close to the target",
 }
 
-MODE_NAMES = {"paper": "paper mode", "ours": "our mode"}
+MODE_NAMES = {"paper": "paper mode", "ours": "our mode", "authors": "the authors' script"}
 
 
 def mode_name(mode: str) -> str:

@@ -101,6 +101,26 @@ class ScenarioRun:
 
 
 @dataclass(frozen=True, slots=True)
+class MatchedRun:
+    """Retraining on a pair of sites that differ only in which end of the path the obstruction is close to.
+
+    Attributes:
+        exploration: Share of random actions at the start.
+        detour_moves: Moves that either obstruction adds to the shortest path.
+        near_steps: Steps with the obstruction close to the start. None if the budget was not enough.
+        far_steps: The same, close to the target.
+        budget: Steps allowed.
+    """
+
+    seed: int
+    exploration: float
+    detour_moves: int
+    near_steps: int | None
+    far_steps: int | None
+    budget: int
+
+
+@dataclass(frozen=True, slots=True)
 class BaselineRun:
     """The baselines of the initialization layer for one seed.
 
@@ -131,6 +151,7 @@ class ExperimentResults:
         initialization: One per mode and seed.
         scenarios: One per mode, seed and scenario.
         unplanned: Mode and seed of each run whose basic policy planned no usable path.
+        matched: One per seed, pair and share of random actions.
         ablation: One per observation, reward and seed.
         beyond: One per case and seed.
         baselines: One per seed.
@@ -142,6 +163,7 @@ class ExperimentResults:
     initialization: tuple[LearningRun, ...]
     scenarios: tuple[ScenarioRun, ...]
     unplanned: tuple[tuple[str, int], ...]
+    matched: tuple[MatchedRun, ...]
     ablation: tuple[LearningRun, ...]
     beyond: tuple[LearningRun, ...]
     baselines: tuple[BaselineRun, ...]
@@ -168,6 +190,7 @@ def results_of(
         initialization=tuple(_run(LearningRun, document) for document in of("initialize")),
         scenarios=tuple(_scenario_runs(applied, of("adapt"))),
         unplanned=tuple(key for key, document in applied.items() if not document["planned"]),
+        matched=tuple(_matched_runs(of("matched"))),
         ablation=tuple(_run(LearningRun, document) for document in of("ablation")),
         beyond=tuple(_run(LearningRun, document) for document in of("beyond")),
         baselines=tuple(_run(BaselineRun, document) for document in of("baseline")),
@@ -205,6 +228,13 @@ def _scenario_runs(
             mode = document["mode"].rsplit("-", 1)[0]
             layout = applied[mode, document["seed"]]
             yield _scenario_run(mode, document["seed"], document["scenario"], layout, document)
+
+
+def _matched_runs(documents: list[dict[str, Any]]) -> Iterable[MatchedRun]:
+    for d in documents:
+        for pair in d["pairs"]:
+            for exploration, (near, far) in zip(d["explorations"], pair["steps"], strict=True):
+                yield MatchedRun(d["seed"], exploration, pair["detour_moves"], near, far, d["budget"])
 
 
 def _scenario_run(mode: str, seed: int, scenario: str, layout: dict[str, Any], d: dict[str, Any]) -> ScenarioRun:

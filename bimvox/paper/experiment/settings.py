@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 ABLATION_OBSERVATIONS = ("paper", "window", "egocentric")
 ABLATION_REWARDS = ("paper", "shaped")
+ALL_MODES = ("paper", "ours", "authors")
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +20,11 @@ class PaperSettings:
 
     Attributes:
         seeds: Each is one run of everything.
-        modes: Configuration by name; ``paper`` and ``ours`` by default.
+        modes: Configuration by name; all of ``ALL_MODES`` by default.
+        matched_pairs: Pairs of obstructions that differ in the distance alone, per seed, in paper mode.
+        matched_explorations: Shares of random actions with which retraining starts there.
+        matched_test_every: Steps between two tests there.
+        matched_budget: Steps of one retraining there.
         ablation_seeds: Number of seeds in the ablation.
         ablation_budget: Steps of one ablation run.
         targets_budget: Steps to solve ``targets_layouts`` layouts with drawn targets.
@@ -34,7 +39,11 @@ class PaperSettings:
 
     seeds: tuple[int, ...]
     modes: Mapping[str, PaperDqnConfig]
-    ablation_seeds: int = 3
+    matched_pairs: int = 3
+    matched_explorations: tuple[float, ...] = (1.0, 0.02)
+    matched_test_every: int = 250
+    matched_budget: int = 20_000
+    ablation_seeds: int = 10
     ablation_budget: int = 40_000
     targets_budget: int = 2_000
     targets_layouts: int = 1_000
@@ -49,12 +58,13 @@ class PaperSettings:
         return {
             **{each.name: getattr(self, each.name) for each in fields(self)},
             "seeds": list(self.seeds),
+            "matched_explorations": list(self.matched_explorations),
             "modes": {name: config.to_dict() for name, config in self.modes.items()},
             "frame_changes": dict(self.frame_changes),
         }
 
 
-def default_settings(seeds: int = 10, modes: tuple[str, ...] = ("paper", "ours")) -> PaperSettings:
+def default_settings(seeds: int = 10, modes: tuple[str, ...] = ALL_MODES) -> PaperSettings:
     """Return the settings of the whole experiment.
 
     Raises:
@@ -70,7 +80,7 @@ def default_settings(seeds: int = 10, modes: tuple[str, ...] = ("paper", "ours")
     return PaperSettings(tuple(range(seeds)), {name: MODES[name] for name in modes}, frame_changes=FRAME_CHANGES)
 
 
-def quick_settings(seeds: int = 2, modes: tuple[str, ...] = ("paper", "ours")) -> PaperSettings:
+def quick_settings(seeds: int = 2, modes: tuple[str, ...] = ALL_MODES) -> PaperSettings:
     """Return settings with tiny budgets, to check that everything runs; the results mean nothing."""
     full = default_settings(seeds, modes)
     tiny = {
@@ -80,6 +90,9 @@ def quick_settings(seeds: int = 2, modes: tuple[str, ...] = ("paper", "ours")) -
     return replace(
         full,
         modes=tiny,
+        matched_pairs=1,
+        matched_test_every=100,
+        matched_budget=200,
         ablation_seeds=1,
         ablation_budget=400,
         targets_budget=400,

@@ -20,6 +20,7 @@ from bimvox.paper.policy.config import PaperDqnConfig, paper_config_from_dict
 from bimvox.paper.policy.curve import Curve
 from bimvox.paper.policy.episodes import replay, success_rate
 from bimvox.paper.policy.initialization import greedy_success, initialize
+from bimvox.paper.policy.matched import matched_pairs
 from bimvox.paper.policy.scenarios import make_scenarios
 from bimvox.policy.learner.network import ValueNetwork
 
@@ -68,6 +69,8 @@ def result_of(job: Job, needs: Mapping[str, JobResult], checkpoint: Checkpoint) 
         return JobResult(_apply(job, needs["initialize"].trained))
     if job.part == "adapt":
         return _adapt(job, needs["initialize"].trained, needs["apply"].document)
+    if job.part == "matched":
+        return JobResult(_matched(job, needs["initialize"].trained))
     if job.part == "beyond":
         return _beyond(job, checkpoint)
     if job.part == "baseline":
@@ -148,6 +151,31 @@ def _adapt(job: Job, network: ValueNetwork, applied: dict[str, Any]) -> JobResul
         "path_cells": [list(cell) for cell in adapted.episode.path_cells] if adapted.episode else [],
     }
     return JobResult(document, adapted.network)
+
+
+def _matched(job: Job, network: ValueNetwork) -> dict[str, Any]:
+    """Retrain on both sites of every pair, with each share of random actions at the start."""
+    config = _config(job)
+    pairs = []
+    for pair in matched_pairs(network, PAPER, config, seed=job.seed, count=job.options["pairs"]):
+        start = pair.near.starts[0]
+        steps = []
+        for first in job.options["explorations"]:
+            retrained = [
+                adapt(network, pair.planned, PAPER, replace(config, exploration_again=first), changed, seed=job.seed)
+                for changed in (pair.near, pair.far)
+            ]
+            steps.append([adapted.steps if adapted.succeeded else None for adapted in retrained])
+        pairs.append(
+            {
+                "start": [start.x, start.y, start.axis],
+                "detour_moves": pair.detour_moves,
+                "near": [[list(low), list(high)] for low, high in pair.near.obstructions],
+                "far": [[list(low), list(high)] for low, high in pair.far.obstructions],
+                "steps": steps,
+            }
+        )
+    return {"explorations": job.options["explorations"], "budget": config.retrain_budget, "pairs": pairs}
 
 
 def _beyond(job: Job, checkpoint: Checkpoint) -> JobResult:

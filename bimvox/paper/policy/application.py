@@ -57,7 +57,7 @@ def apply_layout(
     There are ``config.trials`` episodes with the share ``config.test_exploration`` of random actions.
     """
     bare = replace(layout, obstructions=())
-    episodes = _episodes(network, spec, config, bare, config.trials, seed)
+    episodes = trial_episodes(network, spec, config, bare, config.trials, seed)
     return AppliedPolicy(best_of(episodes), success_rate(episodes))
 
 
@@ -87,7 +87,7 @@ def adapt(
 
     def test(tested: ValueNetwork, steps: int) -> bool:
         draw = int(np.random.SeedSequence([seed, steps]).generate_state(1)[0])
-        episodes = _episodes(tested, spec, config, changed, config.retrain_episodes, draw)
+        episodes = trial_episodes(tested, spec, config, changed, config.retrain_episodes, draw)
         curve.append(CurvePoint(steps, success_rate(episodes), float(np.mean([e.reward for e in episodes]))))
         last[:] = [(tested, episodes)]
         if progress is not None:
@@ -127,9 +127,10 @@ def collision_of(spec: PaperSpec, changed: PaperLayout, planned: Episode) -> int
     return int(np.flatnonzero(again.bumped)[0]) if again.bumped.any() else None
 
 
-def _episodes(
+def trial_episodes(
     network: ValueNetwork, spec: PaperSpec, config: PaperDqnConfig, layout: PaperLayout, count: int, seed: int
 ) -> tuple[Episode, ...]:
+    """Return ``count`` episodes of a network on a layout, with the share of random actions of tests."""
     return run_episodes(
         network,
         spec,

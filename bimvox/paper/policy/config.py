@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 from bimvox.env.names import named
@@ -26,8 +26,11 @@ class PaperDqnConfig(DqnChoices):
         learning_rate_last: Value to which it falls linearly. None keeps it.
         learning_rate_steps: Number of steps over which it falls. None takes the budget.
         sites: Sites in parallel.
-        priority: Exponent of prioritized replay (Schaul et al. 2016), without importance weights: a transition is drawn
-            in proportion to its last error to this power. 0 draws evenly.
+        layer_norm: Whether hidden layers are normalised before the rectifier (Ba et al. 2016); only if it is dueling.
+        priority: Exponent of prioritized replay (Schaul et al. 2016): a transition is drawn in proportion to its last
+            error to this power. 0 draws evenly.
+        importance_first: Exponent of its importance weights at the start; it rises to 1 over the budget. None: the
+            weights are equal.
         symmetry: Whether every remembered transition is rotated and mirrored in plan at random before a gradient step
             (``bimvox.paper.policy.symmetry``); for the egocentric observation only.
         averaging: Share by which the network that is tested and kept moves towards the one in training per gradient
@@ -71,7 +74,9 @@ class PaperDqnConfig(DqnChoices):
     gradient_steps: int = 1
     target_update: int = 500
     max_gradient_norm: float = 10.0
+    layer_norm: bool = False
     priority: float = 0.0
+    importance_first: float | None = None
     symmetry: bool = False
     averaging: float = 1.0
     bootstrap_at_limit: bool = True
@@ -99,6 +104,10 @@ class PaperDqnConfig(DqnChoices):
         named("reward", self.reward, PAPER_REWARDS)
         if self.symmetry and self.observation != "egocentric":
             raise ValueError(f"symmetry: the observation {self.observation!r} has no images; egocentric has")
+        if self.layer_norm and not self.dueling:
+            raise ValueError("layer_norm: only a dueling network has it")
+        if self.importance_first is not None and not 0.0 <= self.importance_first <= 1.0:
+            raise ValueError(f"importance_first: {self.importance_first} is not in [0, 1]")
         if not self.hidden:
             raise ValueError("hidden: at least one layer is needed")
         counts = ("budget", "retrain_budget", "test_episodes", "greedy_layouts", "trials", "retrain_episodes")
@@ -138,7 +147,7 @@ class PaperDqnConfig(DqnChoices):
         return plain
 
 
-ADDED_LATER = ("exploration_spread", "symmetry", "priority")
+ADDED_LATER = ("exploration_spread", "symmetry", "priority", "layer_norm", "importance_first")
 """Choices that earlier versions did not have. Files leave them out at their default, so that networks and experiments
 of those versions stay valid."""
 
@@ -191,7 +200,22 @@ wrong choice in a hundred, at rarely visited places. So half of the sites act by
 transitions with large errors are drawn more often, as eight images; and an average at a falling learning rate is
 tested, because it varies less from test to test."""
 
-MODES: dict[str, PaperDqnConfig] = {"paper": PAPER_MODE, "ours": OUR_MODE}
+AUTHORS_MODE = replace(
+    PAPER_MODE,
+    layer_norm=True,
+    priority=0.6,
+    importance_first=0.4,
+    batch_size=64,
+    bootstrap_at_limit=False,
+    budget=500_000,
+    retrain_budget=500_000,
+)
+"""The learner of the authors' published script (github.com/AiyuZhu/ConstructionSim-for-RL, 8a08b9d,
+``construction_RL/ai_interface.py``): ``DQN(LnMlpPolicy, prioritized_replay=True, double_q=True, batch_size=64)`` of the
+original stable-baselines for 500,000 steps, so random actions become fewer over 50,000 steps. The script retrains for
+5,000,000 steps, which would explore ten times as long; here retraining has the same budget."""
+
+MODES: dict[str, PaperDqnConfig] = {"paper": PAPER_MODE, "ours": OUR_MODE, "authors": AUTHORS_MODE}
 
 
 def paper_config_from_dict(plain: dict[str, Any]) -> PaperDqnConfig:

@@ -63,7 +63,12 @@ class PaperDqn(DQN):
             env,
             **config.sb3_arguments(),
             exploration_initial_eps=self._first,
-            policy_kwargs={"net_arch": list(config.hidden), "dueling": config.dueling, "glorot": config.glorot},
+            policy_kwargs={
+                "net_arch": list(config.hidden),
+                "dueling": config.dueling,
+                "glorot": config.glorot,
+                "layer_norm": config.layer_norm,
+            },
             replay_buffer_kwargs={"handle_timeout_termination": config.bootstrap_at_limit},
             device="cpu",
             seed=seed,
@@ -144,11 +149,12 @@ class PaperDqn(DQN):
         drawn = self._draw(filled, gradient_steps, batch_size)
         for step in range(gradient_steps):
             rows = self._random.integers(filled, size=batch_size) if drawn is None else drawn[step]
+            importance = self._importance(rows)
             if self._symmetry is None:
-                self._learner.step(memory, rows)
+                self._learner.step(memory, rows, importance)
             else:
                 write_images(self._symmetry, memory, rows, self._random.integers(IMAGES, size=batch_size), self._images)
-                self._learner.step(self._images, np.arange(batch_size))
+                self._learner.step(self._images, np.arange(batch_size), importance)
             if self._priorities is not None:
                 self._priorities.put(rows, self._learner.errors)
             self._updates_made += 1
@@ -170,6 +176,14 @@ class PaperDqn(DQN):
         last = (buffer.pos - 1) % buffer.buffer_size * buffer.n_envs
         self._priorities.fill(filled, slice(last, last + buffer.n_envs))
         return self._priorities.draw(self._random, gradient_steps, batch_size)
+
+    def _importance(self, rows: NDArray[np.int64]) -> NDArray[np.float32] | None:
+        """Return the weights of some rows in the loss. None if all are equal."""
+        first = self.config.importance_first
+        if self._priorities is None or first is None:
+            return None
+        beta = first + min(1.0, self.num_timesteps / self._budget) * (1.0 - first)
+        return self._priorities.importance(rows, beta)
 
     def _memory(self) -> tuple[Memory, int]:
         """Return the replay memory with one row per transition, and the number of filled rows."""

@@ -37,7 +37,7 @@ def make_scenarios(spec: PaperSpec, layout: PaperLayout, path_cells: Sequence[In
     Raises:
         PlanningError: The path is too short, or there is no room for an obstruction on it.
     """
-    plan = [cell for n, cell in enumerate(path_cells) if n == 0 or cell[:2] != path_cells[n - 1][:2]]
+    plan = plan_cells(path_cells)
     if len(plan) - 1 < LEAST_PLAN_MOVES:
         raise PlanningError(f"a path of {len(plan) - 1} moves in plan is too short for the experiments")
     forward = list(zip(plan[1:-1], plan, strict=False))
@@ -50,6 +50,11 @@ def make_scenarios(spec: PaperSpec, layout: PaperLayout, path_cells: Sequence[In
     }
 
 
+def plan_cells(path_cells: Sequence[IntVec]) -> list[IntVec]:
+    """Return the cells of a path without those that differ from the one before only in height."""
+    return [cell for n, cell in enumerate(path_cells) if n == 0 or cell[:2] != path_cells[n - 1][:2]]
+
+
 def _first(
     spec: PaperSpec,
     layout: PaperLayout,
@@ -59,14 +64,26 @@ def _first(
 ) -> PaperLayout:
     """Return the layout with a row of obstructions over the first cell where one is possible."""
     for cell, neighbour in places:
-        across = ("y", "x") if cell[0] != neighbour[0] else ("x", "y")
-        candidates = [replace(layout, obstructions=row) for axis in across for row in _rows(cell, axis, count)]
-        possible = [changed for changed in candidates if _may_be(spec, changed, path_cells)]
+        possible = possible_over(spec, layout, path_cells, cell, neighbour, count)
         if possible:
             moves = teacher_moves(spec, possible)
             if moves.max() > 0:
                 return possible[int(moves.argmax())]
     raise PlanningError(f"there is no room for {count} obstructions on a path from {path_cells[0]} to {path_cells[-1]}")
+
+
+def possible_over(
+    spec: PaperSpec,
+    layout: PaperLayout,
+    path_cells: Sequence[IntVec],
+    cell: IntVec,
+    neighbour: IntVec,
+    count: int,
+) -> list[PaperLayout]:
+    """Return the layouts with a possible row of obstructions over a cell of a path, those across the path first."""
+    across = ("y", "x") if cell[0] != neighbour[0] else ("x", "y")
+    candidates = [replace(layout, obstructions=row) for axis in across for row in _rows(cell, axis, count)]
+    return [changed for changed in candidates if _may_be(spec, changed, path_cells)]
 
 
 def _rows(cell: IntVec, axis: str, count: int) -> Iterator[tuple[Box, ...]]:

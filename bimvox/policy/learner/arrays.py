@@ -30,18 +30,36 @@ class Variable(NamedTuple):
     reached: NDArray[np.bool_]
 
 
+class Norm(NamedTuple):
+    """Layer normalisation (Ba et al. 2016) of one layer in training. B rows of a batch.
+
+    Attributes:
+        scale: (1, outputs).
+        shift: (1, outputs).
+        units: (B, outputs), the sums with mean 0 and variance 1, before scale and shift.
+        inverses: (B,) one over the standard deviation of the sums.
+    """
+
+    scale: Variable
+    shift: Variable
+    units: NDArray[np.float32]
+    inverses: NDArray[np.float32]
+
+
 class Stream(NamedTuple):
     """One perceptron in training, with an entry per layer. B rows of a batch.
 
     Attributes:
         weights: The weights.
         biases: The biases.
+        norms: Layer normalisation of each layer; with no outputs if the layer is not normalised.
         outputs: (B, outputs), after the rectifier, except for the last.
-        slopes: (B, outputs), of the loss with respect to the sum before the rectifier.
+        slopes: (B, outputs), of the loss with respect to the value before the rectifier.
     """
 
     weights: tuple[Variable, ...]
     biases: tuple[Variable, ...]
+    norms: tuple[Norm, ...]
     outputs: tuple[NDArray[np.float32], ...]
     slopes: tuple[NDArray[np.float32], ...]
 
@@ -114,6 +132,7 @@ class Batch(NamedTuple):
         used: Their non-zero inputs, overwritten.
         wanted: (B,) float32 values that the chosen actions should have, overwritten.
         errors: (B,) float32 difference of the values before the step, overwritten.
+        importance: (B,) float32 weight of each transition in the loss.
     """
 
     memory: Memory
@@ -121,6 +140,7 @@ class Batch(NamedTuple):
     used: Used
     wanted: NDArray[np.float32]
     errors: NDArray[np.float32]
+    importance: NDArray[np.float32]
 
 
 def used_room(batch_size: int, inputs: int) -> Used:
@@ -142,8 +162,21 @@ def stream_of(network: Perceptron, batch_size: int) -> Stream:
     return Stream(
         tuple(_variable(weight, reached=False) for weight in network.weights),
         tuple(_variable(bias.reshape(1, -1), reached=True) for bias in network.biases),
+        tuple(_norm(network, layer, batch_size) for layer in range(len(network.biases))),
         outputs(),
         outputs(),
+    )
+
+
+def _norm(network: Perceptron, layer: int, batch_size: int) -> Norm:
+    nothing = np.zeros(0, np.float32)
+    normalised = layer < len(network.scales)
+    scale, shift = (network.scales[layer], network.shifts[layer]) if normalised else (nothing, nothing)
+    return Norm(
+        _variable(scale.reshape(1, -1), reached=True),
+        _variable(shift.reshape(1, -1), reached=True),
+        np.zeros((batch_size, scale.size), np.float32),
+        np.zeros(batch_size, np.float32),
     )
 
 

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.policy.learner.arrays import Batch, Inputs, Rule, Stream, Streams, Used, Variable
+from bimvox.policy.learner.arrays import Batch, Inputs, Norm, Rule, Stream, Streams, Used, Variable
+from bimvox.policy.perceptron import NORM_EPSILON
 
 BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-8
 """Adam's (Kingma and Ba 2015): the defaults of torch and of the original."""
@@ -53,6 +54,7 @@ def descend(online: Streams, rule: Rule, batch: Batch, learning_rate: float, upd
             value += state.outputs[last][b, 0] - values.mean()
         errors[b] = abs(value - wanted[b])
         slope = max(np.float32(-1.0), min(np.float32(1.0), value - wanted[b])) / np.float32(rows.size)
+        slope *= batch.importance[b]
         share = slope / np.float32(values.size) if dueling else np.float32(0.0)
         for a in range(values.size):
             actions.slopes[last][b, a] = -share
@@ -105,10 +107,15 @@ def _forward(stream: Stream, inputs: Inputs, rows: NDArray[np.int64], used: Used
     """Write the outputs of every layer for some rows of the inputs."""
     last = len(stream.weights) - 1
     weight, bias = stream.weights[0].values, stream.biases[0].values
-    _forward_used(inputs, rows, used, weight, bias, stream.outputs[0], last > 0)
-    for layer in range(1, last + 1):
-        weight, bias = stream.weights[layer].values, stream.biases[layer].values
-        _forward_layer(stream.outputs[layer - 1], weight, bias, stream.outputs[layer], layer < last)
+    _forward_used(inputs, rows, used, weight, bias, stream.outputs[0])
+    for layer in range(last + 1):
+        if layer > 0:
+            weight, bias = stream.weights[layer].values, stream.biases[layer].values
+            _forward_layer(stream.outputs[layer - 1], weight, bias, stream.outputs[layer])
+        if stream.norms[layer].units.shape[1] > 0:
+            _normalise(stream.outputs[layer], stream.norms[layer])
+        if layer < last:
+            _rectify(stream.outputs[layer])
 
 
 @leaf_kernel
@@ -119,7 +126,6 @@ def _forward_used(
     weight: NDArray[np.float32],
     bias: NDArray[np.float32],
     out: NDArray[np.float32],
-    rectify: bool,
 ) -> None:
     width = out.shape[1]
     for b in range(rows.size):
@@ -142,8 +148,6 @@ def _forward_used(
             value = np.float32(inputs[row, i])
             for o in range(width):
                 out[b, o] += value * weight[i, o]
-    if rectify:
-        _rectify(out)
 
 
 @leaf_kernel
@@ -152,7 +156,6 @@ def _forward_layer(
     weight: NDArray[np.float32],
     bias: NDArray[np.float32],
     out: NDArray[np.float32],
-    rectify: bool,
 ) -> None:
     width = out.shape[1]
     for b in range(source.shape[0]):
@@ -163,8 +166,47 @@ def _forward_layer(
             if value != 0.0:
                 for o in range(width):
                     out[b, o] += value * weight[i, o]
-    if rectify:
-        _rectify(out)
+
+
+@leaf_kernel
+def _normalise(out: NDArray[np.float32], norm: Norm) -> None:
+    """Normalise the sums of every row in place, and remember what going back needs."""
+    count = out.shape[1]
+    for b in range(out.shape[0]):
+        mean = np.float32(0.0)
+        for o in range(count):
+            mean += out[b, o]
+        mean /= np.float32(count)
+        variance = np.float32(0.0)
+        for o in range(count):
+            variance += (out[b, o] - mean) * (out[b, o] - mean)
+        inverse = np.float32(1.0) / np.sqrt(variance / np.float32(count) + np.float32(NORM_EPSILON))
+        norm.inverses[b] = inverse
+        for o in range(count):
+            unit = (out[b, o] - mean) * inverse
+            norm.units[b, o] = unit
+            out[b, o] = unit * norm.scale.values[0, o] + norm.shift.values[0, o]
+
+
+@leaf_kernel
+def _slopes_of_sums(slopes: NDArray[np.float32], norm: Norm) -> None:
+    """Write the slopes of scale and shift, and turn those of the normalised values into those of the sums, in place."""
+    count = slopes.shape[1]
+    for o in range(count):
+        norm.scale.slopes[0, o] = 0.0
+        norm.shift.slopes[0, o] = 0.0
+    for b in range(slopes.shape[0]):
+        mean, along = np.float32(0.0), np.float32(0.0)
+        for o in range(count):
+            norm.scale.slopes[0, o] += slopes[b, o] * norm.units[b, o]
+            norm.shift.slopes[0, o] += slopes[b, o]
+            slopes[b, o] *= norm.scale.values[0, o]
+            mean += slopes[b, o]
+            along += slopes[b, o] * norm.units[b, o]
+        mean /= np.float32(count)
+        along /= np.float32(count)
+        for o in range(count):
+            slopes[b, o] = norm.inverses[b] * (slopes[b, o] - mean - norm.units[b, o] * along)
 
 
 @leaf_kernel
@@ -179,6 +221,8 @@ def _backward(stream: Stream, inputs: Inputs, rows: NDArray[np.int64], used: Use
     """Write the slopes of all weights and biases from those of the last layer's outputs."""
     for layer in range(len(stream.weights) - 1, -1, -1):
         slopes, weight = stream.slopes[layer], stream.weights[layer]
+        if stream.norms[layer].units.shape[1] > 0:
+            _slopes_of_sums(slopes, stream.norms[layer])
         _clear_rows(weight.slopes, weight.reached)
         _sum_rows(slopes, stream.biases[layer].slopes)
         if layer == 0:
@@ -283,6 +327,9 @@ def _adam(stream: Stream, longest: np.float32, learning_rate: float, updates: in
     for layer in range(len(stream.weights)):
         _adam_variable(stream.weights[layer], longest, rate, correction)
         _adam_variable(stream.biases[layer], longest, rate, correction)
+        if stream.norms[layer].units.shape[1] > 0:
+            _adam_variable(stream.norms[layer].scale, longest, rate, correction)
+            _adam_variable(stream.norms[layer].shift, longest, rate, correction)
 
 
 @leaf_kernel

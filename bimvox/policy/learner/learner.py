@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import leaf_kernel
-from bimvox.policy.learner.arrays import Batch, Memory, Rule, Stream, Streams, stream_of, used_room
+from bimvox.policy.learner.arrays import Batch, Memory, Norm, Rule, Stream, Streams, Variable, stream_of, used_room
 from bimvox.policy.learner.kernels import descend, set_targets
 from bimvox.policy.learner.network import ValueNetwork
 from bimvox.policy.perceptron import Perceptron
@@ -48,6 +48,7 @@ class CompiledLearner:
         self._wanted = np.zeros(batch_size, np.float32)
         self.errors = np.zeros(batch_size, np.float32)
         """(B,) of the last step: difference of each row's value before the step."""
+        self._equal = np.ones(batch_size, np.float32)
         self._used = used_room(batch_size, network.inputs)
         self._updates = 0
         self.live = _network(self._online)
@@ -55,18 +56,19 @@ class CompiledLearner:
         self.target = _network(self._target)
         """The target network; its arrays change with every copy."""
 
-    def step(self, memory: Memory, rows: NDArray[np.int64]) -> None:
-        """Take one gradient step on (B,) rows of the memory."""
+    def step(self, memory: Memory, rows: NDArray[np.int64], importance: NDArray[np.float32] | None = None) -> None:
+        """Take one gradient step on (B,) rows of the memory, with a (B,) weight each in the loss. None: all equal."""
         self._updates += 1
         online, target = Streams(self._online[0], self._online[-1]), Streams(self._target[0], self._target[-1])
-        batch = Batch(memory, rows, self._used, self._wanted, self.errors)
+        weights = self._equal if importance is None else importance
+        batch = Batch(memory, rows, self._used, self._wanted, self.errors, weights)
         set_targets(online, target, self._rule, batch)
         descend(online, self._rule, batch, self.learning_rate, self._updates)
 
     def copy_to_target(self) -> None:
         """Make the target network equal to the online one."""
         for online, target in zip(self._online, self._target, strict=True):
-            for mine, its in zip((*online.weights, *online.biases), (*target.weights, *target.biases), strict=True):
+            for mine, its in zip(_variables(online), _variables(target), strict=True):
                 its.values[:] = mine.values
 
     def network(self) -> ValueNetwork:
@@ -78,7 +80,12 @@ def copy_of(network: ValueNetwork) -> ValueNetwork:
     """Return a network with arrays of its own."""
     return ValueNetwork(
         *(
-            Perceptron(tuple(w.copy() for w in stream.weights), tuple(b.copy() for b in stream.biases))
+            Perceptron(
+                *(
+                    tuple(array.copy() for array in arrays)
+                    for arrays in (stream.weights, stream.biases, stream.scales, stream.shifts)
+                )
+            )
             for stream in network.streams
         )
     )
@@ -98,9 +105,23 @@ def _approach(mine: NDArray[np.float32], its: NDArray[np.float32], share: np.flo
 
 def _network(streams: list[Stream]) -> ValueNetwork:
     """Return views as a network."""
-    return ValueNetwork(
-        *(
-            Perceptron(tuple(w.values for w in stream.weights), tuple(b.values[0] for b in stream.biases))
-            for stream in streams
-        )
+    return ValueNetwork(*(_perceptron(stream) for stream in streams))
+
+
+def _perceptron(stream: Stream) -> Perceptron:
+    norms = _normalised(stream)
+    return Perceptron(
+        tuple(w.values for w in stream.weights),
+        tuple(b.values[0] for b in stream.biases),
+        tuple(norm.scale.values[0] for norm in norms),
+        tuple(norm.shift.values[0] for norm in norms),
     )
+
+
+def _normalised(stream: Stream) -> list[Norm]:
+    return [norm for norm in stream.norms if norm.scale.values.size]
+
+
+def _variables(stream: Stream) -> list[Variable]:
+    norms = _normalised(stream)
+    return [*stream.weights, *stream.biases, *(norm.scale for norm in norms), *(norm.shift for norm in norms)]

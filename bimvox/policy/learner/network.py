@@ -12,7 +12,7 @@ from safetensors.numpy import load as arrays_from_bytes
 from safetensors.numpy import save as bytes_from_arrays
 
 from bimvox.errors import PolicyError
-from bimvox.policy.perceptron import Perceptron, layers_from_arrays
+from bimvox.policy.perceptron import Perceptron, layers_from_arrays, norms_from_arrays
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +77,10 @@ def value_network_from_arrays(arrays: Mapping[str, NDArray[np.generic]], *, outp
 def _stream(arrays: Mapping[str, NDArray[np.generic]], stream: str, inputs: int | None, outputs: int) -> Perceptron:
     own = {name.split(".", 1)[1]: array for name, array in arrays.items() if name.startswith(f"{stream}.")}
     try:
-        return Perceptron(*layers_from_arrays(own, inputs=inputs, outputs=outputs))
+        norms = {name: array for name, array in own.items() if name.endswith((".scale", ".shift"))}
+        layers = {name: array for name, array in own.items() if name not in norms}
+        weights, biases = layers_from_arrays(layers, inputs=inputs, outputs=outputs)
+        return Perceptron(weights, biases, *norms_from_arrays(norms, hidden=[len(bias) for bias in biases[:-1]]))
     except PolicyError as error:
         raise PolicyError(f"{stream}: {error.message}", differs=error.differs, hint=error.hint) from error
 

@@ -40,6 +40,11 @@ class Priorities:
         drawn = np.searchsorted(sums, random.random((steps, count)) * sums[-1], side="right")
         return np.asarray(np.minimum(drawn, self._filled - 1), np.int64)
 
+    def importance(self, rows: NDArray[np.int64], beta: float) -> NDArray[np.float32]:
+        """Return a weight per row that corrects for uneven drawing: (N p)^-beta, the largest of them 1."""
+        shares = self._shares[rows]
+        return np.asarray((shares / shares.min()) ** -beta, np.float32)
+
     def put(self, rows: NDArray[np.int64], errors: NDArray[np.float32]) -> None:
         """Set the shares of some rows from their errors."""
         self._shares[rows] = (errors.astype(np.float64) + LEAST_ERROR) ** self._exponent

@@ -10,7 +10,7 @@ from bimvox.files import write_atomically
 from bimvox.paper.experiment.document import document_of
 from bimvox.paper.experiment.pictures import pictures_of
 from bimvox.paper.experiment.report import report_of
-from bimvox.paper.experiment.settings import default_settings, quick_settings
+from bimvox.paper.experiment.settings import ALL_MODES, default_settings, quick_settings
 from bimvox.progress import Progress
 from bimvox_pipeline.paper.experiment import run_experiment
 from bimvox_pipeline.paper.folder import REPORT_FILE
@@ -20,7 +20,7 @@ def run_paper(
     folder: Path,
     *,
     seeds: int = 10,
-    modes: tuple[str, ...] = ("paper", "ours"),
+    modes: tuple[str, ...] = ALL_MODES,
     processes: int = 2,
     quick: bool = False,
     progress: Progress,
@@ -30,7 +30,7 @@ def run_paper(
     Args:
         folder: The output folder; created if missing. Results of an earlier run in it are kept.
         seeds: Number of runs of everything.
-        modes: ``paper``, ``ours``.
+        modes: Of ``ALL_MODES``.
         processes: Number of jobs in parallel.
         quick: Use tiny budgets.
         progress: Receives every job.

@@ -40,7 +40,7 @@ def test_equation_1_for_one_component():
     env = PaperSiteEnv(PAPER)
     env.reset(options={"layout": NEAR})
     rewards, last = play(env, [RIGHT, RIGHT, RIGHT, DOWN])
-    assert rewards == [-1.0, -1.0, -1.0, -1.0 + 1.0 * 1.0]
+    assert rewards == [-1.0, -1.0, -1.0, 1.0]  # completing is positive, also the only component
     assert (last[2], last[3], last[4]["is_success"]) == (True, False, True)
 
 
@@ -52,7 +52,7 @@ def test_the_step_cost_doubles_from_the_limit_on_and_the_flag_shows_it():
         observation, reward, *_, info = env.step(np.int64(action))
         flags.append((float(observation[:, :, 1].sum()), info["late"], info["bumped"]))
         rewards.append(reward)
-    assert rewards == [-1.0, -1.0, -2.0, -2.0, -2.0 + 1.0]
+    assert rewards == [-1.0, -1.0, -2.0, -2.0, 1.0]
     assert flags == [(0, False, False), (1, True, False), (1, True, False), (1, True, True), (0, False, False)]
 
 
@@ -70,12 +70,12 @@ def test_equation_1_for_three_components_with_a_late_one():
     env = PaperSiteEnv(THREE)
     env.reset()
     rewards, _ = play(env, [RIGHT, DOWN])  # (3, 2, 2) -> (4, 2, 1)
-    assert rewards == [-1.0, -1.0 + 3 * 1]
+    assert rewards == [-1.0, 3.0 * 1]
     rewards, _ = play(env, [FORWARD, FORWARD, DOWN])  # (6, 0, 2) -> (6, 2, 1), the third step late
-    assert rewards == [-1 / 2, -1 / 2, -2 / 2 + 3 * 2]
+    assert rewards == [-1 / 2, -1 / 2, 3 * 2]
     assert env.state.component == 2
     rewards, last = play(env, [UP, *[BACKWARD] * 4])  # (4, 6, 2) -> (4, 2, 3)
-    assert rewards == pytest.approx([-1 / 3, -1 / 3, -2 / 3, -2 / 3, -2 / 3 + 3 * 3])
+    assert rewards == pytest.approx([-1 / 3, -1 / 3, -2 / 3, -2 / 3, 3 * 3])
     assert last[2]
     assert env.state.total == 10
 

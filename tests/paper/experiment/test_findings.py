@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from bimvox.paper.experiment.findings import Verdict, findings_of
-from bimvox.paper.experiment.results import ScenarioRun
+from bimvox.paper.experiment.findings import Verdict, findings_of, matched_finding
+from bimvox.paper.experiment.results import MatchedRun, ScenarioRun
 
 SEEDS = range(8)
 
@@ -89,3 +89,23 @@ def test_a_seed_without_a_plan_has_learned_nothing():
 
 def test_nothing_run_finds_nothing():
     assert findings_of([], test_every=2_000, seeds=SEEDS) == ()
+
+
+def matched(near, far, seeds=SEEDS):
+    return [MatchedRun(seed, 1.0, 4, near(seed), far(seed), 20_000) for seed in seeds for _ in range(2)]
+
+
+def test_matched_pairs_are_judged_seed_by_seed():
+    judged = matched_finding(matched(lambda s: 2_000 + s, lambda s: 1_000 + s), test_every=250)
+    assert judged.verdict is Verdict.REPRODUCES
+    assert judged.seeds == len(SEEDS)
+    assert judged.test.median_difference == 1_000
+    opposite = matched_finding(matched(lambda s: 1_000 + s, lambda s: None), test_every=250)
+    assert opposite.verdict is Verdict.CONTRADICTED
+    assert opposite.test.median_difference == pytest.approx(1_000 + 3.5 - 20_250)
+
+
+def test_a_pair_in_which_one_end_was_not_learned_is_no_reason_to_drop_it():
+    mixed = matched(lambda s: 1_000 + s, lambda s: 500 if s else None)
+    judged = matched_finding(mixed, test_every=250)
+    assert (judged.test.larger, judged.test.smaller) == (len(SEEDS) - 1, 1)

@@ -16,12 +16,13 @@ def test_ten_seeds_of_everything_by_default():
     jobs = jobs_of(default_settings())
     count = {part: sum(job.part == part for job in jobs) for part in {job.part for job in jobs}}
     assert count == {
-        "initialize": 20,
-        "apply": 20,
-        "adapt": 60,
+        "initialize": 30,
+        "apply": 30,
+        "adapt": 90,
+        "matched": 10,
         "beyond": 20,
         "baseline": 10,
-        "ablation": 18,
+        "ablation": 60,
         "teacher": 1,
     }
     assert len({job.name for job in jobs}) == len(jobs)

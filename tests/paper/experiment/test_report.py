@@ -28,12 +28,20 @@ def test_the_verdicts_follow_the_numbers():
     assert "Median difference 4,000 steps over 6 seeds; larger in 6, smaller in 0" in finding(as_the_paper_says, 2)
     opposite = report(results(steps_b=2_000, steps_c=1_000, steps_d=6_000))
     assert "**reproduces**" in finding(opposite, 1)
-    assert all("**does not reproduce**" in finding(opposite, number) for number in (2, 3))
+    assert all("**contradicted**" in finding(opposite, number) for number in (2, 3))
     equal = report(results(steps_b=2_000, steps_c=2_000, steps_d=2_000))
     assert all("**not decided by these runs**" in finding(equal, number) for number in (2, 3))
     unlearned = report(results(fails="c"))
-    assert "**does not reproduce**" in finding(unlearned, 1)
+    assert "**contradicted**" in finding(unlearned, 1)
     assert "(c) 0%" in finding(unlearned, 1)
+
+
+def test_finding_2_is_judged_again_on_pairs_that_are_alike():
+    text = report(results()).split("## Finding 2 with all else equal")[1].split("##")[0]
+    restarts, continues = (line for line in text.splitlines() if line.startswith("- "))
+    assert restarts.startswith("- Random actions from 100% on: **not decided by these runs**. Median steps close to")
+    assert "the start 1,625, close to the target 1,500; of 6 pairs, 3 are faster close to the target and 2" in restarts
+    assert "of 6 pairs, 3 are faster close to the target and 3 slower" in continues
 
 
 def test_the_modes_stand_side_by_side():

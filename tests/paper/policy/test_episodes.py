@@ -20,7 +20,7 @@ def always(action):
 def test_a_known_path_is_written_down():
     episode = replay(TINY, CORNER, np.array([RIGHT, RIGHT, DOWN]))
     assert episode.succeeded
-    assert episode.reward == -2.0  # three steps, one component assembled
+    assert episode.reward == -1.0  # two steps, and a third that assembles
     assert episode.path_cells == ((0, 2, 2), (1, 2, 2), (2, 2, 2), (2, 2, 1))
     assert episode.moves.tolist() == [RIGHT, RIGHT, DOWN]
 

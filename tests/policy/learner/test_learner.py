@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import copy
 from itertools import pairwise
 
 import numpy as np
@@ -8,20 +9,29 @@ import torch
 from torch import nn
 from torch.nn import functional
 
+from bimvox.errors import PolicyError
 from bimvox.policy.learner.arrays import Memory
 from bimvox.policy.learner.learner import CompiledLearner, copy_of, move_towards
-from bimvox.policy.learner.network import ValueNetwork
+from bimvox.policy.learner.network import (
+    ValueNetwork,
+    network_from_bytes,
+    network_to_bytes,
+    value_network_from_arrays,
+)
 from bimvox.policy.perceptron import Perceptron
 
 INPUTS, ACTIONS, ROWS, BATCH = 30, 6, 200, 16
 
 
-def network(rng, dueling, hidden=(12, 8)):
+def network(rng, dueling, hidden=(12, 8), normalised=False):
     def stream(outputs):
         sizes = (INPUTS, *hidden, outputs)
+        widths = hidden if normalised else ()
         return Perceptron(
             tuple(rng.normal(0, 0.4, (i, o)).astype(np.float32) for i, o in pairwise(sizes)),
             tuple(rng.normal(0, 0.1, o).astype(np.float32) for o in sizes[1:]),
+            tuple(rng.normal(1, 0.2, o).astype(np.float32) for o in widths),
+            tuple(rng.normal(0, 0.1, o).astype(np.float32) for o in widths),
         )
 
     return ValueNetwork(stream(ACTIONS), stream(1) if dueling else None)
@@ -55,12 +65,19 @@ class Torch:
     @staticmethod
     def _module(stream):
         layers = []
-        for weight, bias in zip(stream.weights, stream.biases, strict=True):
+        for n, (weight, bias) in enumerate(zip(stream.weights, stream.biases, strict=True)):
             layer = nn.Linear(*weight.shape)
             with torch.no_grad():
                 layer.weight.copy_(torch.from_numpy(weight.T.copy()))
                 layer.bias.copy_(torch.from_numpy(bias.copy()))
-            layers += [layer, nn.ReLU()]
+            layers.append(layer)
+            if n < len(stream.scales):
+                norm = nn.LayerNorm(weight.shape[1])
+                with torch.no_grad():
+                    norm.weight.copy_(torch.from_numpy(stream.scales[n].copy()))
+                    norm.bias.copy_(torch.from_numpy(stream.shifts[n].copy()))
+                layers.append(norm)
+            layers.append(nn.ReLU())
         return nn.Sequential(*layers[:-1])
 
     @staticmethod
@@ -70,7 +87,7 @@ class Torch:
             values = streams[1](inputs) + values - values.mean(dim=1, keepdim=True)
         return values
 
-    def step(self, memory, rows):
+    def step(self, memory, rows, importance=None):
         observations, following, actions, rewards, ended, truncated = (torch.from_numpy(a[rows]) for a in memory)
         with torch.no_grad():
             values = self.values(self.targets, following)
@@ -78,7 +95,8 @@ class Torch:
             best = values.gather(1, chosen)[:, 0]
             wanted = rewards + (1 - ended * (1 - truncated)) * self.discount * best
         mine = self.values(self.streams, observations).gather(1, actions[:, None])[:, 0]
-        loss = functional.smooth_l1_loss(mine, wanted)
+        weights = torch.ones(len(rows)) if importance is None else torch.from_numpy(importance)
+        loss = (weights * functional.smooth_l1_loss(mine, wanted, reduction="none")).mean()
         self.adam.zero_grad()
         loss.backward()
         for parameter in self.parameters:
@@ -104,6 +122,50 @@ def test_steps_are_those_of_torch(dueling, double_q, longest):
     expected = its.values(its.streams, torch.from_numpy(inputs)).detach().numpy()
     np.testing.assert_allclose(ours.network()(inputs), expected, atol=2e-3)
     assert np.abs(ours.network()(inputs) - start(inputs)).max() > 0.1
+
+
+@pytest.mark.parametrize("longest", [10.0, 0.05])
+def test_steps_with_normalised_layers_and_importance_are_those_of_torch(longest):
+    rng = np.random.default_rng(5)
+    start, transitions = network(rng, dueling=True, normalised=True), memory(rng)
+    ours = CompiledLearner(start, batch_size=BATCH, learning_rate=0.01, discount=0.9, double_q=True, longest=longest)
+    its = Torch(start, 0.01, 0.9, True, longest)
+    for step in range(40):
+        rows = rng.integers(ROWS, size=BATCH)
+        importance = rng.random(BATCH).astype(np.float32)
+        ours.step(transitions, rows, importance)
+        its.step(transitions, rows, importance)
+        if step == 20:
+            ours.copy_to_target()
+            its.targets = [copy.deepcopy(stream) for stream in its.streams]
+    inputs = transitions.observations
+    expected = its.values(its.streams, torch.from_numpy(inputs)).detach().numpy()
+    np.testing.assert_allclose(ours.network()(inputs), expected, atol=2e-3)
+    for now, before in zip(ours.live.actions.scales, start.actions.scales, strict=True):
+        assert np.abs(now - before).max() > 0.01
+
+
+def test_a_network_with_normalised_layers_is_stored_and_read():
+    start = network(np.random.default_rng(0), dueling=True, normalised=True)
+    again = network_from_bytes(network_to_bytes(start))
+    inputs = np.random.default_rng(1).normal(size=(5, INPUTS)).astype(np.float32)
+    np.testing.assert_array_equal(again(inputs), start(inputs))
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda arrays: arrays.pop("state.layer1.shift"),
+        lambda arrays: arrays.update({"actions.layer0.scale": np.ones(3, np.float32)}),
+        lambda arrays: arrays.update({"actions.layer0.scale": np.full(12, np.nan, np.float32)}),
+        lambda arrays: arrays.update({"actions.layer2.scale": np.ones(6, np.float32)}),
+    ],
+)
+def test_normalised_layers_that_do_not_fit_are_refused(damage):
+    arrays = network(np.random.default_rng(0), dueling=True, normalised=True).arrays()
+    damage(arrays)
+    with pytest.raises(PolicyError, match=r"the normalised layers .* do not fit hidden layers"):
+        value_network_from_arrays(arrays)
 
 
 def test_the_target_network_stays_until_it_is_copied():
