@@ -23,7 +23,7 @@ def test_steps_in_the_form_of_stable_baselines():
         assert infos == [{}, {}]
     _, rewards, dones, infos = env.step(np.array([5, 4]))
     assert dones.tolist() == [True, False]
-    assert rewards.tolist() == [0.0, -1.0]
+    assert rewards.tolist() == [1.0, -1.0]
     assert infos[1] == {}
     assert (infos[0]["is_success"], infos[0]["TimeLimit.truncated"], infos[0]["assembled"]) == (True, False, 1)
     assert infos[0]["terminal_observation"][7, 7].tolist() == [0, 0, 0, 4, 1, 1]
