@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections import defaultdict
 from typing import Any
 
 import numpy as np
@@ -172,8 +173,12 @@ def _load_poses(contents: Contents, number: int) -> tuple[NDArray[np.int64], NDA
 
 def _commands(contents: Contents, topic: str) -> dict[int, list[Any]]:
     """Return the commands on a topic, by lift."""
-    found = [CraneCommandMessage.FromString(m.data) for m in contents.messages if m.topic == topic]
-    return {order: [c for c in found if c.lift_order == order] for order in {c.lift_order for c in found}}
+    found: defaultdict[int, list[Any]] = defaultdict(list)
+    for message in contents.messages:
+        if message.topic == topic:
+            command = CraneCommandMessage.FromString(message.data)
+            found[command.lift_order].append(command)
+    return found
 
 
 def _has_times(motion: LiftMotion, shown_ns: NDArray[np.int64], sampled_ns: NDArray[np.int64]) -> bool:

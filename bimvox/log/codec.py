@@ -172,8 +172,7 @@ def _decode_tuple(arguments: tuple[Any, ...], value: Any, arrays: ArrayReader, w
 def _decode_dataclass(hint: Any, value: Any, arrays: ArrayReader, where: str) -> Any:
     if not isinstance(value, dict):
         raise DecodeError(f"{where}: not a table")
-    hints = typing.get_type_hints(hint)
-    fields = {field.name: field for field in dataclasses.fields(hint)}
+    hints, fields = _fields_of(hint)
     if unknown := sorted(set(value) - set(fields)):
         raise DecodeError(f"{where}: unknown key {unknown[0]!r} (from a newer bimvox?)")
     for name, field in fields.items():
@@ -181,6 +180,12 @@ def _decode_dataclass(hint: Any, value: Any, arrays: ArrayReader, where: str) ->
             raise DecodeError(f"{where}: {name!r} is missing")
     older = {name: field.metadata[ABSENT] for name, field in fields.items() if ABSENT in field.metadata}
     return hint(**older | {name: decode(hints[name], item, arrays, f"{where}.{name}") for name, item in value.items()})
+
+
+@cache
+def _fields_of(kind: Any) -> tuple[dict[str, Any], dict[str, dataclasses.Field[Any]]]:
+    """Return the types and the fields of a dataclass, by name."""
+    return typing.get_type_hints(kind), {field.name: field for field in dataclasses.fields(kind)}
 
 
 def _is_size(value: Any) -> bool:

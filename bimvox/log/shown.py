@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections import defaultdict, deque
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from math import isclose
 from typing import Any
@@ -143,8 +143,8 @@ def _same_json(found: bytes, wanted: bytes) -> bool:
 
 def _check_messages(check: Check, contents: Contents, log: PlanLog, with_remarks: bool) -> None:
     kinds = {topic.name: topic.message for topic in topics_of(max(1, len(log.plan.site.cranes)))}
-    left: defaultdict[str, deque[LogMessage]] = defaultdict(deque)
-    for message in contents.messages:
+    left: defaultdict[str, list[LogMessage]] = defaultdict(list)
+    for message in reversed(contents.messages):
         left[message.topic].append(message)
     for topic in sorted(left.keys() - kinds.keys()):
         check.look(False, f"{topic}: bimvox writes no such topic for this site")
@@ -158,7 +158,7 @@ def _check_messages(check: Check, contents: Contents, log: PlanLog, with_remarks
         if not left[topic]:
             check.look(False, f"{topic}: the message at {time_ns / 1e9:.3f} s is missing")
             continue
-        found = left[topic].popleft()
+        found = left[topic].pop()
         if found.time_ns == time_ns and found.data == wanted:
             check.samples += 1
             continue
@@ -170,7 +170,7 @@ def _check_messages(check: Check, contents: Contents, log: PlanLog, with_remarks
     for topic, rest in left.items():
         if rest:
             check.look(
-                False, f"{topic}: {len(rest):,} messages more than the plan gives, from {rest[0].time_ns / 1e9:.3f} s"
+                False, f"{topic}: {len(rest):,} messages more than the plan gives, from {rest[-1].time_ns / 1e9:.3f} s"
             )
 
 

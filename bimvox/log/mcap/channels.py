@@ -17,8 +17,6 @@ from bimvox.log.schema import MEDIA_TYPES, OTHER_MEDIA_TYPE, SCHEMA_VERSION, top
 CHUNK_BYTES = 64 * 1024
 RECORD_HEAD = struct.Struct("<BQ")
 """Before every record: kind, length."""
-MESSAGE_HEAD = struct.Struct("<HIQQ")
-"""Before every message, in its record: channel, sequence, log time, publish time."""
 LIBRARY = f"bimvox log {SCHEMA_VERSION}"
 """Fixed, so that the bytes of a log do not depend on the version of the MCAP library."""
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from io import BytesIO
 from typing import Any
 
+import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import (
@@ -24,7 +25,6 @@ from mcap.records import (
     ChunkIndex,
     Footer,
     Header,
-    MessageIndex,
     Metadata,
     MetadataIndex,
     Schema,
@@ -34,11 +34,13 @@ from mcap.records import (
 from mcap.stream_reader import MAGIC_SIZE
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
-from bimvox.log.mcap.channels import LIBRARY, MESSAGE_HEAD, RECORD_HEAD
-from bimvox.log.mcap.reader import chunk_body
+from bimvox.log.mcap.channels import LIBRARY, RECORD_HEAD
+from bimvox.log.mcap.reader import chunk_body, chunk_records
 from bimvox.log.schema import MEDIA_TYPES, MOST_CRANES, OTHER_MEDIA_TYPE, topics_of
 
 _CHECKSUM = struct.Struct("<I")
+_INDEX_HEAD = struct.Struct("<HI")
+"""Before the entries of a message index: channel, number of bytes of its entries."""
 _INDICES: dict[int, Any] = {
     Opcode.SCHEMA: Schema,
     Opcode.CHANNEL: Channel,
@@ -87,7 +89,7 @@ class _File:
         groups: Where each kind begins and ends in the summary.
         start: Where the summary begins; 0 before it.
         offset_start: Where the offsets begin; 0 if there are none.
-        open: The messages of the last chunk by channel, as (time, offset): their indices follow.
+        open: The indices of the messages of the last chunk by channel, which follow it.
         counts: Number of messages by channel.
         times: First and last time of the messages of each chunk.
         misnumbered: Channels whose messages are not numbered from 0.
@@ -102,7 +104,7 @@ class _File:
     groups: dict[int, tuple[int, int]] = field(default_factory=dict)
     start: int = 0
     offset_start: int = 0
-    open: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
+    open: dict[int, bytes] = field(default_factory=dict)
     counts: defaultdict[int, int] = field(default_factory=lambda: defaultdict(int))
     times: list[int] = field(default_factory=list)
     misnumbered: set[int] = field(default_factory=set)
@@ -110,7 +112,7 @@ class _File:
     def add(self, data: bytes, at: int, opcode: int, body: bytes) -> None:
         end = at + RECORD_HEAD.size + len(body)
         if opcode == Opcode.MESSAGE_INDEX:
-            self._add_message_index(at, len(body) + RECORD_HEAD.size, _parsed(MessageIndex, body))
+            self._add_message_index(at, body)
             return
         self._insist(not self.open, "a chunk's messages are not all in its index")
         self.open = {}
@@ -152,25 +154,26 @@ class _File:
             self.faults.append(fault)
 
     def _add_chunk(self, at: int, end: int, chunk: Chunk) -> None:
-        times: list[int] = []
-        entries: defaultdict[int, list[tuple[int, int]]] = defaultdict(list)
-        for offset, opcode, body in _records(chunk_body(chunk, chunk.uncompressed_size), 0, chunk.uncompressed_size):
-            if opcode == Opcode.MESSAGE:
-                channel, sequence, time_ns, published_ns = MESSAGE_HEAD.unpack_from(body)
-                entries[channel].append((time_ns, offset))
-                if sequence != self.counts[channel]:
-                    self.misnumbered.add(channel)
-                self.counts[channel] += 1
-                times.append(time_ns)
-                self._insist(time_ns == published_ns, "a message is published at another time than it is logged")
-            else:
-                kind, known = (Schema, self.schemas) if opcode == Opcode.SCHEMA else (Channel, self.channels)
-                one = _parsed(kind, body)
-                self._insist(known.setdefault(one.id, one) == one, f"{kind.__name__.lower()} {one.id} is two things")
+        others, messages = chunk_records(chunk_body(chunk, chunk.uncompressed_size))
+        for _, opcode, body in others:
+            kind, known = (Schema, self.schemas) if opcode == Opcode.SCHEMA else (Channel, self.channels)
+            one = _parsed(kind, body)
+            self._insist(known.setdefault(one.id, one) == one, f"{kind.__name__.lower()} {one.id} is two things")
+        same = bool((messages.time_ns == messages.published_ns).all())
+        self._insist(same, "a message is published at another time than it is logged")
+        self.open = {}
+        for channel in np.unique(messages.channel).tolist():
+            own = messages.channel == channel
+            first, count = self.counts[channel], int(own.sum())
+            if (messages.sequence[own] != np.arange(first, first + count)).any():
+                self.misnumbered.add(channel)
+            self.counts[channel] += count
+            entries = np.stack([messages.time_ns[own], messages.at[own].astype(np.uint64)], axis=1).astype("<u8")
+            self.open[channel] = _INDEX_HEAD.pack(channel, entries.nbytes) + entries.tobytes()
+        times = [int(messages.time_ns.min()), int(messages.time_ns.max())] if len(messages.time_ns) else []
         said = (chunk.message_start_time, chunk.message_end_time)
-        self._insist(said == (min(times, default=0), max(times, default=0)), "a chunk does not say when it is")
-        self.times += times and [min(times), max(times)]
-        self.open = dict(entries)
+        self._insist(said == tuple(times or (0, 0)), "a chunk does not say when it is")
+        self.times += times
         self.indices[Opcode.CHUNK_INDEX].append(
             ChunkIndex(
                 message_start_time=chunk.message_start_time,
@@ -185,12 +188,12 @@ class _File:
             )
         )
 
-    def _add_message_index(self, at: int, length: int, index: MessageIndex) -> None:
-        good = self.open.pop(index.channel_id, None) == [tuple(one) for one in index.records]
-        self._insist(good, "a chunk's messages are not those of its index")
+    def _add_message_index(self, at: int, body: bytes) -> None:
+        channel = int.from_bytes(body[:2], "little")
+        self._insist(self.open.pop(channel, None) == body, "a chunk's messages are not those of its index")
         if chunks := self.indices[Opcode.CHUNK_INDEX]:
-            chunks[-1].message_index_offsets[index.channel_id] = at
-            chunks[-1].message_index_length += length
+            chunks[-1].message_index_offsets[channel] = at
+            chunks[-1].message_index_length += RECORD_HEAD.size + len(body)
 
     def _add_to_summary(self, at: int, end: int, opcode: int, body: bytes) -> None:
         if opcode in _INDICES:

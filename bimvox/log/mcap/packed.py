@@ -30,7 +30,8 @@ class Packed:
         return self.flat[self.begin[number] : self.end[number]].tobytes()
 
     def __iter__(self) -> Iterator[bytes]:
-        return (self[number] for number in range(len(self)))
+        flat = self.flat.data
+        return (bytes(flat[a:b]) for a, b in zip(self.begin.tolist(), self.end.tolist(), strict=True))
 
     @property
     def size(self) -> NDArray[np.int64]:

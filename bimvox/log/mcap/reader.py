@@ -11,6 +11,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile, McapError
@@ -18,10 +19,11 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Header, Message, Metadata, Schema
 from mcap.stream_reader import MAGIC_SIZE, StreamReader
 from mcap.writer import MCAP0_MAGIC
+from numpy.typing import NDArray
 
 from bimvox.errors import LogFileError
 from bimvox.files import read_input
-from bimvox.log.mcap.channels import LIBRARY, MESSAGE_HEAD, RECORD_HEAD
+from bimvox.log.mcap.channels import LIBRARY, RECORD_HEAD
 from bimvox.log.schema import MOST_CRANES, of_first_crane, topics_of
 
 RECOVER_HINT = "bimvox export --recover FILE saves every complete part of a damaged log"
@@ -31,6 +33,15 @@ _MOST_UNPACKED, _MOST_PACKED = 64 << 20, 100
 """All chunks of a file may claim this many bytes, and this many more for each byte of the file; ours claim 4."""
 _FOOTER = struct.Struct("<BQQQI")  # opcode, length, start of the summary, start of its offsets, checksum
 _ZSTD = b"\x04\x00\x00\x00zstd"
+_MESSAGE = np.dtype(
+    [
+        ("head", f"V{RECORD_HEAD.size}"),
+        ("channel", "<u2"),
+        ("sequence", "<u4"),
+        ("time_ns", "<u8"),
+        ("published_ns", "<u8"),
+    ]
+)
 _HEAD_RECORD = re.compile(b"[" + bytes((Opcode.ATTACHMENT, Opcode.METADATA)) + b"]")
 _CHUNK_START_TO_ZSTD = 1 + 8 + 8 + 8 + 8 + 4  # opcode, length, first and last time, size, checksum
 _BROKEN = (
@@ -115,26 +126,87 @@ class Contents:
             self._add_chunk(body)
 
     def _add_chunk(self, body: bytes) -> None:
-        # The MCAP library makes an object of every record and is several times slower; logs have 10^5 messages.
-        at = 0
-        while at < len(body):
-            opcode, length = RECORD_HEAD.unpack_from(body, at)
-            at += RECORD_HEAD.size
-            if at + length > len(body):
-                raise ValueError("a record extends past the end of its chunk")
-            if opcode == Opcode.MESSAGE:
-                channel, sequence, time_ns, _ = MESSAGE_HEAD.unpack_from(body, at)
-                self._add_message(channel, sequence, time_ns, body[at + MESSAGE_HEAD.size : at + length])
-            elif opcode == Opcode.CHANNEL:
-                self.add(Channel.read(ReadDataStream(BytesIO(body[at : at + length]))))
+        others, messages = chunk_records(body)
+        for at, opcode, content in others:
+            if opcode == Opcode.CHANNEL:
+                channel = Channel.read(ReadDataStream(BytesIO(content)))
+                if channel.id not in self.channels and channel.id in messages.channel[messages.at < at]:
+                    raise ValueError(f"a message comes before its channel, {channel.topic!r}")
+                self.add(channel)
             elif opcode != Opcode.SCHEMA:
                 raise ValueError(f"a chunk holds a record of the kind {opcode}, which is none of a chunk's")
-            at += length
+        keeps = {number: self._keeps(number) for number in np.unique(messages.channel).tolist()}
+        columns = (messages.channel, messages.sequence, messages.time_ns, messages.data_at, messages.end)
+        for number, sequence, time_ns, begin, end in zip(*(column.tolist() for column in columns), strict=True):
+            if keeps[number]:
+                self.messages.append(LogMessage(self.channels[number], sequence, time_ns, body[begin:end]))
+
+    def _keeps(self, channel: int) -> bool:
+        return self.topics is None or of_first_crane(self.channels[channel]) in self.topics
 
     def _add_message(self, channel: int, sequence: int, time_ns: int, data: bytes) -> None:
-        topic = self.channels[channel]
-        if self.topics is None or of_first_crane(topic) in self.topics:
-            self.messages.append(LogMessage(topic, sequence, time_ns, data))
+        if self._keeps(channel):
+            self.messages.append(LogMessage(self.channels[channel], sequence, time_ns, data))
+
+
+class ChunkMessages(NamedTuple):
+    """The messages of a chunk, in order.
+
+    Attributes:
+        channel: (N,) number of the channel of each; so for the others.
+        sequence: Its number in its topic.
+        time_ns: Its log time.
+        published_ns: Its publish time.
+        at: Where its record begins in the chunk.
+        data_at: Where its data begin.
+        end: Where its record ends.
+    """
+
+    channel: NDArray[np.uint16]
+    sequence: NDArray[np.uint32]
+    time_ns: NDArray[np.uint64]
+    published_ns: NDArray[np.uint64]
+    at: NDArray[np.int64]
+    data_at: NDArray[np.int64]
+    end: NDArray[np.int64]
+
+
+def chunk_records(body: bytes) -> tuple[list[tuple[int, int, bytes]], ChunkMessages]:
+    """Return the records of a chunk that are not messages, as (where it begins, kind, content), and its messages.
+
+    The MCAP library makes an object of every record and is many times slower; logs have a million messages.
+
+    Raises:
+        ValueError: If a record extends past the chunk, or is too short.
+    """
+    others: list[tuple[int, int, bytes]] = []
+    begin: list[int] = []
+    ends: list[int] = []
+    at, head = 0, RECORD_HEAD.size
+    while at < len(body):
+        opcode, length = RECORD_HEAD.unpack_from(body, at)
+        end = at + head + length
+        if end > len(body):
+            raise ValueError("a record extends past the end of its chunk")
+        if opcode != Opcode.MESSAGE:
+            others.append((at, opcode, body[at + head : end]))
+        elif end - at < _MESSAGE.itemsize:
+            raise ValueError("a message is shorter than its head")
+        else:
+            begin.append(at)
+            ends.append(end)
+        at = end
+    starts = np.array(begin, np.int64)
+    heads = np.frombuffer(body, np.uint8)[starts[:, None] + np.arange(_MESSAGE.itemsize)].view(_MESSAGE)[:, 0]
+    return others, ChunkMessages(
+        heads["channel"],
+        heads["sequence"],
+        heads["time_ns"],
+        heads["published_ns"],
+        starts,
+        starts + _MESSAGE.itemsize,
+        np.array(ends, np.int64),
+    )
 
 
 def _insist_on_one(kind: str, name: str, known: Collection[str]) -> None:
@@ -168,7 +240,7 @@ def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None =
         raise LogFileError(name, "is truncated: the signature at its end is missing", hint=RECOVER_HINT)
     contents = Contents(topics=topics, room=_room_of(data))
     try:
-        reader = StreamReader(BytesIO(data), emit_chunks=True, validate_crcs=True, record_size_limit=len(data))
+        reader = _Reader(BytesIO(data), emit_chunks=True, validate_crcs=True, record_size_limit=len(data))
         for record in reader.records:
             contents.add(record)
             if isinstance(record, Footer):
@@ -179,6 +251,16 @@ def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None =
     except _BROKEN as error:
         raise LogFileError(name, f"is damaged ({_reason(error)})", hint=RECOVER_HINT) from error
     return contents
+
+
+class _Reader(StreamReader):
+    """Does not look into the indices of messages, which :mod:`bimvox.log.mcap.form_check` compares with the chunks."""
+
+    def _read_record(self, opcode: int, length: int) -> Any:
+        if opcode == Opcode.MESSAGE_INDEX:
+            self._stream.read(length)
+            return None
+        return super()._read_record(opcode, length)
 
 
 def salvage_contents(data: bytes, name: Path | str) -> Contents:
