@@ -2,15 +2,46 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 import numba
+from numba.core import typed_passes, untyped_passes
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import PassManager
 from numba.core.types.misc import unliteral
 
 from bimvox.kernel_cache import KernelCache
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+# Numba's passes for what no kernel uses, and for people who look at one; all others see the same program without them.
+_NEEDLESS = (
+    untyped_passes.WithLifting,
+    untyped_passes.RewriteDynamicRaises,
+    untyped_passes.MakeFunctionToJitFunction,
+    untyped_passes.InlineInlinables,
+    untyped_passes.FindLiterallyCalls,
+    untyped_passes.LiteralUnroll,
+    untyped_passes.LiteralPropagationSubPipelinePass,
+    typed_passes.InlineOverloads,
+    typed_passes.AnnotateTypes,
+    typed_passes.DumpParforDiagnostics,
+)
+
+
+class _Passes(CompilerBase):  # type: ignore[misc]  # numba has no types
+    """Numba's own passes, in its order, without those that no kernel needs."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the passes."""
+        chosen = PassManager("kernel")
+        for one, words in DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
+            if one not in _NEEDLESS:
+                chosen.add_pass(one, words)
+        chosen.finalize()
+        return [chosen]
 
 
 def kernel(function: F) -> F:
@@ -36,20 +67,40 @@ def inline_kernel(function: F) -> F:
 
 
 def _compiled(function: F, **options: bool) -> F:
-    dispatcher = numba.njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
-    cache = dispatcher._cache = KernelCache(dispatcher)
-    compile_one, resolve = dispatcher.compile, dispatcher.get_call_template
+    """Return the kernel as Python calls it; ``callee()`` of it is the one that other kernels call.
 
-    def compile_once(signature: Any) -> Any:
-        with cache.turn():
-            return compile_one(signature)
+    Numba makes each kernel a wrapper that reads its arguments from Python's objects. This takes a fifth of the time of
+    compiling, and most kernels are called by kernels only. So the callee is compiled apart, without the wrapper.
+    """
+    dispatcher = _dispatcher(function, **options)
+
+    @functools.cache
+    def callee() -> Any:
+        return _dispatcher(function, no_cpython_wrapper=True, **options)
 
     def without_literals(args: Sequence[Any], kws: dict[str, Any]) -> Any:
         """Resolve a call from another kernel by the types of its arguments alone.
 
         Otherwise numba compiles a kernel again for each constant that a caller passes.
         """
+        resolve = callee().get_call_template
         return resolve([unliteral(one) for one in args], {name: unliteral(one) for name, one in kws.items()})
 
-    dispatcher.compile, dispatcher.get_call_template = compile_once, without_literals
+    def overload(signature: Any) -> Any:
+        return callee().get_overload(signature)
+
+    dispatcher.callee, dispatcher.get_call_template, dispatcher.get_overload = callee, without_literals, overload
     return dispatcher  # type: ignore[no-any-return]
+
+
+def _dispatcher(function: F, **options: bool) -> Any:
+    dispatcher = numba.njit(nogil=True, no_cfunc_wrapper=True, pipeline_class=_Passes, **options)(function)
+    cache = dispatcher._cache = KernelCache(dispatcher)
+    compile_one = dispatcher.compile
+
+    def compile_once(signature: Any) -> Any:
+        with cache.turn():
+            return compile_one(signature)
+
+    dispatcher.compile = compile_once
+    return dispatcher

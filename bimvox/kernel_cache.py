@@ -36,6 +36,9 @@ from numba.core.sigutils import normalize_signature
 
 from bimvox.compiling import compiling_one
 
+CALLEE = ".callee"
+"""Ends the name of a kernel as other kernels call it; see `bimvox.compiled`."""
+
 _DIGITS = 32
 _CHECKSUM_BYTES = 32
 _LONGEST_WAIT_S = 300.0  # for a process that has stopped without ending
@@ -60,6 +63,12 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         self._digest: str | None = None
         self._is_enabled = True
         self._turns: list[ExitStack] = []
+
+    @property
+    def _stem(self) -> str:
+        """What the names of this kernel's files begin with."""
+        of_callee = CALLEE if self._dispatcher.targetoptions.get("no_cpython_wrapper") else ""
+        return f"{self._dispatcher.py_func.__name__}{of_callee}"
 
     @property
     def cache_path(self) -> str:
@@ -115,8 +124,7 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
 
     def flush(self) -> None:
         """Remove this kernel's files."""
-        function = self._dispatcher.py_func
-        for file in Path(self.cache_path).glob(f"{function.__name__}-*.nbc"):
+        for file in Path(self.cache_path).glob(f"{self._stem}-*.nbc"):
             file.unlink(missing_ok=True)
 
     def _file(self, sig: Any, codegen: Any) -> Path:
@@ -125,7 +133,7 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         arguments, _ = normalize_signature(sig)
         machine = (codegen.magic_tuple(), numba.__version__, sys.version_info)
         key = (self._digest, str(arguments), *_fields_of(arguments), machine)
-        return Path(self.cache_path) / f"{self._dispatcher.py_func.__name__}-{_hashed(repr(key).encode())}.nbc"
+        return Path(self.cache_path) / f"{self._stem}-{_hashed(repr(key).encode())}.nbc"
 
 
 def _read(file: Path, target_context: Any) -> Any:

@@ -22,7 +22,7 @@ from typing import Any, TypeAlias
 import numba
 from numba import types
 
-from bimvox.kernel_cache import file_of, is_locked
+from bimvox.kernel_cache import CALLEE, file_of, is_locked
 from bimvox.processes import end_with
 
 _LIST = Path(__file__).with_name("kernels.json")
@@ -75,14 +75,17 @@ def written(folder: Path, known: Sequence[Path]) -> list[list[Words]]:
     entries = []
     for file in files:
         (described,) = (one for one in pickle.loads(file.read_bytes()) if hasattr(one, "argtypes"))
-        name = f"{described.modname}:{described.qualname}"
+        callee = CALLEE if file.name.split("-")[0].endswith(CALLEE) else ""
+        name = f"{described.modname}:{described.qualname}{callee}"
         entries.append([name, *(_words_of(one) for one in described.argtypes)])
     return entries
 
 
 def _wanted(name: str, *arguments: Words) -> Wanted | None:
     with suppress(ImportError, AttributeError):
-        dispatcher, given = _named(name), tuple(_type_of(one) for one in arguments)
+        dispatcher, given = _named(name.removesuffix(CALLEE)), tuple(_type_of(one) for one in arguments)
+        if name.endswith(CALLEE):
+            dispatcher = dispatcher.callee()
         if len(given) == dispatcher.py_func.__code__.co_argcount:
             return Wanted(dispatcher, given, file_of(dispatcher, given))
     return None

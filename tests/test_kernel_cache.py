@@ -17,6 +17,7 @@ import pytest
 from filelock import FileLock
 
 from bimvox import kernel_cache
+from bimvox.compiled import _NEEDLESS
 from bimvox.compiling import told
 from bimvox.kernel_cache import KernelCache, digest_of, is_locked
 from bimvox.voxelization import columns
@@ -144,7 +145,7 @@ def test_a_folder_that_cannot_be_written_costs_only_time(tmp_path: Path, monkeyp
 SCRIPT = (
     MODULE.format(constant="FACTOR = 3", doc='"""Words."""', inner="")
     + "\nimport sys; print('ready', flush=True); sys.stdin.readline()\nassert outer(2) == 7\n"
-    "print(sum(outer.stats.cache_misses.values()), sum(inner.stats.cache_misses.values()))\n"
+    "print(sum(outer.stats.cache_misses.values()), sum(inner.callee().stats.cache_misses.values()))\n"
 )
 
 
@@ -213,6 +214,40 @@ def test_compiling_is_told_and_loading_is_not(tmp_path: Path, monkeypatch: pytes
     assert [now for _, now in first] == [True, True, True, False]  # outer, and inner within it
     assert first[1][0] - first[0][0] == 1
     assert heard == first
+
+
+def test_a_kernel_that_kernels_call_is_compiled_without_what_python_needs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    names = module_of()
+    assert names["outer"](2) == 7
+
+    def made() -> list[str]:
+        return sorted(file.name.split("-")[0] for file in tmp_path.rglob("*.nbc"))
+
+    assert made() == ["inner.callee", "outer"]
+    (library,) = (one.library for one in names["inner"].callee().overloads.values())
+    assert [one.name for one in library.get_defined_functions() if "cpython" in one.name] == []
+    again = module_of()  # from the files
+    assert again["outer"](2) == 7
+    assert again["inner"](2) == 6  # Python may call it all the same
+    assert made() == ["inner", "inner.callee", "outer"]
+
+
+def test_numbas_passes_are_left_out_by_a_name_that_numba_has() -> None:
+    class Asked(numba.core.compiler.CompilerBase):  # type: ignore[misc]
+        def define_pipelines(self) -> list[Any]:
+            offered = numba.core.compiler.DefaultPassBuilder.define_nopython_pipeline(self.state).passes
+            assert {*_NEEDLESS} < {one for one, _ in offered}
+            return super().define_pipelines()
+
+    @numba.njit(pipeline_class=Asked)
+    def nothing() -> int:
+        return 1
+
+    with pytest.raises(NotImplementedError):
+        nothing()
 
 
 def test_a_kernel_that_cannot_be_compiled_leaves_no_lock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
