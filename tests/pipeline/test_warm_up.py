@@ -18,7 +18,7 @@ from bimvox.kernel_list import wanted
 from bimvox.progress import SilentProgress
 
 SAMPLE = Path(__file__).parents[2] / "sample_models" / "prefab.ifc"
-LEFT_OUT = ("rounded-", "_mixed-", "_numbered-")
+LEFT_OUT = ("rounded.", "_mixed.", "_numbered-")
 
 
 @pytest.fixture
