@@ -21,8 +21,6 @@ import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +46,7 @@ def main() -> int:
     for name in options.sites.split(","):
         with tempfile.TemporaryDirectory(prefix="bimvox-watch-") as scratch:
             rows.append(_measured(name, Path(scratch), options))
-    text = f"{table(rows)}\n\n{update_table_text()}"
+    text = table(rows)
     print(text)
     if options.write:
         put_into(DOCUMENT, "bench-watch", text)
@@ -167,53 +165,8 @@ def table(rows: list[dict[str, Any]]) -> str:
         events = Counter(r["event"] for r in row["found"])
         told = ", ".join(f"{count} {event}" for event, count in events.items())
         lines.append(f"Where the time of {row['name']} goes: {shares}. Events: {told}.")
-        lines += [
-            "",
-            f"{row['name']}, until the first lifts are on disk:",
-            "",
-            "```text",
-            *histogram(row["found"]),
-            "```",
-            "",
-        ]
+        lines.append("")
     return "\n".join(lines).rstrip()
-
-
-def histogram(found: list[dict[str, Any]]) -> list[str]:
-    """Return a histogram of the latencies as lines of text."""
-    values = np.array([row["first_ms"] for row in found])
-    edges = np.array([0, 25, 50, 75, 100, 150, 250, 500, 750, 1000, 1500, 2000, 4000, np.inf])
-    counts, _ = np.histogram(values, edges)
-    used = np.flatnonzero(counts)
-    lines = []
-    for n in range(int(used[0]), int(used[-1]) + 1):
-        span = f"{edges[n]:.0f} - {edges[n + 1]:.0f} ms" if np.isfinite(edges[n + 1]) else f"over {edges[n]:.0f} ms"
-        lines.append(f"{span:>14}  {counts[n]:4d}  {'#' * int(np.ceil(60 * counts[n] / counts.max()))}".rstrip())
-    return lines
-
-
-def update_table_text() -> str:
-    """Return the cost of the summed-area table of 200 x 200 x 60 cells: rebuilt, and updated."""
-    from bimvox.grid.summed_area import summed_area_table, update_table
-
-    counts = (np.random.default_rng(0).random((200, 200, 60)) < 0.05).astype(np.uint16)
-    table = summed_area_table(counts > 0)
-
-    def best_ms(run: Callable[[], object]) -> float:
-        times = []
-        for _ in range(9):
-            before_s = time.process_time()
-            run()
-            times.append(time.process_time() - before_s)
-        return min(times) * 1000.0
-
-    anew = best_ms(lambda: summed_area_table(counts > 0))
-    shares = {
-        share: best_ms(partial(update_table, table, counts, int(200 * share), int(200 * share), 1))
-        for share in (0.0, 0.25, 0.5, 0.75)
-    }
-    parts = ", ".join(f"{ms:.1f} ms for cells from {share:.0%} of x and y on" for share, ms in shares.items())
-    return f"The summed-area table of 200 x 200 x 60 cells: {anew:.1f} ms rebuilt; updated in place {parts}."
 
 
 def _quantiles(found: list[dict[str, Any]], key: str) -> str:
