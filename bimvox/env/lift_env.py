@@ -14,7 +14,8 @@ from bimvox.env.actions import ACTION_COUNT, Action, checked_action
 from bimvox.env.batched import MEMORY
 from bimvox.env.default_problem import default_problem
 from bimvox.env.dynamics import NO_ACTION, LiftState, StepLimit, has_arrived, initial_state, steps_allowed, transition
-from bimvox.env.names import named
+from bimvox.env.lift_picture import lift_pixels
+from bimvox.env.names import known_options, named
 from bimvox.env.observation import VIEW_SIZE, look
 from bimvox.env.pool import pool_of
 from bimvox.env.problem import LiftProblem, is_learnable
@@ -29,21 +30,21 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     It uses the same pure functions as :class:`bimvox.env.batched.BatchedLiftEnv`. This environment is for experiments
     and for other learners; the batched one trains the policy.
 
-    ``reset`` takes the options ``problem`` (index) and ``start`` (reference cell). ``info`` holds ``is_success``,
-    ``bumped``, ``cell_vox`` and ``distance`` (moves to the target).
+    ``reset`` takes the options ``problem`` (index) and ``start`` (reference cell), and no others. ``info`` holds
+    ``is_success``, ``bumped``, ``cell_vox`` and ``distance`` (moves to the target).
 
     Args:
         problems: Episodes are drawn from these; default: the paper's site.
         reward_name: A key of ``REWARDS``.
         mix: Where episodes begin; default: only at the problems' yard starts.
         limit: How many actions an episode may take.
-        render_mode: None or ``ansi``.
+        render_mode: None, ``ansi`` (text) or ``rgb_array`` ((H, W, 3) uint8).
 
     Raises:
         ValueError: A problem is not learnable, or the render mode is unknown.
     """
 
-    metadata = {"render_modes": ["ansi"], "render_fps": 4}  # noqa: RUF012  (Gymnasium's own convention)
+    metadata = {"render_modes": ["ansi", "rgb_array"], "render_fps": 4}  # noqa: RUF012  (Gymnasium's own convention)
 
     def __init__(
         self,
@@ -54,8 +55,8 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         limit: StepLimit = StepLimit(),  # noqa: B008  (immutable)
         render_mode: str | None = None,
     ) -> None:
-        if render_mode not in (None, "ansi"):
-            raise ValueError(f"render_mode {render_mode!r}: only None and 'ansi' are known")
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            raise ValueError(f"render_mode: {render_mode!r} is unknown; there are None, ansi, rgb_array")
         self._problems = tuple(problems) if problems is not None else (default_problem(),)
         if not all(is_learnable(problem) for problem in self._problems):
             raise ValueError("a problem has no distance field, or no start from which its target can be reached")
@@ -85,14 +86,21 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begin an episode; see the class for ``options``."""
+        """Begin an episode; see the class for ``options``.
+
+        Raises:
+            ValueError: An option is unknown, or its value is not possible.
+        """
         super().reset(seed=seed)
-        chosen = options or {}
+        chosen = known_options(options, "problem", "start")
         self._p = int(chosen.get("problem", self.np_random.integers(len(self._problems))))
+        if not 0 <= self._p < len(self._problems):
+            raise ValueError(f"options: problem {self._p} is not one of 0 to {len(self._problems) - 1}")
         if "start" in chosen:
             cell = tuple(int(c) for c in chosen["start"])
-            if self.problem.distance_from(cell) < 0:
-                raise ValueError(f"start {cell}: the target cannot be reached from there")
+            inside = len(cell) == 3 and all(0 <= c < n for c, n in zip(cell, self.problem.grid_shape, strict=True))
+            if not inside or self.problem.distance_from(cell) < 0:
+                raise ValueError(f"options: start {cell}: the target cannot be reached from there")
         else:
             generator = self.np_random.integers(2**63, size=1).astype(np.uint64)
             cell = draw_start(self._pool, self._p, self._mix, generator)
@@ -126,10 +134,20 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         truncated = not arrived and self._state.steps >= self._allowed
         return self._observation(), earned, arrived, truncated, self._info(bumped=bumped)
 
-    def render(self) -> str | None:
-        """Return the layer of the reference cell as text: C the component, T the target's column, # not free."""
+    def render(self) -> Any:
+        """Return the picture of the running episode (:func:`bimvox.env.lift_picture.lift_pixels`), or text.
+
+        The text is the layer of the reference cell: C the component, T the target's column, # not free.
+
+        Raises:
+            ResetNeeded: Before the first ``reset``.
+        """
         if self.render_mode is None:
             return None
+        if not self._begun:
+            raise ResetNeeded("render: no episode has begun; call reset() first")
+        if self.render_mode == "rgb_array":
+            return lift_pixels(self.problem, self._state[:3])
         nx, ny, _ = self.problem.grid_shape
         x, y, z, last_action, steps = self._state
         target = self.problem.target_vox

@@ -4,9 +4,11 @@ import subprocess
 import sys
 
 import gymnasium
+import numpy as np
 import pytest
 
 from bimvox.env import gym
+from bimvox.env.actions import MOVES
 
 HEAVY = ("numba", "torch", "stable_baselines3", "bimvox.paper.env.spec", "bimvox.rendering")
 
@@ -56,3 +58,55 @@ def test_registering_twice_is_harmless():
     assert set(gym.PAPER_ENV_IDS) <= set(gymnasium.registry)
     spec = gymnasium.spec("bimvox/PrefabFrame-v0")
     assert gymnasium.envs.registration.EnvSpec.from_json(spec.to_json()).kwargs == {"site": "frame"}
+
+
+@pytest.mark.parametrize("env_id", [*gym.PAPER_ENV_IDS, gym.LIFT_ENV_ID])
+def test_the_shortest_paths_solve_an_environment_and_five_percent_more_moves_do_it_just(env_id):
+    env = gymnasium.make(env_id)
+    threshold = env.spec.reward_threshold
+    returns = []
+    for seed in range(60):
+        _, info = env.reset(seed=seed)
+        total, done = 0.0, False
+        while not done:
+            _, reward, terminated, truncated, info = env.step(_nearer(env.unwrapped, info["cell_vox"]))
+            total, done = total + float(reward), terminated or truncated
+        assert info["is_success"]
+        returns.append(total)
+    error = np.std(returns) / np.sqrt(len(returns))
+    assert np.mean(returns) + 3 * error > threshold
+    assert np.mean(returns) - 3 * error < threshold + 0.06 * abs(threshold)
+
+
+def _nearer(env, cell):
+    """Return a move along the exact distance."""
+    distances = env.distance_field() if hasattr(env, "distance_field") else env.problem.distance
+    here = np.array(cell)
+    for action, offset in enumerate(MOVES):
+        there = here + offset
+        inside = (there >= 0).all() and (there < distances.shape).all()
+        if inside and 0 <= distances[tuple(there)] < distances[tuple(here)]:
+            return action
+    raise AssertionError(f"no move from {cell} is nearer to the target")
+
+
+@pytest.mark.parametrize("env_id", [*gym.PAPER_ENV_IDS, gym.LIFT_ENV_ID])
+def test_every_environment_draws_itself_as_pixels(env_id):
+    env = gymnasium.make(env_id, render_mode="rgb_array")
+    env.reset(seed=0)
+    pixels = env.render()
+    assert pixels.dtype == np.uint8
+    assert pixels.shape[2] == 3
+    assert pixels.std() > 0
+
+
+@pytest.mark.parametrize("env_id", [*gym.PAPER_ENV_IDS, gym.LIFT_ENV_ID])
+def test_an_option_that_no_reset_knows_is_refused(env_id):
+    with pytest.raises(ValueError, match="options: 'nothing' unknown"):
+        gymnasium.make(env_id).reset(options={"nothing": 1})
+
+
+@pytest.mark.parametrize("env_id", gym.PAPER_ENV_IDS)
+def test_many_sites_at_once_take_no_options(env_id):
+    with pytest.raises(ValueError, match="options: 'layout' unknown; there are none"):
+        gymnasium.make_vec(env_id, num_envs=2).reset(options={"layout": None})

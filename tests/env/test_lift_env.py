@@ -13,6 +13,7 @@ import bimvox.env.lift_env as lift_env
 from bimvox.env import gym
 from bimvox.env.default_problem import default_problem
 from bimvox.env.dynamics import StepLimit
+from bimvox.env.lift_picture import BLOCKED, COMPONENT, FREE, TARGET
 from bimvox.env.problem import lift_problem, training_problem
 
 
@@ -34,7 +35,8 @@ def test_gymnasium_and_sb3_find_nothing_to_warn_about():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(gymnasium.make("bimvox/Lift-v0").unwrapped)
-        check_env(gymnasium.make("bimvox/Lift-v0", render_mode="ansi").unwrapped)
+        for render_mode in ("ansi", "rgb_array"):
+            check_env(gymnasium.make("bimvox/Lift-v0", render_mode=render_mode).unwrapped)
         check_env_sb3(lift_env.LiftEnv())
 
 
@@ -102,8 +104,44 @@ def test_drawn_as_text():
     assert lift_env.LiftEnv().render() is None
 
 
+def test_drawn_as_pixels():
+    env = lift_env.LiftEnv([default_problem(obstructions=(((10, 2, 1), (13, 4, 3)),))], render_mode="rgb_array")
+    with pytest.raises(gymnasium.error.ResetNeeded, match="reset"):
+        env.render()
+    env.reset(options={"start": (2, 3, 2)})
+    pixels = env.render()
+    assert pixels.dtype == np.uint8
+    assert max(pixels.shape) >= 480
+    scale = pixels.shape[1] // 15
+    squares = pixels[scale // 2 :: scale, scale // 2 :: scale]
+    assert squares.shape == (15 + 1 + 6, 15, 3)
+    above, front = squares[:15][::-1], squares[16:][::-1]  # [y, x] and [z, x]
+    assert tuple(above[3, 2]) == tuple(front[2, 2]) == COMPONENT
+    assert tuple(above[7, 7]) == tuple(front[1, 7]) == TARGET
+    assert tuple(above[2, 11]) == tuple(front[2, 11]) == BLOCKED
+    assert tuple(above[10, 11]) == tuple(front[2, 5]) == FREE
+    env.step(np.int64(3))
+    assert not np.array_equal(env.render(), pixels)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"begin": (0, 0, 2)}, "options: 'begin' unknown; there are problem, start"),
+        ({"problem": 1}, "options: problem 1 is not one of 0 to 0"),
+        ({"problem": -1}, "options: problem -1 is not one of 0 to 0"),
+        ({"start": (99, 0, 2)}, r"options: start \(99, 0, 2\): the target cannot be reached"),
+        ({"start": (0, -1, 2)}, r"options: start \(0, -1, 2\): the target cannot be reached"),
+        ({"start": (0, 2)}, r"options: start \(0, 2\): the target cannot be reached"),
+    ],
+)
+def test_impossible_options_are_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        lift_env.LiftEnv().reset(options=options)
+
+
 def test_impossible_arguments_are_refused():
-    with pytest.raises(ValueError, match="render_mode"):
+    with pytest.raises(ValueError, match="render_mode: 'human' is unknown; there are None, ansi, rgb_array"):
         lift_env.LiftEnv(render_mode="human")
     with pytest.raises(ValueError, match="no distance field"):
         lift_env.LiftEnv([lift_problem(default_problem().space, (0, 0, 2), (7, 7, 1))])

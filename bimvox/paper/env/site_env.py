@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bimvox.env.actions import ACTION_COUNT, checked_action
 from bimvox.env.distance import distance_field
 from bimvox.env.dynamics import NO_ACTION
-from bimvox.env.names import named
+from bimvox.env.names import known_options, named
 from bimvox.paper.env.ansi import ansi_picture
 from bimvox.paper.env.draw import draw_layout
 from bimvox.paper.env.dynamics import (
@@ -46,9 +46,10 @@ class PaperSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     Actions are those of ``bimvox.env.actions``. Terminated when everything is assembled, truncated when the steps are
     used up. It uses the same functions as :class:`bimvox.paper.env.batched.BatchedPaperSite`.
 
-    ``reset`` takes the option ``layout`` (:class:`PaperLayout`); by default one is drawn as the site says. ``info``
-    holds ``is_success``, ``bumped``, ``assembled`` (their number), ``component`` (serial number in transit; at the end
-    the last one's), ``steps`` (of that component), ``late``, ``cell_vox``, ``target_vox`` and ``states`` (of each).
+    ``reset`` takes the option ``layout`` (:class:`PaperLayout`), and no other; by default one is drawn as the site
+    says. ``info`` holds ``is_success``, ``bumped``, ``assembled`` (their number), ``component`` (serial number
+    in transit; at the end the last one's), ``steps`` (of that component), ``late``, ``cell_vox``, ``target_vox`` and
+    ``states`` (of each).
 
     Args:
         site: The site, or a key of ``PRESETS``; default: the paper's experiment.
@@ -112,11 +113,11 @@ class PaperSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         """Begin an episode; see the class for ``options``.
 
         Raises:
-            ValueError: The layout does not fit the site.
+            ValueError: The layout does not fit the site, or an option is unknown.
             PlanningError: No layout was found.
         """
         super().reset(seed=seed)
-        layout = (options or {}).get("layout")
+        layout = known_options(options, "layout").get("layout")
         if layout is not None:
             write_layout(self.site_spec, layout, self._site)
         else:

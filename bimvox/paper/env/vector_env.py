@@ -14,6 +14,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from bimvox.env.actions import ACTION_COUNT
+from bimvox.env.names import known_options
 from bimvox.paper.env.ansi import ansi_picture
 from bimvox.paper.env.batch_kernels import PaperStep
 from bimvox.paper.env.batched import BatchedPaperSite
@@ -90,8 +91,13 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begin an episode on every site; a seed determines everything drawn from here on. It takes no options."""
+        """Begin an episode on every site; a seed determines everything drawn from here on.
+
+        Raises:
+            ValueError: There are options; it takes none.
+        """
         super().reset(seed=seed)
+        known_options(options)
         if seed is not None or self._np_random is None:
             self.batch.seed(int(self.np_random.integers(2**63)))
         observations = self.batch.reset()
