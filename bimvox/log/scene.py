@@ -19,12 +19,14 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.boxes import boxes_of
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
+from bimvox.kept import kept
 from bimvox.log import schema as topics
 from bimvox.log.colours import KIND_RGBA, STATE_RGBA, ConstructionState, Rgba
 from bimvox.log.mcap.messages import colour, pairs, pose, stamp, vector
-from bimvox.records.lift import Lift
+from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LoadTrack
+from bimvox.site.component import Component
 from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Site
 
 States = Mapping[int, ConstructionState]
@@ -127,36 +129,13 @@ class SceneUpdates:
             )
             for index in sorted(gone)
         ]
-        entities = [self._component_entity(index, states[index], time_ns) for index in sorted(changed)]
-        return SceneUpdate(deletions=deletions, entities=entities)
-
-    def _component_entity(self, index: int, state: ConstructionState, time_ns: int) -> Any:
-        component, lift, frame = self.site.components[index], self.lifts[index], self.site.frame
-        frame_id = "site"
-        if state is ConstructionState.UNBUILT and lift.place is not None:
-            shape, corner_m = lift.place.shape, frame.corner_of(lift.place.cell_vox)
-        elif state is ConstructionState.IN_TRANSIT:
-            shape, corner_m, frame_id = component.shape, np.zeros(3), component_frame(component.id)
-        else:
-            shape, corner_m = component.shape, frame.corner_of(component.target_vox)
-        return SceneEntity(
-            timestamp=stamp(time_ns),
-            frame_id=frame_id,
-            id=component.id,
-            frame_locked=True,
-            metadata=pairs(
-                {
-                    "global_id": component.global_id,
-                    "ifc_class": component.ifc_class,
-                    "name": component.name,
-                    "state": state.value,
-                    "number": lift.number,
-                    "order": lift.order,
-                    "mass_kg": component.mass_kg,
-                }
-            ),
-            cubes=_cubes(shape.boxes, corner_m, frame.voxel_size_m, STATE_RGBA[state]),
-        )
+        update, begins = SceneUpdate(deletions=deletions), SceneEntity(timestamp=stamp(time_ns)).SerializeToString()
+        for index in sorted(changed):
+            lift = self.lifts[index]
+            # Protobuf merges concatenated messages into one with all fields.
+            rest = _entity_bytes(self.site.components[index], lift.place, lift.order, states[index], self.site.frame)
+            update.entities.add().MergeFromString(begins + rest)
+        return update
 
     def _blocker_entities(self, blocker: Blocker, time_ns: int) -> list[Any]:
         frame = self.site.frame
@@ -195,6 +174,39 @@ class SceneUpdates:
             )
             for part, (low, size) in boxes.items()
         ]
+
+
+@kept
+def _entity_bytes(
+    component: Component, place: YardPlace | None, order: int, state: ConstructionState, frame: GridFrame
+) -> bytes:
+    """Return the serialized entity of a part in a state, without its time."""
+    frame_id = "site"
+    if state is ConstructionState.UNBUILT and place is not None:
+        shape, corner_m = place.shape, frame.corner_of(place.cell_vox)
+    elif state is ConstructionState.IN_TRANSIT:
+        shape, corner_m, frame_id = component.shape, np.zeros(3), component_frame(component.id)
+    else:
+        shape, corner_m = component.shape, frame.corner_of(component.target_vox)
+    entity = SceneEntity(
+        frame_id=frame_id,
+        id=component.id,
+        frame_locked=True,
+        metadata=pairs(
+            {
+                "global_id": component.global_id,
+                "ifc_class": component.ifc_class,
+                "name": component.name,
+                "state": state.value,
+                "number": order + 1,
+                "order": order,
+                "mass_kg": component.mass_kg,
+            }
+        ),
+        cubes=_cubes(shape.boxes, corner_m, frame.voxel_size_m, STATE_RGBA[state]),
+    )
+    data: bytes = entity.SerializeToString()
+    return data
 
 
 def _hammerhead_boxes(crane: TowerCrane) -> Boxes:

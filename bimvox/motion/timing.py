@@ -85,7 +85,8 @@ def sample_times(motion: Motion, end_ns: int, must_ns: NDArray[np.int64], rigged
     steps = int(np.ceil(end_ns / NS_PER_S * motion.top_speed_m_s / (_DENSE_VOX * voxel_size_m))) + 1
     dense = _ascending(np.linspace(0, end_ns, steps + 1).astype(np.int64), must)
     hook_m = hook_of(motion.crane, *motion.axes_at(dense / NS_PER_S).T)
-    travel_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(hook_m, axis=0), axis=1))])
+    x, y, z = np.diff(hook_m, axis=0).T
+    travel_m = np.concatenate([[0.0], np.cumsum(np.sqrt(x * x + y * y + z * z))])
     stride = np.floor(travel_m / (_SPACING_VOX * voxel_size_m))
     passing = dense[1:][np.diff(stride) > 0]
     return _ascending(must, _apart(passing, must))

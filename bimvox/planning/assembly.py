@@ -213,12 +213,16 @@ class Assembly:
             if not isinstance(stage, Stage) and not stage.on_the_way:
                 return
 
-    def unsupported(self, index: int) -> Obstacle | None:
+    def unsupported(self, index: int, *, is_in_reach: bool = False) -> Obstacle | None:
         """Return why component ``index`` cannot be lifted whatever its path: the crane, the yard or its supports.
 
         Looks at no cells. None if only the path decides.
+
+        Args:
+            index: The component.
+            is_in_reach: Whether it is known that the crane can lift it to its place.
         """
-        refused = refused_by_crane(self._site, self._site.components[index])
+        refused = None if is_in_reach else refused_by_crane(self._site, self._site.components[index])
         if refused is not None:
             return Obstacle(refused)
         if self._preparation.places[index] is None:

@@ -88,7 +88,7 @@ def _a_star(
     nx, ny, nz = space.table.shape[0] - 1, space.table.shape[1] - 1, space.table.shape[2] - 1
     state = np.zeros(nx * ny * nz, np.uint8)
     cost = np.zeros(nx * ny * nz, np.int32)
-    came_by = np.full(nx * ny * nz, -1, np.int8)
+    came_by = np.zeros(nx * ny * nz, np.int8)  # one more than the move; zeros need no memory until they are used
     this_f, next_f = np.empty(1024, np.int64), np.empty(1024, np.int64)
     this_size, next_size, expanded = 0, 0, 0
     no_path = np.empty((0, 3), np.int32)
@@ -129,7 +129,7 @@ def _a_star(
             if state[there] == _BLOCKED:
                 continue
             cost[there] = cost[here] + 1
-            came_by[there] = action
+            came_by[there] = action + 1
             if abs(u - goal[0]) + abs(v - goal[1]) + abs(w - goal[2]) < away:
                 this_f = _pushed(this_f, this_size, there)
                 this_size += 1
@@ -142,7 +142,7 @@ def _a_star(
     x, y, z = goal[0], goal[1], goal[2]
     for step in range(cost[last], -1, -1):
         path[step, 0], path[step, 1], path[step, 2] = x, y, z
-        action = came_by[(x * ny + y) * nz + z]
+        action = came_by[(x * ny + y) * nz + z] - 1
         if action >= 0:
             x, y, z = x - moves[action, 0], y - moves[action, 1], z - moves[action, 2]
     return path, expanded

@@ -136,7 +136,9 @@ class Replanning:
         avoided, why = self.refused.avoided_by(component.id)
         if retrained is not None and was.component in retrained.components and was.status is Status.PLANNED:
             reason = None  # only the retrained path failed its proof; the current one is proven
-        obstacle = Obstacle(reason) if reason is not None else assembly.unsupported(was.component)
+        obstacle = None if reason is None else Obstacle(reason)
+        if obstacle is None:
+            obstacle = assembly.unsupported(was.component, is_in_reach=was.status is Status.PLANNED)
         if obstacle is not None:
             if was.status is Status.INFEASIBLE and (was.reason, was.blocked_by) == (
                 obstacle.reason,

@@ -229,6 +229,7 @@ class Watcher:
         known = [lift.order for lift in lifts if lift.status is not Status.PLANNED or lift.path_vox is not None]
         verdict = prove_plan(found.log.extract(known), self.progress)
         if verdict.verified:
+            self._reviser.known_shapes = set(range(len(lifts)))
             return found
         self.progress.note(f"{self._plan.target} is not used, its proof failed: {verdict.failures[0]}")
         return None
