@@ -32,7 +32,7 @@ def test_a_crowd_of_obstructions_is_planned_and_proven(site_folder, monkeypatch)
     (site_folder / "o.json").write_text(json.dumps({"version": 1, "obstructions": entries}))
     out = site_folder / "with.mcap"
     toml = site_folder / "frame.site.toml"
-    made = plan(toml, out, obstructions=site_folder / "o.json", wish=PolicyWish(steps=2_000), progress=SilentProgress())
+    made = plan(toml, out, obstructions=site_folder / "o.json", wish=PolicyWish("default"), progress=SilentProgress())
     ids = [blocker.id for blocker in read_log(out).plan.site.blockers if blocker.kind == "obstruction"]
     assert ids[0] == "box-05b"
     assert "box-00 to box-02 (3 obstructions)" in ids

@@ -1,5 +1,6 @@
 import importlib
 import json
+import shutil
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import pytest
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
+from planned_frame import plan_it, write_site
 
 from bimvox.bim.read import read_building
 from bimvox.cranes.schedule import time_lifts
@@ -21,6 +23,21 @@ from bimvox.records.proof import turn_to
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 STEPS = 2_000
+
+
+@pytest.fixture(scope="module")
+def planned(store: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
+    """Folder with model, site file and log, planned here after a short training, and the plan's document."""
+    folder = tmp_path_factory.mktemp("frame")
+    return folder, plan_it(write_site(folder), PolicyWish(steps=STEPS))
+
+
+@pytest.fixture
+def site_folder(planned: tuple[Path, dict], tmp_path: Path) -> Path:
+    """Return a fresh copy of the planned folder that the test may change."""
+    for source in planned[0].iterdir():
+        shutil.copy(source, tmp_path / source.name)
+    return tmp_path
 
 
 def plan_again(folder: Path, name: str = "again.mcap", policy: str | None = None, **options) -> dict:

@@ -90,7 +90,7 @@ def test_a_log_with_infeasible_lifts_is_proven_for_the_others(site_folder):
     file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": [box]}))
     out = site_folder / "with.mcap"
     made = plan(
-        site_folder / "frame.site.toml", out, obstructions=file, wish=PolicyWish(steps=2_000), progress=SilentProgress()
+        site_folder / "frame.site.toml", out, obstructions=file, wish=PolicyWish("default"), progress=SilentProgress()
     )
     document = run(out)
     assert document["verified"] is True, failed(document)

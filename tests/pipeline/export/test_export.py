@@ -15,8 +15,9 @@ def run(folder, **options):
     return export(folder / "frame.mcap", progress=SilentProgress(), **options)
 
 
-def test_mcap_of_chosen_lifts_holds_those_and_no_others(site_folder, planned):
-    names = [planned[1]["lifts"][n]["component"] for n in (2, 5)]
+def test_mcap_of_chosen_lifts_holds_those_and_no_others(site_folder):
+    plan = read_log(site_folder / "frame.mcap").plan
+    names = [plan.site.components[plan.lifts[n].component].id for n in (2, 5)]
     document = run(site_folder, lifts=names, out=site_folder / "two.mcap")
     assert document["lifts"] == 2
     log = read_log(site_folder / "two.mcap")
@@ -24,13 +25,14 @@ def test_mcap_of_chosen_lifts_holds_those_and_no_others(site_folder, planned):
     assert document["messages"] > 0
 
 
-def test_csv_has_one_row_per_sample_and_a_table_of_lifts(site_folder, planned):
+def test_csv_has_one_row_per_sample_and_a_table_of_lifts(site_folder):
     document = run(site_folder, to="csv", out=site_folder / "path.csv")
+    plan = read_log(site_folder / "frame.mcap").plan
     rows = list(csv.DictReader((site_folder / "path.csv").open()))
     assert len(rows) == document["messages"]
-    assert {row["component"] for row in rows} == {lift["component"] for lift in planned[1]["lifts"]}
+    assert {row["component"] for row in rows} == {plan.site.components[lift.component].id for lift in plan.lifts}
     lifts = list(csv.DictReader((site_folder / "path.lifts.csv").open()))
-    assert [int(row["moves"]) for row in lifts] == [lift["moves"] for lift in planned[1]["lifts"]]
+    assert [int(row["moves"]) for row in lifts] == [lift.moves for lift in plan.lifts]
 
 
 def test_json_holds_the_paths(site_folder):

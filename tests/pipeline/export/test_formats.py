@@ -91,7 +91,7 @@ def test_ifc2x3_has_no_task_times_and_gets_its_own(store: Path, tmp_path: Path) 
     model = tmp_path / "frame.ifc"
     shutil.copy(SAMPLES / "frame_ifc2x3_mm.ifc", model)
     init(model, tmp_path / "frame.site.toml", voxel_size_m=0.5, progress=SilentProgress())
-    plan(tmp_path / "frame.site.toml", tmp_path / "frame.mcap", wish=PolicyWish(steps=2_000), progress=SilentProgress())
+    plan(tmp_path / "frame.site.toml", tmp_path / "frame.mcap", wish=PolicyWish("default"), progress=SilentProgress())
     run(tmp_path, to="ifc", model=model, start="2026-12-01T07:00", out=tmp_path / "out.ifc")
     file = ifcopenshell.open(tmp_path / "out.ifc")
     assert file.schema == "IFC2X3"

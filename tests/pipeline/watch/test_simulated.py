@@ -16,6 +16,7 @@ from bimvox_pipeline.watch.live import driven_until_ns, live_logs
 from bimvox_pipeline.watch.plan import WatchedPlan
 from bimvox_pipeline.watch.simulate import PlanClock
 from bimvox_pipeline.watch.watch import Watcher
+from planned_frame import copy_to
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.library.attached_files import check_attached_files
@@ -38,9 +39,9 @@ EMPTY = {"version": 1, "unit": "m", "obstructions": []}
 
 
 @pytest.fixture(scope="module")
-def parts(planned) -> tuple[Any, Any, Any]:
+def parts(tmp_path_factory) -> tuple[Any, Any, Any]:
     quiet = SilentProgress()
-    loaded = load_site(planned[0] / "frame.site.toml", quiet)
+    loaded = load_site(copy_to(tmp_path_factory.mktemp("frame")) / "frame.site.toml", quiet)
     preparation = prepared(loaded.site, quiet)
     policy = policy_of(loaded, loaded.site, preparation, PolicyWish("none"), quiet)
     return loaded, preparation, policy

@@ -18,8 +18,6 @@ from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.proof.plan import verify_plan
 
-STEPS = 2_000
-
 
 def write(file: Path, *boxes: tuple) -> None:
     obstructions = [{"id": name, "box": {"min": list(low), "max": list(high)}} for name, low, high in boxes]
@@ -33,7 +31,7 @@ def once(folder: Path, file: Path) -> list[dict]:
             site=folder / "frame.site.toml",
             out=folder / "frame.mcap",
             once=True,
-            wish=PolicyWish(steps=STEPS),
+            wish=PolicyWish("default"),
             progress=SilentProgress(),
         )
     )
@@ -181,7 +179,7 @@ sys.exit(run(["watch", *sys.argv[1:]]))
 @pytest.mark.parametrize("more", [(), pytest.param(("--simulate", "1000", "--retrain", "100"), marks=pytest.mark.slow)])
 def test_ctrl_c_ends_a_watch_well(site_folder, more):
     (site_folder / "obstructions.json").write_text('{"version": 1, "unit": "m", "obstructions": []}')
-    options = ["--site", "frame.site.toml", "-o", "frame.mcap", "--steps", str(STEPS), "--poll", "0.1", "--json", *more]
+    options = ["--site", "frame.site.toml", "-o", "frame.mcap", "--policy", "default", "--poll", "0.1", "--json", *more]
     process = subprocess.Popen(
         [sys.executable, "-c", _WATCH, "obstructions.json", *options],
         cwd=site_folder,
