@@ -85,6 +85,7 @@ def watch(
     LOG.mcap is the whole plan, written when the watch is idle and at the end. Ctrl-C ends the watch.
     """
     from bimvox_pipeline.watch.watch import watch as run
+    from bimvox_pipeline.watch.wish import WatchWish
 
     from bimvox.library.policy_wish import PolicyWish
 
@@ -95,12 +96,8 @@ def watch(
             obstructions,
             site=site,
             out=out,
-            once=once,
             wish=PolicyWish(policy, seed, steps, train),
-            poll_s=poll,
-            speed=simulate,
-            retrain=retrain,
-            serve=serve,
+            how=WatchWish(once, poll, simulate, retrain, serve),
             progress=output.progress,
         )
         planned = False

@@ -17,6 +17,7 @@ from bimvox_pipeline.watch.live import live_logs
 from bimvox_pipeline.watch.plan import WatchedPlan
 from bimvox_pipeline.watch.simulate import PlanClock
 from bimvox_pipeline.watch.watch import Watcher, watch
+from bimvox_pipeline.watch.wish import WatchWish
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.library.plan import policy_of
@@ -101,7 +102,14 @@ def test_a_change_keeps_paths_and_times_before_it(two: tuple[Path, dict[str, Any
     file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": [{"id": "box", "box": box}]}))
     site_file, log = tmp_path / "frame.site.toml", tmp_path / "frame.mcap"
     documents = list(
-        watch(file, site=site_file, out=log, once=True, wish=PolicyWish("none"), progress=SilentProgress())
+        watch(
+            file,
+            site=site_file,
+            out=log,
+            wish=PolicyWish("none"),
+            how=WatchWish(once=True),
+            progress=SilentProgress(),
+        )
     )
     assert [document["event"] for document in documents] == ["replanned"]
     now = read_log(log)

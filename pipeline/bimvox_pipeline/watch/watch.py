@@ -43,22 +43,17 @@ from bimvox_pipeline.watch.retrain import Retraining
 from bimvox_pipeline.watch.revise import Change, Reviser
 from bimvox_pipeline.watch.simulate import Execution, PlanClock
 from bimvox_pipeline.watch.warm import warm_up
+from bimvox_pipeline.watch.wish import WatchWish
 
 
-# One parameter for each option of `bimvox watch`.
 def watch(
     obstructions: Path,
     *,
     site: Path,
     out: Path | None = None,
-    once: bool = False,
     wish: PolicyWish = PolicyWish(),  # noqa: B008  (immutable)
-    poll_s: float | None = None,
-    speed: float | None = None,
-    retrain: int = 0,
-    serve: str | None = None,
+    how: WatchWish = WatchWish(),  # noqa: B008  (immutable)
     progress: Progress,
-    stop: threading.Event | None = None,
 ) -> Generator[dict[str, Any], None, None]:
     """Plan a site, and revise the plan whenever the obstruction file changes.
 
@@ -67,35 +62,30 @@ def watch(
         site: The site file.
         out: The log; default: the site's name with ``.mcap``, in the current folder. If it exists and belongs to this
             site, the watch continues from its plan and the segments after it.
-        once: Look once and return.
         wish: Which policy is wished, and its training.
-        poll_s: Read the file at this interval instead of waiting for events: for network shares.
-        speed: Carry the plan out against a clock that runs this many times as fast as the wall clock.
-        retrain: Budget, in environment steps, of more training during the watch if the policy fails lifts; 0: none.
-        serve: ``[HOST:]PORT`` of a websocket for viewers.
+        how: How the file is read, and what happens to the plan meanwhile.
         progress: Receives the stages of the first plan.
-        stop: Ends the watch.
 
     Yields:
         One document of ``bimvox watch --json`` per change.
     """
     target = out or default_output(site, ".mcap")
-    server = None if serve is None else server_at(serve, progress)
+    server = None if how.serve is None else server_at(how.serve, progress)
     check_output(target, inputs=[site, obstructions])
     loaded = load_site(site, progress)
     check_output(target, inputs=[site, obstructions, loaded.config.model.path])
     preparation = prepared(loaded.site, progress)
     chosen = policy_of(loaded, loaded.site, preparation, wish, progress)
-    if speed is not None and not loaded.site.cranes:
+    if how.speed is not None and not loaded.site.cranes:
         raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
-    clock = None if speed is None else PlanClock(speed)
+    clock = None if how.speed is None else PlanClock(how.speed)
     plan = WatchedPlan(loaded, chosen, target, seed_of(loaded, wish.seed))
     watcher = Watcher(plan, preparation, obstructions, progress, clock)
-    watcher.retrain(retrain)
+    watcher.retrain(how.retrain)
     if server is not None:
         server.advertise(len(loaded.site.cranes))
-    ending, viewers = stop or threading.Event(), () if server is None else (server,)
-    yield from follow(watcher, once=once, poll_s=poll_s, stop=ending, viewers=viewers)
+    viewers = () if server is None else (server,)
+    yield from follow(watcher, once=how.once, poll_s=how.poll_s, stop=threading.Event(), viewers=viewers)
 
 
 def follow(

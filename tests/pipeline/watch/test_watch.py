@@ -12,6 +12,7 @@ from bimvox_pipeline.verify import verify
 from bimvox_pipeline.watch.file_watch import changes, state_of
 from bimvox_pipeline.watch.log import segment_file
 from bimvox_pipeline.watch.watch import watch
+from bimvox_pipeline.watch.wish import WatchWish
 
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.log.reader import read_log
@@ -30,8 +31,8 @@ def once(folder: Path, file: Path) -> list[dict]:
             file,
             site=folder / "frame.site.toml",
             out=folder / "frame.mcap",
-            once=True,
             wish=PolicyWish("default"),
+            how=WatchWish(once=True),
             progress=SilentProgress(),
         )
     )

@@ -1,0 +1,24 @@
+"""How a caller wishes a plan to be watched."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class WatchWish:
+    """How the obstruction file is read, and what happens to the plan meanwhile.
+
+    Attributes:
+        once: Look once and return.
+        poll_s: Read the file at this interval instead of waiting for events: for network shares.
+        speed: Carry the plan out against a clock that runs this many times as fast as the wall clock.
+        retrain: Budget, in environment steps, of more training during the watch if the policy fails lifts; 0: none.
+        serve: ``[HOST:]PORT`` of a websocket for viewers.
+    """
+
+    once: bool = False
+    poll_s: float | None = None
+    speed: float | None = None
+    retrain: int = 0
+    serve: str | None = None
