@@ -6,7 +6,7 @@ Gymnasium knows the ids after ``import bimvox``. Without it, the id must name th
 
 ``bimvox/Lift-v0`` is one lift of a crane, ``bimvox/PrefabSite-v0`` the paper's experiment,
 ``bimvox/PrefabSiteObstructed-v0`` the same with one to three drawn obstructions, ``bimvox/PrefabFrame-v0`` four columns
-and four beams.
+and four beams, ``bimvox/LiveSite-v0`` the lifts of a crane among people and lorries.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ PAPER_ENV_IDS: dict[str, str] = {
 """The ids of construction sites, each with the key of its site in ``bimvox.paper.env.presets.PRESETS``."""
 
 LIFT_ENV_ID = "bimvox/Lift-v0"
+LIVE_ENV_ID = "bimvox/LiveSite-v0"
 
 REWARD_THRESHOLDS: dict[str, float] = {
     "bimvox/Lift-v0": 2.31,
@@ -46,6 +47,8 @@ def register() -> None:
     if LIFT_ENV_ID not in gymnasium.registry:
         threshold = REWARD_THRESHOLDS[LIFT_ENV_ID]
         gymnasium.register(LIFT_ENV_ID, entry_point="bimvox.env.lift_env:LiftEnv", reward_threshold=threshold)
+    if LIVE_ENV_ID not in gymnasium.registry:
+        gymnasium.register(LIVE_ENV_ID, entry_point="bimvox.live.env:LiveSiteEnv")
 
 
 register()

@@ -1,0 +1,98 @@
+"""The shield: whether the crane may go on for a tick, whoever moves how.
+
+Rule. A suspended load that moves, hoisting and lowering included, yields: it never comes over anybody or any vehicle.
+The zone below a load that is suspended at rest is closed: nobody enters it. So before every tick the shield takes the
+crane's state and what was seen, lets the crane go on for one tick, continue for the delay before the brakes act, and
+brake to rest. If nobody who moves with the highest speed that is assumed, in any direction, can meanwhile come under
+the load within its swing, the crane may go on. Otherwise it does what the last such prediction said: it brakes.
+By induction, nobody is ever under the load: the prediction that was clear is the one that is carried out.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel, leaf_kernel
+from bimvox.live.pace import ahead, gap_m, placed, quicker, resting, slower
+from bimvox.live.traffic import FASTEST, RADIUS, Crowd
+from bimvox.live.way import TICK_S, Way
+
+LOAD_COLUMNS = 9
+"""Of ``placed``."""
+_BULGE_M = 0.05
+"""How far the load's way may bulge between two ticks, beyond the chord."""
+_LONGEST = 256
+
+
+@kernel
+def is_clear(
+    way: Way,
+    state: tuple[float, float, float],
+    gains: bool,
+    crowd: Crowd,
+    delay: int,
+    noise_m: float,
+    plan: NDArray[np.float64],
+) -> bool:
+    """Return whether the crane may go on for a tick.
+
+    Args:
+        way: The way.
+        state: Where the load is, in rows, the pace, and the highest pace since the load last hung still.
+        gains: Whether the crane gains speed in this tick; otherwise it keeps its pace.
+        crowd: Everyone, as seen.
+        delay: Ticks by which they are seen late.
+        noise_m: Largest error of a seen place.
+        plan: (M, 9) room for the prediction.
+    """
+    at, pace, used = state
+    placed(way, at, used, plan[0])
+    count, low_x, high_x, low_y, high_y, half = 1, plan[0, 0], plan[0, 0], plan[0, 1], plan[0, 1], 0.0
+    ticks, ends = 0, False
+    while count < plan.shape[0] and not ends:
+        if ticks == 0:
+            after = quicker(way, at, pace) if gains else pace
+        elif ticks <= way.delay:
+            after = pace
+        else:
+            after = slower(way, at, pace)
+        was = at
+        at, pace = ahead(way, at, pace, after), after
+        used = max(used, pace)
+        placed(way, at, used, plan[count])
+        count += 1
+        ticks += 1
+        ends = resting(way, at) or pace == 0.0 or at == was
+    if not ends:
+        return False
+    for j in range(count):
+        low_x, high_x = min(low_x, plan[j, 0]), max(high_x, plan[j, 0])
+        low_y, high_y = min(low_y, plan[j, 1]), max(high_y, plan[j, 1])
+        reach = max(max(-plan[j, 4], plan[j, 6]), max(-plan[j, 5], plan[j, 7]))
+        half = max(half, 1.4143 * reach + plan[j, 8])
+    for n in range(crowd.state.shape[0]):
+        x, y, fastest = crowd.seen_m[n, 0], crowd.seen_m[n, 1], crowd.state[n, FASTEST]
+        near = crowd.state[n, RADIUS] + noise_m + fastest * (delay + 0.5) * TICK_S + 2.0 * _BULGE_M
+        most = near + fastest * count * TICK_S + half + 4.0 * TICK_S
+        if x < low_x - most or x > high_x + most or y < low_y - most or y > high_y + most:
+            continue
+        for j in range(count):
+            chord = max(
+                _chord_m(plan[j], plan[max(j - 1, 0)], half), _chord_m(plan[j], plan[min(j + 1, count - 1)], half)
+            )
+            if gap_m(plan[j], x, y) <= near + fastest * j * TICK_S + plan[j, 8] + chord:
+                return False
+    return True
+
+
+@leaf_kernel
+def _chord_m(load: NDArray[np.float64], other: NDArray[np.float64], half: float) -> float:
+    """Return by how much no point of a load moves further between two ticks."""
+    turns = abs(load[2] - other[2]) + abs(load[3] - other[3])
+    return float(np.hypot(load[0] - other[0], load[1] - other[1]) + half * turns)
+
+
+def prediction_room() -> NDArray[np.float64]:
+    """Return room for a prediction."""
+    return np.zeros((_LONGEST, LOAD_COLUMNS))

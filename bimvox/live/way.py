@@ -1,0 +1,141 @@
+"""A way of a lift as a table over its own time, for the kernels: where the load is, and what the axes do there."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.cranes.track import REACTION_S
+from bimvox.motion.swing import STEP_S, Pendulum, swing_of
+
+TICK_S = 0.5
+"""Length of a step of the simulation, and distance of the rows of a way on its own clock."""
+
+_STILL_M_S = 1e-3
+"""A hook slower than this rests."""
+
+
+class Way(NamedTuple):
+    """A way of a load from its pick to its place.
+
+    Row k is ``k * TICK_S`` after the way begins, if the crane executes it as planned.
+
+    Attributes:
+        rate: (N, 3) float64 rates of slewing, radius and hoist as planned.
+        bend: (N, 3) float64 their accelerations as planned, within the limits.
+        limits: (3,) float64 highest accelerations of the axes.
+        hook_m: (N, 2) float64 the hook on plan.
+        heading: (N, 2) float64 cosine and sine of the load's heading.
+        box_m: (N, 4) float64 the load on plan relative to the hook, before it is turned: x0, y0, x1, y1.
+        own_m: (N,) float64 how far the load swings to any side as planned.
+        fast_m: (N,) float64 by how much more if the speed as planned was gained or lost at once.
+        most_m: (N,) float64 by how much more at most, for the accelerations of the axes.
+        rests: (N,) bool whether the hook rests.
+        delay: Ticks from the order to brake until the brakes act with their full force; until then the crane continues.
+    """
+
+    rate: NDArray[np.float64]
+    bend: NDArray[np.float64]
+    limits: NDArray[np.float64]
+    hook_m: NDArray[np.float64]
+    heading: NDArray[np.float64]
+    box_m: NDArray[np.float64]
+    own_m: NDArray[np.float64]
+    fast_m: NDArray[np.float64]
+    most_m: NDArray[np.float64]
+    rests: NDArray[np.bool_]
+    delay: int
+
+
+class Hanging(NamedTuple):
+    """How a load hangs over time, one row a time at which its way is known.
+
+    Attributes:
+        heading_rad: (N,) float64 its heading.
+        box_m: (N, 4) float64 x0, y0, x1, y1 relative to the hook at heading 0.
+        pendulum: How it swings; None if swing is ignored.
+    """
+
+    heading_rad: NDArray[np.float64]
+    box_m: NDArray[np.float64]
+    pendulum: Pendulum | None
+
+
+def seconds_of(way: Way) -> float:
+    """Return how long a way takes if the crane need not yield."""
+    return (len(way.rests) - 1) * TICK_S
+
+
+def way_of(crane: TowerCrane, time_s: NDArray[np.float64], axes: NDArray[np.float64], hanging: Hanging) -> Way:
+    """Return the table of a way.
+
+    Args:
+        crane: The crane as rigged for the load.
+        time_s: (N,) ascending times of the samples, from 0.
+        axes: (N, 3) slew (rad), radius (m) and height (m) at them; at rest at both ends.
+        hanging: How the load hangs at these times.
+    """
+    count = int(np.ceil(time_s[-1] / TICK_S)) + 1
+    at_s = np.minimum(np.arange(count) * TICK_S, time_s[-1])
+    curve = PchipInterpolator(time_s, axes)
+    half = 0.5 * TICK_S
+    before, here, after = (curve(np.clip(at_s + step, 0.0, time_s[-1])) for step in (-half, 0.0, half))
+    limits = np.array([axis.acceleration for axis in (crane.slewing, crane.trolley, crane.hoist)])
+    jerks = np.array([axis.jerk for axis in (crane.slewing, crane.trolley, crane.hoist)])
+    rate = (after - before) / TICK_S
+    rate[0] = rate[-1] = 0.0
+    bend = np.clip((after - 2.0 * here + before) / half**2, -limits, limits)
+    speed = np.abs(rate) * np.stack([here[:, 1], np.ones(count), np.ones(count)], axis=1)
+    row = np.minimum(np.searchsorted(time_s, at_s, side="right") - 1, len(time_s) - 1)
+    heading_rad = np.interp(at_s, time_s, hanging.heading_rad)
+    own_m, fast_m, most_m = _sway_m(crane, hanging.pendulum, (time_s, axes), (at_s, here, rate))
+    return Way(
+        rate=rate,
+        bend=bend,
+        limits=limits,
+        hook_m=np.ascontiguousarray(hook_of(crane, *here.T)[:, :2]),
+        heading=np.stack([np.cos(heading_rad), np.sin(heading_rad)], axis=1),
+        box_m=np.ascontiguousarray(hanging.box_m[row]),
+        own_m=own_m,
+        fast_m=fast_m,
+        most_m=most_m,
+        rests=(speed < _STILL_M_S).all(axis=1),
+        delay=int(np.ceil((REACTION_S + float((limits / jerks).max())) / TICK_S)),
+    )
+
+
+def _sway_m(
+    crane: TowerCrane,
+    pendulum: Pendulum | None,
+    planned: tuple[NDArray[np.float64], NDArray[np.float64]],
+    rows: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return (N,) the swing as planned, and what one change of speed adds: if it is sudden, and at most.
+
+    On a rope of length l, a change of the speed by v adds at most v sqrt(l / g), and one at the deceleration a at most
+    2 a l / g.
+    """
+    (time_s, axes), (at_s, here, rate) = planned, rows
+    if pendulum is None or time_s[-1] <= 0.0:
+        return np.zeros(len(at_s)), np.zeros(len(at_s)), np.zeros(len(at_s))
+    even_s = np.linspace(0.0, time_s[-1], int(np.ceil(time_s[-1] / STEP_S)) + 1)
+    even = np.stack([np.interp(even_s, time_s, axis) for axis in axes.T], axis=1)
+    own_m = np.interp(at_s, even_s, swing_of(crane, even, float(even_s[1] - even_s[0]), pendulum).amplitude_m)
+    per_m_s2 = pendulum_lengths_m(crane, here, pendulum.below_hook_m) / GRAVITY_M_S2
+    fast_m = np.hypot(rate[:, 0] * here[:, 1], rate[:, 1]) * np.sqrt(per_m_s2)
+    moves = np.abs(rate[:, :2]) > 0.0
+    across_m = 2.0 * crane.slewing.acceleration * here[:, 1] * per_m_s2 * moves[:, 0]
+    along_m = 2.0 * crane.trolley.acceleration * per_m_s2 * moves[:, 1]
+    return own_m, _around(fast_m), _around(np.hypot(across_m, along_m))
+
+
+def _around(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (N,) the higher value of a row and the one before: a load that has come to a corner still swings."""
+    high: NDArray[np.float64] = np.maximum(values, np.r_[values[:1], values[:-1]])
+    return high
