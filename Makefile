@@ -24,7 +24,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-slow test-all test-page test-fleet check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
-	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-decision bench-cold bench-frozen train-generalist soak-watch soak-files \
+	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-decision bench-live bench-cold bench-frozen train-generalist soak-watch soak-files \
 	picture docs constraints audit advisories wheel release clean
 
 help: ## this list
@@ -155,6 +155,9 @@ bench-generalist: setup ## the shipped policy on its held-out suite (ARGS="--sha
 
 bench-decision: setup ## microseconds of one decision of the shipped policy: docs/generalist.md
 	$(BIN)/python -m benchmarks.decision $(ARGS)
+
+bench-live: setup ## seconds lost a lift in simulated traffic, by who decides (20 minutes): docs/live.md
+	$(BIN)/python -m benchmarks.live $(ARGS)
 
 bench-frozen: setup ## the bytes that the program writes, against those recorded (ARGS="--only watch" for some cases)
 	$(BIN)/python -m benchmarks.frozen $(ARGS)

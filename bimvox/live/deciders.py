@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bimvox.live.episode import WAIT, WAIT_S, Episode, Stage
-from bimvox.live.forecast import blocked_rows, imagined
-from bimvox.live.traffic import Habits
+from bimvox.live.episode import CHOICES, WAIT, WAIT_S, Episode, Stage
+from bimvox.live.forecast import blocked_rows, blocked_ticks, imagined
+from bimvox.live.traffic import Habits, copied
 from bimvox.live.way import TICK_S, Way, seconds_of
 
 Decider = Callable[[Episode], int]
@@ -74,31 +74,43 @@ class Rules:
 
 @dataclass(frozen=True, slots=True)
 class MonteCarlo:
-    """Tries every candidate against drawn futures of the others, and takes the one that is in place soonest on average.
+    """Rolls out drawn futures of the others, and takes the candidate with the least mean cost over them.
+
+    The cost is that of ``Rules``, with the others where they are in that future when the load gets there.
 
     Attributes:
-        samples: Futures for each candidate, the same ones for all.
+        samples: Futures, the same ones for all candidates.
         habits: How the others are assumed to behave.
+        near_m: Who is nearer to the load, beside its own radius, is in the way.
+        weight: Cost of a second of the way on which somebody is in the way, in seconds.
         waits: Waiting is tried at most this often in a row.
-        tried: Most lifts that are tried.
     """
 
-    samples: int = 8
+    samples: int = 16
     habits: Habits = _KNOWN
+    near_m: float = 6.0
+    weight: float = 4.0
     waits: int = 6
-    tried: int = 8
 
     def __call__(self, episode: Episode) -> int:
-        """Return the candidate with the least mean time lost."""
-        found: dict[int, float] = {}
-        for choice, lift, way, lead_s in options(episode, self.waits, self.tried):
-            total_s = 0.0
-            for sample in range(self.samples):
-                crowd = imagined(episode, self.habits, sample)
-                total_s += episode.imagined_s(crowd, self.habits, lead_s, lift, way)
-            lost_s = total_s / self.samples - _hooked_on_s(episode, lift)
-            found[choice] = min(lost_s, found.get(choice, np.inf))
-        return min(found, key=found.__getitem__)
+        """Return the candidate with the least mean cost."""
+        possible = options(episode, self.waits, CHOICES)
+        if len(possible) == 1:
+            return possible[0][0]
+        blocked = np.zeros(len(possible))
+        for sample in range(self.samples):
+            start = imagined(episode, self.habits, sample)
+            for n, (_, lift, way, lead_s) in enumerate(possible):
+                crowd = copied(start)
+                episode.let_pass(crowd, self.habits, lead_s)
+                chosen = episode.job.lifts[lift].ways[way]
+                blocked[n] += blocked_ticks(chosen, episode.job.ground, self.habits, crowd, self.near_m)
+        costs = [
+            lead_s + seconds_of(episode.job.lifts[lift].ways[way]) - _usual_s(episode, lift)
+            for _, lift, way, lead_s in possible
+        ]
+        best = int(np.argmin(np.array(costs) + self.weight * TICK_S * blocked / self.samples))
+        return possible[best][0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +128,7 @@ class Oracle:
         found: dict[int, float] = {}
         for choice, lift, way, lead_s in options(episode, self.waits, len(episode.job.lifts)):
             spent_s = episode.imagined_s(episode.future(), episode.habits, lead_s, lift, way)
-            found[choice] = min(spent_s - _hooked_on_s(episode, lift), found.get(choice, np.inf))
+            found[choice] = min(spent_s - _usual_s(episode, lift), found.get(choice, np.inf))
         return min(found, key=found.__getitem__)
 
 
@@ -132,7 +144,7 @@ def options(episode: Episode, waits: int, tried: int) -> list[tuple[int, int, in
     return found
 
 
-def _hooked_on_s(episode: Episode, lift: int) -> float:
+def _usual_s(episode: Episode, lift: int) -> float:
     """Return the part of a lift's time that no decision changes: attaching the slings, and the planned way."""
     one = episode.job.lifts[lift]
     return seconds_of(one.ways[0]) + (one.hook_on_s if episode.stage is Stage.LIFT else 0.0)

@@ -152,6 +152,10 @@ class Episode:
         if self.ticks < self.limit:
             self.done.append(self.before)
 
+    def let_pass(self, crowd: Crowd, habits: Habits, seconds: float) -> None:
+        """Let time pass in an imagined future."""
+        idle(self.job.ground, habits, crowd, self.sight, ticks_of(seconds), NO_LOAD)
+
     def imagined_s(self, crowd: Crowd, habits: Habits, lead_s: float, lift: int, way: int) -> float:
         """Return how long a lift takes from now until its load is in place, with others as in ``crowd``.
 
@@ -163,7 +167,7 @@ class Episode:
             way: The number of its way.
         """
         ground, lead = self.job.ground, ticks_of(lead_s)
-        idle(ground, habits, crowd, self.sight, lead, NO_LOAD)
+        self.let_pass(crowd, habits, lead_s)
         chosen, limits = self.job.lifts[lift].ways[way], (0, _PATIENCE)
         spent = carry(chosen, ground, habits, crowd, self.sight, limits, self.room, NO_DRIVE)
         return (lead + spent) * TICK_S

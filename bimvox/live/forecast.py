@@ -8,6 +8,7 @@ import numpy as np
 
 from bimvox.compiled import kernel
 from bimvox.live.draw import drawn, generators_of
+from bimvox.live.move import pass_tick
 from bimvox.live.pace import gap_m, placed
 from bimvox.live.traffic import (
     CREW,
@@ -57,6 +58,28 @@ def blocked_rows(way: Way, crowd: Crowd, near_m: float, horizon: float) -> int:
             ahead_s = min(float(row), horizon) * TICK_S if state[n, STILL_S] < _STANDS_S else 0.0
             x, y = seen_m[n, 0] + ahead_s * state[n, VX], seen_m[n, 1] + ahead_s * state[n, VY]
             if gap_m(load, x, y) <= near_m + state[n, RADIUS]:
+                found += 1
+                break
+    return found
+
+
+@kernel
+def blocked_ticks(way: Way, ground: Ground, habits: Habits, crowd: Crowd, near_m: float) -> int:
+    """Return the ticks at which anybody is near the load of a way that is executed without a stop, as others move on.
+
+    Args:
+        way: The way.
+        ground: Where others go.
+        habits: How they behave.
+        crowd: Everyone; changed.
+        near_m: Who is nearer to the load, beside its own radius, counts.
+    """
+    load, found, state = np.zeros(9), 0, crowd.state
+    for row in range(way.rests.shape[0]):
+        placed(way, float(row), 1.0, load)
+        pass_tick(ground, habits, crowd, 0, 0.0, load, False)
+        for n in range(state.shape[0]):
+            if gap_m(load, state[n, X], state[n, Y]) <= near_m + state[n, RADIUS]:
                 found += 1
                 break
     return found

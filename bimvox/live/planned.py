@@ -43,8 +43,8 @@ def job_of(
     site, chosen = plan.site, motions[first : first + count]
     if len(site.cranes) != 1 or not chosen:
         raise InputError(
-            f"simulated traffic needs a site with one crane and a planned lift at position {first}",
-            hint="plan the site with one crane, and count the positions of planned lifts from 0",
+            f"simulated traffic needs a site with one crane and a planned lift number {first + 1}",
+            hint="plan the site with one crane, and count planned lifts from 1",
         )
     crane, by_order = site.cranes[0], {lift.order: lift for lift in plan.lifts}
     lifts = [by_order[motion.order] for motion in chosen]

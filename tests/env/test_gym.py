@@ -13,7 +13,7 @@ from bimvox.env.actions import MOVES
 HEAVY = ("numba", "torch", "stable_baselines3", "bimvox.paper.env.spec", "bimvox.rendering")
 
 
-@pytest.mark.parametrize("env_id", [*gym.PAPER_ENV_IDS, gym.LIFT_ENV_ID])
+@pytest.mark.parametrize("env_id", [*gym.PAPER_ENV_IDS, gym.LIFT_ENV_ID, gym.LIVE_ENV_ID])
 def test_importing_the_module_registers_and_loads_nothing_heavy(env_id):
     code = (
         f"import gymnasium, sys; import bimvox.env.gym; assert not set({HEAVY!r}) & set(sys.modules); "

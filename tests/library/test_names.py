@@ -17,6 +17,7 @@ VERBS = (
     "export",
     "guess_site",
     "lift_problems",
+    "live_job",
     "load_site",
     "plan",
     "read",

@@ -58,7 +58,7 @@ def test_without_others_the_plan_is_carried_out_in_its_time(portal):
 
 def test_what_has_no_job_is_refused(portal):
     plan, preparation, motions = portal
-    with pytest.raises(InputError, match="one crane and a planned lift at position 9"):
+    with pytest.raises(InputError, match="one crane and a planned lift number 10"):
         job_of(plan, preparation, motions, first=9)
     two = dataclasses.replace(plan, site=dataclasses.replace(plan.site, cranes=plan.site.cranes * 2))
     with pytest.raises(InputError, match="one crane"):

@@ -1,0 +1,142 @@
+"""``python -m benchmarks.live``: seconds lost a lift in simulated traffic, by who decides.
+
+``make bench-live``: the tables in docs/live.md. Rules are tuned on other seeds than those of the tables.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+
+os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.document import put_into
+from bimvox.live.deciders import Decider, MonteCarlo, Oracle, Rules, stop_and_wait
+from bimvox.live.episode import Episode, Stage
+from bimvox.live.job import LiveJob
+from bimvox.live.traffic import DENSITIES, Habits
+
+SAMPLES = Path(__file__).parents[1] / "sample_models"
+SITES = ("prefab.ifc", "hall.ifc")
+LIFTS, EPISODES, TUNED_ON = 20, 200, 40
+TUNING_SEED, HELD_OUT_SEED = 1_000_000, 2_000_000
+WRONG = Habits(walk_low_m_s=0.4, walk_high_m_s=0.8, dwell_s=360.0, at_home=0.95, unload_s=140.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """Of one decider in one setting, an entry an episode."""
+
+    lost_s: NDArray[np.float64]
+    held_s: float
+    violations: int
+    cut: int
+    decision_ms: float
+
+
+def outcome(job: LiveJob, traffic: str, decide: Decider, seeds: Iterable[int]) -> Outcome:
+    """Run episodes, one a seed of the traffic."""
+    lost, held, violations, cut, decisions, spent_s = [], 0.0, 0, 0, 0, 0.0
+    for seed in seeds:
+        episode = Episode(job, DENSITIES[traffic], seed)
+        while episode.stage is not Stage.OVER:
+            started_s = time.process_time()
+            choice = decide(episode)
+            spent_s += time.process_time() - started_s
+            decisions += 1
+            episode.decide(choice)
+        lost.append(episode.lost_s)
+        held, violations, cut = held + episode.held_s, violations + episode.violations, cut + episode.is_cut
+    return Outcome(np.array(lost), held / len(lost) / len(job.lifts), violations, cut, 1e3 * spent_s / decisions)
+
+
+def tuned(job: LiveJob) -> dict[str, Decider]:
+    """Return all deciders; the rules with the values that lose least in medium traffic."""
+
+    def best(candidates: Iterable[Rules | MonteCarlo]) -> Rules | MonteCarlo:
+        seeds = range(TUNING_SEED, TUNING_SEED + TUNED_ON)
+        return min(candidates, key=lambda one: outcome(job, "medium", one, seeds).lost_s.mean())
+
+    waits = tuple(product((10.0, 30.0), (3, 12)))
+    planned = best(Rules(False, near, 4.0, 0.0, blocked, n) for near in (4.0, 7.0) for blocked, n in waits)
+    chosen = best(
+        Rules(True, near, weight, 0.0, blocked, n)
+        for near, weight in product((4.0, 7.0), (2.0, 6.0))
+        for blocked, n in waits
+    )
+    assert isinstance(chosen, Rules)
+    moving = best(replace(chosen, horizon_s=horizon, waits=n) for horizon in (10.0, 30.0) for n in (3, 12))
+    rolled = best(MonteCarlo(16, Habits(), near, weight, 3) for near, weight in product((4.0, 7.0), (2.0, 6.0)))
+    for one in (planned, chosen, moving, rolled):
+        sys.stdout.write(f"tuned: {one}\n")
+    assert isinstance(rolled, MonteCarlo)
+    return {
+        "stops and waits": stop_and_wait,
+        "plan's order, waits on the snapshot (tuned)": planned,
+        "also chooses the next lift (tuned)": chosen,
+        "constant-velocity prediction (tuned)": moving,
+        "Monte Carlo, traffic model known (tuned)": rolled,
+        "Monte Carlo, wrong model": replace(rolled, habits=WRONG),
+        "oracle that knows the future, greedy": Oracle(),
+    }
+
+
+def job_from(model: Path) -> LiveJob:
+    """Plan a sample as a stranger would, and return its first lifts."""
+    import bimvox
+
+    plan = bimvox.plan(bimvox.guess_site(bimvox.read(model)), policy="none")
+    return bimvox.live_job(plan, count=LIFTS)
+
+
+def rows(site: str, traffic: str, found: Mapping[str, Outcome]) -> list[str]:
+    """Return the rows of one setting."""
+    usual = found["stops and waits"].lost_s
+    lines = []
+    for name, one in found.items():
+        saved = usual - one.lost_s
+        lines.append(
+            f"| {site} | {traffic} | {name} | {_interval(one.lost_s)} | {_interval(saved)} | {one.held_s:.0f} "
+            f"| {one.violations} | {one.cut} | {one.decision_ms:.2g} |"
+        )
+    return lines
+
+
+def _interval(values: NDArray[np.float64]) -> str:
+    return f"{values.mean():.0f} ± {1.96 * values.std(ddof=1) / np.sqrt(len(values)):.0f}"
+
+
+def main() -> None:
+    """Print the table, row by row."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--write", action="store_true", help="write the table into docs/live.md")
+    parser.add_argument("--episodes", type=int, default=EPISODES, help="held-out episodes a setting")
+    chosen = parser.parse_args()
+    lines = [
+        "| site | traffic | who decides | s lost a lift | s saved a lift | others wait, s a lift | under a load | cut "
+        "| ms a decision |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    jobs = {name: job_from(SAMPLES / name) for name in SITES}
+    deciders = tuned(jobs[SITES[0]])
+    seeds = range(HELD_OUT_SEED, HELD_OUT_SEED + chosen.episodes)
+    for (name, job), traffic in product(jobs.items(), DENSITIES):
+        found = {who: outcome(job, traffic, decide, seeds) for who, decide in deciders.items()}
+        lines += rows(name, traffic, found)
+        sys.stdout.write("\n".join(lines[-len(found) :]) + "\n")
+        sys.stdout.flush()
+    if chosen.write:
+        put_into(Path("docs/live.md"), "bench-live", "\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()

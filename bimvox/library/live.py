@@ -1,0 +1,32 @@
+"""The lifts of a plan as a job of the environment ``bimvox/LiveSite-v0``: carried out among people and lorries."""
+
+from __future__ import annotations
+
+from bimvox.library.arguments import insist, whole
+from bimvox.library.plan_value import Plan
+from bimvox.library.prove import prepared
+from bimvox.live.job import LiveJob
+from bimvox.live.planned import job_of
+from bimvox.progress import Listener, progress_of
+
+
+def live_job(plan: Plan, *, first: int = 1, count: int = 30, progress: Listener = None) -> LiveJob:
+    """Return planned lifts that follow each other as a job for a site that moves.
+
+    ``gymnasium.make("bimvox/LiveSite-v0", job=...)`` takes it. Each lift has the motion of the plan as its way. Lifts
+    may change places where their proof allows it.
+
+    Args:
+        plan: A plan of a site with one crane, made or read from a log.
+        first: Which of the planned lifts is the first one, from 1.
+        count: How many lifts, at most, from 1.
+        progress: A ``Progress``, or a function that takes a line of text.
+
+    Raises:
+        InputError: If an argument is of another kind or out of range, the site has several cranes or none, or there is
+            no such lift.
+    """
+    insist("live_job", plan, Plan, "plan")
+    told, begin, most = progress_of(progress), whole("first", first, 1) or 1, whole("count", count, 1) or 1
+    preparation = plan.preparation or prepared(plan.site, told)
+    return job_of(plan.record.plan, preparation, plan.motions, begin - 1, most)
