@@ -38,12 +38,42 @@ def long_outlines(step: bytes) -> dict[int, int]:
 
 
 def endless_products(file: Any, outlines: Mapping[int, int]) -> dict[int, str]:
-    """Return why products are not meshed, by step id: those with an outline of ``long_outlines``."""
-    return {
+    """Return why products are not meshed, by step id: they have an outline of ``long_outlines``, or cut themselves."""
+    found = {
         product: f"an outline of it has {points:,} points, more than {MOST_POINTS:,}"
         for outline, points in outlines.items()
         for product in products_with(file, [file.by_id(outline)])
     }
+    return found | dict.fromkeys(
+        products_with(file, _circular_booleans(file)), "a boolean operation in it has itself as operand"
+    )
+
+
+def _circular_booleans(file: Any) -> list[Any]:
+    """Return the boolean operations that contain themselves, at any depth, and those that contain such."""
+    waits_for: dict[int, int] = {}
+    users: dict[int, list[int]] = {}
+    for one in file.by_type("IfcBooleanResult"):
+        inner = [operand.id() for operand in map(_operation, (one.FirstOperand, one.SecondOperand)) if operand]
+        waits_for[one.id()] = len(inner)
+        for operand in inner:
+            users.setdefault(operand, []).append(one.id())
+    ready = [one for one, count in waits_for.items() if not count]
+    while ready:
+        done = ready.pop()
+        del waits_for[done]
+        for user in users.get(done, ()):
+            waits_for[user] -= 1
+            if not waits_for[user]:
+                ready.append(user)
+    return [file.by_id(one) for one in waits_for]
+
+
+def _operation(operand: Any) -> Any:
+    """Return the boolean operation that an operand is, or is the tree of; None if it is a solid."""
+    if operand is not None and operand.is_a("IfcCsgSolid"):
+        operand = operand.TreeRootExpression
+    return operand if operand is not None and operand.is_a("IfcBooleanResult") else None
 
 
 def check_wholes(path: Path, file: Any, step_ids: Iterable[int]) -> None:

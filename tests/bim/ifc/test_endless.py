@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bimvox.bim.ifc import endless
+from bimvox.bim.ifc.geometry import GeometryPool
 from bimvox.bim.read import read_building
 from bimvox.errors import IfcError
 
@@ -46,6 +47,38 @@ def test_a_part_with_too_many_points_is_skipped_with_its_reason(
     assert len(building.elements) == 1
     (skipped,) = building.skipped
     assert "points, more than 500" in skipped.reason
+
+
+@pytest.mark.parametrize("between", ["nothing", "a boolean", "a solid"])
+def test_a_part_that_is_cut_by_itself_is_skipped_at_once(
+    between: str, maker: type[IfcMaker], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = maker()
+    shape = made.box("IfcWall").Representation.Representations[0]
+    made.box("IfcWall")
+    good = made.box("IfcWall").Representation.Representations[0]
+    (solid,), (other,) = shape.Items, good.Items
+    good.Items = [made.file.create_entity("IfcBooleanResult", "UNION", other, other)]
+    cut = made.file.create_entity("IfcBooleanResult", "DIFFERENCE", solid, solid)
+    inner = {
+        "nothing": lambda: cut,
+        "a boolean": lambda: made.file.create_entity("IfcBooleanResult", "UNION", solid, cut),
+        "a solid": lambda: made.file.create_entity("IfcCsgSolid", cut),
+    }[between]()
+    cut.SecondOperand = inner
+    shape.Items = [cut]
+    asked = []
+    mesh = GeometryPool.mesh
+    monkeypatch.setattr(
+        GeometryPool,
+        "mesh",
+        lambda pool, groups, *more, **given: (asked.extend(groups), mesh(pool, groups, *more, **given))[1],
+    )
+    building = read_building(made.write(tmp_path / "a.ifc"))
+    assert len(building.elements) == 2
+    (skipped,) = building.skipped
+    assert skipped.reason == "a boolean operation in it has itself as operand"
+    assert sum(map(len, asked)) == 2, "the kernel was asked for it"
 
 
 def test_parts_that_contain_themselves_are_refused_by_name(maker: type[IfcMaker], tmp_path: Path) -> None:
