@@ -27,7 +27,7 @@ from bimvox.live.traffic import DENSITIES, Habits
 
 SAMPLES = Path(__file__).parents[1] / "sample_models"
 SITES = ("prefab.ifc", "hall.ifc")
-LIFTS, EPISODES, TUNED_ON = 20, 200, 40
+LIFTS, EPISODES, TUNED_ON = 10, 200, 40
 TUNING_SEED, HELD_OUT_SEED = 1_000_000, 2_000_000
 WRONG = Habits(walk_low_m_s=0.4, walk_high_m_s=0.8, dwell_s=360.0, at_home=0.95, unload_s=140.0)
 
@@ -75,7 +75,7 @@ def tuned(job: LiveJob) -> dict[str, Decider]:
     )
     assert isinstance(chosen, Rules)
     moving = best(replace(chosen, horizon_s=horizon, waits=n) for horizon in (10.0, 30.0) for n in (3, 12))
-    rolled = best(MonteCarlo(16, Habits(), near, weight, 3) for near, weight in product((4.0, 7.0), (2.0, 6.0)))
+    rolled = best(MonteCarlo(8, Habits(), near, weight, 3) for near, weight in product((4.0, 7.0), (2.0, 6.0)))
     for one in (planned, chosen, moving, rolled):
         sys.stdout.write(f"tuned: {one}\n")
     assert isinstance(rolled, MonteCarlo)

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from bimvox.library.arguments import insist, whole
+from dataclasses import replace
+from pathlib import Path
+
+from bimvox.library.arguments import insist, path_of, whole
 from bimvox.library.plan_value import Plan
 from bimvox.library.prove import prepared
 from bimvox.live.job import LiveJob
 from bimvox.live.planned import job_of
+from bimvox.live.tracks import with_tracks
 from bimvox.progress import Listener, progress_of
 
 
-def live_job(plan: Plan, *, first: int = 1, count: int = 30, progress: Listener = None) -> LiveJob:
+def live_job(
+    plan: Plan, *, first: int = 1, count: int = 30, tracks: Path | str | None = None, progress: Listener = None
+) -> LiveJob:
     """Return planned lifts that follow each other as a job for a site that moves.
 
     ``gymnasium.make("bimvox/LiveSite-v0", job=...)`` takes it. Each lift has the motion of the plan as its way. Lifts
@@ -20,13 +26,18 @@ def live_job(plan: Plan, *, first: int = 1, count: int = 30, progress: Listener 
         plan: A plan of a site with one crane, made or read from a log.
         first: Which of the planned lifts is the first one, from 1.
         count: How many lifts, at most, from 1.
+        tracks: A CSV file with the tracks of people and vehicles, ``id,kind,time_s,x_m,y_m``; None: there are none.
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
         InputError: If an argument is of another kind or out of range, the site has several cranes or none, or there is
             no such lift.
+        FileError: If the tracks cannot be used; names the line.
     """
     insist("live_job", plan, Plan, "plan")
     told, begin, most = progress_of(progress), whole("first", first, 1) or 1, whole("count", count, 1) or 1
     preparation = plan.preparation or prepared(plan.site, told)
-    return job_of(plan.record.plan, preparation, plan.motions, begin - 1, most)
+    job = job_of(plan.record.plan, preparation, plan.motions, begin - 1, most)
+    if tracks is None:
+        return job
+    return replace(job, ground=with_tracks(job.ground, path_of("live_job", tracks, "a track file")))

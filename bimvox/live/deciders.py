@@ -86,7 +86,7 @@ class MonteCarlo:
         waits: Waiting is tried at most this often in a row.
     """
 
-    samples: int = 16
+    samples: int = 8
     habits: Habits = _KNOWN
     near_m: float = 6.0
     weight: float = 4.0

@@ -16,6 +16,7 @@ from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.live.ground import NO_TRACK
 from bimvox.live.job import LiveJob, LiveLift
 from bimvox.live.traffic import Ground
 from bimvox.live.way import Hanging, Way, way_of
@@ -82,4 +83,4 @@ def _ground() -> Ground:
     corners = ((12.0, -18.0), (25.0, -18.0), (-10.0, 15.0), (36.0, -5.0), (-20.0, -20.0))
     places_m = np.concatenate([np.array(corner) + draw.uniform(0.0, 14.0, (10, 2)) for corner in corners])
     road_m = np.array([[60.0, 30.0], [35.0, 30.0], [22.0, 30.0]])
-    return Ground(places_m, np.arange(len(corners) + 1) * 10, road_m, np.zeros((0, 3)), np.zeros(1, np.int64))
+    return Ground(places_m, np.arange(len(corners) + 1) * 10, road_m, *NO_TRACK)

@@ -17,7 +17,7 @@ AREAS, PLACES = 7, 12
 _AROUND_M = (2.0, 15.0)
 """How far outside the grid the work places of its sides are."""
 _OUTSIDE_M = 30.0
-NO_TRACK = (np.zeros((0, 3)), np.zeros(1, np.int64))
+NO_TRACK = (np.zeros((0, 3)), np.zeros(1, np.int64), np.zeros(0, np.bool_))
 
 
 def ground_of(site: Site) -> Ground:

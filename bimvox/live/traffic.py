@@ -31,6 +31,7 @@ class Ground(NamedTuple):
         road_m: (R, 2) float64 the lorries' road, from outside the site to where they stand.
         track: (T, 3) float64 time (s), x and y (m) of recorded tracks, one after the other.
         spans: (K + 1,) int64 the first row of each track, and T.
+        large: (K,) bool whether a track is a vehicle's.
     """
 
     places_m: NDArray[np.float64]
@@ -38,6 +39,7 @@ class Ground(NamedTuple):
     road_m: NDArray[np.float64]
     track: NDArray[np.float64]
     spans: NDArray[np.int64]
+    large: NDArray[np.bool_]
 
 
 class Habits(NamedTuple):
@@ -141,7 +143,9 @@ def crowd_of(ground: Ground, density: Density, sight: Sight, seed: int) -> Crowd
     for k in range(tracks):
         n, first = density.crews + density.lorries + k, int(ground.spans[k])
         state[n, :2] = ground.track[first, 1:]
-        state[n, [KIND, RADIUS, FASTEST]] = TRACK, CREW_RADIUS_M, WALK_LIMIT_M_S
+        state[n, KIND] = TRACK
+        state[n, RADIUS] = LORRY_RADIUS_M if ground.large[k] else CREW_RADIUS_M
+        state[n, FASTEST] = DRIVE_LIMIT_M_S if ground.large[k] else WALK_LIMIT_M_S
         state[n, [LEG, HOME]] = first, k
     state[:, GOAL_X], state[:, GOAL_Y] = state[:, X], state[:, Y]
     was_m = np.repeat(state[None, :, :2], sight.delay + 1, axis=0)

@@ -46,7 +46,8 @@ def crowd_at(places_m: np.ndarray, *, kind: int = CREW, sight: Sight = SIGHT, se
 
 def tracks_ground(tracks: list[np.ndarray]) -> Ground:
     spans = np.cumsum([0, *(len(track) for track in tracks)])
-    return Ground(np.zeros((1, 2)), np.array([0, 1]), np.zeros((2, 2)), np.concatenate(tracks), spans)
+    large = np.zeros(len(tracks), np.bool_)
+    return Ground(np.zeros((1, 2)), np.array([0, 1]), np.zeros((2, 2)), np.concatenate(tracks), spans, large)
 
 
 def driven(way, ground: Ground, crowd: Crowd, limit: int = 4000) -> np.ndarray:
