@@ -100,17 +100,10 @@ def _tables(found: Sequence[Measured]) -> str:
             f"| {one.components:,} | {proven} | {one.wall_s:.1f} s | {one.cpu_s:.1f} s "
             f"| {one.cpu_s / one.components * 1e3:.0f} ms | {one.memory_mb:.0f} MB | {one.log_mb:.1f} MB |"
         )
-    stages = list(dict.fromkeys(name for one in found for name in one.seconds))
-    lines += ["", "Wall time by stage, seconds; *start* is what the process takes before and after them:", ""]
-    lines += ["| components | " + " | ".join([*stages, "start"]) + " |", "|---:|" + "---:|" * (len(stages) + 1)]
-    for one in found:
-        values = [one.seconds.get(name, 0.0) for name in stages]
-        cells = [f"{value:.1f}" for value in [*values, max(0.0, one.wall_s - sum(values))]]
-        lines.append(f"| {one.components:,} | " + " | ".join(cells) + " |")
     told = bars(found)
     if told:
-        lines += ["", "| bar | found | |", "|---|---|---|"]
-        lines += [f"| {bar.what} | {bar.found} | {'met' if bar.passed else '**not met**'} |" for bar in told]
+        lines.append("")
+        lines += [f"- {bar.what}: {bar.found}, {'met' if bar.passed else '**not met**'}" for bar in told]
     return "\n".join(lines) + "\n"
 
 

@@ -75,14 +75,15 @@ def as_markdown(cases: Sequence[CaseResult], bars: Sequence[Bar]) -> str:
     for case in cases:
         lines += [_headline(case), ""]
         lines += [
-            "| tool | gives | time | x ours | memory | missed | extra | known of a cell |",
-            "|---|---|---|---|---|---|---|---|",
+            "| tool | time | x ours | memory | missed | extra |",
+            "|---|---|---|---|---|---|",
         ]
         lines += [_line(case, row) for row in case.rows]
         lines += [""]
     if bars:
-        lines += ["| bar | found | |", "|---|---|---|"]
-        lines += [f"| {bar.what} | {bar.found} | {'met' if bar.passed else '**not met**'} |" for bar in bars]
+        met = sum(bar.passed for bar in bars)
+        lines += [f"{met} of the {len(bars)} bars of `benchmarks/voxelize/bars.py` are met."]
+        lines += [f"- **Not met**: {bar.what}: {bar.found}" for bar in bars if not bar.passed]
     return "\n".join(lines).rstrip() + "\n"
 
 
@@ -94,14 +95,13 @@ def _headline(case: CaseResult) -> str:
         text += f", {ours.solid_cells / 1e6:.3g} million of them in a part"
         if case.dense:
             text += f" (ours: {ours.solid_cells / ours.median_s / 1e6:.0f} million of those a second)"
-    return text + f". Judged: {case.judged_cells:,} cells in {case.windows} boxes."
+    return text + f"; {case.judged_cells:,} cells judged."
 
 
 def _line(case: CaseResult, row: Row) -> str:
-    gives = "solid" if row.tool.solid else "surface"
-    start = f"| {row.tool.title} {row.version}".rstrip() + f" | {gives} |"
+    start = f"| {row.tool.title} {row.version}".rstrip() + " |"
     if row.median_s is None:
-        return f"{start} {row.failure} | | | | | {row.tool.labels} |"
+        return f"{start} {row.failure} | | | | |"
     ratio = case.ratio(row.tool.key)
     missed = extra = "-"
     if row.score is not None:
@@ -109,7 +109,7 @@ def _line(case: CaseResult, row: Row) -> str:
         extra = counted(row.score.extra, row.score.extra_share)
     times = "" if ratio is None or row.tool.key == "bimvox" else f"{ratio:.2g}" if ratio < 10 else f"{ratio:,.0f}"
     figures = f"{duration(row.median_s)} | {times} | {row.memory_mb:,.0f} MB | {missed} | {extra}"
-    return f"{start} {figures} | {row.tool.labels} |"
+    return f"{start} {figures} |"
 
 
 def counted(number: int, share: float) -> str:
