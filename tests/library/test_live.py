@@ -50,7 +50,7 @@ def test_what_is_no_job_is_refused(plan: bimvox.Plan, tmp_path: Path) -> None:
         bimvox.live_job(plan, first=5)
     with pytest.raises(bimvox.BimvoxError, match="count is 0"):
         bimvox.live_job(plan, count=0)
-    with pytest.raises(bimvox.BimvoxError, match="gone.csv"):
+    with pytest.raises(bimvox.BimvoxError, match=r"gone\.csv"):
         bimvox.live_job(plan, tracks=tmp_path / "gone.csv")
     with pytest.raises(bimvox.BimvoxError, match="one crane"):
         bimvox.live_job(bimvox.plan(bimvox.load_site(PAPER), policy="none"))
