@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.document import put_into
-from benchmarks.held_out_suite import held_out
 from bimvox.compiled import kernel
 from bimvox.env.dynamics import LiftState
 from bimvox.env.observation import VIEW_SIZE, look
 from bimvox.planning.rollout import roll_out
+from bimvox.policy.generalist.suite import held_out
 from bimvox.policy.generalist.weights import load_generalist
 from bimvox.site.collision import CollisionSpace
 

@@ -19,7 +19,14 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.document import put_into
-from benchmarks.held_out_suite import (
+from bimvox.env.problem import LiftProblem, lift_problem
+from bimvox.planning.rollout import roll_out, roll_out_all
+from bimvox.planning.search import shortest_path
+from bimvox.policy.evaluate import success_at_least
+from bimvox.policy.generalist.occupancies import FAMILIES
+from bimvox.policy.generalist.problems import HELD_OUT_DOMAIN
+from bimvox.policy.generalist.stages import BuildingStage, building_lifts
+from bimvox.policy.generalist.suite import (
     BUILDING_COUNT,
     FAMILY_COUNT,
     TRAP_COUNT,
@@ -29,13 +36,6 @@ from benchmarks.held_out_suite import (
     unsolvable,
     wide_trap,
 )
-from bimvox.env.problem import LiftProblem, lift_problem
-from bimvox.planning.rollout import roll_out, roll_out_all
-from bimvox.planning.search import shortest_path
-from bimvox.policy.evaluate import success_at_least
-from bimvox.policy.generalist.occupancies import FAMILIES
-from bimvox.policy.generalist.problems import HELD_OUT_DOMAIN
-from bimvox.policy.generalist.stages import BuildingStage, building_lifts
 from bimvox.policy.generalist.weights import FOLDER, generalist_record, load_generalist
 from bimvox.policy.network import QNetwork
 

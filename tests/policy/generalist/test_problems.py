@@ -3,7 +3,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.held_out_suite import held_out, unsolvable, wide_trap
 from bimvox.env.distance import UNREACHABLE
 from bimvox.env.problem import is_learnable
 from bimvox.grid.summed_area import summed_area_table
@@ -20,6 +19,7 @@ from bimvox.policy.generalist.problems import (
     with_boxes,
 )
 from bimvox.policy.generalist.stages import BuildingStage, building_lifts, load_stages, save_stages
+from bimvox.policy.generalist.suite import held_out, unsolvable, wide_trap
 from bimvox.site.collision import HOOK_FORBIDDEN, placement_is_free
 
 SMALL, LARGE = (15, 15, 6), (40, 30, 14)

@@ -38,6 +38,9 @@ TRAP_SHARES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5)
 TRAP_COUNT = 12
 """Problems per width."""
 
+SPIRAL_COUNT = 100
+"""Lifts out of a spiral, a family of which there are no lessons."""
+
 SUITE_SIZES: tuple[tuple[IntVec, int], ...] = (
     ((40, 40, 16), 4),
     ((96, 96, 32), 4),
@@ -120,6 +123,36 @@ def wide_trap(share: float, number: int) -> LiftProblem:
             if problem.distance_from(start) > 0:
                 return problem
         space = clearance_on(occupied, random_boxes(rng, (24, 24, nz)), rope=bool(rng.integers(2)))
+
+
+def spiral(number: int) -> LiftProblem:
+    """Return a lift from the middle of a spiral of walls as high as the site to a target outside it.
+
+    No generator of lessons makes a spiral.
+
+    Args:
+        number: Determines corridor, turns, component and cells.
+    """
+    rng = np.random.default_rng((HELD_OUT_DOMAIN, 66, number))
+    corridor, legs, nz = int(rng.integers(5, 13)), int(rng.integers(4, 10)), 8
+    half = corridor * (legs // 2 + 1) + 12
+    occupied = np.zeros((2 * half, 2 * half, nz), np.bool_)
+    occupied[:, :, 0] = True
+    at, heading = np.array([half, half]), np.array([1, 0])
+    for leg in range(legs):
+        there = at + heading * corridor * (leg // 2 + 1)
+        (x0, y0), (x1, y1) = np.minimum(at, there), np.maximum(at, there)
+        occupied[x0 : x1 + 1, y0 : y1 + 1] = True
+        at, heading = there, np.array([-heading[1], heading[0]])
+    while True:
+        space = clearance_on(occupied, random_boxes(rng, (16, 16, nz)), rope=bool(rng.integers(2)))
+        start = (half + int(rng.integers(1, corridor)), half + int(rng.integers(1, corridor)), int(rng.integers(1, nz)))
+        target = (int(rng.integers(2 * half)), int(rng.integers(2 * half)), int(rng.integers(1, nz)))
+        outside = max(abs(target[0] - half), abs(target[1] - half)) > half - 10
+        if outside and placement_is_free(space, *start) and placement_is_free(space, *target):
+            problem = training_problem(space, start, target)
+            if problem.distance_from(start) > 0:
+                return problem
 
 
 def _free(rng: np.random.Generator, space: CollisionSpace) -> IntVec | None:
