@@ -24,7 +24,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-slow test-all test-page test-fleet check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
-	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-decision bench-live bench-cold bench-frozen train-generalist soak-watch soak-files \
+	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-generalist-seeds bench-decision bench-live bench-cold bench-frozen train-generalist soak-watch soak-files \
 	picture docs constraints audit advisories wheel release clean
 
 help: ## this list
@@ -150,8 +150,11 @@ bench-many-lifts: $(PLANNERS)/ready ## paths of 500 lifts: policy, search, and o
 train-generalist: setup ## train the policy that ships with bimvox: docs/generalist.md (OUT=folder, ARGS="--steps 4000" for a try)
 	$(BIN)/python -m bimvox_pipeline.train.generalist train --out $(OUT)/generalist $(ARGS)
 
-bench-generalist: setup ## the shipped policy on its held-out suite (ARGS="--share 0.1" for a try)
+bench-generalist: setup ## the shipped network and its baselines on the held-out suite (ARGS="--share 0.1" for a try)
 	$(BIN)/python -m benchmarks.generalist $(ARGS)
+
+bench-generalist-seeds: setup ## five training seeds with and without the teacher (OUT=folder, ARGS="--steps 4000" for a try)
+	$(BIN)/python -m benchmarks.generalist_seeds --out $(OUT)/generalist-seeds $(ARGS)
 
 bench-decision: setup ## microseconds of one decision of the shipped policy: docs/generalist.md
 	$(BIN)/python -m benchmarks.decision $(ARGS)

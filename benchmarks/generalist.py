@@ -1,8 +1,8 @@
-"""``make bench-generalist``: the policy that ships with the package on its held-out suite.
+"""``make bench-generalist``: the shipped network and its baselines on the held-out suite, under the same guards.
 
-Every problem is solved three times. *One way*: the network with its loop guards from start to target, detours cut, no
-cell expanded. *As shipped*, like ``bimvox plan``: if that does not arrive, the same from target to start. *With
-search*: if neither arrives, the search takes over.
+Three ways to rate moves: random values, greedy values (towards the target) and the network. Each is measured *bare*
+(the best free move, no guard), in a *plan's try* (the calm guard once), *one way* (up to four guards from the start)
+and *as tested* (if none of these arrives, also from the target), all with detours cut.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -19,30 +19,72 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.document import put_into
+from benchmarks.rates import rate
+from bimvox.env.actions import ACTION_COUNT
+from bimvox.env.guard import CALM, Guard
 from bimvox.env.problem import LiftProblem, lift_problem
-from bimvox.planning.rollout import roll_out, roll_out_all
+from bimvox.planning.rollout import (
+    GREEDY,
+    PLAN_LIMIT,
+    ROLLOUT_LIMIT,
+    Rollout,
+    TowardsTarget,
+    Values,
+    roll_out_all,
+    roll_out_starts,
+)
 from bimvox.planning.search import shortest_path
+from bimvox.planning.shorten_path import straightened
 from bimvox.policy.evaluate import success_at_least
 from bimvox.policy.generalist.occupancies import FAMILIES
 from bimvox.policy.generalist.problems import HELD_OUT_DOMAIN
-from bimvox.policy.generalist.stages import BuildingStage, building_lifts
+from bimvox.policy.generalist.stages import building_lifts
 from bimvox.policy.generalist.suite import (
     BUILDING_COUNT,
     FAMILY_COUNT,
+    SPIRAL_COUNT,
     TRAP_COUNT,
     TRAP_SHARES,
     UNSOLVABLE_COUNT,
     held_out,
+    spiral,
     unsolvable,
     wide_trap,
 )
 from bimvox.policy.generalist.weights import FOLDER, generalist_record, load_generalist
-from bimvox.policy.network import QNetwork
 
 LEAST_SUCCESS, LEAST_SUCCESS_OF_A_FAMILY, LONGEST = 0.99, 0.97, 1.02
 """The bars."""
 
-HEAD = "problems | one way: success | moves / shortest | as shipped: success | moves / shortest |"
+BARE = Guard(factor=0.0, slack=-1, reach_vox=-2, cost=0.0, visit_cost=0.0)
+"""No guard: the free move of the highest value."""
+
+NAMES = ("random", "greedy", "network")
+WAYS = ("bare", "plan's try", "one way", "as tested")
+BUDGETS = (1.0, 1.25, 1.5, 2.0, 3.0, 4.0, 8.0)
+"""Moves made over the Manhattan distance at which success is counted."""
+
+CURVE = Path("docs/data/generalist_moves.csv")
+DETOURS = ((0, 0), (1, 4), (5, 16), (17, 64), (65, 10**6))
+
+
+Maker = Callable[[int], Values | TowardsTarget]
+"""Returns values for the problem of a number."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """One problem tried in one way.
+
+    Attributes:
+        moves: Moves of the path with its detours cut; None if it did not arrive.
+        made: Moves made, over all tries.
+        cpu_s: Processor time.
+    """
+
+    moves: int | None
+    made: int
+    cpu_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,130 +92,262 @@ class Row:
     """One problem.
 
     Attributes:
-        shortest: Fewest moves; negative if there is no path.
+        shortest: Fewest moves.
         manhattan: Manhattan distance.
-        one_way: Moves of the guarded roll-out from the start; None if it did not arrive.
-        shipped: Moves of the package's path; None if it did not arrive.
-        found: Whether the package found a path, by search if the policy did not.
+        tried: By values and way.
+        found_s: Processor time of a complete search for it.
     """
 
     shortest: int
     manhattan: int
-    one_way: int | None
-    shipped: int | None
-    found: bool
+    tried: Mapping[tuple[str, str], Tried]
+    found_s: float
 
 
 def main() -> int:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--weights", type=Path, default=FOLDER, help="folder of the weights; default: the package's")
-    parser.add_argument("--share", type=float, default=1.0, help="share of each family's problems")
+    parser.add_argument("--share", type=float, default=1.0, help="share of each split")
+    parser.add_argument("--random-share", type=float, default=0.2, help="the same for random values, which are slow")
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--write", action="store_true", help="write the tables into docs/generalist.md")
+    parser.add_argument("--write", action="store_true", help="write the tables into docs/generalist.md, the curve too")
     chosen = parser.parse_args()
-    began = time.monotonic()
+    began = time.process_time()
     text = _Text()
-    _tables(text, load_generalist(chosen.weights), chosen.share, chosen.threads)
-    policy = generalist_record(chosen.weights)["id"]
-    text.say(f"\nPolicy {policy}; share of the suite {chosen.share:g}; {(time.monotonic() - began) / 60:.0f} minutes.")
+    every = {name: _values(name, chosen.weights) for name in NAMES}
+    splits = _measured(every, chosen.share, chosen.random_share, chosen.threads)
+    _tables(text, splits)
+    text.say(f"\n- search: {_closed(chosen.share, chosen.threads)} unsolvable lifts called so")
+    policy, minutes = generalist_record(chosen.weights)["id"], (time.process_time() - began) / 60
+    text.say(
+        f"\nNetwork {policy}; share of the suite {chosen.share:g}, of random values "
+        f"{min(chosen.share, chosen.random_share):g}; {minutes:.0f} minutes of processor time."
+    )
     if chosen.write:
         put_into(Path("docs/generalist.md"), "bench-generalist", text.whole)
+        CURVE.write_text(_curve_csv(splits))
     return 0
 
 
-def _tables(text: _Text, network: QNetwork, share: float, threads: int) -> None:
-    executor = ThreadPoolExecutor(threads)
-
-    def measured(make: Callable[[int], LiftProblem], count: int) -> list[Row]:
-        return list(executor.map(lambda n: measure(network, make(n)), range(max(1, round(count * share)))))
-
-    text.head("family")
-    families: dict[str, list[Row]] = {}
-    for family in FAMILIES:
-        families[family] = measured(partial(_held_out, family), FAMILY_COUNT)
-        text.line(family, families[family])
-    text.line("**all five**", [row for rows in families.values() for row in rows])
-    lifts = building_lifts(_stages(), count=BUILDING_COUNT, domain=HELD_OUT_DOMAIN, starts=1)
-    text.line("a building", measured(lambda n: lifts[n], len(lifts)))
-    text.say("")
-    for name, moves in (("one way", _one_way), ("as shipped", _shipped)):
-        text.say(_verdict(name, families, moves))
-    no_way = measured(unsolvable, UNSOLVABLE_COUNT)
-    right = sum(row.shipped is None and not row.found for row in no_way)
-    solved = sum(row.found for rows in families.values() for row in rows)
-    count = sum(len(rows) for rows in families.values())
-    text.say(f"- with search: {solved} of {count} solvable solved, {right} of {len(no_way)} unsolvable called so")
-
-    text.head("\ndetour (shortest - Manhattan), cells")
-    everything = [row for rows in families.values() for row in rows]
-    for low, high in ((0, 0), (1, 4), (5, 16), (17, 64), (65, 10**6)):
-        some = [row for row in everything if low <= row.shortest - row.manhattan <= high]
-        if some:
-            text.line(f"{low} to {high}" if high < 10**6 else f"{low} and more", some)
-    text.head("\nU-trap's width / widest window (224 cells)")
-    for width in TRAP_SHARES:
-        text.line(f"{width:g}", measured(partial(wide_trap, width), TRAP_COUNT))
-    executor.shutdown()
+def _values(name: str, weights: Path) -> Maker:
+    if name == "random":
+        return _random
+    values = load_generalist(weights) if name == "network" else GREEDY
+    return lambda number: values
 
 
-def _held_out(family: str, number: int) -> LiftProblem:
+def _random(number: int) -> Values:
+    rng = np.random.default_rng(number)
+    return lambda observations: rng.random((len(observations), ACTION_COUNT), np.float32)
+
+
+def _measured(every: Mapping[str, Maker], share: float, random_share: float, threads: int) -> dict[str, list[Row]]:
+    """Return the rows of every split; each site is made once for all values and ways."""
+    lifts = building()
+    makers: dict[str, tuple[Callable[[int], LiftProblem], int]] = {
+        **{family: (partial(held_out_of, family), FAMILY_COUNT) for family in FAMILIES},
+        "building": (lambda n: lifts[n], len(lifts)),
+        "spirals": (spiral, SPIRAL_COUNT),
+        **{f"{_WIDE}{width:g}": (partial(wide_trap, width), TRAP_COUNT) for width in TRAP_SHARES},
+    }
+    others = {name: values for name, values in every.items() if name != "random"}
+
+    def one(make: Callable[[int], LiftProblem], count: int, number: int) -> Row:
+        compared = every if number < max(1, round(count * random_share)) else others
+        return measure(compared, make(number), number)
+
+    splits = {}
+    measure(every, held_out("boxes", 0).problem, 0)  # compiles
+    with ThreadPoolExecutor(threads) as executor:
+        for name, (make, count) in makers.items():
+            numbers = range(max(1, round(count * share)))
+            splits[name] = list(executor.map(partial(one, make, count), numbers))
+            sys.stderr.write(f"{name}: {len(splits[name])}\n")
+    return splits
+
+
+_WIDE = "U-trap "
+
+
+def held_out_of(family: str, number: int) -> LiftProblem:
+    """Return a problem of a family by its number."""
     return held_out(family, number).problem
 
 
-def _stages() -> list[BuildingStage]:
+def building() -> list[LiftProblem]:
+    """Return the lifts of the building that no lesson contains."""
     from bimvox_pipeline.train.generalist_buildings import TESTS, stages_of
 
-    return stages_of(TESTS)
+    return building_lifts(stages_of(TESTS), count=BUILDING_COUNT, domain=HELD_OUT_DOMAIN, starts=1)
 
 
-def measure(network: QNetwork, problem: LiftProblem) -> Row:
-    """Solve one problem by the three methods."""
-    bare = lift_problem(problem.space, problem.start_vox, problem.target_vox)
-    forth = roll_out_all(network, [bare], from_target=False)[0]
-    shipped = forth if forth.arrived else roll_out(network, bare)
-    found = shipped.arrived or shortest_path(bare.space, bare.start_vox, bare.target_vox).path_vox is not None
-    return Row(
-        problem.distance_from(problem.start_vox),
-        int(np.abs(np.subtract(problem.start_vox, problem.target_vox)).sum()),
-        len(forth.path_vox) - 1 if forth.arrived else None,
-        len(shipped.path_vox) - 1 if shipped.arrived else None,
-        found,
-    )
+def measure(every: Mapping[str, Maker], problem: LiftProblem, number: int) -> Row:
+    """Solve one problem by all values in all ways."""
+    lift = lift_problem(problem.space, problem.start_vox, problem.target_vox)
+    tried = {
+        (name, way): one for name, make in every.items() for way, one in tries(make(number), lift, name != "random")
+    }
+    began = time.thread_time()
+    shortest_path(lift.space, lift.start_vox, lift.target_vox)
+    manhattan = int(np.abs(np.subtract(lift.start_vox, lift.target_vox)).sum())
+    return Row(problem.distance_from(problem.start_vox), manhattan, tried, time.thread_time() - began)
 
 
-def _one_way(row: Row) -> int | None:
-    return row.one_way
+def tries(values: Values | TowardsTarget, lift: LiftProblem, both_ways: bool) -> Iterator[tuple[str, Tried]]:
+    """Yield how values do on a lift, by way."""
+    at, start = np.zeros(1, np.int64), np.array([lift.start_vox], np.int32)
+
+    def once(guard: Guard) -> Rollout:
+        (made,) = roll_out_starts(values, [lift], at, start, limit=PLAN_LIMIT, guard=guard)
+        return Rollout(straightened(lift.space, made.path_vox), made.outcome, made.steps)
+
+    def timed(roll: Callable[[], Rollout]) -> tuple[Rollout, Tried]:
+        began = time.thread_time()
+        made = roll()
+        cpu_s = time.thread_time() - began
+        return made, Tried(len(made.path_vox) - 1 if made.arrived else None, made.steps, cpu_s)
+
+    yield "bare", timed(lambda: once(BARE))[1]
+    yield "plan's try", timed(lambda: once(CALM))[1]
+    # The curve: one calm try as long as a test allows.
+    (calm,) = roll_out_starts(values, [lift], at, start, limit=ROLLOUT_LIMIT, guard=CALM)
+    yield "calm", Tried(len(calm.path_vox) - 1 if calm.arrived else None, calm.steps, 0.0)
+    forth, one_way = timed(lambda: roll_out_all(values, [lift], from_target=False)[0])
+    yield "one way", one_way
+    if both_ways:
+        yield "as tested", one_way if forth.arrived else timed(lambda: roll_out_all(values, [lift])[0])[1]
 
 
-def _shipped(row: Row) -> int | None:
-    return row.shipped
+def _closed(share: float, threads: int) -> str:
+    """Return how many lifts without a path the search and greedy values under all guards call so."""
+
+    def is_called_so(number: int) -> bool:
+        problem = unsolvable(number)
+        lift = lift_problem(problem.space, problem.start_vox, problem.target_vox)
+        found = shortest_path(lift.space, lift.start_vox, lift.target_vox).path_vox
+        return found is None and not roll_out_all(GREEDY, [lift])[0].arrived
+
+    count = max(1, round(UNSOLVABLE_COUNT * share))
+    with ThreadPoolExecutor(threads) as executor:
+        return f"{sum(executor.map(is_called_so, range(count)))} of {count}"
 
 
-def _ratios(rows: Sequence[Row], moves: Callable[[Row], int | None]) -> np.ndarray:
-    """Return moves / shortest for the problems in which it arrived."""
-    return np.array([made / row.shortest for row in rows if (made := moves(row)) is not None])
+def _tables(text: _Text, splits: Mapping[str, Sequence[Row]]) -> None:
+    everything = [row for family in FAMILIES for row in splits[family]]
+    text.head("values", "way", "success", "worst family", "moves / shortest", "moves made / distance", "ms a lift")
+    for name in NAMES:
+        for way in WAYS:
+            if (name, way) in everything[0].tried:
+                text.line(name, way, *_summary(splits, name, way))
+    found_ms = 1000.0 * float(np.mean([row.found_s for row in everything]))
+    text.line("search", "complete", rate(len(everything), len(everything)), "100.0%", "1.0000", "-", f"{found_ms:.1f}")
+    text.say("")
+    for name in NAMES:
+        for way in WAYS[2:] if name != "random" else ():
+            text.say(_verdict(splits, name, way))
+
+    asked = [(way, name) for way in ("plan's try", "one way") for name in NAMES]
+    columns = [f"{way}: {name}" for way, name in asked]
+
+    def line(first: str, rows: Sequence[Row]) -> None:
+        text.line(first, str(len(rows)), *(_rate(rows, name, way) for way, name in asked))
+
+    text.head("\nsplit", "problems", *columns)
+    for split, rows in splits.items():
+        if not split.startswith(_WIDE):
+            line(split, rows)
+    text.head("\ndetour (shortest - Manhattan), cells", "problems", *columns)
+    for low, high in DETOURS:
+        some = [row for row in everything if low <= row.shortest - row.manhattan <= high]
+        if some:
+            line(f"{low} to {high}" if high < DETOURS[-1][1] else f"{low} and more", some)
+    text.head("\nU-trap's width / widest window (224 cells)", "problems", *columns)
+    for split, rows in splits.items():
+        if split.startswith(_WIDE):
+            line(split.removeprefix(_WIDE), rows)
+    curves = _curves(everything[0])
+    text.head("\nmoves made / distance, at most", *(f"{way}: {name}" for name, way in curves))
+    for budget in BUDGETS:
+        text.line(f"{budget:g}", *(_within(everything, name, way, budget) for name, way in curves))
 
 
-def _verdict(name: str, families: dict[str, list[Row]], moves: Callable[[Row], int | None]) -> str:
+def _curves(row: Row) -> list[tuple[str, str]]:
+    return [key for way in ("bare", "calm") for key in row.tried if key[1] == way]
+
+
+def _tried(rows: Sequence[Row], name: str, way: str) -> list[Row]:
+    """Return the rows on which these values were measured."""
+    return [row for row in rows if (name, way) in row.tried]
+
+
+def _arrived(rows: Sequence[Row], name: str, way: str) -> list[tuple[Row, int]]:
+    """Return the rows that arrived, each with the moves of its path."""
+    return [(row, moves) for row in _tried(rows, name, way) if (moves := row.tried[name, way].moves) is not None]
+
+
+def _rate(rows: Sequence[Row], name: str, way: str) -> str:
+    return rate(len(_arrived(rows, name, way)), len(_tried(rows, name, way)))
+
+
+def _share(rows: Sequence[Row], name: str, way: str) -> float:
+    return len(_arrived(rows, name, way)) / len(_tried(rows, name, way))
+
+
+def _summary(splits: Mapping[str, Sequence[Row]], name: str, way: str) -> Iterator[str]:
+    """Return the cells of one line of the first table."""
+    rows = [row for family in FAMILIES for row in splits[family]]
+    yield _rate(rows, name, way)
+    yield f"{min(_share(splits[family], name, way) for family in FAMILIES):.1%}"
+    yield f"{np.mean([moves / row.shortest for row, moves in _arrived(rows, name, way)]):.4f}"
+    yield f"{np.mean([row.tried[name, way].made / row.manhattan for row in _tried(rows, name, way)]):.1f}"
+    yield f"{1000.0 * np.mean([row.tried[name, way].cpu_s for row in _tried(rows, name, way)]):.1f}"
+
+
+def _verdict(splits: Mapping[str, Sequence[Row]], name: str, way: str) -> str:
     """Return a sentence for each bar."""
-    rows = [row for of_family in families.values() for row in of_family]
-    ratios = _ratios(rows, moves)
-    success = len(ratios) / len(rows)
-    worst = min(families, key=lambda family: len(_ratios(families[family], moves)) / len(families[family]))
-    worst_success = len(_ratios(families[worst], moves)) / len(families[worst])
-    length = float(ratios.mean())
-    least = success_at_least(len(ratios), len(rows))
+    rows = [row for family in FAMILIES for row in splits[family]]
+    arrived = _arrived(rows, name, way)
+    of_family = {family: _share(splits[family], name, way) for family in FAMILIES}
+    worst = min(of_family, key=of_family.__getitem__)
+    success, least = len(arrived) / len(rows), success_at_least(len(arrived), len(rows))
+    length = float(np.mean([moves / row.shortest for row, moves in arrived]))
     return (
-        f"- {name}: {success:.2%}, at least {least:.2%} with 95 % confidence (bar {LEAST_SUCCESS:.0%}: "
-        f"{_met(success >= LEAST_SUCCESS)}); {worst} {worst_success:.1%} (bar {LEAST_SUCCESS_OF_A_FAMILY:.0%}: "
-        f"{_met(worst_success >= LEAST_SUCCESS_OF_A_FAMILY)}); moves / shortest {length:.4f} (bar {LONGEST}: "
-        f"{_met(length <= LONGEST)})"
+        f"- {name}, {way}: success {success:.2%} (at least {least:.2%} with 95 % confidence; bar {LEAST_SUCCESS:.0%}: "
+        f"{_met(success >= LEAST_SUCCESS)}), worst family {worst} {of_family[worst]:.1%} (bar "
+        f"{LEAST_SUCCESS_OF_A_FAMILY:.0%}: {_met(of_family[worst] >= LEAST_SUCCESS_OF_A_FAMILY)}), mean moves / "
+        f"shortest {length:.4f} (bar {LONGEST}: {_met(length <= LONGEST)})"
     )
 
 
 def _met(held: bool) -> str:
     return "met" if held else "**not met**"
+
+
+def _share_within(rows: Sequence[Row], name: str, way: str, budget: float) -> float | None:
+    """Return the share that arrived within so many moves made per cell of distance; None beyond the way's limit."""
+    if way == "bare" and budget > PLAN_LIMIT.factor:
+        return None
+    within = sum(row.tried[name, way].made <= budget * row.manhattan for row, _ in _arrived(rows, name, way))
+    return within / len(_tried(rows, name, way))
+
+
+def _within(rows: Sequence[Row], name: str, way: str, budget: float) -> str:
+    share = _share_within(rows, name, way, budget)
+    return "-" if share is None else f"{share:.1%}"
+
+
+def _curve_csv(splits: Mapping[str, Sequence[Row]]) -> str:
+    """Return success against moves made, by split: a line for each values, way and budget."""
+    lines = ["split,values,way,problems,moves_made_per_distance,success"]
+    groups = {"all five": [row for family in FAMILIES for row in splits[family]], **splits}
+    for split, rows in groups.items():
+        for name, way in _curves(rows[0]):
+            for budget in np.arange(1.0, 8.01, 0.25):
+                share = _share_within(rows, name, way, float(budget))
+                if share is not None:
+                    lines.append(f"{split},{name},{way},{len(_tried(rows, name, way))},{budget:g},{share:.4f}")
+    return "\n".join(lines) + "\n"
 
 
 class _Text:
@@ -187,15 +361,11 @@ class _Text:
         sys.stdout.write(line + "\n")
         sys.stdout.flush()
 
-    def head(self, first: str) -> None:
-        self.say(f"{first[: len(first) - len(first.lstrip())]}| {first.strip()} | {HEAD}")
-        self.say("|---" * 6 + "|")
+    def head(self, first: str, *others: str) -> None:
+        self.say(f"{first[: len(first) - len(first.lstrip())]}| {' | '.join((first.strip(), *others))} |")
+        self.say("|---" * (1 + len(others)) + "|")
 
-    def line(self, name: str, rows: Sequence[Row]) -> None:
-        cells = [name, str(len(rows))]
-        for moves in (_one_way, _shipped):
-            ratios = _ratios(rows, moves)
-            cells += [f"{len(ratios) / len(rows):.1%}", f"{ratios.mean():.4f}" if ratios.size else "-"]
+    def line(self, *cells: str) -> None:
         self.say("| " + " | ".join(cells) + " |")
 
 

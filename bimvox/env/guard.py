@@ -6,6 +6,9 @@ lift is lost if it has made many more moves than its path should take. It is the
 earlier visit near the end of a move counts against that move. A guard may prefer one side: if the policy rates two
 paths around an obstacle about equally, the lift takes that side. The guard looks one move ahead and remembers only
 visited cells (:class:`Guard`).
+
+To go where one was least often is Node Counting, a real-time search (S. Koenig and B. Szymanski, Value-update rules for
+real-time search, AAAI 1999); the values break its ties.
 """
 
 from __future__ import annotations

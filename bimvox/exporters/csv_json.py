@@ -41,7 +41,7 @@ LIFT_COLUMNS = {
     "name": "the source's name",
     "mass_kg": "mass without rigging",
     "status": "planned or infeasible",
-    "method": "how the path was found: policy, retrained or search",
+    "method": "how the path was found: greedy, policy, retrained or search",
     "moves": "unit moves of the path",
     "shortest_moves": "the fewest possible; empty if unknown",
     "contact_moves": "last placements that the narrow phase cleared",

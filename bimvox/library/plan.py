@@ -40,9 +40,9 @@ def plan(
     Args:
         site: As loaded or guessed.
         obstructions: What is in the way: a value, or the path of an obstruction, IFC, mesh or point file.
-        policy: Id of a stored policy; ``none``: search alone; ``nearest``: the policy of the most similar site;
-            ``default``: the one that ships with bimvox. If it is left out: the site file's, otherwise the one trained
-            for this site before, otherwise the one that ships with bimvox.
+        policy: Id of a stored policy; ``none``: search alone; ``greedy``: towards the target; ``nearest``: the policy
+            of the most similar site; ``default``: the network that ships with bimvox. If it is left out: the site
+            file's, otherwise the one trained for this site before, otherwise ``greedy``.
         seed: Seed of the training, from 0; default: the site file's.
         steps: Training budget in environment steps, from 1, and trains; default: the site file's, otherwise the
             built-in one.
@@ -60,7 +60,7 @@ def plan(
     """
     told, site = progress_of(progress), insist("plan", site, LoadedSite, "site")
     seed, steps, retrain = whole("seed", seed, 0), whole("steps", steps, 1), whole("retrain", retrain, 0) or 0
-    policy = text("policy", policy, "give the id of a stored policy, or none, nearest or default")
+    policy = text("policy", policy, "give the id of a stored policy, or none, greedy, nearest or default")
     built, files = site.site, dict(site.files)
     if obstructions is not None:
         found, content = obstructions_of(obstructions, built)

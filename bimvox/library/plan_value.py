@@ -40,7 +40,7 @@ class LiftRow:
         mass_kg: Mass of the component without rigging.
         crane: Name of the crane; None without a crane.
         status: ``planned`` or ``infeasible``.
-        method: How the path was found: ``policy``, ``retrained`` or ``search``; None if infeasible.
+        method: How the path was found: ``greedy``, ``policy``, ``retrained`` or ``search``; None if infeasible.
         moves: Unit moves of the path, each of one cell; None if infeasible.
         shortest_moves: The fewest possible under the same rules; None if infeasible, or if no longer known.
         start_s: When the lift starts on the site's clock, seconds; None without a motion.

@@ -103,7 +103,7 @@ def plan_and_prove(
         NoPlanError: If no lift can be planned.
         VerificationError: If a proof of the plan as a whole fails.
     """
-    propose = None if policy.network is None else proposer(policy.network)
+    propose = policy.propose
     other_ways, proven = OtherWays(), ProvenLifts()
 
     def planned(policy_retrained: Propose | None, kept: LiftPlan | None, refused: Refused) -> LiftPlan:

@@ -13,7 +13,6 @@ from bimvox.library.prove import prepared
 from bimvox.library.site import OBSTRUCTIONS
 from bimvox.library.verify import prove_plan
 from bimvox.log.plan_log import PlanLog
-from bimvox.planning.rollout import proposer
 from bimvox.progress import Listener, progress_of
 from bimvox.revision.current_plan import current_plan_of
 from bimvox.revision.request import RevisionRequest
@@ -41,10 +40,9 @@ def revise(plan: Plan, obstructions: ObstructionSet | Path | str, *, progress: L
     found, files = obstructions_of(obstructions, plan.site)
     site = obstructed(plan.site, found, told)
     preparation = plan.preparation or prepared(site, told)
-    network = plan.policy.network if plan.policy is not None else None
     current = current_plan_of(plan.record.plan, plan.motions)
     told.stage("revise")
-    request = RevisionRequest(site, preparation, None if network is None else proposer(network))
+    request = RevisionRequest(site, preparation, None if plan.policy is None else plan.policy.propose)
     for part in revised_parts(current, request):
         current = part.current
     kept = {name: data for name, data in plan.record.attachments.items() if not name.startswith(OBSTRUCTIONS)}

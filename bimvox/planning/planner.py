@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bimvox.env.actions import MOVES
 from bimvox.grid.distinct import distinct
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage
-from bimvox.planning.propose import Propose
+from bimvox.planning.propose import Propose, ProposedGreedily
 from bimvox.planning.rounds import Refusals
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
 from bimvox.planning.turning import turning_stage
@@ -136,7 +136,8 @@ def proposed_again(stage: Stage, lift: Lift, retrained: Propose) -> Lift:
 
 def _policies(propose: Propose | None, retrained: Propose | None = None) -> list[tuple[Propose, Method]]:
     """Return the policies to ask, in this order, each with the method that its paths are recorded under."""
-    both = ((propose, Method.POLICY), (retrained, Method.RETRAINED))
+    first = Method.GREEDY if isinstance(propose, ProposedGreedily) else Method.POLICY
+    both = ((propose, first), (retrained, Method.RETRAINED))
     return [(ask, method) for ask, method in both if ask is not None]
 
 

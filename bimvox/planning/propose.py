@@ -28,4 +28,19 @@ class Transit:
 
 
 Propose = Callable[[Transit], "NDArray[np.int32] | None"]
-"""A policy: an (N, 3) int32 path from start to goal, or None if it did not arrive."""
+"""Proposes a path: (N, 3) int32 from start to goal, or None if it did not arrive."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProposedGreedily:
+    """Proposes paths by greedy values, without a policy; a plan says so of each lift found by it.
+
+    Attributes:
+        ask: What proposes.
+    """
+
+    ask: Propose
+
+    def __call__(self, transit: Transit) -> NDArray[np.int32] | None:
+        """Return the path from start to goal, or None."""
+        return self.ask(transit)

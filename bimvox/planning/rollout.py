@@ -1,9 +1,10 @@
-"""Policy roll-out: greedy, under a loop guard, many lifts at once.
+"""Roll-out of values under a loop guard, many lifts at once: a real-time search.
 
 The guard (:mod:`bimvox.env.guard`): of the free moves, those to the reference cells visited least often come first;
-among these the policy's value decides. Its only memory is the path. So a move is never blocked, a lift never circles,
-and a policy that would dither at a wall is pushed along it. It is not a search: it makes at most ``PLAN_LIMIT`` or
-``ROLLOUT_LIMIT`` moves, and it returns to a cell only by moving there.
+among these the value decides: a policy's, or greedy ones (:class:`TowardsTarget`). Its only memory is the path. So a
+move is never blocked, a lift never circles, and values that would dither at a wall are pushed along it. That is Node
+Counting, a real-time search; it makes at most ``PLAN_LIMIT`` or ``ROLLOUT_LIMIT`` moves, and it returns to a cell only
+by moving there. The detours of its path are cut by a breadth-first search over the visited cells.
 
 In a plan, where search stands behind it, a lift has one calm try (:func:`proposer`). In a test and in the experiments
 there are four guards (``GUARDS``); the last three prefer down, left and right. A lift tries them in turn, each from its
@@ -23,20 +24,31 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
-from bimvox.env.actions import MOVES
+from bimvox.compiled import kernel, leaf_kernel
+from bimvox.env.actions import ACTION_COUNT, MOVES
 from bimvox.env.dynamics import NO_ACTION, LiftState, StepLimit, steps_allowed
 from bimvox.env.guard import CALM, GUARDS, Guard, guarded_action, is_lost
 from bimvox.env.observation import VIEW_SIZE, look
 from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance
 from bimvox.env.problem import LiftProblem, lift_problem
-from bimvox.planning.propose import Propose, Transit
+from bimvox.planning.propose import Propose, ProposedGreedily, Transit
 from bimvox.planning.shorten_path import shortest_of_visited, straightened
 from bimvox.site.collision import placement_is_free
 from bimvox.site.component import IntVec
 
 Values = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 """A policy: (N, VIEW_SIZE) float32 observations to (N, 6) float32 values of the actions, higher is better."""
+
+
+SCALE = 0.25
+"""Weighs greedy values against the costs and bonuses of a guard; the best of 0.25, 0.5 and 1 on check problems."""
+
+
+class TowardsTarget:
+    """Greedy values: a move is worth ``SCALE`` times the share of the way left along it. Nothing is observed."""
+
+
+GREEDY = TowardsTarget()
 
 ROLLOUT_LIMIT = StepLimit(factor=8.0, slack=1000)
 """Moves allowed per try, from the Manhattan distance."""
@@ -88,7 +100,7 @@ _RUNNING, _ARRIVED, _STEP_LIMIT, _ENCLOSED, _START_NOT_FREE = range(5)
 _OUTCOMES = dict(enumerate(Outcome, _ARRIVED))
 
 
-def roll_out(values: Values, problem: LiftProblem, *, limit: StepLimit = ROLLOUT_LIMIT) -> Rollout:
+def roll_out(values: Values | TowardsTarget, problem: LiftProblem, *, limit: StepLimit = ROLLOUT_LIMIT) -> Rollout:
     """Roll a policy out on one lift; see :func:`roll_out_all`."""
     return roll_out_all(values, [problem], limit=limit)[0]
 
@@ -100,7 +112,7 @@ def lifts_at_once(grid_shape: IntVec) -> int:
 
 
 def roll_out_all(
-    values: Values,
+    values: Values | TowardsTarget,
     problems: Sequence[LiftProblem],
     *,
     limit: StepLimit = ROLLOUT_LIMIT,
@@ -132,7 +144,11 @@ def roll_out_all(
 
 
 def _tried(
-    values: Values, problems: Sequence[LiftProblem], least: Sequence[int], limit: StepLimit, from_target: bool
+    values: Values | TowardsTarget,
+    problems: Sequence[LiftProblem],
+    least: Sequence[int],
+    limit: StepLimit,
+    from_target: bool,
 ) -> list[Rollout]:
     """Roll out under one guard after the other; if none arrives, from the other end."""
     best = _from_starts(values, problems, least, limit)
@@ -151,7 +167,7 @@ def _tried(
 
 
 def _from_starts(
-    values: Values, problems: Sequence[LiftProblem], least: Sequence[int], limit: StepLimit
+    values: Values | TowardsTarget, problems: Sequence[LiftProblem], least: Sequence[int], limit: StepLimit
 ) -> list[Rollout]:
     """Roll out from the starts, each lift under one guard after the other until it has arrived often enough."""
     best = list(_under_guard(values, problems, limit, GUARDS[0]))
@@ -171,7 +187,9 @@ def _from_starts(
     return best
 
 
-def _under_guard(values: Values, problems: Sequence[LiftProblem], limit: StepLimit, guard: Guard) -> list[Rollout]:
+def _under_guard(
+    values: Values | TowardsTarget, problems: Sequence[LiftProblem], limit: StepLimit, guard: Guard
+) -> list[Rollout]:
     starts = np.array([problem.start_vox for problem in problems], np.int32).reshape(-1, 3)
     rollouts = roll_out_starts(values, problems, np.arange(len(problems)), starts, limit=limit, guard=guard)
     return [
@@ -185,7 +203,7 @@ def _manhattan(problem: LiftProblem) -> int:
 
 
 def roll_out_starts(
-    values: Values,
+    values: Values | TowardsTarget,
     problems: Sequence[LiftProblem],
     problem_index: NDArray[np.int64],
     starts_vox: NDArray[np.int32],
@@ -224,20 +242,17 @@ def roll_out_starts(
     )
     runs.paths[:, 0] = starts_vox
     _check_starts(pool, runs)
-    observations = np.zeros((lifts, VIEW_SIZE), np.float32)
-    running = np.flatnonzero(runs.outcome == _RUNNING)
-    while running.size:
-        _observe_running(pool, runs, running, observations)
-        rows = observations if running.size == lifts else observations[running]
-        _move_running(pool, runs, running, guard, values(rows))
-        running = running[runs.outcome[running] == _RUNNING]
+    if isinstance(values, TowardsTarget):
+        _move_towards(pool, runs, guard)
+    else:
+        _move_by_observation(values, pool, runs, guard)
     return tuple(
         Rollout(shortest_of_visited(runs.paths[n, : steps + 1]), _OUTCOMES[int(runs.outcome[n])], int(steps))
         for n, steps in enumerate(runs.steps)
     )
 
 
-def proposer(values: Values, *, limit: StepLimit = PLAN_LIMIT, every_guard: bool = False) -> Propose:
+def proposer(values: Values | TowardsTarget, *, limit: StepLimit = PLAN_LIMIT, every_guard: bool = False) -> Propose:
     """Return a policy as :func:`bimvox.planning.planner.plan_lifts` takes it: one calm try a transit, from its start.
 
     Args:
@@ -252,7 +267,7 @@ def proposer(values: Values, *, limit: StepLimit = PLAN_LIMIT, every_guard: bool
         rollout = roll_out(values, problem) if every_guard else _under_guard(values, [problem], limit, CALM)[0]
         return rollout.path_vox if rollout.arrived else None
 
-    return propose
+    return ProposedGreedily(propose) if isinstance(values, TowardsTarget) else propose
 
 
 class _Runs(NamedTuple):
@@ -289,6 +304,18 @@ def _check_starts(pool: ProblemPool, runs: _Runs) -> None:
             runs.outcome[n] = _ARRIVED
 
 
+def _move_by_observation(values: Values, pool: ProblemPool, runs: _Runs, guard: Guard) -> None:
+    """Move every running roll-out until it ends, by the loop guard's rule and a policy's values."""
+    lifts = runs.problem.size
+    observations = np.zeros((lifts, VIEW_SIZE), np.float32)
+    running = np.flatnonzero(runs.outcome == _RUNNING)
+    while running.size:
+        _observe_running(pool, runs, running, observations)
+        rows = observations if running.size == lifts else observations[running]
+        _move_running(pool, runs, running, guard, values(rows))
+        running = running[runs.outcome[running] == _RUNNING]
+
+
 @kernel
 def _observe_running(
     pool: ProblemPool, runs: _Runs, running: NDArray[np.int64], observations: NDArray[np.float32]
@@ -306,26 +333,44 @@ def _move_running(
     pool: ProblemPool, runs: _Runs, running: NDArray[np.int64], guard: Guard, values: NDArray[np.float32]
 ) -> None:
     """Move the running roll-outs by one cell, by the loop guard's rule."""
-    paths, steps = runs.paths, runs.steps
     for row in range(running.size):
-        n = running[row]
-        p = runs.problem[n]
-        space = pooled_clearance(pool, p)
-        path = paths[n, : steps[n] + 1]
-        at = path[steps[n]]
-        lost = is_lost(guard, steps[n], runs.manhattan[n])
-        best = guarded_action(space, pool.target[p], path, steps[n], values[row], guard, lost)
-        if best == NO_ACTION:
-            runs.outcome[n] = _ENCLOSED
-            continue
-        steps[n] += 1
-        runs.last_action[n] = best
-        target = pool.target[p]
-        here = True
-        for axis in range(3):
-            paths[n, steps[n], axis] = at[axis] + MOVES[best, axis]
-            here = here and paths[n, steps[n], axis] == target[axis]
-        if here:
-            runs.outcome[n] = _ARRIVED
-        elif steps[n] >= runs.allowed[n]:
-            runs.outcome[n] = _STEP_LIMIT
+        _move(pool, runs, running[row], guard, values[row])
+
+
+@kernel
+def _move_towards(pool: ProblemPool, runs: _Runs, guard: Guard) -> None:
+    """Move every running roll-out until it ends, by the loop guard's rule and the values of :class:`TowardsTarget`."""
+    values = np.empty(ACTION_COUNT, np.float32)
+    for n in range(runs.problem.size):
+        target = pool.target[runs.problem[n]]
+        while runs.outcome[n] == _RUNNING:
+            at = runs.paths[n, runs.steps[n]]
+            left = np.float32(abs(target[0] - at[0]) + abs(target[1] - at[1]) + abs(target[2] - at[2]))
+            for action in range(ACTION_COUNT):
+                values[action] = 0.0
+                for axis in range(3):
+                    values[action] += SCALE * MOVES[action, axis] * (target[axis] - at[axis]) / left
+            _move(pool, runs, n, guard, values)
+
+
+@leaf_kernel
+def _move(pool: ProblemPool, runs: _Runs, n: int, guard: Guard, values: NDArray[np.float32]) -> None:
+    """Move one running roll-out by one cell, by the loop guard's rule."""
+    p = runs.problem[n]
+    target, steps = pool.target[p], runs.steps[n]
+    path = runs.paths[n, : steps + 1]
+    lost = is_lost(guard, steps, runs.manhattan[n])
+    best = guarded_action(pooled_clearance(pool, p), target, path, steps, values, guard, lost)
+    if best == NO_ACTION:
+        runs.outcome[n] = _ENCLOSED
+        return
+    runs.steps[n] = steps + 1
+    runs.last_action[n] = best
+    here = True
+    for axis in range(3):
+        runs.paths[n, steps + 1, axis] = path[steps, axis] + MOVES[best, axis]
+        here = here and runs.paths[n, steps + 1, axis] == target[axis]
+    if here:
+        runs.outcome[n] = _ARRIVED
+    elif steps + 1 >= runs.allowed[n]:
+        runs.outcome[n] = _STEP_LIMIT

@@ -1,4 +1,4 @@
-"""The policy for a site: the one named, one trained for it before, the shipped one, or one trained now."""
+"""The policy for a site: the one named, one trained for it before, greedy values, or one trained now."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import Any
 from bimvox.env.problem import LiftProblem
 from bimvox.errors import PolicyError
 from bimvox.planning.assembly import Preparation
+from bimvox.planning.propose import Propose
+from bimvox.planning.rollout import GREEDY, proposer
 from bimvox.policy import store
 from bimvox.policy.checkpoint import Checkpoint
 from bimvox.policy.config import DqnConfig, adapting
@@ -30,7 +32,7 @@ RETRAINING_STARTS = 32
 """Starts of a test during retraining on a change; the failed lifts are among them."""
 
 DEFAULT_START = "default"
-"""Names the policy that ships with bimvox."""
+"""Names the network that ships with bimvox."""
 
 NEAREST = "nearest"
 """Names the stored policy of the most similar site."""
@@ -41,15 +43,15 @@ class PolicyInUse:
     """A policy, and where it came from.
 
     Attributes:
-        id: Its id in the store.
+        id: Its id in the store, ``greedy`` or ``none``.
         loaded: Whether it was in the store already.
         steps: Environment steps of its training.
         success_rate: In its last test, 0..1.
         curve: Its tests.
-        network: Its weights. None if the plan is made by search alone.
+        network: Its weights. None for greedy values, and if the plan is made by search alone.
         tested: Starts of its last test.
         parent: Id of the policy that its training started from. None if it started from scratch.
-        shipped: Whether it is the policy that ships with bimvox.
+        shipped: Whether it is the network that ships with bimvox.
     """
 
     id: str
@@ -61,6 +63,13 @@ class PolicyInUse:
     tested: int = 0
     parent: str | None = None
     shipped: bool = False
+
+    @property
+    def propose(self) -> Propose | None:
+        """What proposes the paths of a plan; None for search alone."""
+        if self.id == GREEDY_POLICY.id:
+            return proposer(GREEDY)
+        return None if self.network is None else proposer(self.network)
 
     @property
     def success_at_least(self) -> float:
@@ -86,6 +95,9 @@ class PolicyInUse:
 NO_POLICY = PolicyInUse("none", False, 0, 0.0, (), None)
 """Planning by search alone: nothing is trained or loaded."""
 
+GREEDY_POLICY = PolicyInUse("greedy", False, 0, 0.0, (), None)
+"""Greedy values, towards the target, under the loop guard: nothing is trained or loaded."""
+
 
 @dataclass(frozen=True, slots=True)
 class PolicyRequest:
@@ -94,12 +106,13 @@ class PolicyRequest:
     Attributes:
         seed: Seed of the training.
         required_success: Success rate at which the training stops, 0..1.
-        policy_id: Id of a stored policy, used unchanged; ``none``: search alone; ``nearest``: the policy of the most
-            similar site; ``default``: the one that ships with bimvox. None: a stored policy that this training would
-            give; if there is none, the shipped one, or after training the trained one.
+        policy_id: Id of a stored policy, used unchanged; ``none``: search alone; ``greedy``: towards the target;
+            ``nearest``: the policy of the most similar site; ``default``: the network that ships with bimvox. None: a
+            stored policy that this training would give; if there is none, greedy values, or after training the trained
+            one.
         steps: Training budget in environment steps.
-        start_from: ``default`` (the policy that ships with bimvox), ``none`` (from scratch), or the id of a policy.
-        train: Whether to test the shipped policy on the site, and to train if it is not good enough, when the store
+        start_from: ``default`` (the network that ships with bimvox), ``none`` (from scratch), or the id of a policy.
+        train: Whether to test the shipped network on the site, and to train if it is not good enough, when the store
             holds none. Otherwise nothing is tested and nothing is trained.
         retrain: Whether to train even if the store holds a policy.
         seconds: The training stops at the first test after this time; the result then depends on the machine.
@@ -133,9 +146,9 @@ def choose_policy(
     progress: Progress,
     tested: Callable[[CurvePoint], None] | None = None,
 ) -> PolicyInUse:
-    """Return the policy for a site: the one named, else one trained for it before, else the shipped one.
+    """Return the policy for a site: the one named, else one trained for it before, else greedy values.
 
-    If training is wanted, it starts from the policy that ships with bimvox; if that is good enough for the site, it is
+    If training is wanted, it starts from the network that ships with bimvox; if that is good enough for the site, it is
     stored unchanged. A stored policy that is not named is used only if training now would give the same one
     (:func:`_would_be`), so of several stored policies it does not matter which came first.
 
@@ -152,6 +165,8 @@ def choose_policy(
     """
     if wanted.policy_id == NO_POLICY.id:
         return NO_POLICY
+    if wanted.policy_id == GREEDY_POLICY.id:
+        return GREEDY_POLICY
     if wanted.policy_id == NEAREST:
         return _nearest(site, progress)
     if wanted.policy_id == DEFAULT_START:
@@ -168,7 +183,7 @@ def choose_policy(
             if _would_be(manifest, training):
                 return _stored(manifest.id)
     if not (wanted.train or wanted.retrain):
-        return _shipped()
+        return GREEDY_POLICY
     problems = training_problems(site, preparation, wanted.seed, progress)
     checkpoint = Checkpoint(site.geometry_digest, config, wanted.seed, parent, wanted.steps)
     policy = _trained(problems, training, progress, seconds=wanted.seconds, tested=tested, checkpoint=checkpoint)
@@ -189,9 +204,9 @@ def retrained(
 ) -> PolicyInUse:
     """Return a site's policy after more training on the site with its current obstructions.
 
-    The old policy is tested first, on the same lifts; it is returned unchanged if it is good enough, or if no network
-    of this training is better. A better one is stored, but used only if it is named, because it was trained with these
-    obstructions.
+    The training starts from its network; for greedy values, from the shipped one. That network is tested first, on the
+    same lifts. The policy is returned unchanged if its network is good enough, or if no network of this training is
+    better. A better one is stored, but used only if it is named, because it was trained with these obstructions.
 
     Args:
         site: The changed site.
@@ -202,12 +217,13 @@ def retrained(
         steps: Budget in environment steps: the same budget gives the same result.
         progress: Receives the stages.
     """
-    if policy.network is None:
+    before = _shipped() if policy.id == GREEDY_POLICY.id else policy
+    if before.network is None:
         return policy
-    config = replace(adapting(DqnConfig(), policy.network.layer_sizes[1:-1]), test_starts=RETRAINING_STARTS)
+    config = replace(adapting(DqnConfig(), before.network.layer_sizes[1:-1]), test_starts=RETRAINING_STARTS)
     problems = training_problems(site, preparation, seed, progress, as_it_is=True, surely=failed)
-    found = _trained(problems, _Training(config, seed, steps, policy.network, policy.id), progress)
-    if found.network is policy.network:
+    found = _trained(problems, _Training(config, seed, steps, before.network, before.id), progress)
+    if found.network is before.network:
         return policy
     # Its lessons were this site with its obstructions: training on the geometry would not give it.
     found = replace(found, budget=None)
@@ -248,7 +264,7 @@ def _nearest(site: Site, progress: Progress) -> PolicyInUse:
     if not near:
         raise PolicyError(
             f"{store.store_folder()}: the store holds no policy of any site, so there is no nearest one",
-            hint="leave policy (--policy) out: the policy that ships with bimvox works on sites it was not trained on",
+            hint="leave policy (--policy) out, or name default: the network that ships with bimvox",
         )
     away, manifest = near[0]
     progress.note(f"policy {manifest.id} of the nearest site: distance {away:.2f} (0: the same, 1: little in common)")
@@ -256,7 +272,7 @@ def _nearest(site: Site, progress: Progress) -> PolicyInUse:
 
 
 def _shipped() -> PolicyInUse:
-    """Return the policy that ships with bimvox, as it is."""
+    """Return the network that ships with bimvox, as it is."""
     record = generalist_record()
     return PolicyInUse(str(record["id"]), True, int(record["steps"]), 0.0, (), load_generalist(), shipped=True)
 

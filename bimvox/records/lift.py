@@ -20,6 +20,8 @@ class Method(StrEnum):
     """How a path was found."""
 
     POLICY = "policy"
+    GREEDY = "greedy"
+    """Towards the target, under the loop guard."""
     RETRAINED = "retrained"
     SEARCH = "search"
 

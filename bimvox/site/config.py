@@ -230,7 +230,7 @@ class PolicyConfig(Table):
     """The policy that proposes paths."""
 
     id: Text | None = None
-    """Id of a policy in the store. Default: the one trained for this site, otherwise the shipped one."""
+    """Id of a policy in the store. Default: the one trained for this site, otherwise greedy values."""
     steps: Annotated[Whole, Field(ge=1)] | None = None
     """Budget of the training, environment steps."""
     seed: Annotated[Whole, Field(ge=0)] = 0

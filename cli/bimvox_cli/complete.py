@@ -21,13 +21,14 @@ def cranes(incomplete: str) -> Offered:
 
 def policies(incomplete: str) -> Offered:
     """Return what ``--policy`` takes: the stored policies and the names that are always there."""
-    from bimvox.policy.choice import DEFAULT_START, NEAREST, NO_POLICY
+    from bimvox.policy.choice import DEFAULT_START, GREEDY_POLICY, NEAREST, NO_POLICY
     from bimvox.policy.store import scan
 
     stored = [(manifest.id, f"{manifest.steps:,} steps") for manifest in scan().manifests]
     always = [
         (NO_POLICY.id, "search only"),
-        (DEFAULT_START, "the shipped policy"),
+        (GREEDY_POLICY.id, "towards the target"),
+        (DEFAULT_START, "the shipped network"),
         (NEAREST, "that of the most similar site"),
     ]
     return _beginning([*always, *stored], incomplete)

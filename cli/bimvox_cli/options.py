@@ -78,7 +78,7 @@ Train = Annotated[
     typer.Option(
         "--train",
         envvar="BIMVOX_TRAIN",
-        help="Train a policy for the site if there is none. --steps does so too. Otherwise the shipped policy is used.",
+        help="Train a policy for the site if there is none. --steps does so too. Otherwise nothing is trained.",
     ),
 ]
 PolicyId = Annotated[
@@ -88,8 +88,8 @@ PolicyId = Annotated[
         envvar="BIMVOX_POLICY",
         metavar="ID",
         autocompletion=complete.policies,
-        help="A policy of `bimvox policy list`; none: search only; default: the shipped policy; nearest: that of the "
-        "most similar site.",
+        help="What proposes paths: greedy (towards the target); none: search only; default: the shipped network; "
+        "nearest: the policy of the most similar site; or one of `bimvox policy list`.",
     ),
 ]
 VoxelSize = Annotated[

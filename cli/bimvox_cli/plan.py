@@ -229,8 +229,10 @@ def _policy(policy: Mapping[str, Any]) -> str:
     """Return the policy that proposed the paths, its origin, and its test result."""
     if policy["id"] == "none":
         return "none: search only"
+    if policy["id"] == "greedy":
+        return "greedy: towards the target, no network"
     if policy["shipped"]:
-        return f"{policy['id']}, which ships with bimvox"
+        return f"{policy['id']}, the network that ships with bimvox"
     if policy["loaded"]:
         origin = f"loaded, {policy['steps']:,} steps"
     elif policy["steps"]:

@@ -26,7 +26,7 @@ def train(
             "--from",
             envvar="BIMVOX_FROM",
             metavar="POLICY",
-            help="Start from `default` (the shipped policy), `none` (from scratch), or a stored policy.",
+            help="Start from `default` (the shipped network), `none` (from scratch), or a stored policy.",
         ),
     ] = "default",
     budget: Annotated[

@@ -15,7 +15,7 @@ def test_cranes_are_kinds_and_machines():
 
 def test_policies_are_the_stored_ones_and_the_names_that_are_always_there(tmp_path, monkeypatch):
     monkeypatch.setattr("bimvox.policy.store.store_folder", lambda: tmp_path)
-    assert values(complete.policies("")) == ["none", "default", "nearest"]
+    assert values(complete.policies("")) == ["none", "greedy", "default", "nearest"]
     assert values(complete.policies("ne")) == ["nearest"]
 
 

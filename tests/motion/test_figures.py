@@ -21,7 +21,7 @@ def test_counts_shares_and_lengths_are_those_of_the_lifts():
     figures = plan_figures(dataclasses.replace(plan, lifts=tuple(lifts)), motions)
     planned = [lift for lift in lifts if lift.path_vox is not None]
     assert (figures.lifts, figures.planned) == (len(lifts), len(planned))
-    assert figures.methods == {"policy": 1, "retrained": 0, "search": len(planned) - 1}
+    assert figures.methods == {"policy": 1, "greedy": 0, "retrained": 0, "search": len(planned) - 1}
     assert sum(figures.share(method) for method in figures.methods) == pytest.approx(1.0)
     assert figures.moves == sum(len(lift.path_vox) - 1 for lift in planned)
     assert figures.length_ratio == figures.moves / sum(lift.shortest_moves for lift in planned)

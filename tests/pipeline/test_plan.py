@@ -187,7 +187,7 @@ def test_a_crane_of_another_kind_is_proposed_planned_by_the_shipped_policy_and_p
     assert document["crane"] == {"luffing-40": "luffing-40", "mobile": "mobile-60t"}[asked]
     assert "hammerhead-30" in document["other_cranes"]
     assert document["crane"] not in document["other_cranes"]
-    made = plan(target, tmp_path / "s.mcap", progress=SilentProgress())
+    made = plan(target, tmp_path / "s.mcap", wish=PolicyWish("default"), progress=SilentProgress())
     assert made["verified"]
     assert made["policy"]["shipped"]
     assert [lift["method"] for lift in made["lifts"]] == ["policy"] * 8

@@ -7,6 +7,7 @@ from box_sites import box_cells, box_site
 from bimvox.planning.assembly import Assembly, Stage, prepare
 from bimvox.planning.occupancy import target_cells
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.propose import ProposedGreedily
 from bimvox.planning.rollout import PLAN_LIMIT, proposer
 from bimvox.planning.search import shortest_path
 from bimvox.policy.generalist.weights import load_generalist
@@ -77,6 +78,7 @@ def silent(transit):
 def test_a_policys_path_is_taken_when_it_holds_and_dropped_when_not():
     site = box_site(PORTAL)
     assert {lift.method for lift in plan_of(site, propose=searching).lifts} == {Method.POLICY}
+    assert {lift.method for lift in plan_of(site, propose=ProposedGreedily(searching)).lifts} == {Method.GREEDY}
     assert {lift.method for lift in plan_of(site, propose=jumping).lifts} == {Method.SEARCH}
     assert {lift.method for lift in plan_of(site, propose=silent).lifts} == {Method.SEARCH}
     again = plan_of(site, propose=silent, retrained=searching)

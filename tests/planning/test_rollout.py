@@ -11,10 +11,12 @@ from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
 from bimvox.env.guard import GUARDS
 from bimvox.env.observation import GOAL_SIZE, GOAL_START, VIEW_SIZE
 from bimvox.env.problem import LiftProblem, lift_problem
-from bimvox.planning.propose import Transit
+from bimvox.planning.propose import ProposedGreedily, Transit
 from bimvox.planning.rollout import (
     ARRIVALS,
+    GREEDY,
     LIFTS_AT_ONCE,
+    SCALE,
     Outcome,
     lifts_at_once,
     proposer,
@@ -142,6 +144,19 @@ def test_if_none_arrives_the_lift_is_tried_from_its_target():
     assert found.path_vox[:, 0].tolist() == list(range(10, 0, -1))
 
 
+@pytest.mark.parametrize("guard", GUARDS)
+def test_greedy_values_take_the_path_of_a_policy_that_goes_towards_the_target(guard):
+    problems = [lift_problem(clearance_of(random_occupancy(seed)), (0, 0, 0), (8, 7, 5)) for seed in range(20)]
+    problems.append(wall_with_a_gap())
+    each, starts = np.arange(len(problems)), np.array([problem.start_vox for problem in problems], np.int32)
+    policy = roll_out_starts(lambda views: np.float32(SCALE) * beeline(views), problems, each, starts, guard=guard)
+    greedy = roll_out_starts(GREEDY, problems, each, starts, guard=guard)
+    assert {rollout.outcome for rollout in greedy} >= {Outcome.ARRIVED, Outcome.START_NOT_FREE}
+    for ours, theirs in zip(greedy, policy, strict=True):
+        assert (ours.outcome, ours.steps) == (theirs.outcome, theirs.steps)
+        np.testing.assert_array_equal(ours.path_vox, theirs.path_vox)
+
+
 def test_already_there():
     rollout = roll_out(beeline, lift_problem(clearance_of(empty()), (3, 3, 3), (3, 3, 3)))
     assert rollout.arrived
@@ -170,6 +185,8 @@ def test_proposer_gives_a_path_or_nothing():
     free, around = [Transit(p.space, p.start_vox, p.target_vox) for p in (problem, gap)]
     np.testing.assert_array_equal(proposer(beeline)(free), roll_out(beeline, problem).path_vox)
     assert proposer(beeline, limit=StepLimit(1.0, 0))(around) is None
+    assert proposer(GREEDY, limit=StepLimit(1.0, 0))(around) is None
+    assert [isinstance(proposer(values), ProposedGreedily) for values in (beeline, GREEDY)] == [False, True]
 
 
 def test_a_large_site_takes_fewer_lifts_at_once():

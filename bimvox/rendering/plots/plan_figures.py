@@ -15,7 +15,7 @@ from bimvox.rendering.plots.histogram import Axis, Mark, Series, draw_histogram
 from bimvox.rendering.plots.look import Format
 
 _LONG = 2.0
-_METHODS = ("policy", "retrained", "search")
+_METHODS = ("greedy", "policy", "retrained", "search")
 
 
 def draw_utilisation(lifts: Sequence[dict[str, Any]], critical_share: float, *, file_format: Format = "png") -> bytes:

@@ -6,7 +6,12 @@ from typing import Any
 
 from bimvox.site.part_names import part_name
 
-METHODS = {"policy": "policy", "retrained": "policy, retrained", "search": "search (A*)"}
+METHODS = {
+    "greedy": "towards the target",
+    "policy": "policy",
+    "retrained": "policy, retrained",
+    "search": "search (A*)",
+}
 SWING = {
     "shaped": "moves are shaped so that loads are at rest when set; the swing in transit is proven clear",
     "off": "NOT CHECKED: loads may still swing when set, and may hit something in transit",

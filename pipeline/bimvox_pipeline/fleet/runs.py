@@ -25,8 +25,8 @@ class Wish:
         site: The site file.
         obstructions: The obstruction file; None for the site without obstructions.
         seed: Seed of the training; None for the site file's.
-        policy: Id of a policy, or ``none``; None: the site file's, otherwise the one trained for the site, or the
-            one that ships with bimvox.
+        policy: Id of a policy, ``greedy`` or ``none``; None: the site file's, otherwise the one trained for the site,
+            otherwise ``greedy``.
         steps: Training budget; None: the site file's, otherwise the built-in one.
         train: Whether a policy is trained for the site if there is none; a budget trains too.
     """

@@ -35,7 +35,7 @@ def train(
         site: The site file.
         steps: Budget in environment steps; default: the site file's, otherwise the built-in one.
         seed: Seed; default: the site file's.
-        start_from: ``default`` (the policy that ships with bimvox), ``none`` (from scratch), or the id of a policy.
+        start_from: ``default`` (the network that ships with bimvox), ``none`` (from scratch), or the id of a policy.
         seconds: End the training at the first test after that.
         curve: CSV file for the curve: steps, success rate, mean path / shortest path.
         tensorboard: Folder for a TensorBoard log.

@@ -55,7 +55,7 @@ class Retraining:
     def begin(self, site: Site, components: Collection[int]) -> None:
         """Train on the current site, with the lifts of these components among the lessons."""
         self.cancel()
-        if self._policy.network is None or not components:
+        if self._policy.propose is None or not components:
             return
         self.components = tuple(sorted(components))
         context = multiprocessing.get_context("spawn")

@@ -172,8 +172,8 @@ class Watcher:
     def take_up(self, state: FileState) -> Iterator[dict[str, Any]]:
         """Yield the document of the first plan: the one on disk if it fits the site, otherwise a new one."""
         self._taken = state.digest
-        network, plan = self._plan.policy.network, self._plan
-        self._reviser.propose = None if network is None else proposer(network)
+        plan = self._plan
+        self._reviser.propose = plan.policy.propose
         before = self._proven(read_newest(plan.target, plan.loaded.site.fixed_digest, self.progress))
         if before is not None:
             plan.take_up(before.log)
@@ -258,7 +258,7 @@ class Watcher:
 
     def retrain(self, steps: int) -> None:
         """From now on, train the policy further in the background if it fails lifts; with 0 steps, do not."""
-        if steps and self._plan.policy.network is None:
+        if steps and self._plan.policy.propose is None:
             self.told.note("--retrain: there is no policy to train further; the paths found by search remain")
         elif steps:
             self._retraining = Retraining(self._preparation, self._plan.policy, self._plan.seed, steps)

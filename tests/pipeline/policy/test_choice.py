@@ -1,4 +1,4 @@
-"""Which policy a plan uses: the shipped one, a stored one, the nearest one, or one retrained on a change."""
+"""What proposes the paths of a plan: greedy values, the shipped network, a stored, nearest or retrained policy."""
 
 import json
 import subprocess
@@ -31,8 +31,8 @@ sys.modules["torch"] = sys.modules["stable_baselines3"] = None
 from bimvox_pipeline.plan import plan
 from bimvox.progress import SilentProgress
 document = plan(Path(sys.argv[1]), Path(sys.argv[2]), progress=SilentProgress())
-by_policy = sum(one["method"] == "policy" for one in document["lifts"])
-print(document["policy"]["id"], document["policy"]["shipped"], document["policy"]["tested"], by_policy)
+methods = sorted({str(one["method"]) for one in document["lifts"]})
+print(document["policy"]["id"], document["policy"]["shipped"], document["policy"]["tested"], *methods)
 """
 
 
@@ -64,12 +64,12 @@ def made(site: Path, **options) -> dict:
     return plan(site, site.with_name("made.mcap"), wish=PolicyWish(**options), retrain=retrain, progress=progress)
 
 
-def test_a_plan_takes_the_shipped_policy_without_training_and_without_torch(site, own_store):
+def test_a_plan_takes_greedy_values_without_training_and_without_torch(site, own_store):
     out = site.with_name("without.mcap")
     done = subprocess.run([sys.executable, "-c", WITHOUT_TORCH, site, out], capture_output=True, text=True, check=True)
-    policy, is_shipped, tested, by_policy = done.stdout.split()
-    assert (policy, is_shipped, tested) == (generalist_record()["id"], "True", "0")
-    assert int(by_policy) >= 7  # of 8
+    policy, is_shipped, tested, *methods = done.stdout.split()
+    assert (policy, is_shipped, tested, methods) == ("greedy", "False", "0", ["greedy"])
+    assert read_log(out).metadata["policy"] == "greedy"
     assert not policies.scan().manifests  # nothing was tested, trained or stored
 
 
@@ -81,7 +81,10 @@ def test_a_plan_takes_the_policy_that_was_trained_for_the_site(site, own_store):
     assert (trained["id"], trained["from"]) == (manifest.id, generalist_record()["id"])
     found = made(site)["policy"]
     assert (found["id"], found["loaded"]) == (manifest.id, True)
-    assert made(site, policy="default")["policy"]["shipped"]
+    named = {name: made(site, policy=name) for name in ("default", "greedy")}
+    assert named["default"]["policy"]["shipped"]
+    assert {one["method"] for one in named["default"]["lifts"]} <= {"policy", "search"}
+    assert named["greedy"]["policy"]["id"] == "greedy"
 
 
 def test_the_nearest_policy_is_used_on_request(site, own_store):
@@ -105,7 +108,7 @@ def test_a_policy_with_another_observation_is_refused_by_name_and_replaced_by_de
     with pytest.raises(PolicyError, match="does not fit: observation 'window-7x7x5-v1' instead of") as refusal:
         made(site, policy=old.name)
     assert refusal.value.differs["observation_size"][0] == 263
-    assert made(site)["policy"]["shipped"]
+    assert made(site)["policy"]["id"] == "greedy"
 
 
 class TrainedError(Exception):
@@ -174,10 +177,36 @@ def test_lifts_that_the_policy_fails_are_retrained_on(site, own_store, monkeypat
 
 def test_nothing_is_retrained_if_the_policy_solves_every_lift(site, own_store, monkeypatch):
     monkeypatch.setattr("bimvox.library.plan.retrained", None)  # calling it fails
-    document = made(site, retrain=4_000)
+    document = made(site, policy="default", retrain=4_000)
     if any(lift["method"] == "search" for lift in document["lifts"]):
-        pytest.fail("the shipped policy should find all lifts of the frame")
+        pytest.fail("the shipped network should find all lifts of the frame")
     assert "retrained" not in document
+
+
+def test_retraining_after_greedy_values_starts_from_the_shipped_network(site, own_store, monkeypatch):
+    from bimvox.library.prove import prepared
+    from bimvox.policy.choice import GREEDY_POLICY, NO_POLICY, retrained
+
+    trains_to = []
+
+    def trained(problems, config, *, seed, steps, start, **rest) -> TrainedPolicy:
+        assert start.network is load_generalist()
+        return TrainedPolicy(trains_to[-1], (), 1_234, 1.0, 1.0, 20, config, seed, start.parent)
+
+    monkeypatch.setattr("bimvox.policy.choice.train", trained)
+    progress = SilentProgress()
+    built = load_site(site, progress).site
+    preparation = prepared(built, progress)
+
+    def again(policy):
+        return retrained(built, preparation, policy, failed=(0,), seed=0, steps=4_000, progress=progress)
+
+    assert again(NO_POLICY) is NO_POLICY  # search alone trains nothing
+    trains_to.append(load_generalist())  # none better
+    assert again(GREEDY_POLICY) is GREEDY_POLICY
+    trains_to.append(knows_nothing())
+    better = again(GREEDY_POLICY)
+    assert (better.network, better.parent) == (trains_to[-1], generalist_record()["id"])
 
 
 @pytest.mark.slow
