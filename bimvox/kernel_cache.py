@@ -12,7 +12,6 @@ lock is the operating system's, which releases it when a process ends for any re
 from __future__ import annotations
 
 import enum
-import gc
 import hashlib
 import os
 import pickle
@@ -35,6 +34,7 @@ from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
 from bimvox.compiling import compiling_one
+from bimvox.uncollected import uncollected
 
 CALLEE = ".callee"
 """Ends the name of a kernel as other kernels call it; see `bimvox.compiled`."""
@@ -91,7 +91,7 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         found = _read(file, target_context)
         if found is None and self._turns:
             self._turns[-1].enter_context(compiling_one())
-            self._turns[-1].enter_context(_uncollected())
+            self._turns[-1].enter_context(uncollected())  # looking for garbage took a tenth of the time of compiling
             if _lock(file, self._turns[-1]):  # another process may have compiled it by now
                 found = _read(file, target_context)
         return found
@@ -145,18 +145,6 @@ def _read(file: Path, target_context: Any) -> Any:
         target_context.refresh()
         return CompileResult._rebuild(target_context, *pickle.loads(content))
     return None
-
-
-@contextmanager
-def _uncollected() -> Iterator[None]:
-    """Collect no garbage in the ``with`` block: a tenth of the time of compiling went into looking for it."""
-    collects = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collects:
-            gc.enable()
 
 
 def _lock(file: Path, turn: ExitStack, wait_s: float | None = None) -> bool:

@@ -25,6 +25,7 @@ from bimvox.proof.steps import verify_steps
 from bimvox.proof.values import check_values
 from bimvox.records.proof import Verification
 from bimvox.records.steps import Steps
+from bimvox.uncollected import uncollected
 
 
 def verify(
@@ -94,6 +95,7 @@ def prove_further(
     return with_search(verdict, record, progress) if search else verdict
 
 
+@uncollected()
 def read_whole(log: Path, progress: Progress) -> tuple[Contents, PlanLog]:
     """Return the messages and attachments of a log, and what they mean.
 
@@ -123,16 +125,17 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
     if not proven.checks[0].passed:
         return proven
     progress.stage("log")
-    own = (
-        check_digests(contents, record),
-        check_attached_files(record),
-        check_load_poses(contents, record),
-        check_commands(contents, record),
-    )
-    found = replace(proven, checks=(*proven.checks, *own))
-    if not found.verified:
-        return found  # what is shown of a plan that is refused need not be made again
-    return replace(found, checks=(*found.checks, check_shown(contents, record)))
+    with uncollected():
+        own = (
+            check_digests(contents, record),
+            check_attached_files(record),
+            check_load_poses(contents, record),
+            check_commands(contents, record),
+        )
+        found = replace(proven, checks=(*proven.checks, *own))
+        if not found.verified:
+            return found  # what is shown of a plan that is refused need not be made again
+        return replace(found, checks=(*found.checks, check_shown(contents, record)))
 
 
 def prove_plan(record: PlanLog, progress: Progress, told: Steps | None = None) -> Verification:

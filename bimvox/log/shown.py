@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Set
 from math import isclose
+from operator import eq
 from typing import Any
 
+import numpy as np
 from google.protobuf.message import DecodeError as ProtobufError
 
 from bimvox.log import schema as topics
 from bimvox.log.archive import unpack
 from bimvox.log.check import SHA256
+from bimvox.log.mcap.merge import Block
 from bimvox.log.mcap.reader import Contents, LogMessage
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.log.recorder import blocks_of, metadata_of, own_attachments
@@ -152,21 +155,10 @@ def _check_messages(check: Check, contents: Contents, log: PlanLog, with_remarks
     any_words = other_version(contents) is not None
     if any_words:
         left.pop(topics.LOG, None)
-    for topic, time_ns, wanted in _expected(log, with_remarks):
-        if any_words and topic == topics.LOG:
-            continue
-        if not left[topic]:
-            check.look(False, f"{topic}: the message at {time_ns / 1e9:.3f} s is missing")
-            continue
-        found = left[topic].pop()
-        if found.time_ns == time_ns and found.data == wanted:
-            check.samples += 1
-            continue
-        check.look(
-            found.time_ns == time_ns and _same_message(kinds[topic], found.data, wanted, strict=not any_words),
-            f"{topic}: at {found.time_ns / 1e9:.3f} s it shows something else than the plan says"
-            + _lift_at(log, found.time_ns),
-        )
+    for block in blocks_of(log, with_remarks=with_remarks):
+        passed = {topics.LOG} if any_words else set()
+        passed |= _equal_topics(check, left, block)
+        _check_block(check, log, left, block, passed, strict=not any_words)
     for topic, rest in left.items():
         if rest:
             check.look(
@@ -174,10 +166,46 @@ def _check_messages(check: Check, contents: Contents, log: PlanLog, with_remarks
             )
 
 
-def _expected(log: PlanLog, with_remarks: bool) -> Iterator[tuple[str, int, bytes]]:
-    for block in blocks_of(log, with_remarks=with_remarks):
-        for number, time_ns, data in zip(block.topic.tolist(), block.time_ns.tolist(), block.data, strict=True):
-            yield block.topics[number], time_ns, data
+def _equal_topics(check: Check, left: dict[str, list[LogMessage]], block: Block) -> set[str]:
+    """Return the topics whose next messages are, byte by byte, those of a block; they count as looked at."""
+    equal = set()
+    for number, topic in enumerate(block.topics):
+        own = np.flatnonzero(block.topic == number)
+        rest = left[topic]
+        found = rest[len(rest) - len(own) :] if len(own) <= len(rest) else []
+        found.reverse()
+        if [one.time_ns for one in found] == block.time_ns[own].tolist() and all(
+            map(eq, (one.data for one in found), block.data.picked(own))
+        ):
+            check.samples += len(own)
+            del rest[len(rest) - len(own) :]
+            equal.add(topic)
+    return equal
+
+
+def _check_block(
+    check: Check, log: PlanLog, left: dict[str, list[LogMessage]], block: Block, passed: Set[str], *, strict: bool
+) -> None:
+    """Check the messages of a block one by one, but for topics that have passed."""
+    kinds = {topic.name: topic.message for topic in topics_of(max(1, len(log.plan.site.cranes)))}
+    for number, time_ns, wanted in zip(block.topic.tolist(), block.time_ns.tolist(), block.data, strict=True):
+        topic = block.topics[number]
+        if topic in passed:
+            continue
+        if not left[topic]:
+            check.look(False, f"{topic}: the message at {time_ns / 1e9:.3f} s is missing")
+            continue
+        found = left[topic].pop()
+        if found.time_ns == time_ns and (
+            found.data == wanted or _same_message(kinds[topic], found.data, wanted, strict=strict)
+        ):
+            check.samples += 1
+            continue
+        check.look(
+            False,
+            f"{topic}: at {found.time_ns / 1e9:.3f} s it shows something else than the plan says"
+            + _lift_at(log, found.time_ns),
+        )
 
 
 def _lift_at(log: PlanLog, time_ns: int) -> str:

@@ -179,24 +179,22 @@ def chunk_records(body: bytes) -> tuple[list[tuple[int, int, bytes]], ChunkMessa
     Raises:
         ValueError: If a record extends past the chunk, or is too short.
     """
-    others: list[tuple[int, int, bytes]] = []
-    begin: list[int] = []
-    ends: list[int] = []
-    at, head = 0, RECORD_HEAD.size
-    while at < len(body):
-        opcode, length = RECORD_HEAD.unpack_from(body, at)
-        end = at + head + length
-        if end > len(body):
-            raise ValueError("a record extends past the end of its chunk")
-        if opcode != Opcode.MESSAGE:
-            others.append((at, opcode, body[at + head : end]))
-        elif end - at < _MESSAGE.itemsize:
-            raise ValueError("a message is shorter than its head")
-        else:
-            begin.append(at)
-            ends.append(end)
-        at = end
-    starts = np.array(begin, np.int64)
+    at, total, head, unpack = 0, len(body), RECORD_HEAD.size, RECORD_HEAD.unpack_from
+    begins: list[int] = []
+    opcodes: list[int] = []
+    while at < total:
+        opcode, length = unpack(body, at)
+        begins.append(at)
+        opcodes.append(opcode)
+        at += head + length
+    if at > total:
+        raise ValueError("a record extends past the end of its chunk")
+    starts, ends = np.array(begins, np.int64), np.array([*begins[1:], at], np.int64)[: len(begins)]
+    is_message = np.array(opcodes, np.uint8) == Opcode.MESSAGE
+    others = [(begins[n], opcodes[n], body[begins[n] + head : ends[n]]) for n in np.flatnonzero(~is_message).tolist()]
+    starts, ends = starts[is_message], ends[is_message]
+    if (ends - starts < _MESSAGE.itemsize).any():
+        raise ValueError("a message is shorter than its head")
     heads = np.frombuffer(body, np.uint8)[starts[:, None] + np.arange(_MESSAGE.itemsize)].view(_MESSAGE)[:, 0]
     return others, ChunkMessages(
         heads["channel"],
@@ -205,7 +203,7 @@ def chunk_records(body: bytes) -> tuple[list[tuple[int, int, bytes]], ChunkMessa
         heads["published_ns"],
         starts,
         starts + _MESSAGE.itemsize,
-        np.array(ends, np.int64),
+        ends,
     )
 
 

@@ -34,6 +34,7 @@ _MEASURED_M = 0.002  # a listed depth may differ from the measured one by this
 _INTERLOCKED_M = 2.0  # a shorter move must be listed as the way out
 _LEVEL = np.eye(3)
 _SHEET_M = 1e-6  # anything thinner is a sheet and has no inside
+_SUNK_M = 1e-4  # how far a part sinks into what carries it
 _ROUNDING_M = 1e-9  # boxes closer than this do not count as apart
 _AT_CELL_VOX = 0.01  # a position this close to a placement counts as at it
 
@@ -74,6 +75,7 @@ class TriangleCheck:
         self._bounds = np.array(self._boxes, np.float64).reshape(-1, 2, 3)
         self._leaning: tuple[int, dict[bytes, Solid]] = (-1, {})
         self._objects: dict[tuple[bool, int], fcl.CollisionObject] = {}
+        self._tops: dict[int, fcl.CollisionObject] = {}
 
     def check_moves(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
         """Check that a part overlaps another solid by no more than allowed along a path ((N, 3)) of unit moves."""
@@ -242,7 +244,8 @@ class TriangleCheck:
     def carried_by(self, component: Component) -> tuple[int, ...]:
         """Return the components that a part rests on in the finished building: it hits them if it sinks by the gap.
 
-        The part is narrowed in plan, so parts next to it do not count.
+        The part is narrowed in plan, so parts next to it do not count. It sinks by so little that only triangles at its
+        bottom and at the top of the other can meet.
         """
         rules = self._site.rules
         low, high = self._boxes[component.index]
@@ -250,7 +253,7 @@ class TriangleCheck:
         centre = (low + high) / 2
         scale = np.ones(3)
         scale[:2] = 1.0 - 2.0 * tolerance_m / np.maximum((high - low)[:2], 1e-9)  # a sheet has no thickness
-        sunk: fcl.CollisionObject | None = None
+        bottom: fcl.CollisionObject | None = None
         found = []
         lows, highs = self._bounds[: len(self._site.components), 0], self._bounds[: len(self._site.components), 1]
         over = ((lows[:, :2] < high[:2]) & (highs[:, :2] > low[:2])).all(axis=1)
@@ -260,11 +263,13 @@ class TriangleCheck:
             other_high = self._boxes[other][1]
             if other == component.index:
                 continue
-            if sunk is None:
+            if bottom is None:
                 narrow = TriangleMesh((component.mesh.vertices_m - centre) * scale + centre, component.mesh.faces)
-                sunk = fcl.CollisionObject(_shape_of(narrow))
-            sunk.setTranslation(np.array([0.0, 0.0, other_high[2] - low[2] - 1e-4]))
-            if fcl.collide(sunk, self._fixed(other)):
+                bottom = _object_between(narrow, -np.inf, low[2] + _SUNK_M)
+            if other not in self._tops:
+                self._tops[other] = _object_between(self._meshes[other], other_high[2] - _SUNK_M, np.inf)
+            bottom.setTranslation(np.array([0.0, 0.0, other_high[2] - low[2] - _SUNK_M]))
+            if fcl.collide(bottom, self._tops[other]):
                 found.append(other)
         return tuple(found)
 
@@ -381,6 +386,17 @@ def _shape_of(mesh: TriangleMesh) -> fcl.BVHModel:
     shape.addSubModel(mesh.vertices_m, mesh.faces)
     shape.endModel()
     return shape
+
+
+def _object_between(mesh: TriangleMesh, low_m: float, high_m: float) -> fcl.CollisionObject:
+    """Return the triangles of a mesh that reach into a range of heights; all if none do, as FCL needs at least one."""
+    triangles = mesh.triangles_m
+    heights = triangles[:, :, 2]
+    inside = (heights.min(axis=1) <= high_m + _ROUNDING_M) & (heights.max(axis=1) >= low_m - _ROUNDING_M)
+    triangles = triangles[inside] if inside.any() else triangles
+    return fcl.CollisionObject(
+        _shape_of(TriangleMesh(triangles.reshape(-1, 3), np.arange(triangles.size // 3, dtype=np.int32).reshape(-1, 3)))
+    )
 
 
 @kept

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -28,6 +27,7 @@ from bimvox.site.obstructions.obstruction_set import (
 from bimvox.site.obstructions.point_file import read_points
 from bimvox.site.site import CRANE_ID, GROUND_ID
 from bimvox.site.validation import Point3, Positive, Table, Text, Whole, first_finding
+from bimvox.uncollected import uncollected
 from bimvox.units import metres_per
 
 ReadMesh = Callable[[Path, str], TriangleMesh]
@@ -138,13 +138,8 @@ def read_mesh_file(path: Path, unit: str) -> TriangleMesh:
 def read_obstruction_file(path: Path) -> ObstructionSet:
     """Return the obstructions of an obstruction file, as :func:`parse_obstructions` does."""
     data = read_input(path, most_bytes=_MOST_BYTES, may_be_empty=True)
-    collects = gc.isenabled()
-    gc.disable()  # a million entries make no cycles, and looking for them takes longer than reading
-    try:
+    with uncollected():  # looking for garbage among a million entries takes longer than reading
         return parse_obstructions(data, path.name, resolved(path).parent)
-    finally:
-        if collects:
-            gc.enable()
 
 
 def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadMesh = read_mesh_file) -> ObstructionSet:

@@ -1,7 +1,9 @@
+import fcl
 import numpy as np
 import pytest
 from box_sites import box_site
 
+from bimvox.bim.building import TriangleMesh
 from bimvox.proof.bodies import triangles as triangle_check
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.records.lift import LiftPlan, ModelledClash
@@ -41,6 +43,29 @@ def test_boxes_that_are_apart_agree_with_the_collision_library(plan, monkeypatch
     assert 0 < quick.failed < quick.samples
     monkeypatch.setattr(triangle_check, "_ROUNDING_M", 1e9)
     assert found(plan, moving, other) == quick
+
+
+def test_what_carries_a_part_does_not_depend_on_which_triangles_are_left_out(monkeypatch):
+    """Columns of several heights, walls, a gap, a part drawn into its support: as with all triangles of all parts."""
+    boxes = [("slab", (1.0, 1.0, 1.0), (4.0, 4.0, 1.3)), ("deep", (1.0, 1.0, 0.0), (1.4, 1.4, 1.02))]
+    boxes += [("touching", (2.0, 2.0, 0.0), (2.4, 2.4, 1.0)), ("low", (3.0, 3.0, 0.0), (3.4, 3.4, 0.96))]
+    boxes += [("aside", (4.0, 1.0, 0.0), (4.4, 4.0, 1.0)), ("over", (2.0, 2.0, 1.3), (2.4, 2.4, 2.0))]
+    boxes += [("lower", (2.0, 1.0, 0.0), (2.4, 1.4, 0.5))]
+    site = box_site(boxes)
+    plan = LiftPlan(site, ())
+
+    def carried():
+        triangles = TriangleCheck(plan)
+        return {one.id: [site.components[n].id for n in triangles.carried_by(one)] for one in site.components}
+
+    quick = carried()
+    assert quick["slab"] == ["touching", "low"]
+    assert quick["over"] == ["slab"]
+    stray = TriangleMesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, -9.0]]), np.array([[0, 1, 2]], np.int32))
+    everywhere = triangle_check._object_between(stray, -1.0, 1.0)  # FCL ends the process if it gets no triangles
+    assert fcl.collide(triangle_check._object_between(stray, -np.inf, -5.0), everywhere)
+    monkeypatch.setattr(triangle_check, "_ROUNDING_M", 1e9)
+    assert carried() == quick
 
 
 def test_a_part_may_be_on_the_far_side_of_what_it_is_drawn_into(plan):
