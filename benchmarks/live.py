@@ -98,44 +98,60 @@ def job_from(model: Path) -> LiveJob:
     return bimvox.live_job(plan, count=LIFTS)
 
 
-def rows(site: str, traffic: str, found: Mapping[str, Outcome]) -> list[str]:
-    """Return the rows of one setting."""
-    usual = found["stops and waits"].lost_s
-    lines = []
-    for name, one in found.items():
-        saved = usual - one.lost_s
-        lines.append(
-            f"| {site} | {traffic} | {name} | {_interval(one.lost_s)} | {_interval(saved)} | {one.held_s:.0f} "
-            f"| {one.violations} | {one.cut} | {one.decision_ms:.2g} |"
-        )
-    return lines
+Settings = Mapping[tuple[str, str], Mapping[str, Outcome]]
+"""Outcomes of the deciders, by site and traffic."""
+
+
+def table(found: Settings) -> str:
+    """Return the table: a row a decider, a column a setting, and what holds for all of them."""
+    heads = [f"{site.partition('.')[0]}, {traffic}" for site, traffic in found]
+    lines = [
+        "| decides | " + " | ".join(heads) + " | a decision, ms |",
+        "|---|" + "---|" * (len(heads) + 1),
+    ]
+    for who in next(iter(found.values())):
+        ones = [setting[who] for setting in found.values()]
+        usual = [setting["stops and waits"].lost_s for setting in found.values()]
+        cells = [
+            _interval(one.lost_s) + ("" if one.lost_s is lost else f" ({_interval(lost - one.lost_s)})")
+            for one, lost in zip(ones, usual, strict=True)
+        ]
+        slowest = max(one.decision_ms for one in ones)
+        lines.append(f"| {who} | " + " | ".join(cells) + f" | {slowest:.2g} |")
+    every = [one for setting in found.values() for one in setting.values()]
+    lifts = LIFTS * sum(len(one.lost_s) for one in every)
+    lines += [
+        "",
+        f"Under a suspended load, in {lifts:,} lifts: {sum(one.violations for one in every)} ticks. "
+        f"Others wait at closed zones for {min(one.held_s for one in every):.0f} to "
+        f"{max(one.held_s for one in every):.0f} s a lift. "
+        f"Episodes cut: {sum(one.cut for one in every)} of {sum(len(one.lost_s) for one in every):,}.",
+    ]
+    return "\n".join(lines)
 
 
 def _interval(values: NDArray[np.float64]) -> str:
-    return f"{values.mean():.0f} ± {1.96 * values.std(ddof=1) / np.sqrt(len(values)):.0f}"
+    return f"{values.mean():.0f}±{1.96 * values.std(ddof=1) / np.sqrt(len(values)):.0f}"
 
 
 def main() -> None:
-    """Print the table, row by row."""
+    """Print the table of each setting, then the whole."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--write", action="store_true", help="write the table into docs/live.md")
     parser.add_argument("--episodes", type=int, default=EPISODES, help="held-out episodes a setting")
     chosen = parser.parse_args()
-    lines = [
-        "| site | traffic | who decides | s lost a lift | s saved a lift | others wait, s a lift | under a load | cut "
-        "| ms a decision |",
-        "|---|---|---|---|---|---|---|---|---|",
-    ]
     jobs = {name: job_from(SAMPLES / name) for name in SITES}
     deciders = tuned(jobs[SITES[0]])
     seeds = range(HELD_OUT_SEED, HELD_OUT_SEED + chosen.episodes)
+    found: dict[tuple[str, str], dict[str, Outcome]] = {}
     for (name, job), traffic in product(jobs.items(), DENSITIES):
-        found = {who: outcome(job, traffic, decide, seeds) for who, decide in deciders.items()}
-        lines += rows(name, traffic, found)
-        sys.stdout.write("\n".join(lines[-len(found) :]) + "\n")
+        found[name, traffic] = {who: outcome(job, traffic, decide, seeds) for who, decide in deciders.items()}
+        sys.stdout.write(f"{table({(name, traffic): found[name, traffic]})}\n")
         sys.stdout.flush()
+    text = table(found)
+    sys.stdout.write(text + "\n")
     if chosen.write:
-        put_into(Path("docs/live.md"), "bench-live", "\n".join(lines))
+        put_into(Path("docs/live.md"), "bench-live", text)
 
 
 if __name__ == "__main__":

@@ -28,6 +28,7 @@ class Rules:
     """A rule on where others are seen, or will be at constant velocity.
 
     A lift costs its time until it can be set, and more for every second of its way on which somebody is near the load.
+    The default is the rule recommended in docs/live.md.
 
     Attributes:
         chooses_lift: Whether it chooses the next lift; otherwise it keeps the plan's order.
@@ -39,10 +40,10 @@ class Rules:
     """
 
     chooses_lift: bool = True
-    near_m: float = 6.0
-    weight: float = 4.0
+    near_m: float = 7.0
+    weight: float = 2.0
     horizon_s: float = 0.0
-    blocked_s: float = 10.0
+    blocked_s: float = 30.0
     waits: int = 3
 
     def __call__(self, episode: Episode) -> int:
@@ -88,9 +89,9 @@ class MonteCarlo:
 
     samples: int = 8
     habits: Habits = _KNOWN
-    near_m: float = 6.0
-    weight: float = 4.0
-    waits: int = 6
+    near_m: float = 4.0
+    weight: float = 2.0
+    waits: int = 3
 
     def __call__(self, episode: Episode) -> int:
         """Return the candidate with the least mean cost."""
