@@ -299,7 +299,8 @@ def _summary(splits: Mapping[str, Sequence[Row]], name: str, way: str) -> Iterat
     rows = [row for family in FAMILIES for row in splits[family]]
     yield _rate(rows, name, way)
     yield f"{min(_share(splits[family], name, way) for family in FAMILIES):.1%}"
-    yield f"{np.mean([moves / row.shortest for row, moves in _arrived(rows, name, way)]):.4f}"
+    ratios = [moves / row.shortest for row, moves in _arrived(rows, name, way)]
+    yield f"{np.mean(ratios):.4f}" if ratios else "-"
     yield f"{np.mean([row.tried[name, way].made / row.manhattan for row in _tried(rows, name, way)]):.1f}"
     yield f"{1000.0 * np.mean([row.tried[name, way].cpu_s for row in _tried(rows, name, way)]):.1f}"
 
@@ -341,6 +342,7 @@ def _curve_csv(splits: Mapping[str, Sequence[Row]]) -> str:
     """Return success against moves made, by split: a line for each values, way and budget."""
     lines = ["split,values,way,problems,moves_made_per_distance,success"]
     groups = {"all five": [row for family in FAMILIES for row in splits[family]], **splits}
+    groups = {split: rows for split, rows in groups.items() if not split.startswith(_WIDE)}
     for split, rows in groups.items():
         for name, way in _curves(rows[0]):
             for budget in np.arange(1.0, 8.01, 0.25):
