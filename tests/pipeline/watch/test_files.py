@@ -24,6 +24,7 @@ from bimvox_pipeline.watch.log import WholeLog, read_newest, segment_file, segme
 from bimvox_pipeline.watch.plan import WatchedPlan
 from bimvox_pipeline.watch.watch import Watcher, follow
 from opened_pages import Opened
+from planned_frame import copy_to
 
 from bimvox.errors import FileError
 from bimvox.library.log import write_log_file
@@ -43,10 +44,10 @@ EMPTY = {"version": 1, "unit": "m", "obstructions": []}
 
 
 @pytest.fixture(scope="module")
-def parts(planned) -> tuple[Any, Any, Any]:
+def parts(store, tmp_path_factory) -> tuple[Any, Any, Any]:
     """Return the sample frame's site, its preparation and its policy."""
     quiet = SilentProgress()
-    loaded = load_site(planned[0] / "frame.site.toml", quiet)
+    loaded = load_site(copy_to(tmp_path_factory.mktemp("frame")) / "frame.site.toml", quiet)
     preparation = prepared(loaded.site, quiet)
     policy = policy_of(loaded, loaded.site, preparation, PolicyWish(steps=STEPS), quiet)
     return loaded, preparation, policy

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from planned_frame import FOLDER
 from seeded_faults import obstruction_file_of, with_files
 
 from bimvox.library.obstructions import rasterise
@@ -43,8 +44,8 @@ from bimvox.units import NS_PER_S
 
 
 @pytest.fixture(scope="module")
-def frame(planned) -> tuple[Any, Any]:
-    log = read_log(planned[0] / "frame.mcap")
+def frame() -> tuple[Any, Any]:
+    log = read_log(FOLDER / "frame.mcap")
     return log, prepared(log.plan.site, SilentProgress())
 
 
