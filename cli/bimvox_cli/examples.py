@@ -38,6 +38,7 @@ EXAMPLES = {
     "policy remove": ("bimvox policy remove 3f2a",),
     "policy export": ("bimvox policy export 3f2a", "bimvox policy export 3f2a -o house.onnx"),
     "policy import": ("bimvox policy import house.safetensors",),
+    "policy score": ("bimvox policy score default --share 0.1", "bimvox policy score mine:values --set slabs --json"),
     "experiment paper": ("bimvox experiment paper --quick", "bimvox experiment paper --mode ours --seeds 3 -o ours"),
 }
 """Command lines by command; a test parses each of them."""

@@ -91,6 +91,52 @@ def import_(
     raise typer.Exit(output.result(document, facts))
 
 
+@policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy score"))
+def score(
+    named: Annotated[
+        str,
+        typer.Argument(
+            metavar="POLICY",
+            help="`default` (the shipped network), an id, FILE.onnx, or module:function (its code runs).",
+        ),
+    ],
+    sets: Annotated[
+        list[str] | None, typer.Option("--set", metavar="SET", help="A set of problems, repeatable. Default: all.")
+    ] = None,
+    share: Annotated[float, typer.Option("--share", metavar="SHARE", help="Share of each set.")] = 1.0,
+    json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Score a policy on the frozen held-out problems."""
+    from bimvox_pipeline.policy.score import score_policy
+
+    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
+        document = score_policy(named, sets=sets or (), share=share, progress=output.progress)
+    raise typer.Exit(output.answer(document, _show_score))
+
+
+def _show_score(console: Console, document: Mapping[str, Any]) -> None:
+    ways = ("alone", "guarded")
+    columns = (
+        "set",
+        "problems",
+        *(f"{way}: {what}" for way in ways for what in ("success", "95 %", "moves / shortest")),
+    )
+    lines = [
+        (one["set"], one["problems"], *(cell for way in ways for cell in _score_cells(one[way])))
+        for one in document["sets"]
+    ]
+    console.print(f"policy {document['policy']}")
+    rows(console, columns, lines, limit=None)
+
+
+def _score_cells(way: Mapping[str, Any]) -> tuple[str, str, str]:
+    low, high = way["interval"]
+    ratio = way["moves_per_shortest"]
+    return f"{way['success']:.1%}", f"{low:.1%} to {high:.1%}", "-" if ratio is None else f"{ratio:.4f}"
+
+
 def _show(console: Console, document: Mapping[str, Any]) -> None:
     if not document["policies"]:
         console.print(f"no policies in {document['store']}")

@@ -1,0 +1,143 @@
+"""The score of anyone's policy on the frozen held-out suite: alone, and under the loop guard."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.env.actions import ACTION_COUNT
+from bimvox.env.guard import Guard
+from bimvox.env.observation import VIEW_NAME
+from bimvox.env.problem import LiftProblem, lift_problem
+from bimvox.errors import InputError, PolicyError, cut
+from bimvox.planning.rollout import PLAN_LIMIT, Rollout, Values, roll_out_all, roll_out_starts
+from bimvox.policy.evaluate import success_at_least
+from bimvox.policy.generalist.frozen import ProblemSet, digest_of, frozen_problem, problem_sets, set_digest
+from bimvox.progress import Progress
+
+NO_GUARD = Guard(factor=0.0, slack=-1, reach_vox=-2, cost=0.0, visit_cost=0.0)
+"""The free move of the highest value, whatever was visited before."""
+
+WITHOUT_A_WAY = "unsolvable"
+"""The set in which nobody can arrive; it is not scored."""
+
+_AT_ONCE = 8
+"""Problems in memory together; the largest take 100 MB each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """One problem tried in one way.
+
+    Attributes:
+        moves: Moves of the path with its loops cut; None if it did not arrive.
+        made: Moves made.
+        shortest: Fewest moves possible.
+    """
+
+    moves: int | None
+    made: int
+    shortest: int
+
+
+def chosen_sets(names: Sequence[str]) -> list[ProblemSet]:
+    """Return sets of the suite by name, without names all that can be scored.
+
+    Raises:
+        InputError: There is no such set.
+    """
+    known = {name: one for name, one in problem_sets().items() if name != WITHOUT_A_WAY}
+    for name in names:
+        if name not in known:
+            raise InputError(f"--set {name}: there is no such set to score", hint=f"one of {', '.join(known)}")
+    return [known[name] for name in dict.fromkeys(names)] or list(known.values())
+
+
+def score(values: Values, sets: Sequence[ProblemSet], share: float, progress: Progress) -> dict[str, Any]:
+    """Return the score of a policy as plain values: observation, share, and for each set its digest and two ways.
+
+    Args:
+        values: The policy.
+        sets: What it is scored on.
+        share: Of each set, from its first problem on.
+        progress: Counts the problems.
+
+    Raises:
+        PolicyError: The policy fails, or a problem is not the frozen one.
+    """
+    checked = _checked(values)
+    return {
+        "format": "bimvox-policy-score",
+        "version": 1,
+        "observation": VIEW_NAME,
+        "share": share,
+        "sets": [_of_set(checked, one, max(1, round(one.count * share)), progress) for one in sets],
+    }
+
+
+def _of_set(values: Values, one: ProblemSet, count: int, progress: Progress) -> dict[str, Any]:
+    digests: list[str] = []
+    alone: list[Tried] = []
+    guarded: list[Tried] = []
+    with progress.stage(f"scoring {one.name}", count):
+        for first in range(0, count, _AT_ONCE):
+            problems = [frozen_problem(one, number) for number in range(first, min(count, first + _AT_ONCE))]
+            digests += map(digest_of, problems)
+            shortest = [problem.distance_from(problem.start_vox) for problem in problems]
+            lifts = [lift_problem(problem.space, problem.start_vox, problem.target_vox) for problem in problems]
+            alone += map(_tried, _without_guard(values, lifts), shortest)
+            guarded += map(_tried, roll_out_all(values, lifts, from_target=False), shortest)
+            progress.advance(len(problems))
+    return {
+        "set": one.name,
+        "problems": count,
+        "digest": set_digest(digests),
+        "alone": _summary(alone),
+        "guarded": _summary(guarded),
+    }
+
+
+def _without_guard(values: Values, lifts: Sequence[LiftProblem]) -> Sequence[Rollout]:
+    starts = np.array([lift.start_vox for lift in lifts], np.int32)
+    return roll_out_starts(values, lifts, np.arange(len(lifts)), starts, limit=PLAN_LIMIT, guard=NO_GUARD)
+
+
+def _tried(rollout: Rollout, shortest: int) -> Tried:
+    return Tried(len(rollout.path_vox) - 1 if rollout.arrived else None, rollout.steps, shortest)
+
+
+def _summary(tried: Sequence[Tried]) -> dict[str, Any]:
+    """Return success with its exact two-sided 95 % interval (Clopper and Pearson), and mean lengths."""
+    ratios = [one.moves / one.shortest for one in tried if one.moves is not None]
+    count, arrived = len(tried), len(ratios)
+    return {
+        "arrived": arrived,
+        "success": arrived / count,
+        "interval": [success_at_least(arrived, count, 0.975), 1.0 - success_at_least(count - arrived, count, 0.975)],
+        "moves_per_shortest": float(np.mean(ratios)) if ratios else None,
+        "made_per_shortest": float(np.mean([one.made / one.shortest for one in tried])),
+    }
+
+
+def _checked(values: Values) -> Values:
+    """Return a policy whose every answer is (N, 6) numbers, or an error that says what it gave."""
+
+    def checked(observations: NDArray[np.float32]) -> NDArray[np.float32]:
+        try:
+            found = np.array(values(observations), np.float32)
+        except Exception as error:  # of anyone's code
+            raise PolicyError(f"the policy failed: {type(error).__name__}: {cut(str(error), 300)}") from error
+        wanted = (len(observations), ACTION_COUNT)
+        if found.shape != wanted:
+            raise PolicyError(
+                f"the policy gave values of shape {found.shape} for {wanted[0]} observations, not {wanted}"
+            )
+        if not np.isfinite(found).all():
+            raise PolicyError("the policy gave values that are NaN or infinite")
+        return found
+
+    return checked
