@@ -14,7 +14,14 @@ from bimvox.env.guard import Guard
 from bimvox.env.observation import VIEW_NAME
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.errors import InputError, PolicyError, cut
-from bimvox.planning.rollout import PLAN_LIMIT, Rollout, Values, roll_out_all, roll_out_starts
+from bimvox.planning.rollout import (
+    PLAN_LIMIT,
+    Rollout,
+    TowardsTarget,
+    Values,
+    roll_out_all,
+    roll_out_starts,
+)
 from bimvox.policy.evaluate import success_at_least
 from bimvox.policy.generalist.frozen import ProblemSet, digest_of, frozen_problem, problem_sets, set_digest
 from bimvox.progress import Progress
@@ -57,11 +64,13 @@ def chosen_sets(names: Sequence[str]) -> list[ProblemSet]:
     return [known[name] for name in dict.fromkeys(names)] or list(known.values())
 
 
-def score(values: Values, sets: Sequence[ProblemSet], share: float, progress: Progress) -> dict[str, Any]:
+def score(
+    values: Values | TowardsTarget, sets: Sequence[ProblemSet], share: float, progress: Progress
+) -> dict[str, Any]:
     """Return the score of a policy as plain values: observation, share, and for each set its digest and two ways.
 
     Args:
-        values: The policy.
+        values: The policy, or greedy values.
         sets: What it is scored on.
         share: Of each set, from its first problem on.
         progress: Counts the problems.
@@ -69,7 +78,7 @@ def score(values: Values, sets: Sequence[ProblemSet], share: float, progress: Pr
     Raises:
         PolicyError: The policy fails, or a problem is not the frozen one.
     """
-    checked = _checked(values)
+    checked = values if isinstance(values, TowardsTarget) else _checked(values)
     return {
         "format": "bimvox-policy-score",
         "version": 1,
@@ -79,7 +88,7 @@ def score(values: Values, sets: Sequence[ProblemSet], share: float, progress: Pr
     }
 
 
-def _of_set(values: Values, one: ProblemSet, count: int, progress: Progress) -> dict[str, Any]:
+def _of_set(values: Values | TowardsTarget, one: ProblemSet, count: int, progress: Progress) -> dict[str, Any]:
     digests: list[str] = []
     alone: list[Tried] = []
     guarded: list[Tried] = []
@@ -101,7 +110,7 @@ def _of_set(values: Values, one: ProblemSet, count: int, progress: Progress) -> 
     }
 
 
-def _without_guard(values: Values, lifts: Sequence[LiftProblem]) -> Sequence[Rollout]:
+def _without_guard(values: Values | TowardsTarget, lifts: Sequence[LiftProblem]) -> Sequence[Rollout]:
     starts = np.array([lift.start_vox for lift in lifts], np.int32)
     return roll_out_starts(values, lifts, np.arange(len(lifts)), starts, limit=PLAN_LIMIT, guard=NO_GUARD)
 

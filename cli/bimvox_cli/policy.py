@@ -97,7 +97,7 @@ def score(
         str,
         typer.Argument(
             metavar="POLICY",
-            help="`default` (the shipped network), an id, FILE.onnx, or module:function (its code runs).",
+            help="`default` (the shipped network), `greedy`, an id, FILE.onnx, or module:function (its code runs).",
         ),
     ],
     sets: Annotated[

@@ -13,17 +13,16 @@ from bimvox.errors import InputError, MissingPackageError, PolicyError
 from bimvox.files import require_input
 
 if TYPE_CHECKING:
-    from bimvox.planning.rollout import Values
+    from bimvox.planning.rollout import TowardsTarget, Values
     from bimvox.progress import Progress
-
-SHIPPED = "default"
 
 
 def score_policy(policy: str, *, sets: Sequence[str] = (), share: float = 1.0, progress: Progress) -> dict[str, Any]:
     """Score a policy on the frozen held-out suite.
 
     Args:
-        policy: ``default``, an id of the store, ``FILE.onnx``, or ``module:function``, whose code runs.
+        policy: ``default`` (the shipped network), ``greedy``, an id of the store, ``FILE.onnx``, or
+            ``module:function``, whose code runs.
         sets: Names of sets; default: all.
         share: Of each set, above 0, at most 1.
         progress: Counts the problems.
@@ -44,13 +43,18 @@ def score_policy(policy: str, *, sets: Sequence[str] = (), share: float = 1.0, p
     return {"policy": identity, **score(values, chosen, share, progress)}
 
 
-def _loaded(policy: str) -> tuple[str, Values]:
+def _loaded(policy: str) -> tuple[str, Values | TowardsTarget]:
     """Return what names a policy in a result, and the policy."""
     if policy.lower().endswith(".onnx"):
         return _from_onnx(Path(policy))
     if ":" in policy:
         return policy, _from_module(policy)
-    if policy == SHIPPED:
+    from bimvox.planning.rollout import GREEDY
+    from bimvox.policy.choice import DEFAULT_START, GREEDY_POLICY
+
+    if policy == GREEDY_POLICY.id:
+        return policy, GREEDY
+    if policy == DEFAULT_START:
         from bimvox.policy.generalist.weights import generalist_record, load_generalist
 
         return str(generalist_record()["id"]), load_generalist()

@@ -14,7 +14,7 @@ from bimvox_pipeline.policy.score import score_policy
 from bimvox.env.observation import VIEW_NAME
 from bimvox.errors import FileError, InputError, PolicyError
 from bimvox.policy.generalist.frozen import frozen_digests, set_digest
-from bimvox.policy.generalist.weights import load_generalist
+from bimvox.policy.generalist.weights import generalist_record, load_generalist
 from bimvox.policy.onnx_file import onnx_bytes
 from bimvox.progress import SilentProgress
 
@@ -55,6 +55,13 @@ def test_the_same_network_from_onnx_has_the_same_score(tmp_path: Path):
     file = tmp_path / "house.onnx"
     file.write_bytes(onnx_bytes(load_generalist(), {}))
     assert scored(str(file))["sets"] == scored("default")["sets"]
+
+
+def test_greedy_values_are_scored_on_the_same_problems():
+    greedy, network = scored("greedy"), scored("default")
+    assert (greedy["policy"], network["policy"]) == ("greedy", generalist_record()["id"])
+    assert [one["digest"] for one in greedy["sets"]] == [one["digest"] for one in network["sets"]]
+    assert all(one["guarded"]["arrived"] == 4 for one in greedy["sets"])
 
 
 def test_a_function_that_only_climbs_never_arrives_alone(module):
