@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from bimvox_pipeline.schema import schema
@@ -25,7 +25,7 @@ _PAGES = {
 }
 """The title of a format's page, and the pages that explain it."""
 _SIGNS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
-_NO_BOUND = 1e9
+_NO_BOUND = 1e4
 """A bound from here on only keeps nonsense out: the pages leave it out."""
 
 
@@ -87,22 +87,19 @@ def _keys(definition: Document, document: Document) -> Iterator[str]:
     optional = [f"`{key}`" for key in keys if key not in required]
     if mostly := len(required) > 2 and len(required) > 2 * len(optional):
         yield from [f"Required: all{' but ' * bool(optional)}{', '.join(optional)}.", ""]
-    rows: _Rows = [
-        (
-            f"`{key}`",
-            _kind(value, document) + (", required" if key in required and not mostly else ""),
-            _default(value),
-            prose(value.get("description", "")),
-        )
-        for key, value in keys.items()
-        if key not in classes
-    ]
-    if rows:
-        yield from [*table(("key", "value", "default", "meaning"), rows), ""]
+    for key, value in keys.items():
+        if key not in classes:
+            must = ", required" if key in required and not mostly else ""
+            meaning = prose(value.get("description", ""))
+            kind = f"{_kind(value, document)}{must}{_default(value)}"
+            yield f"- `{key}` ({kind})" + (f": {meaning}" if meaning else "")
+    yield ""
     if classes:
         one = next(iter(classes.values()))
         heads = list(one["default"])
-        rows = [(f"`{key}`", *(f"{value['default'][head]:g}" for head in heads)) for key, value in classes.items()]
+        rows: _Rows = [
+            (f"`{key}`", *(f"{value['default'][head]:g}" for head in heads)) for key, value in classes.items()
+        ]
         yield from [f"[Classes of work](../formats.md#classes-of-work), each {_kind(one, document)}; defaults:", ""]
         yield from [*table(("key", *(f"`{head}`" for head in heads)), rows), ""]
 
@@ -136,7 +133,7 @@ def _default(value: Document) -> str:
     default = value.get("default")
     if default is None or default in ([], {}) or isinstance(default, dict):
         return ""
-    return f"`{default:g}`" if isinstance(default, float) else f"`{json.dumps(default)}`"
+    return f", default {default:g}" if isinstance(default, float) else f", default `{json.dumps(default)}`"
 
 
 def _kind(value: Document, document: Document) -> str:
@@ -185,14 +182,14 @@ def _log_page() -> Iterator[str]:
     document = _document("log")
     yield from _head("log")
     yield from [f"Version {document['schema_version']}.", ""]
-    rows: _Rows = [
-        (f"`{topic['name']}`", f"`{topic['schema']}`", prose(topic["meaning"])) for topic in document["topics"]
-    ]
-    yield from ["## Topics", "", *table(("topic", "schema", "meaning"), rows), ""]
-    rows = [(f"`{name}`" if "." in name else name, meaning) for name, meaning in document["attachments"].items()]
-    yield from ["## Attachments", "", *table(("file", "meaning"), rows), ""]
+    yield from ["## Topics", ""]
+    yield from (f"- `{topic['name']}` (`{topic['schema']}`): {prose(topic['meaning'])}" for topic in document["topics"])
+    yield from ["", "## Attachments", "", *_meanings(document["attachments"]), ""]
     yield from ["## Metadata", "", ", ".join(f"`{key}`" for key in document["metadata"]) + ".", ""]
     yield from ["## The crane's commands", "", "```protobuf", document["proto"].rstrip(), "```", ""]
-    for key, title in (("csv_samples", "CSV of samples"), ("csv_lifts", "CSV of lifts")):
-        rows = [(f"`{column}`", meaning) for column, meaning in document[key].items()]
-        yield from [f"## {title}", "", *table(("column", "meaning"), rows), ""]
+    yield from ["## CSV of samples", "", *_meanings(document["csv_samples"]), ""]
+    yield from ["## CSV of lifts", "", *_meanings(document["csv_lifts"])]
+
+
+def _meanings(entries: Mapping[str, str]) -> Iterator[str]:
+    return (f"- `{name}`: {meaning}" for name, meaning in entries.items())
