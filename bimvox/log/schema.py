@@ -123,8 +123,8 @@ TOPICS = (
     Topic(
         TF,
         FrameTransforms,
-        "site -> crane_base -> jib -> trolley -> hook -> component/<id>, at every sample; without a crane: site -> "
-        "component/<id>. A component's frame: lowest corner of its reference cell, axes along the site's.",
+        "site -> crane_base -> jib -> trolley -> hook -> component/ID, at every sample; without a crane: site -> "
+        "component/ID. A component's frame: lowest corner of its reference cell, axes along the site's.",
     ),
     Topic(
         VOXELS,
