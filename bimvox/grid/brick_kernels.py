@@ -29,7 +29,8 @@ def read_owners(
                 stop = min(out.shape[2], k + BRICK - z % BRICK)
                 at = index[x // BRICK, y // BRICK, z // BRICK]
                 if at < 0:
-                    out[i, j, k:stop] = -at - 2
+                    for n in range(k, stop):
+                        out[i, j, n] = -at - 2
                 else:
                     for n in range(k, stop):
                         out[i, j, n] = np.int32(cells[at, x % BRICK, y % BRICK, (low[2] + n) % BRICK]) - 1
@@ -57,7 +58,8 @@ def read_mapped(
                 if at < 0:
                     if -at > table.size:
                         return False
-                    out[i, j, k:stop] = table[-at - 1]
+                    for n in range(k, stop):
+                        out[i, j, n] = table[-at - 1]
                 else:
                     for n in range(k, stop):
                         value = cells[at, x % BRICK, y % BRICK, (low[2] + n) % BRICK]

@@ -226,7 +226,9 @@ def _lines_are_free(
     for n in range(blocks):
         first = (from_block + n) % blocks * _BLOCK
         last = min(first + _BLOCK + 1, count)  # the first of the next block too: the load is free up to there
-        axes[first:last] = packed.ends[begin, 0]
+        for i in range(first, last):
+            for k in range(3):
+                axes[i, k] = packed.ends[begin, 0, k]
         _add_lines(axes[first:last], time_s[first:last], begins_s, packed, begin, end)
         if not samples_are_free(space, load, axes[first:last]):
             return False

@@ -90,12 +90,11 @@ def top_of_table(table: NDArray[np.int32]) -> NDArray[np.int32]:
         for j0 in range(0, ny, _BLOCK):
             i1, j1 = min(i0 + _BLOCK, nx), min(j0 + _BLOCK, ny)
             highest = _top_of_box(table, i0, j0, i1, j1, table.shape[2] - 1)
-            if highest and box_sum(table, i0, j0, highest - 1, i1, j1, highest) == (i1 - i0) * (j1 - j0):
-                top[i0:i1, j0:j1] = highest  # the ground, mostly
-                continue
+            # The ground is level, mostly.
+            level = highest > 0 and box_sum(table, i0, j0, highest - 1, i1, j1, highest) == (i1 - i0) * (j1 - j0)
             for i in range(i0, i1):
                 for j in range(j0, j1):
-                    top[i, j] = _top_of_box(table, i, j, i + 1, j + 1, highest)
+                    top[i, j] = highest if level else _top_of_box(table, i, j, i + 1, j + 1, highest)
     return top
 
 

@@ -75,33 +75,42 @@ def straightened(space: CollisionSpace, path_vox: NDArray[np.int32]) -> NDArray[
     Returns:
         (M, 3) int32, M <= N, unit moves over free placements, the same ends.
     """
-    path = path_vox.astype(np.int64)
-    legs = np.empty((path.shape[0] + 1, 3), np.int64)
+    count = path_vox.shape[0]
+    path, kept = np.empty((count, 3), np.int64), np.empty((count, 3), np.int64)
+    for n in range(count):
+        for axis in range(3):
+            path[n, axis] = kept[n, axis] = path_vox[n, axis]
+    legs = np.empty((count + 1, 3), np.int64)
     changed = True
     while changed:
         changed = False
-        kept = np.empty_like(path)
-        kept[0] = path[0]
-        count = 1
+        last, count = count - 1, 1
         n = 0
-        while n < path.shape[0] - 1:
+        while n < last:
             far = n + 1
-            for m in range(path.shape[0] - 1, n + 1, -1):
+            for m in range(last, n + 1, -1):
                 away = 0
                 for axis in range(3):
                     away += abs(path[m, axis] - path[n, axis])
                 if away < m - n and _three_legs(space, path[n], path[m], legs):
-                    kept[count : count + away] = legs[:away]
+                    for leg in range(away):
+                        for axis in range(3):
+                            kept[count + leg, axis] = legs[leg, axis]
                     count += away
                     far = m
                     changed = True
                     break
             if far == n + 1:
-                kept[count] = path[far]
+                for axis in range(3):
+                    kept[count, axis] = path[far, axis]
                 count += 1
             n = far
-        path = kept[:count].copy()
-    return path.astype(np.int32)
+        path, kept = kept, path
+    straight = np.empty((count, 3), np.int32)
+    for n in range(count):
+        for axis in range(3):
+            straight[n, axis] = path[n, axis]
+    return straight
 
 
 @leaf_kernel

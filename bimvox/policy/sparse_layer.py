@@ -59,7 +59,8 @@ def sparse_layer(
     for first in range(0, rows, _ROWS_AT_ONCE):
         last = min(first + _ROWS_AT_ONCE, rows)
         for n in range(first, last):
-            outputs[n] = bias
+            for o in range(count):
+                outputs[n, o] = bias[o]
         for low in range(0, weight.shape[0], GROUP):
             high = min(low + GROUP, weight.shape[0])
             for n in range(first, last):

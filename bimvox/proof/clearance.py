@@ -130,7 +130,11 @@ def _count_around(counts: NDArray[np.uint16], cells: NDArray[np.int32], reach: N
         return
     low, high = np.empty(3, np.int64), np.empty(3, np.int64)
     for k in range(3):
-        low[k], high[k] = cells[:, k].min() - reach[k], cells[:, k].max() + reach[k]
+        low[k] = high[k] = cells[0, k]
+        for n in range(cells.shape[0]):
+            low[k], high[k] = min(low[k], cells[n, k]), max(high[k], cells[n, k])
+        low[k] -= reach[k]
+        high[k] += reach[k]
     nx, ny, nz = high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1
     x_low, x_high = max(0, low[0]), min(counts.shape[0], high[0] + 1)
     y_low, y_high = max(0, low[1]), min(counts.shape[1], high[1] + 1)
@@ -152,7 +156,7 @@ def _count_around(counts: NDArray[np.uint16], cells: NDArray[np.int32], reach: N
                 if one[x, y, ahead]:
                     until = ahead + reach[2]
                 two[x, y, z] = z <= until
-    one[:] = False
+    one = np.zeros((nx, ny, nz), np.bool_)
     for x in range(nx):
         for y in range(ny):
             for beside in range(max(0, y - reach[1]), min(ny, y + reach[1] + 1)):

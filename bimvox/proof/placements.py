@@ -66,7 +66,7 @@ def _numbered(
             ends[0, k] = int(np.floor(cells[n, k] + slack_vox[n]))
             ends[1, k] = int(np.ceil(cells[n, k] - slack_vox[n]))
             anew |= ends[0, k] != before[0, k] or ends[1, k] != before[1, k]
-        before[:] = ends
+            before[0, k], before[1, k] = ends[0, k], ends[1, k]
         if not anew:
             for c in range(8 if with_numbers else 0):
                 at[c, n] = at[c, n - 1]

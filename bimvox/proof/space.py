@@ -100,11 +100,12 @@ def _between(
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
     """Return the samples, and points on the chords between them if the hook moves further than a spacing."""
     count = axes.shape[0]
-    parts = np.ones(count, np.int64)
-    for n in range(count - 1):
-        x, y, z = hook_m[n + 1, 0] - hook_m[n, 0], hook_m[n + 1, 1] - hook_m[n, 1], hook_m[n + 1, 2] - hook_m[n, 2]
+    parts, total = np.empty(count, np.int64), 0
+    for n in range(count):
+        m = min(n + 1, count - 1)
+        x, y, z = hook_m[m, 0] - hook_m[n, 0], hook_m[m, 1] - hook_m[n, 1], hook_m[m, 2] - hook_m[n, 2]
         parts[n] = min(max(np.ceil(np.sqrt(x * x + y * y + z * z) / spacing_m), 1), _MOST_BETWEEN)
-    total = parts.sum()
+        total += parts[n]
     between, sample, slack = np.empty((total, 3)), np.empty(total, np.int64), np.empty(total)
     at = 0
     for n in range(count):
@@ -171,8 +172,9 @@ def _last_within(cells: NDArray[np.float64], low: NDArray[np.float64], high: NDA
 @kernel
 def _within(cells: NDArray[np.int64], low: NDArray[np.int64], high: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return (N,) which cells are in a box, both ends inclusive."""
-    within = np.ones(cells.shape[0], np.bool_)
+    within = np.empty(cells.shape[0], np.bool_)
     for n in range(cells.shape[0]):
+        within[n] = True
         for k in range(3):
             if not low[k] <= cells[n, k] <= high[k]:
                 within[n] = False

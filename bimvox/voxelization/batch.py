@@ -14,13 +14,16 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.voxelization.bits import CellPlanes, set_run
-from bimvox.voxelization.columns import HEIGHT_LIMIT
+from bimvox.voxelization.borders import mark_borders
+from bimvox.voxelization.closure import corner_keys, edges_match
+from bimvox.voxelization.columns import HEIGHT_LIMIT, fill_columns
 from bimvox.voxelization.lattice import cell_of_middle, part_triangles, tolerance_vox
 from bimvox.voxelization.meshes import Meshes
 from bimvox.voxelization.run_boxes import boxes_of_runs
-from bimvox.voxelization.runs import Runs, filled_of, longer, write_runs
+from bimvox.voxelization.runs import FilledCells, Runs, filled_of, longer, write_runs
 from bimvox.voxelization.samples import sample_lines
-from bimvox.voxelization.solid import covers_once, wind
+from bimvox.voxelization.solid import covers_once, signed_volume
+from bimvox.voxelization.surface import mark_surface
 from bimvox.voxelization.sweep import FULL
 
 # Planes of at least this many words are large.
@@ -192,9 +195,20 @@ def _wind_batch(
         words = (c + 63) // 64
         own_planes = planes if planes.shape[1:] == (a, b, words) else np.zeros((3, a, b, words), np.uint64)
         cells = CellPlanes(own_planes[0], own_planes[1], own_planes[2], c)
-        closes, filled, least, most, volume = wind(cells, triangles, samples, lattice.tolerance, top)
-        if not closes:
+        mark_surface(cells, triangles, lattice.tolerance)
+        if not edges_match(corner_keys(triangles)):
             continue
+        inverted = np.zeros(triangles.shape[0], np.bool_)
+        starts = np.empty(a * b + 1, np.int64)
+        closed = np.empty((a, b), np.bool_)
+        for i in range(a):
+            for j in range(b):
+                closed[i, j] = True
+        shares, leaks, least, most = fill_columns(cells, triangles, inverted, samples, closed, starts, True)
+        if leaks > 0 or least < 0 < most:
+            continue
+        filled = FilledCells(cells, starts, shares, 0)
+        mark_borders(cells, triangles, lattice.tolerance, top)
         if whole and filled.shares.size == 0 and _is_empty(cells.inside) and _is_empty(cells.border):
             x, y, z = cell_of_middle(bounds[part], low, high)
             set_run(cells.border, x, y, z, z)
@@ -212,10 +226,11 @@ def _wind_batch(
             if column < count:
                 room = longer(room, shapes[part, 2])
         counts[part] = sums[2]
-        if not covers_once(least, most):
+        if covers_once(least, most):
+            volumes[part] = abs(signed_volume(triangles, inverted))
+        else:
             full, rest = filled_of(room.columns, room.rows, room.shares)
-            volume = full + rest / FULL
-        volumes[part] = volume
+            volumes[part] = full + rest / FULL
         cut = boxes_of_runs(room.columns, room.rows, shapes[part, 0], shapes[part, 1])
         boxes = _grown(boxes, found, cut.shape[0])
         for n in range(cut.shape[0]):

@@ -243,8 +243,10 @@ def fill_columns(
     for number in range(slab_starts.size - 2):
         i_low, i_high = number * slab_rows, min((number + 1) * slab_rows, rows)
         slab = Slab(samples, sources, plain, i_low, i_high, width)
-        records.head[:] = -1
-        plain[:] = False
+        for n in range(records.head.size):
+            records.head[n] = -1
+        for j in range(width):
+            plain[0, j] = plain[1, j] = False
         records = _record_faces(faces, slab_faces[slab_starts[number] : slab_starts[number + 1]], slab, cut, records)
         more = _count_met(cells.met, i_low, i_high)
         if sums[0] + more > shares.size:

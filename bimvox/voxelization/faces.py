@@ -203,7 +203,9 @@ def faces_of(triangles: NDArray[np.float64], inverted: NDArray[np.bool_]) -> Fac
     size = 4
     while size < 2 * count:
         size *= 2
-    table = np.full(size, _EMPTY, np.int32)
+    table = np.empty(size, np.int32)
+    for n in range(size):
+        table[n] = _EMPTY
     _read_planes(faces, np.empty(_HEIGHTS, np.float64), np.empty(_HEIGHTS, np.int32), table)
     return faces
 

@@ -83,7 +83,9 @@ def sorted_rows(
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float32]]:
     """Return cells (R, 3), parts and shares of rows sorted by rank; rows of one rank keep their order (radix sort)."""
     count = ranks.size
-    order, other = np.arange(count), np.empty(count, np.int64)
+    order, other = np.empty(count, np.int64), np.empty(count, np.int64)
+    for n in range(count):
+        order[n] = n
     sorted_ranks, other_ranks = ranks, np.empty(count, np.int64)
     spare = np.empty(count, np.int64)
     starts = np.empty((1 << _DIGIT) + 1, np.int64)

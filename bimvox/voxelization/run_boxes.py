@@ -121,7 +121,9 @@ def greedy_boxes(columns: NDArray[np.int32], runs: NDArray[np.int32], rows: int,
 
     Arguments and result as for ``boxes_of_runs``.
     """
-    heads = np.full(rows * width, -1, np.int32)
+    heads = np.empty(rows * width, np.int32)
+    for n in range(heads.size):
+        heads[n] = -1
     # Spans of a column form a list: first, stop, next. Columns along x are adjacent in memory, as they are read.
     spans = np.empty((_count_runs(columns) + 64, 3), np.int32)
     count = 0

@@ -57,7 +57,7 @@ class SolidFill:
 
 
 @kernel
-def _signed_volume(triangles: NDArray[np.float64], inverted: NDArray[np.bool_]) -> float:
+def signed_volume(triangles: NDArray[np.float64], inverted: NDArray[np.bool_]) -> float:
     """Return the volume by the divergence theorem, about a corner of the mesh to keep the digits."""
     ox, oy, oz = triangles[0, 0, 0], triangles[0, 0, 1], triangles[0, 0, 2]
     six_fold = 0.0
@@ -149,40 +149,6 @@ def _fill_along(
     return dense.transpose(np.argsort(order)), closed, leaks
 
 
-@kernel
-def wind(
-    cells: CellPlanes,
-    triangles: NDArray[np.float64],
-    samples: NDArray[np.float64],
-    tolerance: float,
-    top: NDArray[np.int64],
-) -> tuple[bool, FilledCells, int, int, float]:
-    """Mark the surface and, if every edge matches, fill by winding.
-
-    Args:
-        cells: Planes of zeros, changed in place.
-        triangles: (F, 3, 3) float64, in cells, relative to the lowest corner of the planes.
-        samples: (2, 16) float64, see ``sample_lines``.
-        tolerance: In cells.
-        top: (3,) int64, one past the highest cell of the part's range.
-
-    Returns:
-        Whether the part is done; its cells; the lowest and highest winding; the volume in cells.
-    """
-    mark_surface(cells, triangles, tolerance)
-    starts = np.empty(cells.met.shape[0] * cells.met.shape[1] + 1, np.int64)
-    if not edges_match(corner_keys(triangles)):
-        return False, FilledCells(cells, starts, np.empty(0, np.uint16), 0), 0, 0, 0.0
-    inverted = np.zeros(triangles.shape[0], np.bool_)
-    closed = np.ones(cells.met.shape[:2], np.bool_)
-    shares, leaks, least, most = fill_columns(cells, triangles, inverted, samples, closed, starts, True)
-    filled = FilledCells(cells, starts, shares, 0)
-    if leaks > 0 or least < 0 < most:
-        return False, filled, least, most, 0.0
-    mark_borders(cells, triangles, tolerance, top)
-    return True, filled, least, most, abs(_signed_volume(triangles, inverted))
-
-
 def fill_solid(
     shape: tuple[int, int, int], triangles: NDArray[np.float64], tolerance: float, top: NDArray[np.int64]
 ) -> SolidFill:
@@ -199,9 +165,8 @@ def fill_solid(
         it is a sheet.
     """
     cells = empty_planes(*shape)
-    done, filled, least, most, volume = wind(cells, triangles, sample_lines(), tolerance, top)
-    if done:
-        return SolidFill(Fill.WINDING, volume if covers_once(least, most) else None, filled)
+    mark_surface(cells, triangles, tolerance)
+    starts = np.empty(shape[0] * shape[1] + 1, np.int64)
     keys = corner_keys(triangles)
     matched = bool(edges_match(keys))
     if not matched and openness(triangles) >= _SHEET_OPENNESS:
@@ -209,17 +174,18 @@ def fill_solid(
     inverted = np.zeros(len(triangles), np.bool_)
     closed = np.ones(shape[:2], np.bool_)
     fill = Fill.WINDING
-    for inside_out in (False, True):
+    # As it is; with a share for each cell, as leaking lines need it; with inverted shells turned.
+    for sharing, inside_out in ((True, False), (False, False), (False, True)):
+        if sharing and not matched:
+            continue
         if inside_out:
             inverted = inverted_faces(triangles, keys)
             if not inverted.any():
                 break
         cells.inside[:] = 0
         closed[:] = True
-        shares, leaks, least, most = fill_columns(
-            cells, triangles, inverted, sample_lines(), closed, filled.starts, False
-        )
-        if not least < 0 < most:
+        shares, leaks, least, most = fill_columns(cells, triangles, inverted, sample_lines(), closed, starts, sharing)
+        if not least < 0 < most and not (sharing and leaks):
             break
     if not matched or leaks:
         fill, inside = _fill_by_vote(cells, shares, triangles, inverted, closed, leaks, tolerance, top)
@@ -227,8 +193,8 @@ def fill_solid(
     mark_borders(cells, triangles, tolerance, top)
     exact = None
     if matched and fill is Fill.WINDING and covers_once(least, most):
-        exact = abs(_signed_volume(triangles, inverted))
-    return SolidFill(fill, exact, FilledCells(cells, filled.starts, shares, 0))
+        exact = abs(signed_volume(triangles, inverted))
+    return SolidFill(fill, exact, FilledCells(cells, starts, shares, 0))
 
 
 @kernel

@@ -282,5 +282,6 @@ def mark_surface(cells: CellPlanes, triangles: NDArray[np.float64], tolerance: f
         triangles: (F, 3, 3) float64, in cells, relative to the lowest corner of the planes.
         tolerance: In cells.
     """
-    plane = np.full(3, -1, np.int64)
+    plane = np.empty(3, np.int64)
+    plane[0] = plane[1] = plane[2] = -1
     _mark_triangles(cells, triangles, tolerance, plane, mark_scratch(cells.met))

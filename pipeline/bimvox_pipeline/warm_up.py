@@ -65,7 +65,9 @@ def warm_up(*, processes: int | None = None, progress: Progress) -> dict[str, An
 
 
 class Helper:
-    """Starts one process that compiles what an act needs, beside this one, when this one first compiles.
+    """Starts one process that compiles what an act needs, beside this one, when this one compiles its second kernel.
+
+    For a single kernel, such a process takes longer to start than the kernel takes to compile.
 
     Args:
         act: An act of the demo.
@@ -73,11 +75,13 @@ class Helper:
 
     def __init__(self, act: str) -> None:
         self._act = act
+        self._before: int | None = None
         self._worker: subprocess.Popen[bytes] | None = None
 
-    def compiling(self, _begun: int, now: bool) -> None:
+    def compiling(self, begun: int, now: bool) -> None:
         """Take a report; see `bimvox.compiling`."""
-        if now and self._worker is None and processors() > 1:
+        self._before = begun if self._before is None else self._before
+        if now and begun > self._before and self._worker is None and processors() > 1:
             self._worker = _started(self._act, forwards=False)
 
     def end(self) -> None:

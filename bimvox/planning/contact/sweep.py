@@ -93,7 +93,11 @@ def _mark_blocked(
     moving = _within(moving_m, shift_m, move, outline)
     if moving.shape[0] == 0:
         return
-    outline[0, 2], outline[1, 2] = moving[:, :, 2].min(), moving[:, :, 2].max() + step_m * blocked.shape[0]
+    low, high = np.inf, -np.inf
+    for f in range(moving.shape[0]):
+        for corner in range(3):
+            low, high = min(low, moving[f, corner, 2]), max(high, moving[f, corner, 2])
+    outline[0, 2], outline[1, 2] = low, high + step_m * blocked.shape[0]
     fixed = _within(fixed_m, np.zeros(3), move, outline)
     _mark_pairs(moving, fixed, step_m, blocked)
 
@@ -190,7 +194,8 @@ def _mark_pairs(
                 continue
             k0 = min(count - 1, int((least + _TOUCH_M) / step_m))
             k1 = max(k0, min(count - 1, int((most - _TOUCH_M) / step_m)))
-            blocked[k0 : k1 + 1] = True
+            for k in range(k0, k1 + 1):
+                blocked[k] = True
             if count == 1:
                 return
 

@@ -47,34 +47,43 @@ def overlaps_m(thick: Solid, thin: Solid, offsets_m: NDArray[np.float64]) -> NDA
 
 @kernel
 def _search_all(thick: Solid, thin: Solid, offsets: NDArray[np.float64]) -> NDArray[np.float64]:
-    points = np.full(offsets.shape, np.nan)
+    points, seed = np.empty(offsets.shape), np.empty(3)
     for n in range(offsets.shape[0]):
-        for seed in thick.seed_m:
-            if is_inside(thin, seed - offsets[n]):
-                points[n] = seed
-    waiting = np.empty((64, 2), np.int64)
+        for k in range(3):
+            points[n, k] = np.nan
+        for s in range(thick.seed_m.shape[0]):
+            for k in range(3):
+                seed[k] = thick.seed_m[s, k] - offsets[n, k]
+            if is_inside(thin, seed):
+                _copy(thick.seed_m[s], points[n])
+    waiting, reaching = np.empty((64, 2), np.int64), np.empty(offsets.shape[0], np.bool_)
     waiting[0, 0], waiting[0, 1], left = 0, offsets.shape[0], min(1, offsets.shape[0])
-    low, high = np.empty(3), np.empty(3)
+    low, high, point = np.empty(3), np.empty(3), np.empty(3)
     while left:
         left -= 1
-        first, last = waiting[left]
+        first, last = waiting[left, 0], waiting[left, 1]
         for k in range(3):
-            low[k], high[k] = offsets[first:last, k].min(), offsets[first:last, k].max()
-        if not surfaces_cross(thick, thin, low, high):
-            reaching = [n for n in range(first, last) if _reaches_in(thick, thin, offsets[n])]
-            if not reaching or not _search(thick, thin, low, high, _MOST_PIECES_TOGETHER)[0]:
-                continue
-            for n in reaching:
-                found, point = _search(thick, thin, offsets[n], offsets[n], _MOST_PIECES)
-                if found:
-                    points[n] = point
-            continue
+            low[k] = high[k] = offsets[first, k]
+            for n in range(first, last):
+                low[k], high[k] = min(low[k], offsets[n, k]), max(high[k], offsets[n, k])
         alone = last - first == 1
-        found, point = _search(thick, thin, low, high, _MOST_PIECES if alone else _MOST_PIECES_TOGETHER)
-        if not found:
+        crossing = surfaces_cross(thick, thin, low, high)
+        any_reaches = False
+        for n in range(first, last):
+            reaching[n] = not crossing and _reaches_in(thick, thin, offsets[n])
+            any_reaches |= reaching[n]
+        if not crossing and not any_reaches:
             continue
-        if alone:
-            points[first] = point
+        most = _MOST_PIECES if crossing and alone else _MOST_PIECES_TOGETHER
+        if not _search(thick, thin, low, high, most, point):
+            continue
+        if alone and crossing:
+            _copy(point, points[first])
+            continue
+        if not crossing:
+            for n in range(first, last):
+                if reaching[n] and _search(thick, thin, offsets[n], offsets[n], _MOST_PIECES, point):
+                    _copy(point, points[n])
             continue
         half = (first + last) // 2
         waiting[left, 0], waiting[left, 1], waiting[left + 1, 0], waiting[left + 1, 1] = first, half, half, last
@@ -84,9 +93,14 @@ def _search_all(thick: Solid, thin: Solid, offsets: NDArray[np.float64]) -> NDAr
 
 @kernel
 def _search(
-    thick: Solid, thin: Solid, low: NDArray[np.float64], high: NDArray[np.float64], most: int
-) -> tuple[bool, NDArray[np.float64]]:
-    """Return whether the thin solid's surface, moved by any offset in a box, may reach the core, and a point there.
+    thick: Solid,
+    thin: Solid,
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    most: int,
+    point: NDArray[np.float64],
+) -> bool:
+    """Return whether the thin solid's surface, moved by any offset in a box, may reach the core; write a point there.
 
     For a single offset the answer is exact. For a box, only "no" is.
     """
@@ -106,19 +120,19 @@ def _search(
             left += 2
             continue
         for f in range(thin.spans[node, 0], thin.spans[node, 1]):
-            found, point = _search_triangle(thick, thin.corners_m[f], low, high, most)
-            if found:
-                return True, point
-    return False, low
+            if _search_triangle(thick, thin.corners_m[f], low, high, most, point):
+                return True
+    return False
 
 
 @kernel
 def _reaches_in(thick: Solid, thin: Solid, offset: NDArray[np.float64]) -> bool:
     """Return whether an end of the thin solid is inside the thick one; decisive if their surfaces do not cross."""
-    low, high = thick.boxes_m[0, 0], thick.boxes_m[0, 1]
+    low, high, point = thick.boxes_m[0, 0], thick.boxes_m[0, 1], np.empty(3)
     for n in range(thin.ends_m.shape[0]):
-        point, apart = thin.ends_m[n] + offset, False
+        apart = False
         for k in range(3):
+            point[k] = thin.ends_m[n, k] + offset[k]
             apart |= point[k] > high[k] or point[k] < low[k]
         if not apart and is_inside(thick, point):
             return True
@@ -127,18 +141,24 @@ def _reaches_in(thick: Solid, thin: Solid, offset: NDArray[np.float64]) -> bool:
 
 @kernel
 def _search_triangle(
-    thick: Solid, triangle: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64], most: int
-) -> tuple[bool, NDArray[np.float64]]:
+    thick: Solid,
+    triangle: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    most: int,
+    point: NDArray[np.float64],
+) -> bool:
     pieces, swept, is_clear = np.empty((128, 3, 3)), np.empty((25, 3)), np.zeros(128, np.bool_)
-    pieces[0] = triangle
+    for corner in range(3):
+        _copy(triangle[corner], pieces[0, corner])
     left, looked = 1, 0
     a, b, c = np.empty(3), np.empty(3), np.empty(3)
     while left:
         left -= 1
         looked += 1
-        a[:], b[:], c[:] = pieces[left, 0], pieces[left, 1], pieces[left, 2]
         apart = False
         for k in range(3):
+            a[k], b[k], c[k] = pieces[left, 0, k], pieces[left, 1, k], pieces[left, 2, k]
             apart |= min(a[k], b[k], c[k]) + low[k] > thick.core_m[1, k]
             apart |= max(a[k], b[k], c[k]) + high[k] < thick.core_m[0, k]
             swept[0, k] = (a[k] + b[k] + c[k]) / 3.0 + low[k]
@@ -148,26 +168,33 @@ def _search_triangle(
             if not is_inside(thick, swept[0]):
                 continue
             if not in_skin(thick, swept[:1]):
-                return True, swept[0]
+                _copy(swept[0], point)
+                return True
             is_clear[left] = True
         ab, bc, ca = _square(a, b), _square(b, c), _square(c, a)
-        if looked > most:
-            return True, swept[0]
-        if max(ab, bc, ca) < FINEST_M * FINEST_M:
-            if (high > low).any():
-                return True, swept[0]
+        is_small = max(ab, bc, ca) < FINEST_M * FINEST_M
+        if looked > most or (is_small and (high[0] > low[0] or high[1] > low[1] or high[2] > low[2])):
+            _copy(swept[0], point)
+            return True
+        if is_small:
             continue
         if bc >= ab and bc >= ca:
-            a[:], b[:], c[:] = pieces[left, 1], pieces[left, 2], pieces[left, 0]
+            a, b, c = b, c, a
         elif ca >= ab:
-            a[:], b[:], c[:] = pieces[left, 2], pieces[left, 0], pieces[left, 1]
+            a, b, c = c, a, b
         for k in range(3):
             half = 0.5 * (a[k] + b[k])
             pieces[left, 0, k], pieces[left, 1, k], pieces[left, 2, k] = a[k], half, c[k]
             pieces[left + 1, 0, k], pieces[left + 1, 1, k], pieces[left + 1, 2, k] = half, b[k], c[k]
         is_clear[left + 1] = is_clear[left]
         left += 2
-    return False, low
+    return False
+
+
+@leaf_kernel
+def _copy(point: NDArray[np.float64], to: NDArray[np.float64]) -> None:
+    for k in range(3):
+        to[k] = point[k]
 
 
 @leaf_kernel

@@ -168,7 +168,12 @@ def _ends(triangles: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[n
 @kernel
 def pieces_of(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return (F,) the number of the connected piece of each triangle: its lowest corner."""
-    root = np.arange(faces.max() + 1)
+    most = 0
+    for f in range(faces.shape[0]):
+        most = max(most, faces[f, 0], faces[f, 1], faces[f, 2])
+    root = np.empty(most + 1, np.int64)
+    for n in range(most + 1):
+        root[n] = n
     for f in range(faces.shape[0]):
         for k in range(2):
             one, other = faces[f, k], faces[f, k + 1]
@@ -181,7 +186,10 @@ def pieces_of(faces: NDArray[np.int64]) -> NDArray[np.int64]:
             root[max(one, other)] = min(one, other)
     for n in range(root.shape[0]):
         root[n] = root[root[n]]
-    return root[faces[:, 0]]
+    pieces = np.empty(faces.shape[0], np.int64)
+    for f in range(faces.shape[0]):
+        pieces[f] = root[faces[f, 0]]
+    return pieces
 
 
 @kernel
@@ -193,15 +201,21 @@ def _thicknesses(
     outward: float,
 ) -> NDArray[np.float64]:
     """Return (F,) the least thickness of the part at points spread over each triangle; infinite if no ray hits."""
-    thick = np.full(corners.shape[0], np.inf)
+    thick, point = np.empty(corners.shape[0]), np.empty(3)
     for f in range(corners.shape[0]):
-        a, b, c = corners[f, 0], corners[f, 1], corners[f, 2]
-        longest = max(np.sqrt(((b - a) ** 2).sum()), np.sqrt(((c - b) ** 2).sum()), np.sqrt(((a - c) ** 2).sum()))
+        thick[f], longest = np.inf, 0.0
+        for side in range(3):
+            squared = 0.0
+            for k in range(3):
+                squared += (corners[f, (side + 1) % 3, k] - corners[f, side, k]) ** 2
+            longest = max(longest, np.sqrt(squared))
         parts = int(min(max(np.ceil(longest / _APART_M), 2), _MOST_PARTS))
         for i in range(parts):
             for j in range(parts - i):
                 u, v = (i + 1.0 / 3.0) / parts, (j + 1.0 / 3.0) / parts
-                point = a + u * (b - a) + v * (c - a)
+                for k in range(3):
+                    a, b, c = corners[f, 0, k], corners[f, 1, k], corners[f, 2, k]
+                    point[k] = a + u * (b - a) + v * (c - a)
                 ahead, thick_ahead, behind, thick_behind = nearest_both_ways(corners, normals, boxes, spans, point, f)
                 # A ray into the part leaves it again: an odd number of crossings. Abutting shells are odd both ways.
                 inward = np.inf

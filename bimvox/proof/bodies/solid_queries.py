@@ -20,11 +20,11 @@ _RAYS = np.array([[0.5341, 0.2287, 0.8139], [-0.8243, 0.4571, 0.3343], [0.2951, 
 @kernel
 def is_inside(solid: Solid, point: NDArray[np.float64]) -> bool:
     """Return whether a point, (3,) metres, is inside, by the majority of three rays."""
-    votes, rays = 0, _RAYS.copy()  # writable, as other rays: `crossed` is compiled once
+    votes, way = 0, np.empty(3)
     for ray in range(3):
-        crossings, winding, _ = crossed(
-            solid.corners_m, solid.normals, solid.boxes_m, solid.spans, point, rays[ray], -1
-        )
+        for k in range(3):
+            way[k] = _RAYS[ray, k]
+        crossings, winding, _ = crossed(solid.corners_m, solid.normals, solid.boxes_m, solid.spans, point, way, -1)
         if (solid.is_matched and winding != 0) or (not solid.is_matched and crossings % 2 == 1):
             votes += 1
         if ray == 1 and votes != 1:
@@ -141,7 +141,7 @@ def surfaces_cross(solid: Solid, other: Solid, low: NDArray[np.float64], high: N
     waiting[0, 0], waiting[0, 1], left = 0, 0, 1
     while left:
         left -= 1
-        node, there = waiting[left]
+        node, there = waiting[left, 0], waiting[left, 1]
         apart = False
         for k in range(3):
             apart |= solid.boxes_m[node, 0, k] > other.boxes_m[there, 1, k] + high[k]

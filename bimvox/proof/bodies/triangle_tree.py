@@ -33,17 +33,18 @@ def _split(
     """Fill boxes and spans in depth-first order, and sort the triangles into their leaves."""
     waiting = np.empty((128, 3), np.int64)  # first, one after the last, the parent whose right child this is
     waiting[0, 0], waiting[0, 1], waiting[0, 2] = 0, order.shape[0], -1
+    near, far, spare = np.empty(3), np.empty(3), np.empty(order.shape[0], np.int64)
     left, count = 1, 0
     while left:
         left -= 1
-        first, last, parent = waiting[left]
+        first, last, parent = waiting[left, 0], waiting[left, 1], waiting[left, 2]
         node, count = count, count + 1
         if parent >= 0:
             spans[parent, 2] = node
         spans[node, 0], spans[node, 1] = first, last
         for k in range(3):
             boxes[node, 0, k], boxes[node, 1, k] = np.inf, -np.inf
-        near, far = np.full(3, np.inf), np.full(3, -np.inf)
+            near[k], far[k] = np.inf, -np.inf
         for n in range(first, last):
             for k in range(3):
                 boxes[node, 0, k] = min(boxes[node, 0, k], low[order[n], k])
@@ -51,16 +52,44 @@ def _split(
                 near[k], far[k] = min(near[k], middle[order[n], k]), max(far[k], middle[order[n], k])
         if last - first <= _LEAF:
             continue
-        axis = int(np.argmax(far - near))
-        rank = np.argsort(middle[order[first:last], axis], kind="mergesort")
-        sorted_order = order[first:last][rank]
-        for n in range(first, last):
-            order[n] = sorted_order[n - first]
+        axis = 0
+        for k in range(1, 3):
+            if far[k] - near[k] > far[axis] - near[axis]:
+                axis = k
+        _sort(order, first, last, middle, axis, spare)
         half = (first + last) // 2
         waiting[left, 0], waiting[left, 1], waiting[left, 2] = half, last, node
         waiting[left + 1, 0], waiting[left + 1, 1], waiting[left + 1, 2] = first, half, -1
         left += 2
     return count
+
+
+@leaf_kernel
+def _sort(
+    order: NDArray[np.int64],
+    first: int,
+    last: int,
+    middle: NDArray[np.float64],
+    axis: int,
+    spare: NDArray[np.int64],
+) -> None:
+    """Sort a span of triangles along an axis; equal ones keep their order (merge sort; NumPy takes 2 s to compile)."""
+    width = 1
+    while width < last - first:
+        for begin in range(first, last, 2 * width):
+            half, end = min(begin + width, last), min(begin + 2 * width, last)
+            one, other = begin, half
+            for n in range(begin, end):
+                takes_one = other == end or (one < half and middle[order[one], axis] <= middle[order[other], axis])
+                if takes_one:
+                    spare[n] = order[one]
+                    one += 1
+                else:
+                    spare[n] = order[other]
+                    other += 1
+        for n in range(first, last):
+            order[n] = spare[n]
+        width *= 2
 
 
 @kernel

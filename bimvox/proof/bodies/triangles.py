@@ -417,11 +417,14 @@ def _bounds_m(mesh: TriangleMesh) -> NDArray[np.float64]:
 def _finely(points_m: NDArray[np.float64], spacing_m: float) -> NDArray[np.float64]:
     """Return (M, 3) the points, and more between them, so that neighbours are at most ``spacing_m`` apart."""
     count = points_m.shape[0]
-    parts = np.ones(count, np.int64)
-    for n in range(count - 1):
-        apart = points_m[n + 1] - points_m[n]
-        parts[n] = max(1, int(np.ceil(np.sqrt((apart * apart).sum()) / spacing_m - 1e-9)))
-    fine = np.empty((parts.sum(), 3))
+    parts, total = np.empty(count, np.int64), 0
+    for n in range(count):
+        squared = 0.0
+        for k in range(3 if n + 1 < count else 0):
+            squared += (points_m[n + 1, k] - points_m[n, k]) ** 2
+        parts[n] = max(1, int(np.ceil(np.sqrt(squared) / spacing_m - 1e-9)))
+        total += parts[n]
+    fine = np.empty((total, 3))
     at = 0
     for n in range(count):
         for part in range(parts[n]):
