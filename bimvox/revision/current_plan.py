@@ -9,6 +9,7 @@ from bimvox.planning.propose import Propose
 from bimvox.proof.footprint import Footprint, motion_footprint, path_footprint
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
+from bimvox.revision.footprints import Footprints
 from bimvox.revision.held_cranes import HeldCranes
 from bimvox.revision.obstruction_change import ObstructionChange
 from bimvox.revision.recall import Memory
@@ -94,6 +95,12 @@ class RevisionPart:
     retimed: tuple[int, ...]
     change: ObstructionChange
     stops: tuple[Redirected | Held, ...] = ()
+
+    def make_footprints(self) -> None:
+        """Make the footprints of its new lifts: the next revision needs them, and nobody before."""
+        for footprints in (self.current.path_footprints, self.current.motion_footprints):
+            if isinstance(footprints, Footprints):
+                footprints.make_all()
 
 
 def current_plan_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> CurrentPlan:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import partial
 
 from bimvox.planning.rounds import Refused, refusals
-from bimvox.proof.footprint import Footprint, motion_footprint, path_footprint
+from bimvox.proof.footprint import motion_footprint, path_footprint
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.revision.draft import RevisionDraft
+from bimvox.revision.footprints import Footprints
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,8 +26,8 @@ class Proof:
     """
 
     refused: Refused
-    path_footprints: Mapping[int, Footprint]
-    motion_footprints: Mapping[int, Footprint]
+    path_footprints: Footprints
+    motion_footprints: Footprints
     stuck: frozenset[str] = frozenset()
 
 
@@ -60,8 +61,10 @@ def prove_new(plan: LiftPlan, draft: RevisionDraft, known_shapes: set[int]) -> P
     failed = {order for order, lift in lifts.items() if plan.site.components[lift.component].id in reasons}
     return Proof(
         reasons,
-        {order: path_footprint(plan.site, lifts[order]) for order in sorted(paths - failed)},
-        {order: motion_footprint(plan.site, lifts[order], timed[order]) for order in sorted(motions - failed)},
+        Footprints({order: partial(path_footprint, plan.site, lifts[order]) for order in paths - failed}, {}),
+        Footprints(
+            {order: partial(motion_footprint, plan.site, lifts[order], timed[order]) for order in motions - failed}, {}
+        ),
         frozenset(stuck),
     )
 

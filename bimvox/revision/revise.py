@@ -59,6 +59,7 @@ def revise(
     while True:
         part = _proven_part(current, request, change, shapes, on_verdict)
         yield part
+        part.make_footprints()
         current, change = part.current, change_between(site, site)
         if not current.pending or current.held is not None:
             return
@@ -143,15 +144,14 @@ def _part(
         moved.pop(order, None)
         if order in draft.new_paths or order in was.pending - was.path_footprints.keys():
             paths.pop(order, None)
-    paths, moved = {**paths, **proof.path_footprints}, {**moved, **proof.motion_footprints}
     before = {lift.order: lift for lift in was.plan.lifts}
     replanned = {order for order in made_paths if not same_path(before[order], planned[order])}
     return RevisionPart(
         CurrentPlan(
             plan,
             draft.motions,
-            paths,
-            moved,
+            proof.path_footprints.after(paths),
+            proof.motion_footprints.after(moved),
             draft.examined,
             frozenset(draft.pending),
             frozenset(draft.undecided),

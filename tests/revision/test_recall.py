@@ -17,6 +17,7 @@ from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.revision.current_plan import CurrentPlan, current_plan_of
+from bimvox.revision.footprints import Footprints
 from bimvox.revision.part_proof import Proof
 from bimvox.revision.recall import Recall, Version, obstructed_cells
 from bimvox.revision.request import RevisionRequest
@@ -104,7 +105,7 @@ def test_a_second_round_keeps_the_motions_that_the_first_has_proven(monkeypatch)
             return found
         name = plan.site.components[plan.lifts[last].component].id
         left = {n: one for n, one in found.motion_footprints.items() if n != last}
-        return Proof({name: "it is refused"}, found.path_footprints, left)
+        return Proof({name: "it is refused"}, found.path_footprints, Footprints({}, left))
 
     monkeypatch.setattr(module, "prove_new", refuses_once)
     (part,) = revise(current, RevisionRequest(site, preparation))

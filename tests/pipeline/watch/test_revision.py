@@ -22,9 +22,11 @@ from bimvox.log.segments import newest, pending_of, segment_of
 from bimvox.motion.time_plan import time_lift
 from bimvox.policy.choice import NO_POLICY
 from bimvox.progress import SilentProgress
+from bimvox.proof.footprint import path_footprint
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Lift, Status, same_path
+from bimvox.revision import part_proof
 from bimvox.revision.current_plan import CurrentPlan, current_plan_of
 from bimvox.revision.request import RevisionRequest
 from bimvox.revision.revise import revise
@@ -183,6 +185,27 @@ def test_if_nothing_is_affected_nothing_is_made(frame):
     assert part.change.cells > 0
     assert all(a is b for a, b in zip(start.plan.lifts, part.current.plan.lifts, strict=True))
     assert all(start.motions[order] is motion for order, motion in part.current.motions.items())
+
+
+def test_a_part_does_not_wait_for_its_footprints(frame, monkeypatch):
+    log, preparation = frame
+    start = current_plan_of(log.plan, log.motions)
+    lift = start.plan.lifts[1]
+    low = log.plan.site.frame.corner_of(lift.path_vox[len(lift.path_vox) // 2]) + 0.1
+    box = ObstructionSet.of([Obstruction("box", Box(tuple(low), tuple(low + 0.2)))])
+    made = []
+
+    def making(site: Any, lift: Lift) -> Any:
+        made.append(lift.order)
+        return path_footprint(site, lift)
+
+    monkeypatch.setattr(part_proof, "path_footprint", making)
+    parts = revise(start, RevisionRequest(with_obstructions(log.plan.site, box, rasterise), preparation, first=1000))
+    part = next(parts)
+    assert part.replanned
+    assert not made
+    assert list(parts) == []
+    assert sorted(made) == [order for order in part.made if order in part.current.path_footprints]
 
 
 def test_segments_on_top_of_a_log_give_the_newest_plan(frame, tmp_path: Path):

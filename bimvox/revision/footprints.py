@@ -1,0 +1,43 @@
+"""Footprints of lifts, each made when it is first needed: a revision is on disk before those of its own lifts are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+from bimvox.proof.footprint import Footprint
+
+
+class Footprints(Mapping[int, Footprint]):
+    """Footprints by order of the lift.
+
+    Args:
+        to_make: How to make each.
+        made: Others that are made already.
+    """
+
+    def __init__(self, to_make: Mapping[int, Callable[[], Footprint]], made: Mapping[int, Footprint]) -> None:
+        self._to_make, self._made = dict(to_make), dict(made)
+
+    def __getitem__(self, order: int) -> Footprint:
+        if order in self._to_make:
+            self._made[order] = self._to_make[order]()
+            del self._to_make[order]
+        return self._made[order]
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(sorted({*self._to_make, *self._made}))
+
+    def __len__(self) -> int:
+        return len({*self._to_make, *self._made})
+
+    def __contains__(self, order: object) -> bool:
+        return order in self._to_make or order in self._made
+
+    def after(self, earlier: Mapping[int, Footprint]) -> Footprints:
+        """Return these, and the earlier ones of other lifts; none is made."""
+        return Footprints(self._to_make, {**earlier, **self._made})
+
+    def make_all(self) -> None:
+        """Make those that are not made yet."""
+        for order in tuple(self._to_make):
+            self[order]
