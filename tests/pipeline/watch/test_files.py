@@ -39,7 +39,6 @@ from bimvox.log.schema import REMARKS_FILE
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import Status
 
-STEPS = 2_000
 EMPTY = {"version": 1, "unit": "m", "obstructions": []}
 
 
@@ -49,7 +48,7 @@ def parts(store, tmp_path_factory) -> tuple[Any, Any, Any]:
     quiet = SilentProgress()
     loaded = load_site(copy_to(tmp_path_factory.mktemp("frame")) / "frame.site.toml", quiet)
     preparation = prepared(loaded.site, quiet)
-    policy = policy_of(loaded, loaded.site, preparation, PolicyWish(steps=STEPS), quiet)
+    policy = policy_of(loaded, loaded.site, preparation, PolicyWish("default"), quiet)
     return loaded, preparation, policy
 
 
