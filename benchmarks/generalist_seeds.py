@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +41,8 @@ TEACHER = {"teacher": 1.0, "no-teacher": 0.0}
 PROBLEMS = 60
 """Of each split."""
 
-WAYS = ("bare", "plan's try", "one way")
+WAYS = ("bare", "plan's try")
+"""The first that are tried."""
 
 Scores = NDArray[np.float64]
 """(splits, seeds) success rates."""
@@ -122,8 +124,8 @@ def _scores(policies: Sequence[Values | TowardsTarget], splits: dict[str, list[L
 
 
 def _arrivals(values: Values | TowardsTarget, problem: LiftProblem) -> list[bool]:
-    made = dict(tries(values, lift_problem(problem.space, problem.start_vox, problem.target_vox), both_ways=False))
-    return [made[way].moves is not None for way in WAYS]
+    made = tries(values, lift_problem(problem.space, problem.start_vox, problem.target_vox), both_ways=False)
+    return [tried.moves is not None for _, tried in islice(made, len(WAYS))]
 
 
 def interquartile_mean(*splits: Scores, axis: int = -1) -> Scores:
