@@ -33,7 +33,7 @@ from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.planning.propose import Propose, ProposedGreedily, Transit
 from bimvox.planning.shorten_path import shortest_of_visited, straightened
-from bimvox.site.collision import placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
 
 Values = Callable[[NDArray[np.float32]], NDArray[np.float32]]
@@ -334,7 +334,8 @@ def _move_running(
 ) -> None:
     """Move the running roll-outs by one cell, by the loop guard's rule."""
     for row in range(running.size):
-        _move(pool, runs, running[row], guard, values[row])
+        p = runs.problem[running[row]]
+        _move(pooled_clearance(pool, p), pool.target[p], runs, running[row], guard, values[row])
 
 
 @kernel
@@ -343,6 +344,7 @@ def _move_towards(pool: ProblemPool, runs: _Runs, guard: Guard) -> None:
     values = np.empty(ACTION_COUNT, np.float32)
     for n in range(runs.problem.size):
         target = pool.target[runs.problem[n]]
+        space = pooled_clearance(pool, runs.problem[n])
         while runs.outcome[n] == _RUNNING:
             at = runs.paths[n, runs.steps[n]]
             left = np.float32(abs(target[0] - at[0]) + abs(target[1] - at[1]) + abs(target[2] - at[2]))
@@ -350,17 +352,18 @@ def _move_towards(pool: ProblemPool, runs: _Runs, guard: Guard) -> None:
                 values[action] = 0.0
                 for axis in range(3):
                     values[action] += SCALE * MOVES[action, axis] * (target[axis] - at[axis]) / left
-            _move(pool, runs, n, guard, values)
+            _move(space, target, runs, n, guard, values)
 
 
 @leaf_kernel
-def _move(pool: ProblemPool, runs: _Runs, n: int, guard: Guard, values: NDArray[np.float32]) -> None:
+def _move(
+    space: CollisionSpace, target: NDArray[np.int32], runs: _Runs, n: int, guard: Guard, values: NDArray[np.float32]
+) -> None:
     """Move one running roll-out by one cell, by the loop guard's rule."""
-    p = runs.problem[n]
-    target, steps = pool.target[p], runs.steps[n]
+    steps = runs.steps[n]
     path = runs.paths[n, : steps + 1]
     lost = is_lost(guard, steps, runs.manhattan[n])
-    best = guarded_action(pooled_clearance(pool, p), target, path, steps, values, guard, lost)
+    best = guarded_action(space, target, path, steps, values, guard, lost)
     if best == NO_ACTION:
         runs.outcome[n] = _ENCLOSED
         return
