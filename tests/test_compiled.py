@@ -28,7 +28,7 @@ def _counts(dispatcher) -> bool:
 
 
 def test_no_kernel_without_reference_counts_calls_one_with_them():
-    """Its callee would count up what it never counts down, or down what was never counted: memory is freed too early."""
+    """Its callee would count up what it never counts down, or the reverse: memory would be freed too early."""
     kernels = _kernels()
     assert len(kernels) > 200
     wrong = [
