@@ -137,7 +137,8 @@ def test_every_lift_is_in_the_list_with_the_numbers_of_the_log(seen):
         assert terms["Cells"] == str(len(component.shape.cells))
         assert terms["Moves"].startswith(f"{lift.moves} cells")
         assert terms["Shortest"] == f"{lift.shortest_moves} cells"
-        assert terms["Found by"] == {Method.GREEDY: "towards the target", Method.SEARCH: "search (A*)"}[lift.method]
+        found_by = {Method.POLICY: "policy", Method.GREEDY: "towards the target", Method.SEARCH: "search (A*)"}
+        assert terms["Found by"] == found_by[lift.method]
         assert terms["Begins"] == clock(motion.start_ns / 1e9)
         assert terms["Bound"].startswith(f"{motion.loaded.bound_s:.1f} s")
         assert terms["Carrying"] == f"{motion.loaded.duration_s:.1f} s"
