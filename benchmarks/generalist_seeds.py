@@ -85,7 +85,7 @@ def train(out: Path, seeds: int, steps: int) -> None:
 
 
 def _splits(count: int) -> dict[str, list[LiftProblem]]:
-    """Return the problems by split; those of ``LEFT_OUT``, buildings and spirals are no kinds of the lessons."""
+    """Return the problems by split; no lesson is of ``LEFT_OUT``, a building or a spiral."""
     families = {family: [held_out_of(family, n) for n in range(count)] for family in FAMILIES}
     return {**families, "building": building()[:count], "spirals": [spiral(n) for n in range(count)]}
 

@@ -32,7 +32,7 @@ class Rules:
 
     Attributes:
         chooses_lift: Whether it chooses the next lift; otherwise it keeps the plan's order.
-        near_m: Who is nearer to the load, beside its own radius, is in the way.
+        near_m: Who is nearer to the load, in addition to its own radius, is in the way.
         weight: Cost of a second of the way on which somebody is in the way, in seconds.
         horizon_s: For how long others are assumed to go on as seen; 0: they stay where they are.
         blocked_s: It waits while more of the best way is blocked than this.
@@ -82,7 +82,7 @@ class MonteCarlo:
     Attributes:
         samples: Futures, the same ones for all candidates.
         habits: How the others are assumed to behave.
-        near_m: Who is nearer to the load, beside its own radius, is in the way.
+        near_m: Who is nearer to the load, in addition to its own radius, is in the way.
         weight: Cost of a second of the way on which somebody is in the way, in seconds.
         waits: Waiting is tried at most this often in a row.
     """

@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
+from bimvox.env.names import known_options
 from bimvox.live.episode import CHOICES, Episode, Stage
 from bimvox.live.example import example_job
 from bimvox.live.job import LiveJob
@@ -75,10 +76,14 @@ class LiveSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begin an episode; see the class for ``options``."""
+        """Begin an episode; see the class for ``options``.
+
+        Raises:
+            ValueError: An option is unknown.
+        """
         super().reset(seed=seed)
         drawn = int(self.np_random.integers(2**31))
-        traffic = int((options or {}).get("traffic", drawn))
+        traffic = int(known_options(options, "traffic").get("traffic", drawn))
         self._episode = Episode(self._job, self._density, traffic, habits=self._habits, sight=self._sight)
         return view_of(self._episode), self._info()
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bimvox.compiled import kernel
-from bimvox.live.draw import drawn, generators_of
+from bimvox.env.starts import random_unit
 from bimvox.live.move import pass_tick
 from bimvox.live.pace import gap_m, placed
 from bimvox.live.traffic import (
@@ -30,6 +30,7 @@ from bimvox.live.traffic import (
     Habits,
     X,
     Y,
+    generators_of,
 )
 from bimvox.live.way import TICK_S, Way
 
@@ -47,7 +48,7 @@ def blocked_rows(way: Way, crowd: Crowd, near_m: float, horizon: float) -> int:
     Args:
         way: The way, executed without a stop.
         crowd: Everyone, as seen.
-        near_m: Who is nearer to the load, beside its own radius, counts.
+        near_m: Who is nearer to the load, in addition to its own radius, counts.
         horizon: Ticks for which they go on at the velocity as seen; then they stay.
     """
     load, found = np.empty(9), 0
@@ -72,7 +73,7 @@ def blocked_ticks(way: Way, ground: Ground, habits: Habits, crowd: Crowd, near_m
         ground: Where others go.
         habits: How they behave.
         crowd: Everyone; changed.
-        near_m: Who is nearer to the load, beside its own radius, counts.
+        near_m: Who is nearer to the load, in addition to its own radius, counts.
     """
     load, found, state = np.zeros(9), 0, crowd.state
     for row in range(way.rests.shape[0]):
@@ -117,10 +118,10 @@ def _imagine(ground: Ground, habits: Habits, crowd: Crowd) -> None:
         if state[n, KIND] == LORRY:
             _imagine_lorry(ground, habits, crowd, n, stands)
             continue
-        state[n, HOME] = float(int(drawn(draws, n) * (ground.areas.shape[0] - 1)))
+        state[n, HOME] = float(int(random_unit(draws[n : n + 1]) * (ground.areas.shape[0] - 1)))
         if stands:
             state[n, HOME] = float(_area_of(ground, state[n, X], state[n, Y]))
-            state[n, DWELLS_S] = max(TICK_S, -habits.dwell_s * np.log(1.0 - drawn(draws, n)))
+            state[n, DWELLS_S] = max(TICK_S, -habits.dwell_s * np.log(1.0 - random_unit(draws[n : n + 1])))
             continue
         state[n, DWELLS_S] = 0.0
         state[n, SPEED] = min(max(speed, habits.walk_low_m_s), habits.walk_high_m_s)
@@ -135,7 +136,7 @@ def _imagine_lorry(ground: Ground, habits: Habits, crowd: Crowd, n: int, stands:
     if stands:
         mean_s = habits.away_s if to_gate < to_stand else habits.unload_s
         state[n, LEG] = 0.0 if to_gate < to_stand else float(last)
-        state[n, DWELLS_S] = max(TICK_S, -mean_s * np.log(1.0 - drawn(draws, n)))
+        state[n, DWELLS_S] = max(TICK_S, -mean_s * np.log(1.0 - random_unit(draws[n : n + 1])))
         return
     state[n, DWELLS_S] = 0.0
     inwards = state[n, VX] * (ground.road_m[last, 0] - state[n, X]) + state[n, VY] * (
@@ -165,7 +166,7 @@ def _choose_ahead(ground: Ground, crowd: Crowd, n: int) -> None:
     state, best = crowd.state, -np.inf
     speed = np.sqrt(state[n, VX] ** 2 + state[n, VY] ** 2) + 1e-9
     for _ in range(8):
-        place = int(drawn(crowd.draws, n) * ground.places_m.shape[0])
+        place = int(random_unit(crowd.draws[n : n + 1]) * ground.places_m.shape[0])
         dx, dy = ground.places_m[place, 0] - state[n, X], ground.places_m[place, 1] - state[n, Y]
         along = (dx * state[n, VX] + dy * state[n, VY]) / (speed * (np.sqrt(dx * dx + dy * dy) + 1e-9))
         if along > best:

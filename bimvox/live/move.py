@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.live.draw import drawn
+from bimvox.env.starts import random_unit
 from bimvox.live.pace import gap_m
 from bimvox.live.traffic import (
     DWELLS_S,
@@ -126,13 +126,13 @@ def _set_out(ground: Ground, habits: Habits, crowd: Crowd, n: int) -> None:
         row = int(abs(state[n, LEG]))
         state[n, GOAL_X], state[n, GOAL_Y] = ground.road_m[row, 0], ground.road_m[row, 1]
     else:
-        if drawn(draws, n) >= habits.at_home:
-            state[n, HOME] = float(int(drawn(draws, n) * (ground.areas.shape[0] - 1)))
+        if random_unit(draws[n : n + 1]) >= habits.at_home:
+            state[n, HOME] = float(int(random_unit(draws[n : n + 1]) * (ground.areas.shape[0] - 1)))
         first, last = ground.areas[int(state[n, HOME])], ground.areas[int(state[n, HOME]) + 1]
-        place = first + int(drawn(draws, n) * (last - first))
+        place = first + int(random_unit(draws[n : n + 1]) * (last - first))
         state[n, GOAL_X], state[n, GOAL_Y] = ground.places_m[place, 0], ground.places_m[place, 1]
         low, high = habits.walk_low_m_s, habits.walk_high_m_s
-    state[n, SPEED] = low + drawn(draws, n) * (high - low)
+    state[n, SPEED] = low + random_unit(draws[n : n + 1]) * (high - low)
 
 
 @kernel
@@ -161,7 +161,7 @@ def _arrive(ground: Ground, habits: Habits, crowd: Crowd, n: int) -> None:
             return
         mean_s = habits.unload_s if row == last else habits.away_s
         state[n, LEG] = float(row)
-    state[n, DWELLS_S] = max(_SHORTEST_S, -mean_s * np.log(1.0 - drawn(draws, n)))
+    state[n, DWELLS_S] = max(_SHORTEST_S, -mean_s * np.log(1.0 - random_unit(draws[n : n + 1])))
 
 
 @kernel
@@ -174,7 +174,8 @@ def _see(crowd: Crowd, delay: int, noise_m: float) -> None:
             was_m[back, n, 0], was_m[back, n, 1] = was_m[back - 1, n, 0], was_m[back - 1, n, 1]
     for n in range(count):
         was_m[0, n, 0], was_m[0, n, 1] = state[n, X], state[n, Y]
-        far, angle = noise_m * np.sqrt(drawn(draws, count + n)), 2.0 * np.pi * drawn(draws, count + n)
+        own = draws[count + n : count + n + 1]
+        far, angle = noise_m * np.sqrt(random_unit(own)), 2.0 * np.pi * random_unit(own)
         x, y = was_m[delay, n, 0] + far * np.cos(angle), was_m[delay, n, 1] + far * np.sin(angle)
         vx, vy = (x - seen_m[n, 0]) / TICK_S, (y - seen_m[n, 1]) / TICK_S
         seen_m[n, 0], seen_m[n, 1] = x, y

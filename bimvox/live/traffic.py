@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.live.draw import generators_of
 from bimvox.live.way import TICK_S
 
 CREW, LORRY, TRACK = 0, 1, 2
@@ -161,3 +160,8 @@ def copied(crowd: Crowd) -> Crowd:
 def ticks_of(seconds: float) -> int:
     """Return the number of whole ticks that last at least so long."""
     return int(np.ceil(seconds / TICK_S - 1e-9))
+
+
+def generators_of(seed: int, count: int) -> NDArray[np.uint64]:
+    """Return (N,) uint64 generators of a seed, one a row, so that a copy of a crowd draws the same."""
+    return np.random.default_rng(seed).integers(2**64, size=count, dtype=np.uint64)

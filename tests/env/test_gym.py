@@ -100,7 +100,7 @@ def test_every_environment_draws_itself_as_pixels(env_id):
     assert pixels.std() > 0
 
 
-@pytest.mark.parametrize("env_id", [*gym.PAPER_ENV_IDS, gym.LIFT_ENV_ID])
+@pytest.mark.parametrize("env_id", [*gym.PAPER_ENV_IDS, gym.LIFT_ENV_ID, gym.LIVE_ENV_ID])
 def test_an_option_that_no_reset_knows_is_refused(env_id):
     with pytest.raises(ValueError, match="options: 'nothing' unknown"):
         gymnasium.make(env_id).reset(options={"nothing": 1})

@@ -39,7 +39,7 @@ TRAP_COUNT = 12
 """Problems per width."""
 
 SPIRAL_COUNT = 100
-"""Lifts out of a spiral, a family of which there are no lessons."""
+"""Lifts out of a spiral, a family without lessons."""
 
 SUITE_SIZES: tuple[tuple[IntVec, int], ...] = (
     ((40, 40, 16), 4),
