@@ -31,7 +31,7 @@ from bimvox.cranes.track import approach_track
 from bimvox.errors import MotionError
 from bimvox.motion.shift import held_longer
 from bimvox.motion.steps import may_pause
-from bimvox.motion.time_plan import time_plan
+from bimvox.motion.time_plan import KnownMotions, time_plan
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.site.collision import CollisionSpace
@@ -40,15 +40,19 @@ from bimvox.units import NS_PER_S
 _STEP_NS = 5 * NS_PER_S
 
 
-def time_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[LiftMotion, ...]:
+def time_lifts(
+    plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]], known: KnownMotions | None = None
+) -> tuple[LiftMotion, ...]:
     """Return the motion of every planned lift, in order, of a site with one crane or several; as ``time_plan``.
+
+    Several cranes do not use the known motions: each of theirs depends on all others.
 
     Raises:
         InputError: If the site has no crane.
         MotionError: If a path is not free or cannot be driven, or a crane always obstructs a lift; names the lift.
     """
     if not plan.site.has_several_cranes:
-        return time_plan(plan, clearances)
+        return time_plan(plan, clearances, known)
     return _Schedule(plan, crane_lifts(plan, clearances)).run()
 
 

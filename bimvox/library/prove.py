@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError, NoPlanError, listed
 from bimvox.motion.steps import steps_of
+from bimvox.motion.time_plan import KnownMotions
 from bimvox.planning.assembly import Preparation, prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.propose import Propose
@@ -104,7 +105,7 @@ def plan_and_prove(
         VerificationError: If a proof of the plan as a whole fails.
     """
     propose = policy.propose
-    other_ways, proven = OtherWays(), ProvenLifts()
+    other_ways, proven, driven = OtherWays(), ProvenLifts(), KnownMotions()
 
     def planned(policy_retrained: Propose | None, kept: LiftPlan | None, refused: Refused) -> LiftPlan:
         progress.stage("plan", len(site.components))
@@ -128,7 +129,7 @@ def plan_and_prove(
             if better.network is not None and better.network is not policy.network:
                 made = planned(proposer(better.network, every_guard=True), _without(made, failed), refused)
         previous = made
-        found = _prove(made, preparation, proven, progress)
+        found = _prove(made, preparation, proven, driven, progress)
         if isinstance(found, Planned):
             progress.finish()
             return found
@@ -150,7 +151,7 @@ def _without(made: LiftPlan, components: tuple[int, ...]) -> LiftPlan:
 
 
 def _prove(
-    made: LiftPlan, preparation: Preparation, proven: ProvenLifts, progress: Progress
+    made: LiftPlan, preparation: Preparation, proven: ProvenLifts, driven: KnownMotions, progress: Progress
 ) -> Planned | dict[str, str]:
     """Prove and time a plan; return the lifts to refuse, and why, if it is not proven."""
     progress.stage("prove")
@@ -164,7 +165,7 @@ def _prove(
         return Planned(made, (), of_plan)
     progress.stage("time", len(made.lifts))
     try:
-        motions = time_lifts(made, replay(made.site, preparation, made))
+        motions = time_lifts(made, replay(made.site, preparation, made), driven)
     except MotionError as error:
         return {error.component: f"{NOT_DRIVEN}{error.message}"}
     progress.stage("prove")
@@ -173,7 +174,7 @@ def _prove(
         return refusals(Verification((values,)))
     steps = steps_of(made.site, made.lifts, motions)
     of_steps = () if steps == Steps() else (verify_steps(made, motions, steps),)
-    of_motions = Verification((*verify_motions(made, motions).checks, *of_steps))
+    of_motions = Verification((*verify_motions(made, motions, proven=proven).checks, *of_steps))
     if not of_motions.verified:
         return refusals(of_motions)
     return Planned(made, motions, Verification((values, *of_plan.checks[1:], *of_motions.checks)))

@@ -30,7 +30,7 @@ def joined_on(motion: LiftMotion, before: LiftMotion | None) -> LiftMotion:
         VerificationError: If the one before ends at another slewing angle, apart from whole turns.
     """
     if before is None:
-        return _at(motion, 0)
+        return starting(motion, 0)
     gap_rad = float(before.loaded.slew_rad[-1] - motion.trajectories[0].slew_rad[0])
     turns = round(gap_rad / (2.0 * np.pi))
     if abs(gap_rad - turns * 2.0 * np.pi) > _SAME_RAD:
@@ -39,7 +39,7 @@ def joined_on(motion: LiftMotion, before: LiftMotion | None) -> LiftMotion:
             failures=(f"lift {motion.number}",),
             hint="this is a fault of bimvox; please report it with the site file",
         )
-    moved = _at(motion, before.end_ns)
+    moved = starting(motion, before.end_ns)
     if turns == 0:
         return moved
     approach = None if motion.approach is None else trajectories.turned(motion.approach, turns)
@@ -89,7 +89,8 @@ def chained(motions: Sequence[LiftMotion]) -> tuple[LiftMotion, ...]:
     return tuple(result)
 
 
-def _at(motion: LiftMotion, start_ns: int) -> LiftMotion:
+def starting(motion: LiftMotion, start_ns: int) -> LiftMotion:
+    """Return a motion that starts at a time on the site's clock; the same object if it already does."""
     by_ns = start_ns - motion.start_ns
     if by_ns == 0:
         return motion

@@ -18,6 +18,7 @@ from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, pose_nex
 from bimvox.motion.move import Line, Move
 from bimvox.motion.phases import phases_from
 from bimvox.motion.rigged_crane import HOOK_OFFSET, RiggedCrane, rigged_crane
+from bimvox.motion.shift import starting
 from bimvox.motion.timeline import Timeline, in_sequence, pause_of
 from bimvox.motion.timing import sampled
 from bimvox.motion.trajectories import delayed
@@ -32,13 +33,45 @@ from bimvox.site.site import Site
 from bimvox.units import NS_PER_S
 
 
-def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[LiftMotion, ...]:
+class KnownMotions:
+    """The motions of the last plan: another plan of the same site and yard does not make the same ones again.
+
+    A motion is the same if it is of the same lift after the same lift and starts at the same slewing angle, and the
+    parts before it are set, or not, as they were.
+    """
+
+    def __init__(self) -> None:
+        self._left: list[tuple[int, bool]] = []
+        self._motions: dict[int, tuple[Lift, Lift | None, float, LiftMotion]] = {}
+
+    def turn_to(self, plan: LiftPlan) -> None:
+        """Forget the motions before which any part is set that was not in the last plan, or the reverse."""
+        left = [(lift.component, lift.is_set) for lift in plan.lifts]
+        same = next((n for n, pair in enumerate(zip(self._left, left, strict=False)) if pair[0] != pair[1]), len(left))
+        self._motions = {order: known for order, known in self._motions.items() if order <= same}
+        self._left = left
+
+    def motion(self, lift: Lift, before: Lift | None, clock_ns: int, slew_rad: float) -> LiftMotion | None:
+        """Return the motion of a lift, starting at a time on the site's clock; None if it is not known."""
+        then, previous, started_rad, motion = self._motions.get(lift.order, (None, None, 0.0, None))
+        same = motion is not None and then is lift and previous is before and started_rad == slew_rad
+        return starting(motion, clock_ns) if same and motion is not None else None
+
+    def add(self, lift: Lift, before: Lift | None, slew_rad: float, motion: LiftMotion) -> None:
+        """Remember a motion."""
+        self._motions[lift.order] = (lift, before, slew_rad, motion)
+
+
+def time_plan(
+    plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]], known: KnownMotions | None = None
+) -> tuple[LiftMotion, ...]:
     """Return the motion of every planned lift, in order.
 
     Args:
         plan: The plan; its site must have a crane.
         clearances: Every planned lift with the collision rule of its stage (the parts before it in place, the others in
             the yard, itself nowhere), ascending ``order``; consumed one at a time. Lifts without a path are skipped.
+        known: Motions of earlier plans of the same site, which are not made again; those that are made are added.
 
     Returns:
         One motion per planned lift; the clock starts at 0 with the first.
@@ -54,13 +87,19 @@ def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]])
         )
     motions: list[LiftMotion] = []
     before: Lift | None = None
+    known = KnownMotions() if known is None else known
+    known.turn_to(plan)
     for lift, space in clearances:
         if lift.status is not Status.PLANNED or lift.path_vox is None or lift.place is None:
             continue
         clock_ns = motions[-1].end_ns if motions else 0
         slew_rad = float(motions[-1].loaded.slew_rad[-1]) if motions else 0.0
-        crane = site.cranes[site.components[lift.component].crane]
-        motions.append(time_lift(site, crane, lift, space, before, clock_ns, slew_rad))
+        motion = known.motion(lift, before, clock_ns, slew_rad)
+        if motion is None:
+            crane = site.cranes[site.components[lift.component].crane]
+            motion = time_lift(site, crane, lift, space, before, clock_ns, slew_rad)
+            known.add(lift, before, slew_rad, motion)
+        motions.append(motion)
         before = lift
     return tuple(motions)
 

@@ -15,7 +15,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.between import Between
+from bimvox.proof.between import Between, EmptyWay
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.clearance import MOTION_MARGIN, Clearances, TransitProof
 from bimvox.proof.crane.axes import (
@@ -36,6 +36,7 @@ from bimvox.proof.hook import HookProof
 from bimvox.proof.load import LoadProof
 from bimvox.proof.moment import Moment, moments
 from bimvox.proof.phase_names import check_phase_names
+from bimvox.proof.proven import ProvenLifts
 from bimvox.proof.space import ALWAYS_NS, RawCells
 from bimvox.proof.swing import SwingProof
 from bimvox.records.lift import Lift, LiftPlan, Status
@@ -63,6 +64,9 @@ UNITS = {
 CRANES_UNITS = {"cranes": "share of distance", "turns": ""}
 """Checks only for sites with several cranes."""
 
+_Proofs = tuple[TowerCrane, LoadProof, HookProof, SwingProof, TransitProof]
+"""One crane, and the proofs of its motions."""
+
 
 def verify_motions(
     plan: LiftPlan,
@@ -71,6 +75,7 @@ def verify_motions(
     *,
     window_ns: tuple[int, int] = ALWAYS_NS,
     known: Sequence[LiftMotion] | None = None,
+    proven: ProvenLifts | None = None,
 ) -> Verification:
     """Check the motions of a plan.
 
@@ -81,16 +86,18 @@ def verify_motions(
         window_ns: The span of the site's clock in which the site had this state; collisions count only in this span.
         known: For a site with several cranes: the motions of all lifts, including the context. They determine what is
             where. ``verify_together`` then proves the crane distances for the whole time at once.
+        proven: Motions of one crane that earlier plans of the same site proved; they are not proven again if nothing
+            around them changed, and those that pass now are added. Only for a whole plan, over all time.
 
     Returns:
         Every check, with what failed and where.
     """
-    return _Verifier(plan, motions, context, window_ns, known).run()
+    return _Verifier(plan, motions, context, window_ns, known, proven).run()
 
 
 def verify_together(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()) -> Verification:
     """Check that several cranes keep apart and take turns, independent of obstructions; no checks for one crane."""
-    verifier = _Verifier(plan, motions, context, ALWAYS_NS, None)
+    verifier = _Verifier(plan, motions, context, ALWAYS_NS, None, None)
     verifier.check_cranes()
     return Verification(tuple(check for name, check in verifier.checks.items() if name in CRANES_UNITS))
 
@@ -103,8 +110,11 @@ class _Verifier:
         context: Collection[Lift],
         window_ns: tuple[int, int],
         known: Sequence[LiftMotion] | None,
+        proven: ProvenLifts | None,
     ) -> None:
         self.window_ns, self.known, self.clearances = window_ns, known, Clearances(plan.site)
+        self.proven = ProvenLifts() if proven is None or plan.site.has_several_cranes else proven
+        self.proven.turn_to(plan)
         self.plan, self.site, self.motions, self.context = plan, plan.site, motions, context
         units = UNITS | (CRANES_UNITS if plan.site.has_several_cranes else {})
         if plan.site.rules.transit_clearance_m > 0.0 or plan.site.rules.rope_clearance_m > 0.0:
@@ -140,28 +150,49 @@ class _Verifier:
                 moment = replace(moment, before=between.before(moment.lift))
             if before is not None and (moment.before is None or before.order != moment.before.order):
                 before = None
-            crane, load, hook, swing, transit = proofs[component.crane]
-            self._check_axes(name, crane, moment, motion)
-            tag_lines, timeline = not moment.lift.ever_with_jib, self.checks["timeline"]
-            check_durations(timeline, name, self.site.rules, component, motion, tag_lines=tag_lines)
-            check_heading(timeline, name, self.site, crane, moment.lift, component, motion)
-            check_phase_names(self.checks["timeline"], name, motion)
-            check_ends(self.checks["ends"], name, self.site, crane, moment, motion, before)
-            cells.move_to(moment.present)
-            load.check(name, moment, motion)
-            transit.check(name, moment, motion)
             ways = None if between is None else tuple(between.ways(moment, motion))
-            hook.check(name, moment, motion, ways)
-            swing.check(name, moment, motion, ways)
+            found = self.proven.checks_of_motion(moment, motion, before)
+            if found is None:
+                found = self._checks_of(name, proofs[component.crane], cells, moment, motion, before, ways)
+                self.proven.add_motion(moment, motion, before, found)
+            for check in found.values():
+                self.checks[check.name].add(check)
             previous[component.crane] = motion
         if self.known is None:
             self.check_cranes()
         return Verification(tuple(self.checks.values()))
 
-    def _proofs(
-        self, number: int, triangles: TriangleCheck, cells: RawCells
-    ) -> tuple[TowerCrane, LoadProof, HookProof, SwingProof, TransitProof]:
-        """One crane, and the proofs of its motions."""
+    def _checks_of(
+        self,
+        name: str,
+        proofs: _Proofs,
+        cells: RawCells,
+        moment: Moment,
+        motion: LiftMotion,
+        before: LiftMotion | None,
+        ways: tuple[EmptyWay, ...] | None,
+    ) -> Mapping[str, Check]:
+        """Return the checks of one motion, each by itself."""
+        crane, load, hook, swing, transit = proofs
+        component, whole = self.site.components[moment.lift.component], dict(self.checks)
+        # The proofs share this dictionary, so it is filled with checks of this motion alone for a while.
+        self.checks.update({n: Check(n, unit=check.unit, about=component.id) for n, check in whole.items()})
+        self._check_axes(name, crane, moment, motion)
+        tag_lines, timeline = not moment.lift.ever_with_jib, self.checks["timeline"]
+        check_durations(timeline, name, self.site.rules, component, motion, tag_lines=tag_lines)
+        check_heading(timeline, name, self.site, crane, moment.lift, component, motion)
+        check_phase_names(timeline, name, motion)
+        check_ends(self.checks["ends"], name, self.site, crane, moment, motion, before)
+        cells.move_to(moment.present)
+        load.check(name, moment, motion)
+        transit.check(name, moment, motion)
+        hook.check(name, moment, motion, ways)
+        swing.check(name, moment, motion, ways)
+        own = dict(self.checks)
+        self.checks.update(whole)
+        return own
+
+    def _proofs(self, number: int, triangles: TriangleCheck, cells: RawCells) -> _Proofs:
         crane = self.site.cranes[number]
         shared = (self.site, crane, triangles, cells, self.checks, self.window_ns)
         transit = TransitProof(*shared)

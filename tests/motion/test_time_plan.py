@@ -1,3 +1,4 @@
+import dataclasses
 from itertools import pairwise
 
 import numpy as np
@@ -7,8 +8,9 @@ from box_sites import box_site, test_crane
 from bimvox.crane.kinematics import hook_of
 from bimvox.errors import InputError
 from bimvox.grid.summed_area import summed_area_table
+from bimvox.motion import time_plan as timing
 from bimvox.motion.commands import commands
-from bimvox.motion.time_plan import time_plan
+from bimvox.motion.time_plan import KnownMotions, time_plan
 from bimvox.planning.assembly import Assembly, Stage, prepare, replay
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.planner import plan_lifts
@@ -205,3 +207,67 @@ def test_the_path_to_the_last_moves_does_not_cut_through_them():
     lift = plan.lifts[0]
     assert lift.contact_moves > 1
     assert verify_motions(plan, time_plan(plan, replay(site, preparation, plan))).verified
+
+
+@pytest.fixture
+def made_for(monkeypatch):
+    """Orders of the lifts whose motions are made."""
+    orders, time_lift = [], timing.time_lift
+
+    def spied(site, crane, lift, *more):
+        orders.append(lift.order)
+        return time_lift(site, crane, lift, *more)
+
+    monkeypatch.setattr(timing, "time_lift", spied)
+    return orders
+
+
+def are_alike(motions, others):
+    return len(motions) == len(others) and all(
+        (one.phases, one.start_ns, one.end_ns) == (two.phases, two.start_ns, two.end_ns)
+        and all(
+            (a.time_ns == b.time_ns).all() and (a.axes == b.axes).all()
+            for a, b in zip(one.trajectories, two.trajectories, strict=True)
+        )
+        for one, two in zip(motions, others, strict=True)
+    )
+
+
+def test_known_motions_are_not_made_again(planned, motions, made_for):
+    known = KnownMotions()
+    assert are_alike(time_plan(planned[0], stages(*planned), known), motions)
+    assert made_for == [0, 1, 2, 3]
+    made_for.clear()
+    assert are_alike(time_plan(planned[0], stages(*planned), known), motions)
+    assert made_for == []
+
+
+def test_only_another_lift_and_the_one_after_it_get_new_motions(planned, made_for):
+    plan, preparation = planned
+    known = KnownMotions()
+    time_plan(plan, stages(plan, preparation), known)
+    made_for.clear()
+    other = dataclasses.replace(plan.lifts[1], path_vox=detour(plan.lifts[1].path_vox))
+    changed = dataclasses.replace(plan, lifts=(plan.lifts[0], other, *plan.lifts[2:]))
+    again = time_plan(changed, replay(plan.site, preparation, changed), known)
+    assert made_for == [1, 2]
+    assert are_alike(again, time_plan(changed, replay(plan.site, preparation, changed)))
+
+
+def test_after_a_part_that_is_no_longer_set_all_motions_are_made(planned, made_for):
+    plan, preparation = planned
+    known = KnownMotions()
+    time_plan(plan, replay(plan.site, preparation, plan), known)
+    made_for.clear()
+    out = dataclasses.replace(plan.lifts[1], status=Status.INFEASIBLE, reason="no path", path_vox=None)
+    changed = dataclasses.replace(plan, lifts=(plan.lifts[0], out, *plan.lifts[2:]))
+    again = time_plan(changed, replay(plan.site, preparation, changed), known)
+    assert made_for == [2, 3]
+    assert are_alike(again, time_plan(changed, replay(plan.site, preparation, changed)))
+
+
+def detour(path_vox):
+    """Return a path that goes one cell up and down again at its highest place."""
+    top = int(path_vox[:, 2].argmax())
+    up = path_vox[top : top + 1] + np.array([[0, 0, 1]], path_vox.dtype)
+    return np.concatenate([path_vox[: top + 1], up, path_vox[top:]])

@@ -5,7 +5,10 @@ import dataclasses
 import pytest
 from planned_sites import planned, portal_crane, portal_site
 
+from bimvox.motion.shift import chained
+from bimvox.proof import motion as motion_proof
 from bimvox.proof import plan as proof
+from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.proven import ProvenLifts
 from bimvox.records.lift import Status
@@ -79,3 +82,83 @@ def test_what_is_proven_of_one_site_is_not_of_another(made, looked_at):
     looked_at.clear()
     verify_plan(dataclasses.replace(made, site=dataclasses.replace(made.site)), proven=proven)
     assert looked_at == names_of(made)
+
+
+@pytest.fixture(scope="module")
+def driven():
+    return planned(portal_site(portal_crane()))
+
+
+@pytest.fixture
+def driven_at(monkeypatch):
+    """Numbers of the lifts whose motions are proven."""
+    numbers, checks_of = [], motion_proof._Verifier._checks_of
+
+    def spied(self, name, proofs, cells, moment, *more):
+        numbers.append(moment.lift.number)
+        return checks_of(self, name, proofs, cells, moment, *more)
+
+    monkeypatch.setattr(motion_proof._Verifier, "_checks_of", spied)
+    return numbers
+
+
+def aside(motion):
+    """Return a motion whose hook jumps aside for one sample."""
+    radius_m = motion.loaded.radius_m.copy()
+    radius_m[len(radius_m) // 2] += 0.5
+    return dataclasses.replace(motion, loaded=dataclasses.replace(motion.loaded, radius_m=radius_m))
+
+
+def test_a_motion_that_did_not_change_is_not_proven_again_wherever_it_starts(driven, driven_at):
+    plan, motions = driven
+    proven = ProvenLifts()
+    first = verify_motions(plan, motions, proven=proven)
+    assert first.verified
+    assert first == verify_motions(plan, motions)
+    assert driven_at == 2 * [1, 2, 3, 4]
+    driven_at.clear()
+    assert verify_motions(plan, chained(motions), proven=proven) == first
+    assert driven_at == []
+    late = tuple(dataclasses.replace(motion) for motion in motions)
+    assert verify_motions(plan, late, proven=proven) == first
+    assert driven_at == [], "the same trajectories at the same times are the same motion"
+
+
+def test_a_motion_that_changed_is_proven_with_the_one_after_it(driven, driven_at):
+    plan, motions = driven
+    proven = ProvenLifts()
+    verify_motions(plan, motions, proven=proven)
+    driven_at.clear()
+    other = (motions[0], aside(motions[1]), *motions[2:])
+    found = verify_motions(plan, other, proven=proven)
+    assert driven_at == [2, 3]
+    assert not found.verified
+    assert found == verify_motions(plan, other)
+    driven_at.clear()
+    verify_motions(plan, other, proven=proven)
+    assert driven_at == [2], "what failed is not remembered"
+
+
+def test_phases_of_a_known_motion_are_proven_again_if_they_changed(driven, driven_at):
+    plan, motions = driven
+    proven = ProvenLifts()
+    verify_motions(plan, motions, proven=proven)
+    driven_at.clear()
+    first, second, *rest = motions[2].phases
+    moved = (
+        dataclasses.replace(first, end_ns=first.end_ns + 1),
+        dataclasses.replace(second, start_ns=first.end_ns + 1),
+    )
+    other = (*motions[:2], dataclasses.replace(motions[2], phases=(*moved, *rest)), motions[3])
+    found = verify_motions(plan, other, proven=proven)
+    assert driven_at == [3, 4]
+    assert not found.verified
+
+
+def test_motions_of_one_site_are_not_proven_of_another(driven, driven_at):
+    plan, motions = driven
+    proven = ProvenLifts()
+    verify_motions(plan, motions, proven=proven)
+    driven_at.clear()
+    verify_motions(dataclasses.replace(plan, site=dataclasses.replace(plan.site)), motions, proven=proven)
+    assert driven_at == [1, 2, 3, 4]
