@@ -172,9 +172,12 @@ def _prove(
     check_motion_values(values, made.site, motions)
     if not values.passed:
         return refusals(Verification((values,)))
+    of_motions = verify_motions(made, motions, proven=proven)
+    if not of_motions.verified:
+        return refusals(of_motions)
     steps = steps_of(made.site, made.lifts, motions)
-    of_steps = () if steps == Steps() else (verify_steps(made, motions, steps),)
-    of_motions = Verification((*verify_motions(made, motions, proven=proven).checks, *of_steps))
+    if steps != Steps():
+        of_motions = Verification((*of_motions.checks, verify_steps(made, motions, steps)))
     if not of_motions.verified:
         return refusals(of_motions)
     return Planned(made, motions, Verification((values, *of_plan.checks[1:], *of_motions.checks)))

@@ -16,7 +16,6 @@ from dataclasses import replace
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.between import Between, EmptyWay
-from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.clearance import MOTION_MARGIN, Clearances, TransitProof
 from bimvox.proof.crane.axes import (
     check_limits,
@@ -114,7 +113,7 @@ class _Verifier:
     ) -> None:
         self.window_ns, self.known, self.clearances = window_ns, known, Clearances(plan.site)
         self.proven = ProvenLifts() if proven is None or plan.site.has_several_cranes else proven
-        self.proven.turn_to(plan)
+        self.triangles = self.proven.turn_to(plan)
         self.plan, self.site, self.motions, self.context = plan, plan.site, motions, context
         units = UNITS | (CRANES_UNITS if plan.site.has_several_cranes else {})
         if plan.site.rules.transit_clearance_m > 0.0 or plan.site.rules.rope_clearance_m > 0.0:
@@ -127,8 +126,8 @@ class _Verifier:
             return Verification(tuple(self.checks.values()))
         self._check_timeline()
         by_order = {motion.order: motion for motion in self.motions}
-        triangles, cells = TriangleCheck(self.plan), RawCells(self.site.shape)
-        proofs = [self._proofs(number, triangles, cells) for number in range(len(self.site.cranes))]
+        cells = RawCells(self.site.shape)
+        proofs = [self._proofs(number, cells) for number in range(len(self.site.cranes))]
         seen = self.motions if self.known is None else self.known
         between = Between(self.plan, self._sound_ones(seen), self.context) if self.site.has_several_cranes else None
         previous: dict[int, LiftMotion] = {}
@@ -192,9 +191,9 @@ class _Verifier:
         self.checks.update(whole)
         return own
 
-    def _proofs(self, number: int, triangles: TriangleCheck, cells: RawCells) -> _Proofs:
+    def _proofs(self, number: int, cells: RawCells) -> _Proofs:
         crane = self.site.cranes[number]
-        shared = (self.site, crane, triangles, cells, self.checks, self.window_ns)
+        shared = (self.site, crane, self.triangles, cells, self.checks, self.window_ns)
         transit = TransitProof(*shared)
         transit.clearances = self.clearances
         return crane, LoadProof(*shared), HookProof(*shared), SwingProof(*shared), transit

@@ -13,7 +13,6 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.clearance import Clearances
 from bimvox.proof.crane.capacity import shares_of_capacity
 from bimvox.proof.gate import gate_of
@@ -85,10 +84,9 @@ class _Verifier:
         self, plan: LiftPlan, context: Collection[Lift], known_shapes: set[int] | None, proven_lifts: ProvenLifts
     ) -> None:
         self.plan, self.context, self.site, self.proven_lifts = plan, context, plan.site, proven_lifts
-        proven_lifts.turn_to(plan)
+        self.triangles = proven_lifts.turn_to(plan)
         self.lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
         self.infeasible = {lift.component for lift in self.lifts if lift.status is Status.INFEASIBLE}
-        self.triangles = TriangleCheck(plan)
         self.known_shapes = set() if known_shapes is None else known_shapes
         self.proven = frozenset() if known_shapes is None else frozenset(lift.order for lift in context)
         self.clearances = Clearances(self.site)

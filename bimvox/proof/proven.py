@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.moment import Moment
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion
@@ -24,15 +25,23 @@ class ProvenLifts:
 
     def __init__(self) -> None:
         self._plan: LiftPlan | None = None
+        self._triangles: TriangleCheck | None = None
         self._lifts: dict[int, tuple[Moment, frozenset[int], Mapping[str, Check]]] = {}
         self._motions: dict[int, tuple[Moment, _Course, _Course | None, Mapping[str, Check]]] = {}
 
-    def turn_to(self, plan: LiftPlan) -> None:
-        """Forget all lifts unless they are of plans of the same site and of the same findings in its model."""
+    def turn_to(self, plan: LiftPlan) -> TriangleCheck:
+        """Forget all lifts unless they are of plans of the same site and of the same findings in its model.
+
+        Returns:
+            The triangles of the site, with what was measured of them.
+        """
         last, self._plan = self._plan, plan
         if last is None or last.site is not plan.site or (last.clashes, last.unheld) != (plan.clashes, plan.unheld):
             self._lifts.clear()
             self._motions.clear()
+            self._triangles = TriangleCheck(plan)
+        assert self._triangles is not None
+        return self._triangles
 
     def checks_of(self, moment: Moment, not_set: frozenset[int]) -> Mapping[str, Check] | None:
         """Return the checks that a lift passed, None if it is not proven.
