@@ -151,16 +151,14 @@ def _check(site: Site) -> None:
     for n, blocker in enumerate(site.blockers):
         _check_cells(blocker.cells, site.shape, f"site.blockers[{n}].cells")
         if blocker.mesh is not None:
-            _check_mesh(blocker.mesh, f"site.blockers[{n}].mesh")
+            _check_mesh(blocker.mesh, f"site.blockers[{n}].mesh", blocker.id)
     for n, component in enumerate(site.components):
         where = f"site.components[{n}]"
         if component.index != n:
             raise DecodeError(f"{where}.index: {component.index} instead of {n}")
         _check_cells(component.shape.cells, site.shape, f"{where}.shape.cells")
         _check_boxes(component.shape, f"{where}.shape.boxes")
-        _check_mesh(component.mesh, f"{where}.mesh")
-        if not len(component.mesh.faces):
-            raise DecodeError(f"{where}.mesh: part {component.label} has no faces")
+        _check_mesh(component.mesh, f"{where}.mesh", component.label)
         if component.crane and not 0 <= component.crane < len(site.cranes):
             raise DecodeError(f"{where}.crane: the site has no crane {component.crane}")
         high = np.add(component.target_vox, component.shape.size_vox)
@@ -177,11 +175,13 @@ def _check_cells(cells: NDArray[np.int32], shape: tuple[int, int, int], where: s
         raise DecodeError(f"{where}: not cells of the grid")
 
 
-def _check_mesh(mesh: TriangleMesh, where: str) -> None:
+def _check_mesh(mesh: TriangleMesh, where: str, name: str) -> None:
     if mesh.vertices_m.ndim != 2 or mesh.vertices_m.shape[1] != 3 or mesh.faces.ndim != 2 or mesh.faces.shape[1] != 3:
         raise DecodeError(f"{where}: not triangles")
     if mesh.faces.size and (mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices_m)):
         raise DecodeError(f"{where}: a face refers to a missing vertex")
+    if not len(mesh.faces):
+        raise DecodeError(f"{where}: {name} has no faces")
 
 
 def _check_boxes(shape: Shape, where: str) -> None:

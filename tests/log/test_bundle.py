@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from log_building import same, tiny_site
 
+from bimvox.bim.building import TriangleMesh
 from bimvox.errors import LogFileError
 from bimvox.log.archive import pack, unpack
 from bimvox.log.bundle import SiteWriter, site_from_bytes, site_to_bytes
@@ -123,7 +124,15 @@ def test_a_part_without_faces_is_an_error_that_names_it() -> None:
     first = site.components[0]
     bare = dataclasses.replace(first, mesh=dataclasses.replace(first.mesh, faces=np.zeros((0, 3), np.int32)))
     broken = dataclasses.replace(site, components=(bare, *site.components[1:]))
-    with pytest.raises(LogFileError, match=re.escape(f"components[0].mesh: part {first.label} has no faces")):
+    with pytest.raises(LogFileError, match=re.escape(f"components[0].mesh: {first.label} has no faces")):
+        site_from_bytes(site_to_bytes(broken), "log")
+
+
+def test_structure_without_faces_is_an_error_that_names_it() -> None:
+    bare = TriangleMesh(np.zeros((3, 3)), np.zeros((0, 3), np.int32))
+    wall = Blocker("wall", "structure", np.array([[1, 1, 1]], np.int32), bare)
+    broken = dataclasses.replace(tiny_site(), blockers=(wall,))
+    with pytest.raises(LogFileError, match=re.escape("blockers[0].mesh: wall has no faces")):
         site_from_bytes(site_to_bytes(broken), "log")
 
 
