@@ -36,22 +36,11 @@ from bimvox.planning.rollout import (
 from bimvox.planning.search import shortest_path
 from bimvox.planning.shorten_path import straightened
 from bimvox.policy.evaluate import success_at_least
+from bimvox.policy.generalist.frozen import ProblemSet, problem_sets
 from bimvox.policy.generalist.occupancies import FAMILIES
-from bimvox.policy.generalist.problems import HELD_OUT_DOMAIN
-from bimvox.policy.generalist.stages import building_lifts
-from bimvox.policy.generalist.suite import (
-    BUILDING_COUNT,
-    FAMILY_COUNT,
-    SPIRAL_COUNT,
-    TRAP_COUNT,
-    TRAP_SHARES,
-    UNSOLVABLE_COUNT,
-    held_out,
-    spiral,
-    unsolvable,
-    wide_trap,
-)
+from bimvox.policy.generalist.suite import UNSOLVABLE_COUNT, unsolvable
 from bimvox.policy.generalist.weights import FOLDER, generalist_record, load_generalist
+from bimvox.policy.score import WITHOUT_A_WAY
 
 LEAST_SUCCESS, LEAST_SUCCESS_OF_A_FAMILY, LONGEST = 0.99, 0.97, 1.02
 """The bars."""
@@ -144,42 +133,24 @@ def _random(number: int) -> Values:
 
 def _measured(every: Mapping[str, Maker], share: float, random_share: float, threads: int) -> dict[str, list[Row]]:
     """Return the rows of every split; each site is made once for all values and ways."""
-    lifts = building()
-    makers: dict[str, tuple[Callable[[int], LiftProblem], int]] = {
-        **{family: (partial(held_out_of, family), FAMILY_COUNT) for family in FAMILIES},
-        "building": (lambda n: lifts[n], len(lifts)),
-        "spirals": (spiral, SPIRAL_COUNT),
-        **{f"{_WIDE}{width:g}": (partial(wide_trap, width), TRAP_COUNT) for width in TRAP_SHARES},
-    }
+    sets = {name: one for name, one in problem_sets().items() if name != WITHOUT_A_WAY}
     others = {name: values for name, values in every.items() if name != "random"}
 
-    def one(make: Callable[[int], LiftProblem], count: int, number: int) -> Row:
-        compared = every if number < max(1, round(count * random_share)) else others
-        return measure(compared, make(number), number)
+    def one(of_set: ProblemSet, number: int) -> Row:
+        compared = every if number < max(1, round(of_set.count * random_share)) else others
+        return measure(compared, of_set.make(number), number)
 
     splits = {}
-    measure(every, held_out("boxes", 0).problem, 0)  # compiles
+    measure(every, sets["boxes"].make(0), 0)  # compiles
     with ThreadPoolExecutor(threads) as executor:
-        for name, (make, count) in makers.items():
-            numbers = range(max(1, round(count * share)))
-            splits[name] = list(executor.map(partial(one, make, count), numbers))
+        for name, of_set in sets.items():
+            numbers = range(max(1, round(of_set.count * share)))
+            splits[name] = list(executor.map(partial(one, of_set), numbers))
             sys.stderr.write(f"{name}: {len(splits[name])}\n")
     return splits
 
 
-_WIDE = "U-trap "
-
-
-def held_out_of(family: str, number: int) -> LiftProblem:
-    """Return a problem of a family by its number."""
-    return held_out(family, number).problem
-
-
-def building() -> list[LiftProblem]:
-    """Return the lifts of the building that no lesson contains."""
-    from bimvox_pipeline.train.generalist_buildings import TESTS, stages_of
-
-    return building_lifts(stages_of(TESTS), count=BUILDING_COUNT, domain=HELD_OUT_DOMAIN, starts=1)
+_WIDE = "wide-trap-"
 
 
 def measure(every: Mapping[str, Maker], problem: LiftProblem, number: int) -> Row:

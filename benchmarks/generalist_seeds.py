@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from scipy.stats import bootstrap, trim_mean
 
 from benchmarks.document import put_into
-from benchmarks.generalist import building, held_out_of, tries
+from benchmarks.generalist import tries
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.planning.rollout import GREEDY, TowardsTarget, Values
+from bimvox.policy.generalist.frozen import problem_sets
 from bimvox.policy.generalist.occupancies import FAMILIES
 from bimvox.policy.generalist.problems import VALIDATION_DOMAIN, lesson
 from bimvox.policy.generalist.recipe import Run, small_recipe, train_generalist
-from bimvox.policy.generalist.suite import spiral
 from bimvox.policy.generalist.weights import load_generalist, save_generalist
 
 LEFT_OUT = "traps"
@@ -86,8 +86,8 @@ def train(out: Path, seeds: int, steps: int) -> None:
 
 def _splits(count: int) -> dict[str, list[LiftProblem]]:
     """Return the problems by split; no lesson is of ``LEFT_OUT``, a building or a spiral."""
-    families = {family: [held_out_of(family, n) for n in range(count)] for family in FAMILIES}
-    return {**families, "building": building()[:count], "spirals": [spiral(n) for n in range(count)]}
+    sets = problem_sets()
+    return {name: [sets[name].make(n) for n in range(count)] for name in (*FAMILIES, "building", "spirals")}
 
 
 def _table(out: Path, seeds: int, splits: dict[str, list[LiftProblem]]) -> str:

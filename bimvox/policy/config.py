@@ -104,7 +104,8 @@ class DqnConfig(DqnChoices):
         cooling: Share of the budget over which the learning rate falls.
         averaging: Share of the old weights in their running average, per gradient step; the average is tested and kept.
             0: no average.
-        teacher: Weight of a second loss: all six values against those of the distance field. 0: reward only.
+        teacher: Weight of a second loss: how much better each free move is than their mean, against the same by the
+            distance field. 0: reward only.
         mix: Where training episodes begin.
         limit: Actions allowed per training episode and per test, from the exact distance.
         test_starts: Yard starts per test, evenly spread over the problems and over the starts of each.

@@ -178,7 +178,9 @@ class LiftDqn(DQN):
         loss = functional.smooth_l1_loss(values.gather(1, batch.actions), wanted, beta=0.1)
         if self.config.teacher:
             free = ~blocked_in_frame(batch.views).gather(1, frame_actions(batch.views))
-            told = functional.smooth_l1_loss(values, batch.teacher, beta=0.1, reduction="none")
+            told = functional.smooth_l1_loss(
+                _over_mean(values, free), _over_mean(batch.teacher, free), beta=0.1, reduction="none"
+            )
             loss = loss + self.config.teacher * (told * free).sum() / free.sum()
         return loss
 
@@ -200,6 +202,16 @@ class LiftDqn(DQN):
         if self.config.averaging and self._n_updates:
             return self._average
         return [parameter.detach() for parameter in self.q_net.parameters()]
+
+
+def _over_mean(values: torch.Tensor, free: torch.Tensor) -> torch.Tensor:
+    """Return (N, 6) values less the mean over each row's free actions.
+
+    The teacher tells which move is better and by how much, not how much a whole path is worth: the target network
+    learns that only over many copies, and until then the move taken would look worse than all others.
+    """
+    mean = (values * free).sum(dim=1, keepdim=True) / free.sum(dim=1, keepdim=True).clamp(min=1)
+    return values - mean
 
 
 def network_of(dqn: LiftDqn) -> QNetwork:

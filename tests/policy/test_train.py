@@ -121,6 +121,32 @@ def test_weights_are_returned_and_loaded_unchanged():
         load_network(dqn(hidden=(4,)), network_of(first))
 
 
+def test_the_teacher_tells_which_move_is_better_not_what_a_path_is_worth():
+    """Early on the target network knows no path's worth: a taught level makes the moves that were taken look bad."""
+    config = replace(TINY, teacher=1.0, learning_starts=1_000)
+    batch = BatchedLiftEnv([default_problem(obstructions=(((3, 6, 1), (4, 9, 3)),))], 8, teacher_discount=0.9)
+    learner = LiftDqn(LiftVecEnv(batch), config, seed=0)
+    learner.learn(256)
+
+    def told() -> float:
+        losses = []
+        for weight in (1.0, 0.0):
+            learner.config = replace(config, teacher=weight)
+            learner.replay_buffer._random.manual_seed(3)
+            losses.append(learner._loss(128).item())
+        return losses[0] - losses[1]
+
+    of_moves = list(learner.q_net.parameters())[-1]
+    before = told()
+    assert before > 0.01
+    with torch.no_grad():
+        of_moves += 1.5  # of all moves
+    assert told() == pytest.approx(before, abs=1e-5)
+    with torch.no_grad():
+        of_moves[0] += 1.5  # of one move
+    assert told() > before + 0.01
+
+
 def test_exploration_falls_by_steps_not_by_share_of_the_budget():
     learner = dqn(exploration_first=0.8, exploration_last=0.2, exploration_steps=100)
     rates = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from bimvox.env.problem import LiftProblem, training_problem
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.policy.generalist.problems import occupancy_of, with_boxes
-from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
+from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import IntVec
 
 
@@ -32,44 +33,52 @@ class BuildingStage:
     yard_vox: NDArray[np.int32]
 
 
-def save_stages(file: Path, stages: list[BuildingStage]) -> None:
-    """Write stages to a compressed NumPy archive of plain arrays."""
+def save_stages(file: Path, stages: Sequence[BuildingStage]) -> None:
+    """Write stages to a compressed NumPy archive: of every array those of all stages, flat, and their shapes."""
+    each = [_arrays(stage) for stage in stages]
     arrays: dict[str, NDArray[np.generic]] = {}
-    for n, stage in enumerate(stages):
-        occupied = occupancy_of(stage.space)
-        arrays[f"{n}.shape"] = np.array(occupied.shape, np.int32)
-        arrays[f"{n}.occupied"] = np.packbits(occupied)
-        arrays[f"{n}.boxes"] = stage.space.boxes
-        arrays[f"{n}.hook_offset"] = stage.space.hook_offset
-        arrays[f"{n}.hook_floor"] = stage.space.hook_floor
-        arrays[f"{n}.way"] = np.array([stage.start_vox, stage.gate_vox], np.int32)
-        arrays[f"{n}.yard"] = stage.yard_vox
+    for key in each[0]:
+        arrays[key] = np.concatenate([one[key].reshape(-1) for one in each])
+        arrays[f"{key}.shape"] = np.array([one[key].shape for one in each], np.int32)
     with file.open("wb") as stream:
         np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
 
 
-def load_stages(file: Path) -> list[BuildingStage]:
-    """Return the stages of a file of :func:`save_stages`."""
+def load_stages(file: Path, *numbers: int) -> list[BuildingStage]:
+    """Return the stages of a file of :func:`save_stages`, or those of some numbers."""
     with np.load(file, allow_pickle=False) as archive:
-        count = sum(name.endswith(".shape") for name in archive.files)
-        return [_stage({key: archive[f"{n}.{key}"] for key in _KEYS}) for n in range(count)]
+        arrays = dict(archive)
+    shapes = {key: arrays.pop(f"{key}.shape") for key in list(arrays) if not key.endswith(".shape")}
+    ends = {key: np.cumsum(shape.prod(axis=1)) for key, shape in shapes.items()}
+
+    def stage(n: int) -> BuildingStage:
+        of_stage = {}
+        for key, flat in arrays.items():
+            end, shape = ends[key][n], shapes[key][n]
+            of_stage[key] = flat[end - shape.prod() : end].reshape(shape)
+        return _stage(of_stage)
+
+    return [stage(n) for n in numbers or range(len(shapes["way"]))]
 
 
-_KEYS = ("shape", "occupied", "boxes", "hook_offset", "hook_floor", "way", "yard")
+def _arrays(stage: BuildingStage) -> dict[str, NDArray[np.generic]]:
+    space = stage.space
+    occupied = occupancy_of(space)
+    return {
+        "grid": np.array(occupied.shape, np.int32),
+        "occupied": np.packbits(occupied),
+        **{name: array for name, array in space._asdict().items() if name != "table"},
+        "way": np.array([stage.start_vox, stage.gate_vox], np.int32),
+        "yard": stage.yard_vox,
+    }
 
 
 def _stage(arrays: dict[str, NDArray[np.generic]]) -> BuildingStage:
-    shape = tuple(int(n) for n in arrays["shape"])
-    bits = np.unpackbits(arrays["occupied"].astype(np.uint8), count=int(np.prod(shape)))
-    space = CollisionSpace(
-        summed_area_table(bits.reshape(shape).astype(np.bool_)),
-        arrays["boxes"].astype(np.int32),
-        arrays["hook_offset"].astype(np.int32),
-        arrays["hook_floor"].astype(np.int32),
-        *NOTHING_CLEARED,
-    )
-    (a, b, c), (d, e, f) = arrays["way"].astype(int).tolist()
-    return BuildingStage(space, (a, b, c), (d, e, f), arrays["yard"].astype(np.int32))
+    grid, occupied, way, yard = (arrays.pop(key) for key in ("grid", "occupied", "way", "yard"))
+    bits = np.unpackbits(occupied.astype(np.uint8), count=int(grid.astype(int).prod())).reshape(tuple(grid))
+    space = CollisionSpace(summed_area_table(bits.astype(np.bool_)), **arrays)  # type: ignore[arg-type]
+    (a, b, c), (d, e, f) = way.astype(int).tolist()
+    return BuildingStage(space, (a, b, c), (d, e, f), yard.astype(np.int32))
 
 
 def building_lifts(stages: list[BuildingStage], *, count: int, domain: int, starts: int) -> list[LiftProblem]:

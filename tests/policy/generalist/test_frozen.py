@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import replace
 
@@ -9,6 +10,7 @@ import pytest
 from bimvox.errors import PolicyError
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.policy.generalist.frozen import (
+    BUILDING,
     FROZEN,
     ProblemSet,
     digest_of,
@@ -18,7 +20,7 @@ from bimvox.policy.generalist.frozen import (
     problem_sets,
     set_digest,
 )
-from bimvox.policy.generalist.problems import occupancy_of
+from bimvox.policy.generalist.problems import LEAST_MOVES, occupancy_of
 
 
 def test_the_frozen_file_has_every_problem_once_and_is_small():
@@ -30,6 +32,15 @@ def test_the_frozen_file_has_every_problem_once_and_is_small():
     document = json.loads(FROZEN.read_text())
     assert all(one["digest"] == set_digest(one["digests"]) for one in document["sets"].values())
     assert FROZEN.stat().st_size < 60_000
+
+
+def test_the_lifts_of_the_building_are_a_small_file_with_a_hash():
+    document = json.loads(FROZEN.read_text())["sets"]["building"]
+    assert (document["file"], document["sha256"]) == (BUILDING.name, hashlib.sha256(BUILDING.read_bytes()).hexdigest())
+    assert BUILDING.stat().st_size < 300_000
+    lifts = [frozen_problem(problem_sets()["building"], number) for number in (0, 100)]
+    assert any(lift.space.cleared.size for lift in lifts)
+    assert all(lift.distance_from(lift.start_vox) >= LEAST_MOVES for lift in lifts)
 
 
 @pytest.mark.parametrize("name", problem_sets())
@@ -55,6 +66,9 @@ def test_a_digest_is_of_everything_that_decides_a_problem():
         replace(problem, space=space._replace(boxes=space.boxes + np.int32(1))),
         replace(problem, space=space._replace(hook_offset=space.hook_offset + np.int32(1))),
         replace(problem, space=space._replace(hook_floor=space.hook_floor + np.int32(1))),
+        replace(problem, space=space._replace(hook_ceiling=space.hook_floor + np.int32(9))),
+        replace(problem, space=space._replace(cleared=np.ones((1, 1, 1), np.bool_))),
+        replace(problem, space=space._replace(cleared=np.ones((1, 1, 2), np.bool_))),
         replace(problem, target_vox=(0, 0, 0)),
         replace(problem, start_vox=problem.target_vox),
         replace(problem, distance=problem.distance + np.int16(1)),
