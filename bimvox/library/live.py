@@ -10,7 +10,7 @@ from bimvox.library.plan_value import Plan
 from bimvox.library.prove import prepared
 from bimvox.live.job import LiveJob
 from bimvox.live.planned import job_of
-from bimvox.live.tracks import with_tracks
+from bimvox.live.tracks import read_tracks, with_tracks
 from bimvox.progress import Listener, progress_of
 
 
@@ -26,13 +26,14 @@ def live_job(
         plan: A plan of a site with one crane, made or read from a log.
         first: Which of the planned lifts is the first one, from 1.
         count: How many lifts, at most, from 1.
-        tracks: A CSV file with the tracks of people and vehicles, ``id,kind,time_s,x_m,y_m``; None: there are none.
+        tracks: A file with the tracks of people and vehicles: CSV with the columns ``id,kind,time_s,x_m,y_m``, or JSON,
+            ``{"tracks": [{"id": ..., "kind": ..., "samples": [[time_s, x_m, y_m], ...]}, ...]}``; None: there are none.
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
         InputError: If an argument is of another kind or out of range, the site has several cranes or none, or there is
             no such lift.
-        FileError: If the tracks cannot be used; names the line.
+        FileError: If the tracks cannot be used; names the line or the key.
     """
     insist("live_job", plan, Plan, "plan")
     told, begin, most = progress_of(progress), whole("first", first, 1) or 1, whole("count", count, 1) or 1
@@ -40,4 +41,4 @@ def live_job(
     job = job_of(plan.record.plan, preparation, plan.motions, begin - 1, most)
     if tracks is None:
         return job
-    return replace(job, ground=with_tracks(job.ground, path_of("live_job", tracks, "a track file")))
+    return replace(job, ground=with_tracks(job.ground, read_tracks(path_of("live_job", tracks, "a track file"))))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import kernel, leaf_kernel
 from bimvox.live.move import pass_tick
 from bimvox.live.pace import ahead, gap_m, placed, quicker, resting, slower
 from bimvox.live.shield import is_clear
@@ -17,10 +17,19 @@ _SETTLES = 40
 
 
 @kernel
-def idle(ground: Ground, habits: Habits, crowd: Crowd, sight: Sight, ticks: int, load: NDArray[np.float64]) -> None:
-    """Let time pass without a suspended load."""
-    for _ in range(ticks):
+def idle(
+    ground: Ground,
+    habits: Habits,
+    crowd: Crowd,
+    sight: Sight,
+    ticks: int,
+    load: NDArray[np.float64],
+    tape: NDArray[np.float64],
+) -> None:
+    """Let time pass without a suspended load; ``tape`` as for ``carry``."""
+    for tick in range(ticks):
         pass_tick(ground, habits, crowd, sight.delay, sight.noise_m, load, False)
+        _note(tape, tick, 0.0, 0.0, crowd)
 
 
 @kernel
@@ -32,7 +41,7 @@ def carry(
     sight: Sight,
     ticks: tuple[int, int],
     plan: NDArray[np.float64],
-    drive: NDArray[np.float64],
+    tape: NDArray[np.float64],
 ) -> int:
     """Carry a load along a way, and hold it at its place while a crew fixes it; return the ticks this takes.
 
@@ -44,7 +53,8 @@ def carry(
         sight: How they are seen.
         ticks: How long the load is held at its place; after how many ticks to give up.
         plan: Room for the shield's predictions.
-        drive: (M, 2) place in rows and pace after every tick, as far as there is room; M may be 0.
+        tape: (M, 2 + 4 N) receives after every tick, as far as there is room, place in rows and pace, then of each of
+            N others its place and where it is seen; M and N may be 0.
     """
     at, pace, used, left, spent, still = 0.0, 0.0, 0.0, way.delay, 0, 0
     end = float(way.rests.shape[0] - 1)
@@ -75,15 +85,24 @@ def carry(
         placed(way, at, used, load)
         pass_tick(ground, habits, crowd, sight.delay, sight.noise_m, load, at > 0.0 and still > 0)
         _count(crowd, load, at > 0.0, yields)
-        if spent < drive.shape[0]:
-            drive[spent, 0], drive[spent, 1] = at, pace
+        _note(tape, spent, at, pace, crowd)
         spent += 1
     if at >= end:
         for _ in range(ticks[0]):
             pass_tick(ground, habits, crowd, sight.delay, sight.noise_m, load, True)
             _count(crowd, load, True, False)
+            _note(tape, spent, at, 0.0, crowd)
             spent += 1
     return spent
+
+
+@leaf_kernel
+def _note(tape: NDArray[np.float64], row: int, at: float, pace: float, crowd: Crowd) -> None:
+    if row < tape.shape[0]:
+        tape[row, 0], tape[row, 1] = at, pace
+        for n in range((tape.shape[1] - 2) // 4):
+            tape[row, 2 + 4 * n], tape[row, 3 + 4 * n] = crowd.state[n, X], crowd.state[n, Y]
+            tape[row, 4 + 4 * n], tape[row, 5 + 4 * n] = crowd.seen_m[n, 0], crowd.seen_m[n, 1]
 
 
 @kernel

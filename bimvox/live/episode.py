@@ -21,7 +21,7 @@ CHOICES = 8
 
 _GIVE_UP = 4.0
 """An episode is cut after this multiple of the time without traffic."""
-NO_DRIVE = np.zeros((0, 2))
+NO_TAPE = np.zeros((0, 2))
 NO_LOAD = np.zeros(LOAD_COLUMNS)
 _SIGHT, _HABITS = Sight(), Habits()
 
@@ -45,10 +45,21 @@ class Episode:
         seed: Of the traffic.
         habits: How others behave.
         sight: How they are seen.
+        taped: Whether every tick is recorded.
+
+    Attributes:
+        tape: (T, 2 + 4 N) what ``carry`` records, a row a tick, if it is ``taped``.
     """
 
     def __init__(
-        self, job: LiveJob, density: Density, seed: int, *, habits: Habits = _HABITS, sight: Sight = _SIGHT
+        self,
+        job: LiveJob,
+        density: Density,
+        seed: int,
+        *,
+        habits: Habits = _HABITS,
+        sight: Sight = _SIGHT,
+        taped: bool = False,
     ) -> None:
         self.job, self.habits, self.sight = job, habits, sight
         self.crowd: Crowd = crowd_of(job.ground, density, sight, seed)
@@ -57,6 +68,10 @@ class Episode:
         self.done: list[int] = []
         self.hooked: int | None = None
         self.limit = ticks_of(_GIVE_UP * job.undisturbed_s)
+        self.tape = NO_TAPE
+        if taped:
+            longest_s = max(map(job.usual_s, range(len(job.lifts))))  # the last lift may begin just before the limit
+            self.tape = np.zeros((self.limit + 4 * ticks_of(longest_s), 2 + 4 * len(self.crowd.state)))
 
     @property
     def stage(self) -> Stage:
@@ -146,7 +161,7 @@ class Episode:
             self.sight,
             (fix, max(1, left)),
             self.room,
-            NO_DRIVE,
+            self.tape[self.ticks :],
         )
         self.before, self.hooked = self.hooked, None
         if self.ticks < self.limit:
@@ -154,7 +169,7 @@ class Episode:
 
     def let_pass(self, crowd: Crowd, habits: Habits, seconds: float) -> None:
         """Let time pass in an imagined future."""
-        idle(self.job.ground, habits, crowd, self.sight, ticks_of(seconds), NO_LOAD)
+        idle(self.job.ground, habits, crowd, self.sight, ticks_of(seconds), NO_LOAD, NO_TAPE)
 
     def imagined_s(self, crowd: Crowd, habits: Habits, lead_s: float, lift: int, way: int) -> float:
         """Return how long a lift takes from now until its load is in place, with others as in ``crowd``.
@@ -169,7 +184,7 @@ class Episode:
         ground, lead = self.job.ground, ticks_of(lead_s)
         self.let_pass(crowd, habits, lead_s)
         chosen, limits = self.job.lifts[lift].ways[way], (0, _PATIENCE)
-        spent = carry(chosen, ground, habits, crowd, self.sight, limits, self.room, NO_DRIVE)
+        spent = carry(chosen, ground, habits, crowd, self.sight, limits, self.room, NO_TAPE)
         return (lead + spent) * TICK_S
 
     def future(self) -> Crowd:
@@ -177,7 +192,7 @@ class Episode:
         return copied(self.crowd)
 
     def _pass(self, ticks: int) -> None:
-        idle(self.job.ground, self.habits, self.crowd, self.sight, ticks, NO_LOAD)
+        idle(self.job.ground, self.habits, self.crowd, self.sight, ticks, NO_LOAD, self.tape[self.ticks :])
         self.ticks += ticks
 
 

@@ -31,13 +31,14 @@ def resting(way: Way, at: float) -> bool:
 @leaf_kernel
 def quicker(way: Way, at: float, pace: float) -> float:
     """Return the pace a tick later, if the crane gains speed as fast as every axis can."""
-    gain = _ANY
-    low = int(at)
+    low, after = int(at), 1.0
     for axis in range(3):
         rate, bend = _around(way, low, axis)
         if rate > 1e-12:
-            gain = min(gain, max(0.0, way.limits[axis] - bend * pace * pace) / rate)
-    return min(1.0, pace + gain * TICK_S)
+            # The largest pace f after the tick with bend f^2 + rate (f - pace) / tick at the limit.
+            per, most = rate / TICK_S, way.limits[axis] + rate / TICK_S * pace
+            after = min(after, 2.0 * most / (per + np.sqrt(per * per + 4.0 * bend * most)))
+    return max(pace, after)
 
 
 @leaf_kernel
@@ -45,13 +46,12 @@ def slower(way: Way, at: float, pace: float) -> float:
     """Return the pace a tick later, if the crane brakes as hard as every axis can."""
     loss = _ANY
     low = int(at)
-    high = min(low + 1, way.rests.shape[0] - 1)
     for axis in range(3):
         rate, bend = _around(way, low, axis)
         if rate > 1e-12:
-            gains = (
-                way.bend[low, axis] * way.rate[low, axis] > 0.0 and way.bend[high, axis] * way.rate[high, axis] > 0.0
-            )
+            gains = True
+            for row in range(low, min(low + 3, way.rests.shape[0])):
+                gains &= way.bend[row, axis] * way.rate[row, axis] > 0.0
             spare = way.limits[axis] if gains else max(0.0, way.limits[axis] - bend * pace * pace)
             loss = min(loss, spare / rate)
     after = pace - loss * TICK_S

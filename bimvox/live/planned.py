@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -49,19 +50,22 @@ def job_of(
     crane, by_order = site.cranes[0], {lift.order: lift for lift in plan.lifts}
     lifts = [by_order[motion.order] for motion in chosen]
     earlier = earlier_lifts(site, preparation, lifts, [(motion,) for motion in chosen])
-    parts = [site.components[lift.component] for lift in lifts]
     job_lifts = tuple(
-        LiveLift(
-            lift.number,
-            part.name,
-            (way_of_motion(site, lift, motion),),
-            _seconds(motion, PhaseName.HOOK_ON),
-            _seconds(motion, PhaseName.SET, PhaseName.RELEASE),
-            before,
-        )
-        for lift, part, motion, before in zip(lifts, parts, chosen, earlier, strict=True)
+        replace(live_lift_of(site, lift, motion), earlier=before)
+        for lift, motion, before in zip(lifts, chosen, earlier, strict=True)
     )
     return LiveJob(site.name, job_lifts, _approach_s(crane, chosen), ground_of(site))
+
+
+def live_lift_of(site: Site, lift: Lift, motion: LiftMotion) -> LiveLift:
+    """Return a planned lift with its motion as its way; nothing need be set before."""
+    return LiveLift(
+        lift.number,
+        site.components[lift.component].name,
+        (way_of_motion(site, lift, motion),),
+        seconds_in(motion, PhaseName.HOOK_ON),
+        seconds_in(motion, PhaseName.SET, PhaseName.RELEASE),
+    )
 
 
 def way_of_motion(site: Site, lift: Lift, motion: LiftMotion) -> Way:
@@ -94,7 +98,8 @@ def _box_m(site: Site, part: Component) -> NDArray[np.float64]:
     return site.frame.voxel_size_m * np.concatenate([-line, size - line])
 
 
-def _seconds(motion: LiftMotion, *names: PhaseName) -> float:
+def seconds_in(motion: LiftMotion, *names: PhaseName) -> float:
+    """Return how long phases of a motion take together."""
     return sum((phase.end_ns - phase.start_ns) / NS_PER_S for phase in motion.phases if phase.name in names)
 
 
@@ -113,5 +118,5 @@ def _approach_s(crane: TowerCrane, motions: Sequence[LiftMotion]) -> NDArray[np.
         for n in range(count):
             found[n + 1, to] = point_to_point_s(crane, places[n], picks[to], max(tops_m[n], tops_m[to]))
     for n, (_, motion) in enumerate(pairwise(motions)):
-        found[n + 1, n + 1] = _seconds(motion, PhaseName.APPROACH)
+        found[n + 1, n + 1] = seconds_in(motion, PhaseName.APPROACH)
     return found

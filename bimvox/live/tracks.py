@@ -1,83 +1,160 @@
-"""Tracks of people and vehicles from a CSV file, instead of drawn traffic."""
+"""Tracks of people and vehicles from a CSV or JSON file, instead of drawn traffic."""
 
 from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from math import hypot, isfinite
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
 from bimvox.errors import FileError
 from bimvox.files import read_input
 from bimvox.live.traffic import DRIVE_LIMIT_M_S, WALK_LIMIT_M_S, Ground
+from bimvox.records.carried_out import OtherKind
+from bimvox.site.nested import json_values
 
 COLUMNS = ("id", "kind", "time_s", "x_m", "y_m")
-KINDS = {"person": WALK_LIMIT_M_S, "vehicle": DRIVE_LIMIT_M_S}
-"""Kinds, each with the highest speed that the shield assumes, m/s."""
+_FASTEST_M_S = {OtherKind.PERSON: WALK_LIMIT_M_S, OtherKind.VEHICLE: DRIVE_LIMIT_M_S}
+"""Highest speeds that the shield assumes."""
 _ROUNDING_M = 0.01
-_HINT = f"columns: {','.join(COLUMNS)}, in seconds and metres of the site; kinds: {', '.join(KINDS)}"
+_KINDS = ", ".join(OtherKind)
+_CSV_HINT = f"columns: {','.join(COLUMNS)}, in seconds and metres of the site; kinds: {_KINDS}"
+_JSON_HINT = (
+    'a list "tracks" of objects with "id", "kind" and "samples", which are lists [time_s, x_m, y_m], in seconds and '
+    f"metres of the site; kinds: {_KINDS}"
+)
 
 
-def with_tracks(ground: Ground, path: Path) -> Ground:
-    """Return the ground with the tracks of a CSV file, in the order in which their ids first occur.
+@dataclass(frozen=True, slots=True)
+class Track:
+    """Where somebody or something was.
 
-    A row is one place of someone at one time: ``id,kind,time_s,x_m,y_m``. The times of an id ascend. Between two rows
-    it goes straight at a constant speed; after its last one it stays.
+    Attributes:
+        name: Its id.
+        kind: What it is.
+        samples: Time (s), x and y (m) of its places; ascending times.
+    """
+
+    name: str
+    kind: OtherKind
+    samples: list[tuple[float, float, float]] = field(default_factory=list)
+
+
+def with_tracks(ground: Ground, tracks: Sequence[Track]) -> Ground:
+    """Return the ground with recorded tracks."""
+    if not tracks:
+        return ground
+    large = np.array([track.kind is OtherKind.VEHICLE for track in tracks])
+    spans = np.cumsum([0, *(len(track.samples) for track in tracks)])
+    return ground._replace(track=np.concatenate([np.array(one.samples) for one in tracks]), spans=spans, large=large)
+
+
+def read_tracks(path: Path) -> tuple[Track, ...]:
+    """Return the tracks of a file, in the order in which their ids first occur.
+
+    In a CSV file, a row is one place at one time: ``id,kind,time_s,x_m,y_m``. A JSON file, ``.json``, is
+    ``{"tracks": [{"id": ..., "kind": ..., "samples": [[time_s, x_m, y_m], ...]}, ...]}``. The times of an id ascend.
+    Between two places it goes straight at a constant speed; after its last one it stays.
 
     Raises:
-        FileError: If the file cannot be read, a value is missing or no number, times do not ascend, or somebody is
-            faster than the shield assumes; names the line.
+        FileError: If the file cannot be read, a value is missing or not a number, times do not ascend, or somebody is
+            faster than the shield assumes; names the line or the key.
     """
+    is_json = path.suffix.lower() == ".json"
+    hint = _JSON_HINT if is_json else _CSV_HINT
+    tracks: dict[str, Track] = {}
     try:
-        reader = csv.DictReader(io.StringIO(read_input(path).decode("utf-8-sig")), strict=True)
-        missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
-        if missing:
-            raise FileError(path, f"line 1: column {missing[0]} is missing", hint=_HINT)
-        tracks: dict[str, tuple[str, list[tuple[float, float, float]]]] = {}
-        for row in reader:
-            _add(path, reader.line_num, row, tracks)
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise FileError(path, f"is not a CSV file in UTF-8: {error}", hint=_HINT) from error
+        text = read_input(path).decode("utf-8-sig")
+        for where, values in _of_json(text) if is_json else _of_csv(text):
+            _add(where, values, tracks)
+    except _WrongError as error:
+        raise FileError(path, str(error), hint=hint) from None
+    except (ValueError, csv.Error) as error:
+        kind = "JSON" if is_json else "CSV"
+        raise FileError(path, f"is not a {kind} file in UTF-8: {error}", hint=hint) from error
     if not tracks:
-        raise FileError(path, "holds no track", hint=_HINT)
-    rows = [track for _, track in tracks.values()]
-    large = np.array([kind == "vehicle" for kind, _ in tracks.values()])
-    spans = np.cumsum([0, *(len(track) for track in rows)])
-    return ground._replace(track=np.concatenate([np.array(track) for track in rows]), spans=spans, large=large)
+        raise FileError(path, "holds no track", hint=hint)
+    return tuple(tracks.values())
 
 
-def _add(
-    path: Path, line: int, row: dict[str, str], tracks: dict[str, tuple[str, list[tuple[float, float, float]]]]
-) -> None:
-    """Add a row to its track."""
+class _WrongError(Exception):
+    """What is wrong with a file, and where."""
 
-    def wrong(message: str) -> FileError:
-        return FileError(path, f"line {line}: {message}", hint=_HINT)
 
+def _wrong(where: str, message: str) -> NoReturn:
+    raise _WrongError(f"{where}: {message}")
+
+
+_Row = dict[str, object]
+
+
+def _of_csv(text: str) -> Iterator[tuple[str, _Row]]:
+    """Yield the rows of a CSV text, each with where it is."""
+    reader = csv.DictReader(io.StringIO(text), strict=True)
+    for name in COLUMNS:
+        if name not in (reader.fieldnames or ()):
+            _wrong("line 1", f"column {name} is missing")
+    for row in reader:
+        yield f"line {reader.line_num}", dict(row)
+
+
+def _of_json(text: str) -> Iterator[tuple[str, _Row]]:
+    """Yield the places in a JSON text like rows, each with its key."""
+    values = json_values(text)
+    tracks = values.get("tracks") if isinstance(values, dict) else None
+    if not isinstance(tracks, list):
+        _wrong("tracks", "is missing or not a list")
+    for n, track in enumerate(tracks):
+        key = f"tracks[{n}]"
+        samples = track.get("samples") if isinstance(track, dict) else None
+        if not isinstance(samples, list) or not samples:
+            _wrong(f"{key}.samples", "is missing, empty or not a list")
+        if n and any(track.get("id") == one.get("id") for one in tracks[:n]):
+            _wrong(f"{key}.id", f"{track.get('id')!r} is there twice")
+        for k, sample in enumerate(samples):
+            if not isinstance(sample, list) or len(sample) != 3:
+                _wrong(f"{key}.samples[{k}]", "is not [time_s, x_m, y_m]")
+            row = {"id": track.get("id"), "kind": track.get("kind"), **dict(zip(COLUMNS[2:], sample, strict=True))}
+            yield f"{key}.samples[{k}]", row
+
+
+def _add(where: str, row: _Row, tracks: dict[str, Track]) -> None:
+    """Add a place to its track."""
     name, kind = row["id"], row["kind"]
-    if not name or kind not in KINDS:
-        raise wrong(f"kind {kind!r} is not known" if name else "id is missing")
-    values = []
-    for key in COLUMNS[2:]:
-        try:
-            value = float(row[key] or "")
-        except ValueError:
-            raise wrong(f"{key} {row[key]!r} is not a number") from None
-        if not isfinite(value):
-            raise wrong(f"{key} is {row[key]}")
-        values.append(value)
-    at_s, x, y = values
-    of_kind, track = tracks.setdefault(name, (kind, []))
-    if of_kind != kind:
-        raise wrong(f"{name} is a {of_kind} above and a {kind} here")
-    if track:
-        last_s, last_x, last_y = track[-1]
+    if not isinstance(name, str) or not name:
+        _wrong(where, "id is missing")
+    if kind not in list(OtherKind):
+        _wrong(where, f"kind {kind!r} is not known")
+    kind = OtherKind(str(kind))
+    at_s, x, y = (_number(where, key, row[key]) for key in COLUMNS[2:])
+    track = tracks.setdefault(name, Track(name, kind))
+    if track.kind is not kind:
+        _wrong(where, f"{name} is a {track.kind} above and a {kind} here")
+    if track.samples:
+        last_s, last_x, last_y = track.samples[-1]
         if at_s <= last_s:
-            raise wrong(f"time_s {at_s:g} of {name} is not after {last_s:g}")
-        far_m = hypot(x - last_x, y - last_y)
-        if far_m > KINDS[kind] * (at_s - last_s) + _ROUNDING_M:
+            _wrong(where, f"time_s {at_s:g} of {name} is not after {last_s:g}")
+        far_m, fastest = hypot(x - last_x, y - last_y), _FASTEST_M_S[kind]
+        if far_m > fastest * (at_s - last_s) + _ROUNDING_M:
             speed = f"{far_m / (at_s - last_s):.2f} m/s"
-            raise wrong(f"{name} moves at {speed}; the shield assumes {KINDS[kind]:g} m/s at most for a {kind}")
-    track.append((at_s, x, y))
+            _wrong(where, f"{name} moves at {speed}; the shield assumes {fastest:g} m/s at most for a {kind}")
+    track.samples.append((at_s, x, y))
+
+
+def _number(where: str, key: str, value: object) -> float:
+    """Return a value of a place as a number."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    try:
+        number = float(value) if is_number or isinstance(value, str) else None  # type: ignore[arg-type]
+    except (ValueError, OverflowError):
+        number = None
+    if number is None:
+        _wrong(where, f"{key} {value!r} is not a number")
+    if not isfinite(number):
+        _wrong(where, f"{key} is {value}")
+    return number

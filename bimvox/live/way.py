@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from bimvox.crane.kinematics import hook_of
+from bimvox.crane.kinematics import hook_of, joint_limits, joints_of
 from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.cranes.track import REACTION_S
@@ -27,9 +27,9 @@ class Way(NamedTuple):
     Row k is ``k * TICK_S`` after the way begins, if the crane executes it as planned.
 
     Attributes:
-        rate: (N, 3) float64 rates of slewing, radius and hoist as planned.
-        bend: (N, 3) float64 their accelerations as planned, within the limits.
-        limits: (3,) float64 highest accelerations of the axes.
+        rate: (N, 3) float64 rates of the crane's joints as planned, the highest of each around the row.
+        bend: (N, 3) float64 their accelerations as planned, the highest of each around the row.
+        limits: (3,) float64 highest accelerations of the joints.
         hook_m: (N, 2) float64 the hook on plan.
         heading: (N, 2) float64 cosine and sine of the load's heading.
         box_m: (N, 4) float64 the load on plan relative to the hook, before it is turned: x0, y0, x1, y1.
@@ -86,18 +86,18 @@ def way_of(crane: TowerCrane, time_s: NDArray[np.float64], axes: NDArray[np.floa
     curve = PchipInterpolator(time_s, axes)
     half = 0.5 * TICK_S
     before, here, after = (curve(np.clip(at_s + step, 0.0, time_s[-1])) for step in (-half, 0.0, half))
-    limits = np.array([axis.acceleration for axis in (crane.slewing, crane.trolley, crane.hoist)])
-    jerks = np.array([axis.jerk for axis in (crane.slewing, crane.trolley, crane.hoist)])
+    limits = np.array([joint.acceleration for joint in joint_limits(crane)])
+    jerks = np.array([joint.jerk for joint in joint_limits(crane)])
     rate = (after - before) / TICK_S
     rate[0] = rate[-1] = 0.0
-    bend = np.clip((after - 2.0 * here + before) / half**2, -limits, limits)
     speed = np.abs(rate) * np.stack([here[:, 1], np.ones(count), np.ones(count)], axis=1)
     row = np.minimum(np.searchsorted(time_s, at_s, side="right") - 1, len(time_s) - 1)
     heading_rad = np.interp(at_s, time_s, hanging.heading_rad)
     own_m, fast_m, most_m = _sway_m(crane, hanging.pendulum, (time_s, axes), (at_s, here, rate))
+    rates, bends = _highest(time_s, joints_of(crane, axes), at_s)
     return Way(
-        rate=rate,
-        bend=bend,
+        rate=rates,
+        bend=bends,
         limits=limits,
         hook_m=np.ascontiguousarray(hook_of(crane, *here.T)[:, :2]),
         heading=np.stack([np.cos(heading_rad), np.sin(heading_rad)], axis=1),
@@ -108,6 +108,35 @@ def way_of(crane: TowerCrane, time_s: NDArray[np.float64], axes: NDArray[np.floa
         rests=(speed < _STILL_M_S).all(axis=1),
         delay=int(np.ceil((REACTION_S + float((limits / jerks).max())) / TICK_S)),
     )
+
+
+def _highest(
+    time_s: NDArray[np.float64], joints: NDArray[np.float64], at_s: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return (N, 3) the rate and the acceleration of largest size of each joint within half a tick of each row.
+
+    They are divided differences of the samples, up to the ones next to that time: between samples 0.5 s apart, the
+    acceleration may be higher than its mean over a tick.
+    """
+    rates = np.diff(joints, axis=0) / np.diff(time_s)[:, None]
+    middle_s = 0.5 * (time_s[1:] + time_s[:-1])
+    bends = np.zeros_like(joints)
+    bends[1:-1] = np.diff(rates, axis=0) / np.diff(middle_s)[:, None]
+    half = 0.5 * TICK_S
+    return _largest(middle_s, rates, at_s, half), _largest(time_s, bends, at_s, half)
+
+
+def _largest(
+    time_s: NDArray[np.float64], values: NDArray[np.float64], at_s: NDArray[np.float64], half_s: float
+) -> NDArray[np.float64]:
+    """Return (N, 3) the value of largest size of each column within a time of each of N times, and next to it."""
+    low = np.maximum(np.searchsorted(time_s, at_s - half_s) - 1, 0)
+    high = np.minimum(np.searchsorted(time_s, at_s + half_s) + 1, len(time_s))
+    found = np.empty((len(at_s), values.shape[1]))
+    for n, (first, after) in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
+        part = values[first:after]
+        found[n] = part[np.argmax(np.abs(part), axis=0), np.arange(values.shape[1])]
+    return found
 
 
 def _sway_m(

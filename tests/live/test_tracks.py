@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from pathlib import Path
 
 import numpy as np
@@ -10,18 +11,18 @@ from bimvox.errors import FileError
 from bimvox.live.deciders import stop_and_wait
 from bimvox.live.episode import WAIT, Episode, Stage
 from bimvox.live.example import example_job
-from bimvox.live.tracks import with_tracks
+from bimvox.live.tracks import read_tracks, with_tracks
 from bimvox.live.traffic import CREW_RADIUS_M, LORRY_RADIUS_M, RADIUS, Density
 
 HEAD = "id,kind,time_s,x_m,y_m\n"
 GOOD = HEAD + "anna,person,0,10,-10\nvan,vehicle,5,30,30\nanna,person,20,30,-10\nvan,vehicle,25,30,10\n"
 
 
-def episode_of(folder: Path, text: str) -> Episode:
-    path = folder / "tracks.csv"
+def episode_of(folder: Path, text: str, name: str = "tracks.csv") -> Episode:
+    path = folder / name
     path.write_text(text)
     job = example_job()
-    job = dataclasses.replace(job, ground=with_tracks(job.ground, path))
+    job = dataclasses.replace(job, ground=with_tracks(job.ground, read_tracks(path)))
     return Episode(job, Density(0, 0), 0)
 
 
@@ -69,4 +70,40 @@ def test_what_is_no_text_is_refused(tmp_path):
     path = tmp_path / "tracks.csv"
     path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(FileError, match="is not a CSV file in UTF-8"):
-        with_tracks(example_job().ground, path)
+        read_tracks(path)
+
+
+def in_json(*tracks: object) -> str:
+    return json.dumps({"tracks": tracks})
+
+
+ANNA = {"id": "anna", "kind": "person", "samples": [[0, 10, -10], [20.0, 30, -10]]}
+
+
+def test_a_json_file_gives_the_same_tracks(tmp_path):
+    van = {"id": "van", "kind": "vehicle", "samples": [[5, 30, 30], [25, 30, 10]]}
+    one, other = episode_of(tmp_path, GOOD), episode_of(tmp_path, in_json(ANNA, van), "tracks.json")
+    for mine, theirs in zip(one.job.ground, other.job.ground, strict=True):
+        np.testing.assert_array_equal(mine, theirs)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "is not a JSON file in UTF-8: not JSON: "),
+        ("[]", "tracks: is missing or not a list"),
+        (in_json(), "holds no track"),
+        (in_json(7), r"tracks\[0\].samples: is missing, empty or not a list"),
+        (in_json({**ANNA, "samples": []}), r"tracks\[0\].samples: is missing, empty"),
+        (in_json({**ANNA, "samples": [[0, 1]]}), r"tracks\[0\].samples\[0\]: is not \[time_s, x_m, y_m\]"),
+        (in_json({**ANNA, "samples": [[0, 1, True]]}), r"tracks\[0\].samples\[0\]: y_m True is not a number"),
+        (in_json({**ANNA, "samples": [[0, None, 1]]}), r"tracks\[0\].samples\[0\]: x_m None is not a number"),
+        (in_json({**ANNA, "id": 3}), r"tracks\[0\].samples\[0\]: id is missing"),
+        (in_json({**ANNA, "kind": ["person"]}), r"tracks\[0\].samples\[0\]: kind \['person'\] is not known"),
+        (in_json(ANNA, ANNA), r"tracks\[1\].id: 'anna' is there twice"),
+        (in_json({**ANNA, "samples": [[0, 0, 0], [1, 9, 0]]}), r"tracks\[0\].samples\[1\]: anna moves at 9.00 m/s"),
+    ],
+)
+def test_a_bad_json_file_is_refused_by_key(tmp_path, text, message):
+    with pytest.raises(FileError, match=message):
+        episode_of(tmp_path, text, "tracks.json")

@@ -92,12 +92,19 @@ def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, below_ho
             # The swing of an undamped load repeats after one period: a longer hold adds nothing.
             period_s = 2.0 * np.pi * np.sqrt(ropes_m(crane, axes[part][-1:], below_hook_m)[0] / GRAVITY_M_S2)
             time_ns[-1] = min(time_ns[-1], time_ns[-2] + round(1e9 * period_s))
-        found.append(_swung(crane, time_ns, axes[part], below_hook_m))
+        found.append(swung_on(crane, time_ns, axes[part], below_hook_m))
     return tuple(found)
 
 
-def _swung(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.float64], below_hook_m: float) -> Swung:
-    """Return the swing at the samples and at times between them, at most a step apart."""
+def swung_on(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.float64], below_hook_m: float) -> Swung:
+    """Return the swing at the samples and at times between them, at most a step apart; it begins at rest.
+
+    Args:
+        crane: The crane as rigged for the load.
+        time_ns: (N,) times of the samples, ascending.
+        samples: (N, 3) slew (rad), radius (m) and height (m).
+        below_hook_m: Distance from the hook down to the middle of the load.
+    """
     axes, since_s = _between(np.ascontiguousarray(samples), np.ascontiguousarray(time_ns))
     length_m = ropes_m(crane, axes, below_hook_m)
     bend = _gradient(_gradient(length_m, since_s), since_s)
