@@ -219,14 +219,17 @@ def infeasible_among(lifts: Iterable[Lift]) -> list[Lift]:
 
 
 def by_change(before: Iterable[Lift], now: Iterable[Lift]) -> tuple[list[Lift], list[Lift], list[Lift]]:
-    """Return the lifts that are unchanged since an earlier plan, those planned anew, and those that are infeasible."""
+    """Return the lifts that are unchanged since an earlier plan, those planned anew, and those that are infeasible.
+
+    What the crane does not lift, such as a part that is cast in place, is none of them.
+    """
     earlier = {lift.component: lift for lift in before}
     kept: list[Lift] = []
     replanned: list[Lift] = []
     now = tuple(now)
     infeasible = infeasible_among(now)
     for lift in now:
-        if lift.status is not Status.INFEASIBLE:
+        if lift.status is Status.PLANNED:
             (kept if same_path(earlier.get(lift.component), lift) else replanned).append(lift)
     return kept, replanned, infeasible
 

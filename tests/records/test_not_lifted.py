@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 from box_sites import box_site, test_crane
 
-from bimvox.records.lift import LiftPlan, not_lifted
+from bimvox.records.lift import LiftPlan, by_change, not_lifted
 from bimvox.records.not_lifted import NotLifted, not_lifted_groups
 from bimvox.records.steps import Step, Steps
 from bimvox.remarks.conditions import conditions_of
@@ -66,3 +66,8 @@ def test_a_group_has_the_times_of_all_its_steps() -> None:
     document = group_of(site_of(2), steps).to_dict()
     assert [document[key] for key in ("begins_s", "ends_s", "carries_s")] == [-5.0, 4.0, 9.0]
     assert group_of(site_of(2)).to_dict()["begins_s"] is None
+
+
+def test_what_the_crane_does_not_lift_is_neither_kept_nor_planned_anew_by_a_change() -> None:
+    lifts = [not_lifted(part, part.index) for part in site_of(2, Means.IN_SITU).components]
+    assert by_change((), lifts) == by_change(lifts, lifts) == ([], [], [])

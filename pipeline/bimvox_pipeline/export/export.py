@@ -49,6 +49,7 @@ def export(
     """
     from bimvox.library.export import check_targets, table_of, write_lifts
     from bimvox.log.lift_choice import chosen_lifts
+    from bimvox.records.lift import NOT_LIFTED
 
     require_input(source)
     kind = kind_of(source)
@@ -81,7 +82,8 @@ def export(
     progress.stage("write")
     messages = write_lifts(log, wanted, chosen, target, begins=begins, model=model, inputs=[source])
     progress.finish()
-    document: dict[str, Any] = {"out": str(target), "lifts": len(chosen), "messages": messages}
+    otherwise = {lift.order for lift in log.plan.lifts if lift.status in NOT_LIFTED}
+    document: dict[str, Any] = {"out": str(target), "lifts": len(set(chosen) - otherwise), "messages": messages}
     if wanted.name == "csv":
         document["lifts_table"] = str(table_of(target))
     if proof is not None and wanted.name != "ros2":

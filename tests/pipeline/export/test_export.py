@@ -1,4 +1,5 @@
 import csv
+import dataclasses
 import json
 
 import pytest
@@ -7,8 +8,11 @@ from bimvox_pipeline.inspect.inspect import inspect
 from bimvox_pipeline.verify import verify
 
 from bimvox.errors import InputError, LogFileError
+from bimvox.library.log import write_log_file
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
+from bimvox.records.lift import not_lifted
+from bimvox.site.means import Means
 
 
 def run(folder, **options):
@@ -78,3 +82,17 @@ def test_a_log_with_a_damaged_attachment_is_recovered_without_it_and_proven_agai
     (lost,) = document["lost"]
     assert lost.startswith(f"the attachment {name}: ")
     assert len(read_log(site_folder / "out.mcap").planned) == 8
+
+
+def test_only_lifts_of_the_crane_are_counted(site_folder):
+    log = read_log(site_folder / "frame.mcap")
+    site, lifts = log.plan.site, list(log.plan.lifts)
+    cast = dataclasses.replace(site.components[lifts[-1].component], means=Means.IN_SITU, means_reason="so")
+    components = tuple(cast if part.index == cast.index else part for part in site.components)
+    lifts[-1] = not_lifted(cast, lifts[-1].order)
+    plan = dataclasses.replace(log.plan, site=dataclasses.replace(site, components=components), lifts=tuple(lifts))
+    path = site_folder / "cast.mcap"
+    write_log_file(path, dataclasses.replace(log, plan=plan, motions=log.motions[:-1]))
+    document = export(path, to="csv", out=site_folder / "cast.csv", progress=SilentProgress())
+    assert document["lifts"] == len(lifts) - 1
+    assert len(list(csv.DictReader((site_folder / "cast.lifts.csv").open()))) == len(lifts), "a row says how it is set"
