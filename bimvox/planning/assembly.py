@@ -24,7 +24,7 @@ from bimvox.planning.propose import Transit
 from bimvox.planning.refusal import refused_by_crane
 from bimvox.progress import Report
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
-from bimvox.site.collision import CollisionSpace, placement_is_free
+from bimvox.site.collision import CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import GROUND_ID, HeadingRule, Site
 from bimvox.site.transit_clearance import CLEARANCES, grown_cells, margin_vox, smaller_clearances_m
@@ -423,13 +423,19 @@ class Assembly:
 def _departure(free: CollisionSpace, transit: CollisionSpace, start: IntVec) -> tuple[NDArray[np.int32], bool]:
     """Return the (N, 3) placements straight up from the start that the transit's rule does not allow yet.
 
-    The second value tells whether an allowed placement follows them.
+    While only the rope is still too near something, a load that was clear must not come too near again. The second
+    value tells whether an allowed placement follows.
     """
     x, y, z = start
     places: list[IntVec] = []
+    was_clear = False
     while placement_is_free(free, x, y, z):
-        if placement_is_free(transit, x, y, z):
+        is_clear = boxes_are_free(transit, x, y, z)
+        if is_clear and hook_is_free(transit, x, y, z):
             return np.array(places, np.int32).reshape(-1, 3), True
+        if was_clear and not is_clear:
+            break
+        was_clear |= is_clear
         places.append((x, y, z))
         z += 1
     return np.array(places or [start], np.int32), False

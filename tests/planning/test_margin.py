@@ -132,3 +132,15 @@ def test_a_part_that_has_no_way_at_all_is_not_blamed_on_the_clearance():
     assert lift.status is Status.INFEASIBLE
     assert "clearance" not in lift.reason
     assert lift.clearance_m is None
+
+
+def test_a_load_clear_above_the_yard_comes_near_nothing_again_while_its_rope_is_not_clear_yet():
+    rules = Rules(transit_clearance_m=1.0, rope_clearance_m=0.5, gives_way=("transit_clearance_m", "rope_clearance_m"))
+    parts = [("a", (2.0, 2.0, 0.0), (3.0, 3.0, 1.0), {"start_vox": (22, 5, 1)})]
+    beam = ("beam", (12.0, 2.5, 6.0), (12.5, 4.0, 7.0))
+    site = box_site(parts, structure=[beam], rules=rules, crane=test_crane(base=(13.0, 13.0, 0.0)))
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    assert verify_plan(plan).verified
+    assert verify_motions(plan, time_plan(plan, replay(site, preparation, plan))).verified
+    assert [(lift.status, lift.clearance_m) for lift in plan.lifts] == [(Status.PLANNED, 0.0)]
