@@ -28,9 +28,11 @@ REWARD_THRESHOLDS: dict[str, float] = {
     "bimvox/PrefabSite-v0": -7.36,
     "bimvox/PrefabSiteObstructed-v0": -7.53,
     "bimvox/PrefabFrame-v0": 251.0,
+    "bimvox/LiveSite-v0": -25.1,
 }
 """Mean return from which an environment with its default arguments counts as solved: that of a policy which always
-arrives and needs 1.05 times the fewest moves. The optimum is 2.34, -6.92, -7.07 and 253."""
+arrives and needs 1.05 times the fewest moves. The optimum is 2.34, -6.92, -7.07 and 253. Of ``LiveSite-v0``: of one
+that loses 20 % less time than the recommended rule; only who knows the future is known to do it."""
 
 
 def register() -> None:
@@ -48,7 +50,8 @@ def register() -> None:
         threshold = REWARD_THRESHOLDS[LIFT_ENV_ID]
         gymnasium.register(LIFT_ENV_ID, entry_point="bimvox.env.lift_env:LiftEnv", reward_threshold=threshold)
     if LIVE_ENV_ID not in gymnasium.registry:
-        gymnasium.register(LIVE_ENV_ID, entry_point="bimvox.live.env:LiveSiteEnv")
+        threshold = REWARD_THRESHOLDS[LIVE_ENV_ID]
+        gymnasium.register(LIVE_ENV_ID, entry_point="bimvox.live.env:LiveSiteEnv", reward_threshold=threshold)
 
 
 register()

@@ -17,6 +17,7 @@ import numpy as np
 from bimvox.errors import BimvoxError
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
+from bimvox.library.attached_tracks import compare_tracks
 from bimvox.library.compare import equal, same, same_blockers, same_cells, same_cranes, same_rules
 from bimvox.library.completed_site_file import building_of, completed
 from bimvox.library.held_loads import compare_held
@@ -71,6 +72,7 @@ def check_attached_files(log: PlanLog) -> Check:
         check.look(blocker.kind != "obstruction", told)
     note = next(iter(site.obstruction_notes), "")
     check.look(bool(listed) or not note, f"it has a note about obstructions, but no obstruction file: {note}")
+    known |= compare_tracks(check, log)
     for name in sorted(log.attachments.keys() - known - set(listed)):
         check.look(False, f"attached {name}: it is not a file that bimvox attaches to the log of this site")
     compare_held(check, log)

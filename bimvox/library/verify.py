@@ -19,6 +19,7 @@ from bimvox.log.reader import log_of
 from bimvox.log.shown import check_shown
 from bimvox.log.steps_json import steps_from_json
 from bimvox.progress import Listener, Progress, progress_of
+from bimvox.proof.carried_out import check_carried_out
 from bimvox.proof.coverage import with_coverage
 from bimvox.proof.over_time import not_current, verify_motions_over_time, verify_plan_over_time
 from bimvox.proof.steps import verify_steps
@@ -139,7 +140,9 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
 
 
 def prove_plan(record: PlanLog, progress: Progress, told: Steps | None = None) -> Verification:
-    """Prove a plan and its motions. If its values make no sense, that is the only check: nothing follows from them.
+    """Prove a plan, its motions, and how it was carried out, if the record says so and the plan is proven.
+
+    If its values make no sense, that is the only check: nothing follows from them.
 
     Args:
         record: The plan.
@@ -155,5 +158,7 @@ def prove_plan(record: PlanLog, progress: Progress, told: Steps | None = None) -
     of_motions = verify_motions_over_time(record.plan, record.motions, record.context).checks
     steps = told or record.steps
     of_steps = () if steps == Steps() else (verify_steps(record.plan, record.motions, steps),)
-    checks = with_coverage(record.plan, (*of_plan, *of_motions, *of_steps))
-    return Verification((values, *checks), not_current(record.plan, record.motions))
+    checks = (values, *with_coverage(record.plan, (*of_plan, *of_motions, *of_steps)))
+    if record.carried_out is not None and Verification(checks).verified:
+        checks += check_carried_out(record.plan, record.motions, record.carried_out)
+    return Verification(checks, not_current(record.plan, record.motions))

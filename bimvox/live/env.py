@@ -13,6 +13,7 @@ from bimvox.env.names import known_options
 from bimvox.live.episode import CHOICES, Episode, Stage
 from bimvox.live.example import example_job
 from bimvox.live.job import LiveJob
+from bimvox.live.picture import live_pixels
 from bimvox.live.traffic import DENSITIES, Density, Habits, Sight
 from bimvox.live.view import SIZE, decision_of, mask_of, view_of
 
@@ -33,13 +34,13 @@ class LiveSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         traffic: ``light``, ``medium`` or ``heavy``, or a ``Density``.
         habits: How the others behave.
         sight: How they are seen.
-        render_mode: None or ``ansi``.
+        render_mode: None, ``ansi`` (text) or ``rgb_array`` ((H, W, 3) uint8, ``bimvox.live.picture``).
 
     Raises:
         ValueError: The traffic or the render mode is unknown.
     """
 
-    metadata = {"render_modes": ["ansi"], "render_fps": 1}  # noqa: RUF012  (Gymnasium's own convention)
+    metadata = {"render_modes": ["ansi", "rgb_array"], "render_fps": 1}  # noqa: RUF012  (Gymnasium's own convention)
 
     def __init__(
         self,
@@ -50,8 +51,8 @@ class LiveSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         sight: Sight = Sight(),  # noqa: B008  (immutable)
         render_mode: str | None = None,
     ) -> None:
-        if render_mode not in (None, "ansi"):
-            raise ValueError(f"render_mode {render_mode!r}: only None and 'ansi' are known")
+        if render_mode not in (None, "ansi", "rgb_array"):
+            raise ValueError(f"render_mode {render_mode!r}: only None, 'ansi' and 'rgb_array' are known")
         if not isinstance(traffic, Density) and traffic not in DENSITIES:
             raise ValueError(f"traffic {traffic!r}: only {', '.join(DENSITIES)} and a Density are known")
         self._job = example_job() if job is None else job
@@ -108,11 +109,13 @@ class LiveSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         """Return which actions are candidates, as learners with masks ask for it."""
         return mask_of(self.episode)
 
-    def render(self) -> str | None:
-        """Return the decision as a line of text, and one line for each candidate."""
+    def render(self) -> Any:
+        """Return the site from above, or the decision as a line of text, and one line for each candidate."""
         if self.render_mode is None:
             return None
         episode = self.episode
+        if self.render_mode == "rgb_array":
+            return live_pixels(episode)
         lines = [f"{episode.stage.value} at {episode.time_s:.0f} s, {len(episode.done)} lifts done"]
         if episode.stage is Stage.WAY:
             lines += [f"{n}: way {n + 1} of {episode.lift.name}" for n in episode.candidates]

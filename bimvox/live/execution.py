@@ -168,15 +168,15 @@ class _Run:
     def _next(self, choice: int) -> int:
         """Time the chosen lift as the next one and return it; if the crane cannot execute it now, another one."""
         ready = self.episode.job.ready(self.positions)
+        refused: list[MotionError] = []
         for position in (choice, *(n for n in ready if n != choice)):
             try:
                 self._time(position)
-            except MotionError:
-                if position == ready[-1]:
-                    raise
+            except MotionError as error:
+                refused.append(error)
                 continue
             return position
-        raise AssertionError("no lift is ready")
+        raise refused[0]
 
     def _time(self, position: int) -> None:
         order, planned = self.lifts[len(self.in_order)].order, self.lifts[position]

@@ -55,21 +55,30 @@ def with_tracks(ground: Ground, tracks: Sequence[Track]) -> Ground:
 
 
 def read_tracks(path: Path) -> tuple[Track, ...]:
-    """Return the tracks of a file, in the order in which their ids first occur.
+    """Return the tracks of a file; see ``tracks_in``.
+
+    Raises:
+        FileError: If the file cannot be read or used; names the line or the key.
+    """
+    return tracks_in(path, read_input(path))
+
+
+def tracks_in(path: Path, data: bytes) -> tuple[Track, ...]:
+    """Return the tracks in the bytes of a file, in the order in which their ids first occur.
 
     In a CSV file, a row is one place at one time: ``id,kind,time_s,x_m,y_m``. A JSON file, ``.json``, is
     ``{"tracks": [{"id": ..., "kind": ..., "samples": [[time_s, x_m, y_m], ...]}, ...]}``. The times of an id ascend.
     Between two places it goes straight at a constant speed; after its last one it stays.
 
     Raises:
-        FileError: If the file cannot be read, a value is missing or not a number, times do not ascend, or somebody is
-            faster than the shield assumes; names the line or the key.
+        FileError: If a value is missing or not a number, times do not ascend, or somebody is faster than the shield
+            assumes; names the line or the key.
     """
     is_json = path.suffix.lower() == ".json"
     hint = _JSON_HINT if is_json else _CSV_HINT
     tracks: dict[str, Track] = {}
     try:
-        text = read_input(path).decode("utf-8-sig")
+        text = data.decode("utf-8-sig")
         for where, values in _of_json(text) if is_json else _of_csv(text):
             _add(where, values, tracks)
     except _WrongError as error:

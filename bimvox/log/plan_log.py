@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from bimvox.motion.steps import steps_of_log
+from bimvox.records.carried_out import CarriedOut
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.remark import Remark
@@ -50,6 +51,7 @@ class PlanLog:
         context: Lifts of the same plan that the log, an extract, does not carry; they have no paths.
         recovered: Whether it was recovered from a damaged log, of which something was lost.
         version: The version of bimvox that made the plan. One of an earlier version may lack what is required now.
+        carried_out: How the plan was carried out among people and vehicles; None if it was not. An extract has none.
     """
 
     plan: LiftPlan
@@ -61,6 +63,7 @@ class PlanLog:
     context: tuple[Lift, ...] = ()
     recovered: bool = False
     version: str = __version__
+    carried_out: CarriedOut | None = field(default=None, repr=False)
 
     @property
     def is_of_now(self) -> bool:
@@ -98,6 +101,7 @@ class PlanLog:
             self,
             plan=dataclasses.replace(self.plan, lifts=tuple(lift for lift in self.plan.lifts if lift.order in orders)),
             motions=motions,
+            carried_out=None,
             events=tuple(event for event in self.events if _meets(event, motions)),
             context=tuple(
                 sorted(

@@ -17,6 +17,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import LogFileError
 from bimvox.log import schema as topics
 from bimvox.log.bundle import site_from_bytes
+from bimvox.log.carried_out import carried_out_of
 from bimvox.log.mcap.messages import nanoseconds
 from bimvox.log.mcap.reader import Contents, LogMessage, read_contents, read_file
 from bimvox.log.motion_json import JointSamples, motions_from_json
@@ -29,7 +30,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site
 
 # The other topics are for viewers: they follow from these and the attachments.
-_NEEDED = frozenset((topics.PLANNED, topics.JOINTS, topics.EVENTS))
+_NEEDED = frozenset((topics.PLANNED, topics.JOINTS, topics.EVENTS, topics.CARRIED_OUT, topics.OTHERS, topics.SEEN))
 
 
 def read_log(path: Path | str) -> PlanLog:
@@ -98,6 +99,7 @@ def _assemble(contents: Contents, metadata: dict[str, str], path: Path, *, parti
         context=context,
         recovered=partial,
         version=metadata.get("bimvox", ""),
+        carried_out=None if partial else carried_out_of(contents, site, path),
     )
     return _whole_lifts_only(log) if partial and topics.MOTION_FILE in contents.attachments else log
 

@@ -22,6 +22,7 @@ from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
 from bimvox.log import schema as topics
 from bimvox.log.bundle import site_to_bytes
+from bimvox.log.carried_out import carried_out_rows, carried_out_to_json
 from bimvox.log.crane_command import command_rows
 from bimvox.log.layout import layout_bytes
 from bimvox.log.mcap.channels import LogWriter
@@ -66,7 +67,8 @@ def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None
     """
     _check(record)
     with_remarks = not is_segment(record) and record.remarks is not None
-    with LogWriter(stream, max(1, len(record.plan.site.cranes))) as writer:
+    cranes, traffic = max(1, len(record.plan.site.cranes)), record.carried_out is not None
+    with LogWriter(stream, cranes, traffic=traffic) as writer:
         writer.metadata(topics.METADATA, metadata_of(record))
         for name, data in own_attachments(record, site_bytes, with_remarks=with_remarks):
             writer.attachment(name, data)
@@ -94,6 +96,7 @@ def blocks_of(record: PlanLog, *, with_remarks: bool) -> Iterator[Block]:
         *(_load(own, number) for number, own in enumerate(by_crane)),
         *(_joints(record, number) for number in range(cranes)),
         *(_commands(record, number) for number in range(cranes)),
+        *([] if record.carried_out is None else ([rows] for rows in carried_out_rows(site, record.carried_out))),
     ]
     yield from merged(streams, [track.start_ns for track in tracks[_BLOCK::_BLOCK]])
 
@@ -203,6 +206,8 @@ def own_attachments(
         yield topics.MOTION_FILE, motions_to_json(record.motions)
     if record.steps.steps:
         yield topics.STEPS_FILE, steps_to_json(record.steps)
+    if record.carried_out is not None:
+        yield topics.CARRIED_OUT_FILE, carried_out_to_json(record.carried_out)
     for number, crane in enumerate(record.plan.site.cranes):
         chart = {
             "crane": crane.name,

@@ -29,6 +29,9 @@ JOINTS = "/crane/joint_states"
 SCENE = "/scene"
 LOG = "/log"
 EVENTS = "/events"
+CARRIED_OUT = "/crane/carried_out"
+OTHERS = "/others/places"
+SEEN = "/others/seen"
 
 OF_A_CRANE = (PLANNED, LOAD, JOINTS, COMMAND)
 """Topics that every crane has; those of further cranes begin with ``/crane_2/``, ``/crane_3/`` ..."""
@@ -43,6 +46,7 @@ MOTION_FILE = "motions.json"
 LAYOUT_FILE = "foxglove.layout.json"
 STEPS_FILE = "steps.json"
 REMARKS_FILE = "remarks.json"
+CARRIED_OUT_FILE = "carried_out.json"
 MEDIA_TYPES = {
     SITE_FILE: "application/zip",
     PLAN_FILE: "application/json",
@@ -52,6 +56,7 @@ MEDIA_TYPES = {
     LAYOUT_FILE: "application/json",
     STEPS_FILE: "application/json",
     REMARKS_FILE: "application/json",
+    CARRIED_OUT_FILE: "application/json",
     **{f"crane_{n}.{URDF_FILE.removeprefix('crane.')}": "application/xml" for n in range(2, MOST_CRANES + 1)},
     **{f"crane_{n}.{CHART_FILE}": "application/json" for n in range(2, MOST_CRANES + 1)},
 }
@@ -164,6 +169,24 @@ TOPICS = (
     ),
 )
 
+TRAFFIC_TOPICS = (
+    Topic(
+        CARRIED_OUT,
+        JointStates,
+        "Only in a log of `watch --traffic`, every 0.5 s on a clock of its own, from 0: the joints of the crane as it "
+        "carried the plan out, and `plan`: position = where it was on the plan's clock, s, velocity = how fast it went "
+        "there; 1 is as planned.",
+    ),
+    Topic(
+        OTHERS,
+        PosesInFrame,
+        "At the same times, where people and vehicles were: a pose each, in the order of `carried_out.json`, on the "
+        "ground, site frame, metres.",
+    ),
+    Topic(SEEN, PosesInFrame, "The same as seen: half a second late, with an error of at most 0.3 m."),
+)
+"""Topics of a log that also holds how its plan was carried out."""
+
 
 def of_crane(name: str, number: int) -> str:
     """Return a crane's topic, frame or file name from the first crane's; ``number`` is its index in ``Site.cranes``."""
@@ -183,12 +206,17 @@ def of_first_crane(name: str) -> str:
     return name
 
 
-def topics_of(cranes: int) -> tuple[Topic, ...]:
-    """Return the topics of a log of a site with that many cranes."""
+def topics_of(cranes: int, *, traffic: bool = False) -> tuple[Topic, ...]:
+    """Return the topics of a log of a site with that many cranes, optionally with those of ``watch --traffic``."""
     further = (
         replace(topic, name=of_crane(topic.name, number), meaning=f"The same for crane {number + 1}.")
         for number in range(1, cranes)
         for topic in TOPICS
         if topic.name in OF_A_CRANE
     )
-    return (*TOPICS, *further)
+    return (*TOPICS, *further, *(TRAFFIC_TOPICS if traffic else ()))
+
+
+def channel_numbers() -> dict[str, int]:
+    """Return the number of every topic's channel, the same in all logs."""
+    return {topic.name: n for n, topic in enumerate(topics_of(MOST_CRANES, traffic=True), start=1)}

@@ -145,7 +145,7 @@ def _same_json(found: bytes, wanted: bytes) -> bool:
 
 
 def _check_messages(check: Check, contents: Contents, log: PlanLog, with_remarks: bool) -> None:
-    kinds = {topic.name: topic.message for topic in topics_of(max(1, len(log.plan.site.cranes)))}
+    kinds = _kinds(log)
     left: defaultdict[str, list[LogMessage]] = defaultdict(list)
     for message in reversed(contents.messages):
         left[message.topic].append(message)
@@ -164,6 +164,12 @@ def _check_messages(check: Check, contents: Contents, log: PlanLog, with_remarks
             check.look(
                 False, f"{topic}: {len(rest):,} messages more than the plan gives, from {rest[-1].time_ns / 1e9:.3f} s"
             )
+
+
+def _kinds(log: PlanLog) -> dict[str, Any]:
+    """Return the protobuf class of every topic of a log."""
+    topics = topics_of(max(1, len(log.plan.site.cranes)), traffic=log.carried_out is not None)
+    return {topic.name: topic.message for topic in topics}
 
 
 def _equal_topics(check: Check, left: dict[str, list[LogMessage]], block: Block) -> set[str]:
@@ -187,7 +193,7 @@ def _check_block(
     check: Check, log: PlanLog, left: dict[str, list[LogMessage]], block: Block, passed: Set[str], *, strict: bool
 ) -> None:
     """Check the messages of a block one by one, but for topics that have passed."""
-    kinds = {topic.name: topic.message for topic in topics_of(max(1, len(log.plan.site.cranes)))}
+    kinds = _kinds(log)
     for number, time_ns, wanted in zip(block.topic.tolist(), block.time_ns.tolist(), block.data, strict=True):
         topic = block.topics[number]
         if topic in passed:

@@ -58,7 +58,7 @@ def check_carried_out(plan: LiftPlan, motions: Sequence[LiftMotion], found: Carr
         _check_others(others, found)
         again, under = _again(plan, motions, found)
         if again.least_m is not None:
-            others.measure(-again.least_m)
+            others.measure(max(0.0, -again.least_m))
         for text in under:
             others.look(False, text)
         others.look(True, "", samples=len(found.time_ns))

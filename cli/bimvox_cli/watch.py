@@ -52,6 +52,15 @@ def watch(
             help="Carry the plan out against a clock that runs this many times as fast as real time.",
         ),
     ] = None,
+    traffic: Annotated[
+        str | None,
+        typer.Option(
+            "--traffic",
+            metavar="FILE|SEED",
+            help="With --simulate: carry the plan out among people and vehicles, then end. FILE: their tracks, CSV or "
+            "JSON. SEED: random traffic, medium; light:SEED and heavy:SEED are others. Writes LOG.traffic.mcap.",
+        ),
+    ] = None,
     retrain: Annotated[
         int,
         typer.Option(
@@ -83,6 +92,7 @@ def watch(
 
     A change of the file replans only the lifts that it affects. Each change writes LOG.rNNNN.mcap with the new lifts.
     LOG.mcap is the whole plan, written when the watch is idle and at the end. Ctrl-C ends the watch.
+    With --traffic the file is read once, and the crane yields to people and vehicles.
     """
     from bimvox_pipeline.watch.watch import watch as run
     from bimvox_pipeline.watch.wish import WatchWish
@@ -90,14 +100,14 @@ def watch(
     from bimvox.library.policy_wish import PolicyWish
 
     code = failure.DONE
-    shown = _Shown(obstructions.name, table=not (once or json or quiet))
+    shown = _Shown(obstructions.name, table=not (once or json or quiet or traffic))
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         changes = run(
             obstructions,
             site=site,
             out=out,
             wish=PolicyWish(policy, seed, steps, train),
-            how=WatchWish(once, poll, simulate, retrain, serve),
+            how=WatchWish(once, poll, simulate, retrain, serve, traffic),
             progress=output.progress,
         )
         planned = False
@@ -109,13 +119,13 @@ def watch(
                     output.line(change, _line(change))
         except KeyboardInterrupt:
             # Interrupted while a change was being shown: this ends the watch like any other interrupt.
-            if once or not planned:
+            if once or traffic or not planned:
                 raise
         finally:
             changes.close()
             shown.close()
     # Ctrl-C is the normal end of a watch, whatever its last change was.
-    raise typer.Exit(code if once else failure.DONE)
+    raise typer.Exit(code if once or traffic else failure.DONE)
 
 
 class _Shown:
@@ -146,6 +156,8 @@ def _line(change: Mapping[str, Any]) -> str:
     """Return a change as one line."""
     if change["event"] == "state":
         return f"{change['time_s']:,.0f} s: {change['component']} is {change['state']}"
+    if change["event"] == "traffic":
+        return _traffic_line(change)
     parts = [f"revision {change['revision']}: {change['event']}"]
     if change["event"] not in _PLAN_STAYS:
         parts += _counts(change)
@@ -158,6 +170,24 @@ def _line(change: Mapping[str, Any]) -> str:
     parts.extend(change.get("notes") or ())
     line = ", ".join(parts)
     return f"{line}: {change['message']}" if change.get("message") else line
+
+
+def _traffic_line(change: Mapping[str, Any]) -> str:
+    """Return what happened among people and vehicles as a few lines."""
+    least_m = change["least_distance_m"]
+    near = "nobody near" if least_m is None else f"nobody nearer than {least_m:.2f} m"
+    return "\n".join(
+        (
+            f"traffic: {change['traffic']}; {change['decider']}",
+            f"  {change['delivered']} of {change['lifts']} lifts delivered in {change['time_s']:,.0f} s, "
+            f"{change['time_lost_s']:,.0f} s lost; {change['moved']} at another place in the order than planned",
+            f"  {change['stops']} stops with a load, {change['waits']} waits; others waited for "
+            f"{change['others_waited_s']:,.0f} s",
+            f"  {change['violations']} times somebody under a suspended load ({near}); "
+            + ("proven" if change["verified"] else f"not proven: {change['failures'][0]}"),
+            f"  {change['log']}",
+        )
+    )
 
 
 def _counts(change: Mapping[str, Any]) -> list[str]:

@@ -13,10 +13,12 @@ _ATTACHMENTS = {
     topics.URDF_FILE: "the crane as a URDF robot (with a crane)",
     topics.CHART_FILE: "capacity over radius (with a crane)",
     topics.STEPS_FILE: "work that the crane does not do, in elapsed time, and the crane's pauses, on the site's clock",
+    topics.CARRIED_OUT_FILE: "who moved on the site, who decided, and what happened (of `watch --traffic`)",
     topics.REMARKS_FILE: "a list of `kind`, `severity`, `component`, `name`, `text`; not in segments of a watch",
     topics.LAYOUT_FILE: "panels to import into Foxglove-class viewers",
     "others": "the files that the plan was made from, by name",
 }
+_TOPICS = topics.topics_of(1, traffic=True)
 
 
 def log_schema() -> str:
@@ -28,7 +30,7 @@ def log_schema() -> str:
         "publish time and never falls on a topic. Frame `site`: metres, z up, z = 0 at the top of the ground.",
         "",
         "Topics:",
-        *(f"  {topic.name}  {topic.schema}\n      {topic.meaning}" for topic in topics.TOPICS),
+        *(f"  {topic.name}  {topic.schema}\n      {topic.meaning}" for topic in _TOPICS),
         "",
         f"Metadata record `{topics.METADATA}`: {', '.join(sorted(topics.OWN_METADATA))};",
         "and what the plan was made with (seed, policy, hashes of the input files).",
@@ -50,7 +52,7 @@ def log_schema_json() -> dict[str, object]:
     """Return the content of :func:`log_schema` as plain values."""
     return {
         "schema_version": topics.SCHEMA_VERSION,
-        "topics": [{"name": topic.name, "schema": topic.schema, "meaning": topic.meaning} for topic in topics.TOPICS],
+        "topics": [{"name": topic.name, "schema": topic.schema, "meaning": topic.meaning} for topic in _TOPICS],
         "metadata": sorted(topics.OWN_METADATA),
         "attachments": _ATTACHMENTS,
         "csv_samples": SAMPLE_COLUMNS,

@@ -10,9 +10,12 @@ from gymnasium.utils.env_checker import check_env
 from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 from bimvox.env.gym import LIVE_ENV_ID
+from bimvox.live import picture
+from bimvox.live.deciders import Oracle, Rules
 from bimvox.live.env import LiveSiteEnv
-from bimvox.live.episode import CHOICES
-from bimvox.live.traffic import Density
+from bimvox.live.episode import CHOICES, Episode, Stage
+from bimvox.live.example import example_job
+from bimvox.live.traffic import DENSITIES, Density
 
 
 def run(env: LiveSiteEnv, actions: np.random.Generator | None, traffic: int) -> tuple[float, dict]:
@@ -31,6 +34,7 @@ def test_gymnasium_and_sb3_find_nothing_to_warn_about():
         warnings.simplefilter("error")
         check_env(gymnasium.make(LIVE_ENV_ID).unwrapped)
         check_env(gymnasium.make(LIVE_ENV_ID, render_mode="ansi").unwrapped)
+        check_env(gymnasium.make(LIVE_ENV_ID, render_mode="rgb_array").unwrapped)
         check_env_sb3(LiveSiteEnv())
 
 
@@ -79,3 +83,32 @@ def test_bad_arguments_are_named():
     env.reset(seed=0)
     with pytest.raises(ValueError, match="an integer from 0 to 8"):
         env.step(np.int64(9))
+
+
+def test_a_picture_shows_the_others_at_their_size_and_the_hook():
+    env = LiveSiteEnv(traffic=Density(2, 1), render_mode="rgb_array")
+    _, info = env.reset(seed=3)
+    before = env.render()
+    assert before.dtype == np.uint8
+    assert max(before.shape[:2]) == picture.LONGER_EDGE_PX
+    count = {name: (before == getattr(picture, name)).all(axis=-1).sum() for name in ("CREW_COLOUR", "LORRY_COLOUR")}
+    assert 0 < count["CREW_COLOUR"] < count["LORRY_COLOUR"]
+    assert not (before == picture.HOOK).all(axis=-1).any()
+    env.step(np.int64(np.flatnonzero(info["action_mask"])[0]))
+    after = env.render()
+    assert (after == picture.HOOK).all(axis=-1).any()
+    assert not np.array_equal(before, after)
+
+
+def test_only_who_knows_the_future_reaches_the_reward_threshold():
+    threshold = gymnasium.spec(LIVE_ENV_ID).reward_threshold
+    means = {}
+    for name, decide in (("rule", Rules()), ("oracle", Oracle())):
+        lost = []
+        for seed in range(40):
+            episode = Episode(example_job(), DENSITIES["medium"], seed)
+            while episode.stage is not Stage.OVER:
+                episode.decide(decide(episode))
+            lost.append(episode.lost_s * len(episode.job.lifts) / -100.0)
+        means[name] = np.mean(lost)
+    assert means["rule"] < threshold < means["oracle"]

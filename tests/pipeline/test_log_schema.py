@@ -3,7 +3,9 @@ from __future__ import annotations
 from bimvox_pipeline.log_schema import log_schema, log_schema_json
 
 from bimvox.log.crane_command import proto_text
-from bimvox.log.schema import TOPICS
+from bimvox.log.schema import topics_of
+
+TOPICS = topics_of(1, traffic=True)
 
 
 def test_the_schema_names_every_topic_and_is_a_proto_file() -> None:

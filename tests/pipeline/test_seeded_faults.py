@@ -820,3 +820,59 @@ def test_a_load_shown_in_another_heading_is_refused(
         write_log_file(tmp_path / "log.mcap", turning, inputs=[])
         # What is shown is compared with what the same wrong function gives; where the load hangs is not.
         assert "load_poses" in failed(verify(tmp_path / "log.mcap", progress=SilentProgress()))
+
+
+@pytest.fixture(scope="module")
+def among_others() -> PlanLog:
+    return faults.log_among_others()
+
+
+def test_an_execution_is_proven_and_comes_back_as_written(among_others: PlanLog, tmp_path: Path):
+    document = proven(among_others, tmp_path)
+    assert document["verified"], failed(document)
+    for name in ("carried_out", "others", "tally"):
+        assert document["checks"][name]["samples"]
+    found, again = among_others.carried_out, read_log(tmp_path / "log.mcap").carried_out
+    assert found is not None
+    assert again is not None
+    assert (again.source, again.decider, again.others, again.tally) == (
+        found.source,
+        found.decider,
+        found.others,
+        found.tally,
+    )
+    for name in ("time_ns", "plan_ns", "pace", "place_m", "seen_m"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(found, name))
+    np.testing.assert_allclose(again.axes, found.axes, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", faults.AMONG_OTHERS)
+def test_a_forged_execution_is_refused(among_others: PlanLog, tmp_path: Path, name: str):
+    forge, says = faults.AMONG_OTHERS[name]
+    document = proven(forge(among_others), tmp_path)
+    assert not document["verified"]
+    failures = [failure for check in document["checks"].values() for failure in check["failures"]]
+    assert any(says in failure for failure in failures), failures
+
+
+def test_a_place_that_is_missing_in_the_file_is_refused(among_others: PlanLog, tmp_path: Path):
+    whole = tmp_path / "whole.mcap"
+    write_log_file(whole, among_others)
+    contents = read_contents(read_file(whole), whole)
+    gone = next(n for n, message in enumerate(contents.messages) if message.topic == topics.OTHERS) + 400
+    gone = next(n for n in range(gone, len(contents.messages)) if contents.messages[n].topic == topics.OTHERS)
+    with (tmp_path / "log.mcap").open("wb") as stream, LogWriter(stream, traffic=True) as writer:
+        for name, values in contents.metadata.items():
+            writer.metadata(name, values)
+        for name, data in contents.attachments.items():
+            writer.attachment(name, data)
+        for message in (*contents.messages[:gone], *contents.messages[gone + 1 :]):
+            writer.serialized(message.topic, message.time_ns, message.data)
+    with pytest.raises(LogFileError, match="/others/places and /crane/carried_out in it have samples at other times"):
+        read_log(tmp_path / "log.mcap")
+
+
+def test_an_extract_and_an_export_of_it_are_proven(among_others: PlanLog, tmp_path: Path):
+    alone = proven(among_others.extract([2]), tmp_path)
+    assert alone["verified"], failed(alone)
+    assert "carried_out" not in alone["checks"]

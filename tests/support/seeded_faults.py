@@ -39,13 +39,19 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.working_range import SlowZone, WorkingRange
 from bimvox.grid.labels import Label
+from bimvox.library.carry_out import carry_out
 from bimvox.library.plan import digests_of
+from bimvox.live.execution import Traffic
+from bimvox.live.traffic import DENSITIES
 from bimvox.log import schema as topics
 from bimvox.log.archive import pack, unpack
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
+from bimvox.progress import SilentProgress
+from bimvox.proof.carried_out import planned_axes, tally_of
+from bimvox.records.carried_out import CarriedOut
 from bimvox.records.lift import Epoch, LeftPath, Lift, ModelledClash, Status, not_lifted
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.reasons import LOAD_IS_HELD
@@ -1985,3 +1991,147 @@ TURNING: dict[str, tuple[Forge, str]] = {
     ),
 }
 """Loads that turn otherwise than the plan says, each with what the refusal says."""
+
+
+# A plan that is carried out among people and vehicles.
+
+
+def log_among_others() -> PlanLog:
+    """Return the log of the portal, carried out among two crews and a lorry."""
+    log = good_log()
+    done, _, _ = carry_out(log, prepare(log.plan.site), Traffic(DENSITIES["medium"], 3), "test", None, SilentProgress())
+    return done
+
+
+def carried_out_with(change: Callable[[CarriedOut], Mapping[str, Any]]) -> Forge:
+    """Return a forgery of the execution alone, with what it gives for its fields."""
+
+    def forge(log: PlanLog) -> PlanLog:
+        assert log.carried_out is not None
+        return dataclasses.replace(log, carried_out=dataclasses.replace(log.carried_out, **change(log.carried_out)))
+
+    return forge
+
+
+def counted_with(**changes: Any) -> Forge:
+    """Return a forgery of what an execution says that happened."""
+    return carried_out_with(lambda found: {"tally": dataclasses.replace(found.tally, **changes)})
+
+
+def stands_at(row: int, other: int) -> Forge:
+    """Return a forgery by which somebody stands all the time where the hook is at a sample."""
+
+    def forge(log: PlanLog) -> PlanLog:
+        found = log.carried_out
+        assert found is not None
+        at_m = hook_of(log.plan.site.cranes[0], *found.axes[row : row + 1].T)[0, :2]
+        place_m, seen_m = found.place_m.copy(), found.seen_m.copy()
+        place_m[:, other] = seen_m[:, other] = at_m
+        return dataclasses.replace(log, carried_out=dataclasses.replace(found, place_m=place_m, seen_m=seen_m))
+
+    return forge
+
+
+def moved_at(name: str, rows: slice, other: int, by_m: float) -> Forge:
+    """Return a forgery that moves somebody, or where they are seen, at some samples."""
+
+    def change(found: CarriedOut) -> Mapping[str, Any]:
+        moved = getattr(found, name).copy()
+        moved[rows, other] += by_m
+        return {name: moved}
+
+    return carried_out_with(change)
+
+
+def without_sample(found: CarriedOut) -> Mapping[str, Any]:
+    names = ("time_ns", "plan_ns", "pace", "axes", "place_m", "seen_m")
+    return {name: np.delete(getattr(found, name), 100, axis=0) for name in names}
+
+
+def on_the_plans_clock(change: Callable[[np.ndarray], np.ndarray]) -> Forge:
+    """Return a forgery of where the crane was on the plan's clock; its axes and its pace follow."""
+
+    def forge(log: PlanLog) -> PlanLog:
+        found = log.carried_out
+        assert found is not None
+        plan_ns = change(found.plan_ns.copy())
+        pace = np.concatenate([[0.0], np.diff(plan_ns) / 5e8])
+        axes = planned_axes(log.motions, plan_ns)
+        return dataclasses.replace(log, carried_out=dataclasses.replace(found, plan_ns=plan_ns, pace=pace, axes=axes))
+
+    return forge
+
+
+def sped_up(plan_ns: np.ndarray) -> np.ndarray:
+    plan_ns[1:] = np.minimum(plan_ns[1:] * 2, plan_ns[-1])
+    return plan_ns
+
+
+def stopped_at_once(log: PlanLog) -> PlanLog:
+    """The crane stands still for a while in the middle of a traverse, from one sample to the next."""
+    motion = log.motions[1]
+    middle_ns = (motion.raised_ns + motion.set_ns) // 2
+
+    def stand(plan_ns: np.ndarray) -> np.ndarray:
+        row = int(np.searchsorted(plan_ns, middle_ns))
+        return np.concatenate([plan_ns[:row], np.repeat(plan_ns[row], 20), plan_ns[row:-20]])
+
+    return on_the_plans_clock(stand)(log)
+
+
+def _axis_off(found: CarriedOut) -> Mapping[str, Any]:
+    axes = found.axes.copy()
+    axes[200, 0] += 0.01
+    return {"axes": axes}
+
+
+def _one_name(found: CarriedOut) -> Mapping[str, Any]:
+    return {"others": (found.others[0], found.others[0], *found.others[2:])}
+
+
+def _under_the_second_load(log: PlanLog) -> PlanLog:
+    found, motion = log.carried_out, log.motions[1]
+    assert found is not None
+    row = int(np.searchsorted(found.plan_ns, (motion.raised_ns + motion.set_ns) // 2))
+    return stands_at(row, 0)(log)
+
+
+def _under_and_said_so(log: PlanLog) -> PlanLog:
+    """Somebody is under the load, and the counts say so."""
+    log = _under_the_second_load(log)
+    found = log.carried_out
+    assert found is not None
+    return dataclasses.replace(
+        log, carried_out=dataclasses.replace(found, tally=tally_of(log.plan, log.motions, found))
+    )
+
+
+AMONG_OTHERS: dict[str, tuple[Forge, str]] = {
+    "a person under the load": (_under_the_second_load, "s crew 1 is 0.89 m within its suspended load"),
+    "and the counts say so": (_under_and_said_so, "s crew 1 is 0.89 m within its suspended load"),
+    "a person who jumps": (moved_at("place_m", slice(500, 501), 0, 5.0), "crew 1 moves at "),
+    "a lorry shifted": (moved_at("place_m", slice(None), 2, 5.0), "lorry 1 is seen "),
+    "seen elsewhere": (moved_at("seen_m", slice(40, 41), 1, 1.0), "crew 2 is seen "),
+    "not a number": (moved_at("place_m", slice(7, 8), 1, float("nan")), "not equally many, or not numbers"),
+    "a sample deleted": (carried_out_with(without_sample), "one is missing or has another time"),
+    "two of one name": (carried_out_with(_one_name), "two of the others have one name"),
+    "an axis elsewhere": (carried_out_with(_axis_off), "at 100.0 s an axis is 0.01 (rad or m) off the proven way"),
+    "faster than planned": (on_the_plans_clock(sped_up), "the crane is faster than planned"),
+    "backwards": (
+        on_the_plans_clock(lambda plan_ns: np.concatenate([plan_ns[:300], plan_ns[200:-100]])),
+        "the crane goes back on its way",
+    ),
+    "on after its end": (
+        on_the_plans_clock(lambda plan_ns: plan_ns + np.linspace(0, 2 * 10**9, len(plan_ns)).astype(np.int64)),
+        "goes on after its end",
+    ),
+    "stopped at once": (stopped_at_once, "speeds up or brakes at"),
+    "a lift more": (counted_with(delivered=5), "delivered is said to be 5; the samples give 4"),
+    "less time lost": (counted_with(lost_s=0.0), "lost_s is said to be 0.0"),
+    "fewer stops": (counted_with(stops=-1), "stops is said to be -1"),
+    "more waits": (counted_with(waits=999), "waits is said to be 999"),
+    "further away": (counted_with(least_m=99.0), "least_m is said to be 99.0"),
+    "nobody there": (counted_with(least_m=None), "least_m is said to be None"),
+    "a violation": (counted_with(violations=1), "violations is said to be 1; the samples give 0"),
+}
+"""Executions that must be refused, each with what the refusal says."""

@@ -11,7 +11,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from bimvox.log.mcap.merge import Block
 from bimvox.log.mcap.writer import McapFile
-from bimvox.log.schema import MEDIA_TYPES, OTHER_MEDIA_TYPE, SCHEMA_VERSION, topics_of
+from bimvox.log.schema import MEDIA_TYPES, OTHER_MEDIA_TYPE, SCHEMA_VERSION, channel_numbers, topics_of
 
 # A killed process loses the chunk in progress. Small chunks lose little and cost 0.5 % of the size.
 CHUNK_BYTES = 64 * 1024
@@ -29,18 +29,20 @@ class LogWriter:
     Args:
         stream: The output; must support ``tell``.
         cranes: Number of cranes.
+        traffic: Whether the log also holds how its plan was carried out.
     """
 
-    def __init__(self, stream: BinaryIO, cranes: int = 1) -> None:
+    def __init__(self, stream: BinaryIO, cranes: int = 1, *, traffic: bool = False) -> None:
         self._file = McapFile(stream, LIBRARY, CHUNK_BYTES)
         schemas: dict[str, int] = {}
-        self._channels: dict[str, int] = {}
+        self._channels = channel_numbers()
         self._sequence: dict[str, int] = {}
-        for topic in topics_of(cranes):
+        for topic in topics_of(cranes, traffic=traffic):
             if topic.schema not in schemas:
                 descriptors = topic.descriptor_set_for(several_cranes=cranes > 1)
                 schemas[topic.schema] = self._file.schema(topic.schema, SchemaEncoding.Protobuf, descriptors)
-            self._channels[topic.name] = self._file.channel(topic.name, MessageEncoding.Protobuf, schemas[topic.schema])
+            number = self._channels[topic.name]
+            self._file.channel(topic.name, MessageEncoding.Protobuf, schemas[topic.schema], number)
         self.messages = 0
 
     def __enter__(self) -> Self:

@@ -211,7 +211,7 @@ class _File:
 
     def check_registered(self) -> None:
         """Check that channels and schemas are those of bimvox: with others, viewers read something else."""
-        known = {topic.name: topic for topic in topics_of(MOST_CRANES)}
+        known = {topic.name: topic for topic in topics_of(MOST_CRANES, traffic=True)}
         names = [channel.topic for channel in self.channels.values()]
         for channel in self.channels.values():
             topic, schema = known.get(channel.topic), self.schemas.get(channel.schema_id)

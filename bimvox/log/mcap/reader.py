@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from bimvox.errors import LogFileError
 from bimvox.files import read_input
 from bimvox.log.mcap.channels import LIBRARY, RECORD_HEAD
-from bimvox.log.schema import MOST_CRANES, of_first_crane, topics_of
+from bimvox.log.schema import channel_numbers, of_first_crane
 
 RECOVER_HINT = "bimvox export --recover FILE saves every complete part of a damaged log"
 
@@ -108,7 +108,7 @@ class Contents:
             self.library = record.library
             if record.library == LIBRARY:
                 # The writer registers every topic first, in this order, so it is known even if the first chunk is lost.
-                self.channels |= {n + 1: topic.name for n, topic in enumerate(topics_of(MOST_CRANES))}
+                self.channels |= {number: name for name, number in channel_numbers().items()}
         elif isinstance(record, Attachment):
             _insist_on_one("attachment", record.name, self.attachments)
             self.attachments[record.name] = record.data

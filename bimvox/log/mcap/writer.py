@@ -80,9 +80,9 @@ class McapFile:
         self._chunk += _bytes_of(self._schemas[-1])
         return len(self._schemas)
 
-    def channel(self, topic: str, encoding: str, schema: int) -> int:
-        """Register a channel and return its number."""
-        number = len(self._channels) + 1
+    def channel(self, topic: str, encoding: str, schema: int, number: int | None = None) -> int:
+        """Register a channel and return its number; by default the next one."""
+        number = number or len(self._channels) + 1
         channel = Channel(id=number, topic=topic, message_encoding=encoding, schema_id=schema, metadata={})
         self._channels.append(channel)
         self._chunk += _bytes_of(channel)

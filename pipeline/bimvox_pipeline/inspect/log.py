@@ -27,7 +27,7 @@ def describe_log(path: Path) -> dict[str, Any]:
     log = read_log(path)
     counts = Counter(message.topic for message in contents.messages)
     site = log.plan.site
-    schemas = {topic.name: topic.schema for topic in topics_of(max(1, len(site.cranes)))}
+    schemas = {topic.name: topic.schema for topic in topics_of(max(1, len(site.cranes)), traffic=True)}
     return {
         "sha256": hashlib.sha256(data).hexdigest(),
         "library": contents.library,

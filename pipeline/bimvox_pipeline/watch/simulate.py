@@ -78,17 +78,7 @@ class Execution:
         documents = []
         for at_ns, motion, state in found:
             self._told[motion.component] = state
-            component = components[motion.component]
-            documents.append(
-                {
-                    "event": "state",
-                    "component": component.id,
-                    "order": motion.order,
-                    "number": motion.number,
-                    "state": state,
-                    "time_s": round(at_ns / 1e9, 3),
-                }
-            )
+            documents.append(state_document(components[motion.component].id, motion, state, at_ns))
         return documents
 
     def _news(self, current: CurrentPlan, now_ns: int) -> Iterator[tuple[int, LiftMotion, str]]:
@@ -98,14 +88,20 @@ class Execution:
             if motion.start_ns > now_ns:
                 continue  # with several cranes, a later lift may have started already
             told = self._told.get(motion.component)
-            names = [name for _, name in _changes(motion)]
+            names = [name for _, name in changes_of(motion)]
             after = names.index(told) + 1 if told in names else 0
-            for at_ns, state in _changes(motion)[after:]:
+            for at_ns, state in changes_of(motion)[after:]:
                 if at_ns <= now_ns:
                     yield at_ns, motion, state
 
 
-def _changes(motion: LiftMotion) -> list[tuple[int, str]]:
+def state_document(component: str, motion: LiftMotion, state: str, at_ns: int) -> dict[str, Any]:
+    """Return the document of a part that has changed its state."""
+    numbers = {"order": motion.order, "number": motion.number}
+    return {"event": "state", "component": component, **numbers, "state": state, "time_s": round(at_ns / 1e9, 3)}
+
+
+def changes_of(motion: LiftMotion) -> list[tuple[int, str]]:
     """Return the times at which a lift's part changes its state, and the new states; at first it is unbuilt."""
     lifted_ns = motion.start_ns + int(motion.raising.time_ns[0])
     arrived_ns = motion.start_ns + int(motion.loaded.time_ns[-1])

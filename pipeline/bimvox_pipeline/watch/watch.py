@@ -42,6 +42,7 @@ from bimvox_pipeline.watch.reader import ObstructionReader
 from bimvox_pipeline.watch.retrain import Retraining
 from bimvox_pipeline.watch.revise import Change, Reviser
 from bimvox_pipeline.watch.simulate import Execution, PlanClock
+from bimvox_pipeline.watch.traffic import WishedTraffic, carry_out, insist_on_one_crane, traffic_of
 from bimvox_pipeline.watch.warm import warm_up
 from bimvox_pipeline.watch.wish import WatchWish
 
@@ -70,22 +71,39 @@ def watch(
         One document of ``bimvox watch --json`` per change.
     """
     target = out or default_output(site, ".mcap")
+    traffic = None if how.traffic is None else traffic_of(how)
     server = None if how.serve is None else server_at(how.serve, progress)
     check_output(target, inputs=[site, obstructions])
     loaded = load_site(site, progress)
     check_output(target, inputs=[site, obstructions, loaded.config.model.path])
     preparation = prepared(loaded.site, progress)
     chosen = policy_of(loaded, loaded.site, preparation, wish, progress)
+    if traffic is not None:
+        insist_on_one_crane(loaded.site)
     if how.speed is not None and not loaded.site.cranes:
         raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
-    clock = None if how.speed is None else PlanClock(how.speed)
+    clock = None if how.speed is None or traffic is not None else PlanClock(how.speed)
     plan = WatchedPlan(loaded, chosen, target, seed_of(loaded, wish.seed))
     watcher = Watcher(plan, preparation, obstructions, progress, clock)
+    if traffic is not None:
+        yield from among_others(watcher, preparation, traffic)
+        return
     watcher.retrain(how.retrain)
     if server is not None:
         server.advertise(len(loaded.site.cranes))
     viewers = () if server is None else (server,)
     yield from follow(watcher, once=how.once, poll_s=how.poll_s, stop=threading.Event(), viewers=viewers)
+
+
+def among_others(watcher: Watcher, preparation: Preparation, traffic: WishedTraffic) -> Iterator[dict[str, Any]]:
+    """Make the plan or take it from the disk, then carry it out among people and vehicles; see ``watch``."""
+    try:
+        yield from watcher.take_up(state_of(watcher.file))
+        yield from carry_out(watcher.whole_log(), preparation, traffic, watcher.target, watcher.progress)
+    except KeyboardInterrupt:
+        watcher.told.note("stopped; the plan is complete")
+    finally:
+        watcher.close()
 
 
 def follow(
@@ -163,6 +181,15 @@ class Watcher:
     def revision(self) -> int:
         """Number of the last revision."""
         return self._plan.revision
+
+    @property
+    def target(self) -> Path:
+        """The log of the whole plan."""
+        return self._plan.target
+
+    def whole_log(self) -> PlanLog:
+        """Return the log of the whole current plan."""
+        return self._plan.whole_log()
 
     @property
     def files(self) -> tuple[Path, ...]:

@@ -15,6 +15,7 @@ class WatchWish:
         speed: Carry the plan out against a clock that runs this many times as fast as the wall clock.
         retrain: Budget, in environment steps, of more training during the watch if the policy fails lifts; 0: none.
         serve: ``[HOST:]PORT`` of a websocket for viewers.
+        traffic: Seed of people and vehicles among which the plan is carried out, or a file with their tracks.
     """
 
     once: bool = False
@@ -22,3 +23,4 @@ class WatchWish:
     speed: float | None = None
     retrain: int = 0
     serve: str | None = None
+    traffic: str | None = None

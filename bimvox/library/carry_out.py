@@ -1,0 +1,90 @@
+"""A proven plan carried out among people and vehicles, as a log that proves it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from bimvox.errors import InputError, MotionError, VerificationError
+from bimvox.library.attached_tracks import TRACKS
+from bimvox.library.plan import digests_of
+from bimvox.library.verify import prove_plan
+from bimvox.live.deciders import Rules
+from bimvox.live.execution import Execution, Traffic, carried_out
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.segments import FIRST_PLAN, NOW_NS, PENDING
+from bimvox.planning.assembly import Preparation
+from bimvox.progress import Progress
+from bimvox.proof.carried_out import check_carried_out, planned_axes, tally_of
+from bimvox.records.carried_out import CarriedOut, Tally
+from bimvox.records.proof import Verification
+
+DECIDER = "a rule chooses the next lift and when to wait"
+_NOTHING = Tally(0, 0.0, 0, 0, None, 0)
+
+
+def carry_out(
+    record: PlanLog, preparation: Preparation, traffic: Traffic, source: str, tracks: Path | None, progress: Progress
+) -> tuple[PlanLog, Execution, Verification]:
+    """Return the log of a plan that is carried out in traffic, what happened, and the proof of both.
+
+    The recommended rule of docs/live.md decides. A lift that cannot be proven at another place in the order keeps its
+    place, and the plan is carried out anew.
+
+    Args:
+        record: A proven plan of one crane.
+        preparation: What it was made from.
+        traffic: The traffic.
+        source: Where it comes from, in words.
+        tracks: The file of its recorded tracks, which is attached.
+        progress: Receives the stages.
+
+    Raises:
+        InputError: If the site has several cranes or none, or the plan was changed while it was carried out.
+        MotionError: If the crane can execute none of the lifts that may be next.
+        VerificationError: If the plan is not proven in its own order.
+    """
+    plan = record.plan
+    if plan.history or any(lift.left for lift in plan.lifts):
+        raise InputError(
+            "the plan was changed while it was carried out: part of it is history",
+            hint="carry out a new plan: give another log with -o",
+        )
+    files = {} if tracks is None else {TRACKS + tracks.name: tracks.read_bytes()}
+    metadata = {key: value for key, value in record.metadata.items() if key not in (FIRST_PLAN, NOW_NS, PENDING)}
+    record = replace(
+        record, attachments={**record.attachments, **files}, metadata={**metadata, **digests_of(files)}, events=()
+    )
+    log, done, verdict = _proven(record, preparation, traffic, progress)
+    axes = planned_axes(done.motions, done.plan_ns)
+    samples = (done.time_ns, done.plan_ns, done.pace, axes, done.place_m, done.seen_m)
+    found = CarriedOut(source, DECIDER, done.others, *samples, _NOTHING)
+    found = replace(found, tally=tally_of(done.plan, done.motions, found))
+    checks = check_carried_out(done.plan, done.motions, found)
+    progress.finish()
+    return replace(log, carried_out=found), done, replace(verdict, checks=(*verdict.checks, *checks))
+
+
+def _proven(
+    record: PlanLog, preparation: Preparation, traffic: Traffic, progress: Progress
+) -> tuple[PlanLog, Execution, Verification]:
+    """Return an execution whose plan is proven in its own order, with that plan and the proof."""
+    known = {part.id: part.index for part in record.plan.site.components}
+    pinned: set[int] = set()
+    while True:
+        progress.stage("traffic")
+        try:
+            done = carried_out(record.plan, preparation, record.motions, traffic, Rules(), pinned)
+        except MotionError as error:
+            if known[error.component] in pinned:
+                raise
+            pinned.add(known[error.component])
+            continue
+        log = replace(record, plan=done.plan, motions=done.motions)
+        verdict = prove_plan(log, progress)
+        if verdict.verified:
+            return log, done, verdict
+        culprits = {known[part] for part in verdict.culprits} or set(known.values())
+        if culprits <= pinned or not done.moved:
+            raise VerificationError("the plan is not proven in its own order", failures=verdict.failures)
+        pinned |= culprits
