@@ -79,6 +79,14 @@ def check_attached_files(log: PlanLog) -> Check:
     return check
 
 
+def config_in(log: PlanLog) -> SiteConfig | None:
+    """Return the site file that a log carries; None if it carries none, or one that cannot be read."""
+    with suppress(BimvoxError, UnicodeDecodeError):
+        if (text := log.attachments.get(SITE_FILE)) is not None:
+            return parse_site_config(text.decode("utf-8-sig"), SITE_FILE, _machine_files(log))
+    return None
+
+
 def only_as_cells(log: PlanLog) -> tuple[str, ...]:
     """Return the ids of the obstructions whose mesh or point files are not in the log, so that only cells are known."""
     found: set[str] = set()

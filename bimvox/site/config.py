@@ -17,6 +17,7 @@ from bimvox.bim.options import MOST_SELECT
 from bimvox.errors import ConfigError, shown
 from bimvox.site.component import StoredPose
 from bimvox.site.config_crane import CraneConfig
+from bimvox.site.config_project import ProjectConfig
 from bimvox.site.config_rules import RulesConfig
 from bimvox.site.limits import (
     FEW_HANDS_KG,
@@ -250,6 +251,7 @@ class SiteConfig(Table):
     _machine_files: Mapping[str, bytes] = PrivateAttr(default_factory=dict)
     name: Text | None = None
     """Its name. Default: the file's."""
+    project: ProjectConfig | None = None
     model: ModelConfig
     grid: GridConfig | None = None
     areas: AreasConfig = AreasConfig()

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from bimvox.site.config import AreasConfig, ComponentConfig, Polygon, SiteConfig, ZoneConfig
 from bimvox.site.config_crane import CraneConfig, OverrideConfig
+from bimvox.site.config_project import ProjectConfig
 from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.validation import Table
 from bimvox.site.work import Work
@@ -28,6 +29,7 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_note
     """
     sections = [
         _HEAD + (f"\nname = {_value(config.name)}\n" if config.name else ""),
+        _project(config.project),
         _model(config),
         _grid(config),
         _areas(config.areas),
@@ -40,6 +42,18 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_note
         _policy(config),
     ]
     return "\n".join(section for section in sections if section)
+
+
+def _project(project: ProjectConfig | None) -> str:
+    if project is None:
+        return _lines(
+            "# The title block of the lift plan (bimvox report). It changes nothing in the plan.",
+            "# [project]",
+            '# number = "2026-014"  # also name, address, client, contractor, revision',
+            '# prepared_by = "A. Person"  # also checked_by, approved_by and the people on the site',
+        )
+    given = {key: getattr(project, key) for key in type(project).model_fields}
+    return _lines("[project]", *(_key(key, value) for key, value in given.items() if value))
 
 
 def _model(config: SiteConfig) -> str:

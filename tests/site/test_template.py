@@ -8,6 +8,7 @@ from bimvox.site.component import StoredPose
 from bimvox.site.config import ComponentConfig, GridConfig, ModelConfig, PolicyConfig, SiteConfig, ZoneConfig
 from bimvox.site.config_crane import CraneConfig, OverrideConfig, ReevingConfig, WorkingRangeConfig
 from bimvox.site.config_file import load_site_config, parse_site_config
+from bimvox.site.config_project import ProjectConfig, RevisionConfig
 from bimvox.site.config_rules import RulesConfig
 from bimvox.site.guess import guess_site
 from bimvox.site.machine import crane_config
@@ -19,6 +20,9 @@ TRIANGLE = ((0.0, 0.0), (10.5, 0.0), (0.1, 1e-7))
 def full() -> SiteConfig:
     return SiteConfig(
         name='A "quoted" \\ name, é\x7f\n',
+        project=ProjectConfig(
+            number="14 é", prepared_by="A. Person", revisions=(RevisionConfig(revision="A", date="2026-11-23"),)
+        ),
         model=ModelConfig(
             path=Path("my models/a.ifc"), select="IfcColumn, IfcBeam", unit="ft", voxel_size_m=0.1 + 0.2,
             yaw_rad=-0.1234567890123, ground_m=-0.0, assemblies="parts",

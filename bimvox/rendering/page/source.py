@@ -14,6 +14,7 @@ from bimvox.records.steps import Steps
 from bimvox.records.track import LoadTrack
 from bimvox.remarks.conditions import conditions_of
 from bimvox.rendering.verdict import Verdict, verdict_of
+from bimvox.site.config import SiteConfig
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,6 +32,7 @@ class Revision:
         proof: The verdict of a proof made now from the log; None if none was made.
         remarks: What a person should look at.
         metadata: Plain values about the plan (seed, policy, hashes ...).
+        config: The site file that the log carries; None if it carries none that can be read.
         steps: The steps of work that the crane does not do, and its pauses.
     """
 
@@ -44,6 +46,7 @@ class Revision:
     proof: Verification | None
     remarks: tuple[Remark, ...]
     metadata: Mapping[str, str] = field(default_factory=dict)
+    config: SiteConfig | None = None
     steps: Steps = field(init=False)
 
     def __post_init__(self) -> None:

@@ -16,6 +16,7 @@ from bimvox.rendering.report import sections
 from bimvox.rendering.report.html import section, tag
 from bimvox.rendering.report.machine import machine
 from bimvox.rendering.report.remarks import remarks
+from bimvox.rendering.report.titleblock import title_block
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +72,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
     body = "".join(
         [
             sections.heading(record),
+            title_block(record),
             figures.overview.html() if figures.overview else "",
             remarks(record),
             sections.infeasible(record, [(figure.orders, figure.html()) for figure in figures.blocked]),

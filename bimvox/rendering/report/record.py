@@ -18,6 +18,7 @@ from bimvox.remarks.carrying import least_height_m
 from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
 from bimvox.rendering.page.source import Revision
+from bimvox.site.config_project import ProjectConfig
 from bimvox.site.site import Site
 
 FORMAT = 1
@@ -36,10 +37,10 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         critical_share: Share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
 
     Returns:
-        ``log, site, crane, totals, methods, lifts, critical, infeasible, steps, pauses, not_lifted, deliveries,
-        verdict, conditions, proof, remarks, inputs, clashes, notes``; ``critical`` are orders of lifts, the highest
-        utilisation first; ``infeasible`` orders of lifts, causes first: those blocked only by other infeasible ones
-        come last.
+        ``log, project, site, crane, totals, methods, lifts, critical, infeasible, steps, pauses, not_lifted,
+        deliveries, verdict, conditions, proof, remarks, inputs, clashes, notes``; ``critical`` are orders of lifts, the
+        highest utilisation first; ``infeasible`` orders of lifts, causes first: those blocked only by other infeasible
+        ones come last.
     """
     site = revision.plan.site
     if critical_share is None:
@@ -57,6 +58,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
             "extract": bool(revision.context),
             "recovered": revision.metadata.get("recovered") == "true",
         },
+        "project": _project(revision),
         "site": _site(site) | {"least_height": _least_height(revision)},
         "crane": _crane(site.cranes[0]) if site.cranes else None,
         **({"other_cranes": [_crane(crane) for crane in site.cranes[1:]]} if site.has_several_cranes else {}),
@@ -80,6 +82,12 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         ],
         "notes": [*site.notes, *site.obstruction_notes, *revision.plan.notes],
     }
+
+
+def _project(revision: Revision) -> dict[str, Any]:
+    """Return what the site file in the log states about project and people; None for what it does not state."""
+    given = (revision.config and revision.config.project) or ProjectConfig()
+    return {**given.model_dump(mode="json"), "issue": given.issue}
 
 
 def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_share: float) -> dict[str, Any]:

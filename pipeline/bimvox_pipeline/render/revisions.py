@@ -180,6 +180,7 @@ def revisions_of(
     Raises:
         LogFileError: If values of a log make no sense: nothing can be drawn from them.
     """
+    from bimvox.library.attached_files import config_in
     from bimvox.log.recorder import tracks_of
     from bimvox.log.schema import METADATA
     from bimvox.rendering.page.source import Revision
@@ -201,6 +202,7 @@ def revisions_of(
             tracks=tracks_of(record),
             proof=judged.proof,
             remarks=judged.remarks,
+            config=config_in(record),
             metadata=record.metadata if read.contents is None else read.contents.metadata.get(METADATA, {}),
         )
 

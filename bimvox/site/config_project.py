@@ -1,0 +1,67 @@
+"""The schema of the site file's ``[project]`` table: what the lift plan's title block states."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from bimvox.site.validation import Table, Text
+
+MOST_REVISIONS = 1000
+Words = Annotated[Text, Field(max_length=1000)]
+
+
+class RevisionConfig(Table):
+    """One issue of the lift plan."""
+
+    revision: Words
+    """Its letter or number."""
+    date: Words
+    """When it was issued."""
+    changes: Words | None = None
+    """What it changes."""
+
+
+class ProjectConfig(Table):
+    """The project and the people of the lift plan. It changes nothing in the plan; `bimvox report` shows it."""
+
+    name: Words | None = None
+    """Name of the project. Default: the site's."""
+    number: Words | None = None
+    """Number of the project, or of the document."""
+    address: Words | None = None
+    """Where the site is."""
+    client: Words | None = None
+    """Who ordered the work."""
+    contractor: Words | None = None
+    """Who erects."""
+    revision: Words | None = None
+    """Letter or number of this issue. Default: that of the last of `revisions`."""
+    revisions: Annotated[tuple[RevisionConfig, ...], Field(max_length=MOST_REVISIONS)] = ()
+    """The issues so far, the latest last."""
+    prepared_by: Words | None = None
+    """Who wrote the lift plan."""
+    checked_by: Words | None = None
+    """Who checked it."""
+    approved_by: Words | None = None
+    """Who approves it."""
+    appointed_person: Words | None = None
+    """Who is responsible for all lifting operations on the site."""
+    lifting_supervisor: Words | None = None
+    """Who supervises the lifts."""
+    crane_operator: Words | None = None
+    """Who operates the crane."""
+    slinger: Words | None = None
+    """Who slings the loads and gives the signals."""
+    emergency: Words | None = None
+    """What to do in an emergency: telephone numbers, rescue of the operator, place of assembly."""
+    foundation: Words | None = None
+    """Foundation, ties or outriggers of the crane: document and loads."""
+    ground: Words | None = None
+    """Permitted ground pressure, and where it is stated."""
+
+    @property
+    def issue(self) -> str | None:
+        """The revision of this issue."""
+        return self.revision or (self.revisions[-1].revision if self.revisions else None)
