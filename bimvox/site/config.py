@@ -67,29 +67,28 @@ class ModelConfig(Table):
     """The building model."""
 
     path: Path
-    """IFC or mesh file; relative paths start at the site file's folder."""
+    """IFC or mesh file, relative to the site file's folder."""
     select: Annotated[Text, Field(max_length=MOST_SELECT)] | None = None
-    """What is lifted: an IfcOpenShell query, or names of a mesh's bodies. Default: what is prefabricated by class."""
+    """What is lifted: an IfcOpenShell query, or names of a mesh's bodies. Default: by class."""
     unit: Literal["m", "dm", "cm", "mm", "ft", "in"] | None = None
     """Length unit of a mesh file."""
     up: Literal["y", "z"] | None = None
-    """Axis of a mesh file that points up. Default: its format's (glTF: y), otherwise z."""
+    """Axis of a mesh file that points up. Default: of glTF y, otherwise z."""
     voxel_size_m: CellSize | None = None
     """Edge of a planning cell."""
     yaw_rad: Annotated[Number, Field(ge=-1e3, le=1e3)] = 0.0
     """Angle of the site's x axis in the model, counter-clockwise."""
     ground_m: Annotated[Number, Field(ge=-1e6, le=1e6)] | None = None
-    """Height in the model of the site's z = 0. Default: the lowest point of components and structure, rounded down to a
-    whole cell."""
+    """Height in the model of the site's z = 0. Default: the lowest component or structure, rounded down to a cell."""
     assemblies: Literal["whole", "parts"] = "whole"
     """How an assembly is lifted."""
 
 
 class GridConfig(Table):
-    """The extent of the site. Default: the building, the areas and the crane, with a margin."""
+    """The extent of the site. Default: building, areas and crane, with a margin."""
 
     low_m: Point2or3
-    """Lowest corner; a third value must be minus one cell, the bottom of the slab."""
+    """Lowest corner; a third value must be minus one cell."""
     high_m: Point3
     """Highest corner."""
 
@@ -101,12 +100,12 @@ class GridConfig(Table):
 
 
 class AreasConfig(Table):
-    """Areas on the ground, as polygons. A column belongs to an area if its centre lies inside."""
+    """Polygons on the ground; cells whose centre lies inside belong to them."""
 
     construction: Polygon | None = None
     """Where the building is."""
     yard: Annotated[tuple[Polygon, ...], Field(min_length=1, max_length=MOST_AREAS)] | None = None
-    """Where parts are stored, without the overlap with the construction area."""
+    """Where parts are stored, outside the construction area."""
 
 
 def _one_or_several(given: object) -> str:
@@ -121,20 +120,19 @@ class ComponentConfig(Table):
     start: Point2or3 | None = None
     """Lowest corner of the stored part. Default: planned."""
     pose: StoredPose | None = None
-    """How it is stored: as in the building, or lying along x or y, its foot at the lowest end, to be upended."""
+    """Stored as in the building, or lying along x or y, its foot at the lowest end."""
     turn: Annotated[Whole, Field(ge=0, le=3)] | None = None
-    """Quarter turns of the stored part, counter-clockwise, on top of its ``pose``; above its place in the yard it is
-    turned back. Default: 0, or 1 if it fits the yard only that way."""
+    """Quarter turns of the stored part, counter-clockwise, after its ``pose``. Default: 0, or 1 if it fits only so."""
     before: tuple[Text, ...] = ()
     """Ids of parts that are set later."""
     after: tuple[Text, ...] = ()
     """Ids of parts that are set earlier."""
     pinned: Flag = False
-    """Whether it is in place already."""
+    """Whether it stands already."""
     crane: Text | None = None
     """Which of several cranes lifts it. Default: chosen."""
     means: Literal["crane", "in_situ", "by_hand"] | None = None
-    """Lifted, cast or built up in place, or set by hand. Default: by ``[means]``."""
+    """Lifted, built in place, or set by hand. Default: by ``[means]``."""
 
     @model_validator(mode="after")
     def _liftable(self) -> Self:
@@ -150,8 +148,7 @@ class ZoneConfig(Table):
     """A zone on the plan."""
 
     kind: Literal["prohibited", "no_load", "public", "slow", "limiter", "assembly"] = "prohibited"
-    """What it forbids or limits: section "Zones" of the documentation of cranes. ``assembly``: the parts whose centre
-    lies in it are set together, zone by zone in the order of the file, before the parts outside all zones."""
+    """What it forbids or limits: "Zones" in the documentation of cranes. ``assembly``: parts whose centre lies in it are set together, zone by zone in the order of the file, the parts outside all zones last."""
     polygon: Polygon
     """Its corners."""
     name: Text | None = None
@@ -178,7 +175,7 @@ class ZoneConfig(Table):
 
 
 class MeansConfig(Table):
-    """Beyond these limits of the road, a part of concrete is cast in place, unless it is stated to be precast."""
+    """Beyond these limits of the road, concrete is cast in place, unless it is stated to be precast."""
 
     heaviest_kg: Positive = ROAD_KG
     """Its mass."""
@@ -189,27 +186,27 @@ class MeansConfig(Table):
     highest_m: Positive = ROAD_HEIGHT_M
     """Its shortest side."""
     lift_from_kg: NotNegative = FEW_HANDS_KG
-    """A lighter part is set by hand, in a bundle. 0: every part is a lift."""
+    """A lighter part is set by hand. 0: every part is a lift."""
 
 
 Rank = Annotated[Whole, Field(ge=0, le=100)]
 
 
 class RanksConfig(Table):
-    """The order of the classes of parts within a storey, lower ranks first; equal ranks in any order."""
+    """The order within a storey: lower ranks first, equal ranks in any order."""
 
     footing: Rank = 0
-    """Footings, piles, base slabs."""
+    """Piles and base slabs too."""
     column: Rank = 1
-    """Columns."""
+    """Upright slender parts."""
     wall: Rank = 1
-    """Walls and panels."""
+    """Panels too."""
     beam: Rank = 2
-    """Beams."""
+    """Long parts."""
     slab: Rank = 3
-    """Slabs, planks and roofs."""
+    """Planks and roofs too."""
     stair: Rank = 3
-    """Stairs, ramps and landings."""
+    """Ramps and landings too."""
     other: Rank = 3
     """All other parts."""
 
@@ -218,30 +215,30 @@ class SequenceConfig(Table):
     """Wishes about the erection sequence, as far as geometry permits."""
 
     first: tuple[Text, ...] = ()
-    """Ids of parts that are set before all others, with the parts that they need."""
+    """Ids of parts that are set first, with those that they need."""
     storeys: Flag = True
-    """Whether a storey is finished before the next one begins."""
+    """Whether storey follows storey."""
     ranks: RanksConfig = RanksConfig()
     """The order of the classes of parts."""
     schedule: Flag = True
-    """Whether the order of the tasks in the model's file is kept."""
+    """Whether the order of the model's tasks is kept."""
 
 
 class PolicyConfig(Table):
     """The policy that proposes paths."""
 
     id: Text | None = None
-    """Id of a policy in the store. Default: the one trained for this site, otherwise greedy values."""
+    """Id in the store. Default: the one trained for this site, otherwise greedy values."""
     steps: Annotated[Whole, Field(ge=1)] | None = None
     """Budget of the training, environment steps."""
     seed: Annotated[Whole, Field(ge=0)] = 0
     """Seed of the training."""
     required_success: Annotated[Number, Field(gt=0.0, le=1.0)] = 1.0
-    """Share of test episodes whose success ends the training."""
+    """Share of successful tests that ends the training."""
 
 
 class SiteConfig(Table):
-    """A site file. Everything but ``[model] path`` is optional and guessed.
+    """A site file. All but ``[model] path`` is optional and guessed.
 
     Lengths are in metres, in the site's frame: x and y as in the model, turned by ``yaw_rad``; z = 0 at the top of the
     ground.

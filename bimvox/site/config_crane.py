@@ -82,18 +82,19 @@ class ReevingConfig(Table):
     chart: Chart
     """Load chart: [radius in m, capacity in kg] pairs, load, rigging and hook block together."""
     hook_block_kg: NotNegative = 0.0
-    """Mass of its hook block."""
+    """Mass of the hook block."""
     trolley_rate_m_s: Rate | None = None
     """Highest speed of the trolley with it. Default: the rate of ``trolley``."""
     gears: tuple[tuple[Positive, Rate], ...] = ()
-    """Hoist rates: [largest mass on the rope in kg, rate in m/s]."""
+    """Hoist rates: [largest mass on the rope in kg, hook block and rigging included; rate in m/s]. Above the last mass:
+    the rate of ``hoist``."""
 
 
 class WorkingRangeConfig(Table):
     """Settings of its limiters (EN 17076)."""
 
     slew_rad: tuple[Number, Number] | None = None
-    """First and last slewing angle, counter-clockwise from the x axis, at most one full turn."""
+    """First and last slewing angle from the x axis, counter-clockwise, at most one turn."""
     radius_m: tuple[NotNegative, Positive] | None = None
     """Smallest and largest hook radius."""
     highest_hook_m: Positive | None = None
@@ -118,9 +119,9 @@ class LuffingConfig(Table):
     """A luffing jib, or the boom of a mobile crane."""
 
     pivot_height_m: Positive | None = None
-    """Height of its pivot above z = 0."""
+    """Height of the pivot above z = 0."""
     pivot_offset_m: Number | None = None
-    """Radius of its pivot; negative behind the slewing axis."""
+    """Radius of the pivot; negative behind the slewing axis."""
     length_m: Positive | None = None
     """Length from the pivot to the rope exit at the tip."""
     luff_rad: tuple[Positive, Positive] | None = None
@@ -138,7 +139,7 @@ class LuffingConfig(Table):
 
 
 class OverrideConfig(Table):
-    """What a site changes in a machine of the catalogue, on purpose."""
+    """What differs from the machine, on purpose."""
 
     jib: LuffingConfig | None = None
     """A luffing jib, or the boom of a mobile crane."""
@@ -180,15 +181,14 @@ class OverrideConfig(Table):
 
 
 class CraneConfig(OverrideConfig):
-    """The crane. Without this table one is chosen. Several cranes are an array of tables, ``[[crane]]``."""
+    """The crane. Default: one is chosen. Several are an array of tables, ``[[crane]]``."""
 
     kind: Literal["hammerhead", "luffing", "mobile", "none"] | None = None
-    """``luffing`` and ``mobile`` use ``jib`` instead of ``jib_height_m``, ``jib_length_m``, ``min_radius_m`` and
-    ``trolley``. ``none``: no crane, no rope, no reach. Default: the machine's, otherwise ``hammerhead``."""
+    """``luffing`` and ``mobile`` use ``jib`` instead of ``jib_height_m``, ``jib_length_m``, ``min_radius_m`` and ``trolley``. ``none``: no crane. Default: the machine's, otherwise ``hammerhead``."""
     name: Text | None = None
-    """Its name; that of a machine of the catalogue selects the machine. Default: the machine's."""
+    """A machine's name selects the machine. Default: the machine's."""
     machine: Text | None = None
-    """A machine of the catalogue (``bimvox cranes``), or the file of your own next to the site file."""
+    """A machine of the catalogue, or the file of your own next to the site file."""
     base_m: Point2or3 | None = None
     """Foot of the slewing axis."""
     jib_height_m: Positive | None = None
@@ -204,7 +204,7 @@ class CraneConfig(OverrideConfig):
     working_range: WorkingRangeConfig | None = None
     """Settings of its limiters."""
     override: OverrideConfig | None = None
-    """What a site changes in a machine of the catalogue, on purpose."""
+    """What differs from the machine."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

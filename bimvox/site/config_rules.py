@@ -37,7 +37,7 @@ Period = Annotated[Positive, Field(le=MOST_SAMPLE_PERIOD_S), AfterValidator(part
 
 
 class CrewTimesConfig(Table):
-    """The crew's times for a part of one class, while the crane stands."""
+    """Times of the crew at a standing crane."""
 
     sling_s: Pause | None = None
     """To attach the slings."""
@@ -55,7 +55,7 @@ class CrewTimesConfig(Table):
 
 
 class TimesConfig(Table):
-    """The crew's times by class of work, in seconds."""
+    """The crew's times by class of work."""
 
     footing: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.footing)
     """Footings, piles, base slabs."""
@@ -88,7 +88,7 @@ class CastTimesConfig(Table):
     """The time of one class of work that is cast in place."""
 
     hours_m3: Annotated[NotNegative, Field(le=1e4)] | None = None
-    """Working hours of one person for a cubic metre (2,400 kg): formwork, reinforcement, pouring."""
+    """Hours of one person for a cubic metre (2,400 kg): formwork, reinforcement, pouring."""
     wait_h: Annotated[NotNegative, Field(le=2e4)] | None = None
     """Hours from the end of the work until it carries what rests on it."""
 
@@ -106,7 +106,7 @@ class CastingConfig(Table):
     hand_s: Pause = FIELD_CASTING.hand_s
     """Time to set a part by hand, one after the other."""
     bundle_kg: NotNegative = FIELD_CASTING.bundle_kg
-    """A heavier bundle of parts that are set by hand is a material lift of the crane."""
+    """A heavier bundle of parts set by hand is a material lift."""
     bundle_s: Pause = FIELD_CASTING.bundle_s
     """Crane time of a material lift."""
     footing: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.footing)
@@ -137,18 +137,16 @@ class CastingConfig(Table):
 
 
 class RulesConfig(Table):
-    """The rules of the site."""
+    """The rules of the site; clearances are rounded up to whole cells."""
 
     clearance_m: NotNegative = _RULES.clearance_m
-    """Distance to obstructions and the crane's mast, rounded up to whole cells."""
+    """Of loads and ropes, to obstructions and the crane's mast."""
     transit_clearance_m: NotNegative | None = None
-    """Distance of a load in transit to everything, the site's boundary included, rounded up to whole cells. Default: 2
-    with a crane, as far as a lift can keep it; otherwise 0. A value here is kept, or the lift is infeasible."""
+    """Of the load in transit, to everything, the site's boundary included. Default: 2 with a crane, as far as a lift can keep it; otherwise 0. A value here is kept, or the lift is infeasible."""
     rope_clearance_m: NotNegative | None = None
-    """Distance on plan of hook and rope in transit to everything higher than the lower end of the hook line, rounded up
-    to whole cells. Default: 0.5 with a crane, as far as a lift can keep it; otherwise 0."""
+    """Of hook and rope in transit, on plan, to everything higher than the lower end of the hook line. Default: 0.5, as above."""
     contact_tolerance_m: Annotated[NotNegative, Field(le=MOST_CONTACT_TOLERANCE_M)] = _RULES.contact_tolerance_m
-    """How deep the triangles of neighbours may overlap on the last moves."""
+    """How deep neighbours may overlap on the last moves."""
     support_gap_m: Annotated[NotNegative, Field(le=MOST_SUPPORT_GAP_M)] = _RULES.support_gap_m
     """How far below a part its support may be."""
     rope: Flag = _RULES.rope
@@ -166,25 +164,23 @@ class RulesConfig(Table):
     turn_s: Pause = _RULES.turn_s
     """Time to turn a hanging part by a quarter."""
     heading: Literal["kept", "with_jib"] = _RULES.heading.value
-    """What becomes of a load's heading while the jib turns: section "Heading" of the documentation of cranes."""
+    """Of loads while the jib turns: "Heading" in the documentation of cranes."""
     swing: Literal["shaped", "off"] = _RULES.swing.value
-    """``shaped``: moves are shaped so that no load swings when it is set. ``off``: swing is ignored."""
+    """``shaped``: no load swings when it is set. ``off``: swing is ignored."""
     truckload_kg: NotNegative = _RULES.truckload_kg
     """Largest mass of a delivery; a heavier part comes alone. 0: as much as the yard holds."""
     wind_speed_m_s: Annotated[NotNegative, Field(le=100.0)] | None = None
-    """Wind (gust of 3 s at jib height) in which every lift must be possible; 0: no wind. Default: 9.8 with a crane, and
-    a part that permits less waits for less wind."""
+    """Gust of 3 s at jib height in which every lift must be possible; 0: no wind. Default: 9.8 with a crane; a part that permits less waits for less wind."""
     drag_coefficient: Positive = _RULES.drag_coefficient
-    """Drag coefficient of the parts: 1.1 for a cube to 2.0 for a long plate."""
+    """Of the parts: 1.1 for a cube to 2.0 for a long plate."""
     sling_angle_rad: Annotated[Number, Field(gt=0.0, le=2.0943951023931957)] = _RULES.sling_angle_rad
-    """Largest angle between two legs of a sling."""
+    """Largest angle between opposite legs of a sling."""
     critical_share: Annotated[Number, Field(gt=0.0, le=1.0)] = _RULES.critical_share
     """Share of the capacity from which a lift is critical."""
     crane_separation_m: Positive = _RULES.crane_separation_m
-    """Distance between several cranes and their loads, on plan or in height, also while they brake."""
+    """Between cranes and their loads, on plan or in height, also while they brake."""
     by_other_means: Flag = _RULES.by_other_means
-    """Whether a part that the crane cannot set counts as set by other means from its turn on. ``false``: it is missing,
-    and what rests on it is infeasible too."""
+    """Whether a part that the crane cannot set counts as set by other means from its turn on. ``false``: what rests on it is infeasible too."""
 
     def rules(self, *, has_crane: bool = False) -> Rules:
         """Return the rules as a value for the planner, those that the file does not give by their defaults."""

@@ -49,7 +49,7 @@ class JibConfig(Table):
     lengths_m: Annotated[tuple[Positive, ...], Field(min_length=1)]
     """The largest hook radius; of a luffing jib, from pivot to tip."""
     reeving: Annotated[tuple[ReevingConfig, ...], Field(min_length=1)]
-    """Its reevings."""
+    """Its reevings, each with its load chart."""
 
 
 class MachineConfig(Table):
@@ -78,7 +78,7 @@ class MachineConfig(Table):
     trolley: TravelConfig | None = None
     """Only for a hammerhead."""
     hoist: TravelConfig
-    """Limits of the winch, above the masses of all gears."""
+    """Limits of the hoist."""
     luffing: LuffingMachineConfig | None = None
     """Not for a hammerhead."""
     jib: Annotated[tuple[JibConfig, ...], Field(min_length=1)]

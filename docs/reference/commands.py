@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Set
 from typing import Any
 
 import typer
@@ -18,6 +19,9 @@ _WIDTH = 100
 _SHARED = frozenset({"--json", "--quiet", "--verbose", "--help"})
 """Options that mean the same in every command: the page of all commands describes them."""
 
+_Row = tuple[str, str, str]
+"""An option or argument as shown: names, meaning, environment variable."""
+
 
 def command_pages() -> dict[str, str]:
     """Return the pages of all commands, and one that lists them, by path in ``docs``."""
@@ -25,10 +29,15 @@ def command_pages() -> dict[str, str]:
     base: Any = typer.main.get_command(app)
     root = base.context_class(base, info_name="bimvox", terminal_width=_WIDTH)
     found = {name: base.get_command(root, name) for name in base.list_commands(root)}
+    contexts = {
+        name: one.context_class(one, info_name=name, parent=root, terminal_width=_WIDTH) for name, one in found.items()
+    }
+    counted = Counter(row for name, one in found.items() for row in _rows(one, contexts[name]))
+    several = [row for row, count in counted.items() if count > 1 and row[0].startswith("`-")]
     index = [
         "# Commands",
         "",
-        notice("the commands' own help"),
+        notice("the help"),
         "",
         prose(base.help),
         "",
@@ -42,36 +51,48 @@ def command_pages() -> dict[str, str]:
             ("command", "does"),
             [(f"[{name}]({name}.md)", prose(one.help.split("\n\n")[0])) for name, one in found.items()],
         ),
+        "",
+        "## Options of several commands",
+        "",
+        *table(("", "", "set by"), several),
     ]
     pages = {"commands/README.md": "\n".join([*index, ""])}
     for name, command in found.items():
-        lines = [f"# bimvox {name}", "", notice("the command's own help"), "", *_page(name, command, root)]
+        body = _page(name, command, contexts[name], frozenset(several))
+        lines = [f"# bimvox {name}", "", notice("the help"), "", *body]
         pages[f"commands/{name}.md"] = "\n".join(lines).rstrip() + "\n"
     return pages
 
 
-def _page(name: str, command: Any, root: Any) -> Iterator[str]:
-    context = command.context_class(command, info_name=name, parent=root, terminal_width=_WIDTH)
-    yield from _body(command, context)
+def _page(name: str, command: Any, context: Any, several: Set[_Row]) -> Iterator[str]:
+    yield from _body(command, context, several)
     for sub in getattr(command, "commands", {}):
         inner = command.get_command(context, sub)
         yield from [f"## bimvox {name} {sub}", ""]
-        yield from _body(inner, inner.context_class(inner, info_name=sub, parent=context, terminal_width=_WIDTH))
+        of_sub = inner.context_class(inner, info_name=sub, parent=context, terminal_width=_WIDTH)
+        yield from _body(inner, of_sub, several)
         yield from ["```text", *HELP_EXAMPLES[f"{name} {sub}"], "```", ""]
     yield from ["## Examples", ""]
     yield from ["```sh", *EXAMPLES[name], "```", ""]
     links = ["[options of every command](README.md)", *(f"[{title}](../{path})" for title, path in READ_ON[name])]
-    yield f"Read on: {' · '.join(links)}."
+    yield f"Read on: {', '.join(links)}."
 
 
-def _body(command: Any, context: Any) -> Iterator[str]:
+def _body(command: Any, context: Any, several: Set[_Row]) -> Iterator[str]:
     usage = re.sub(r"\s+", " ", command.get_usage(context)).removeprefix("Usage: ").strip()
     yield from [prose(command.help), "", "```text", usage, "```", ""]
+    rows = list(_rows(command, context))
+    if own := [row for row in rows if row not in several]:
+        yield from [*table(("", "", "set by"), own), ""]
+    if others := [row[0] for row in rows if row in several]:
+        yield from [f"Also, [as elsewhere](README.md#options-of-several-commands): {', '.join(others)}.", ""]
+
+
+def _rows(command: Any, context: Any) -> Iterator[_Row]:
+    """Yield the options and arguments of a command, without those that every command has."""
     own = (one for one in command.get_params(context) if _SHARED.isdisjoint(one.opts))
-    records = filter(None, (parameter.get_help_record(context) for parameter in own))
-    rows = [(f"`{names.strip()}`", *_split(text)) for names, text in records]
-    if rows:
-        yield from [*table(("", "", "set by"), rows), ""]
+    for names, text in filter(None, (parameter.get_help_record(context) for parameter in own)):
+        yield (f"`{names.strip()}`", *_split(text))
 
 
 def _split(text: str) -> tuple[str, str]:

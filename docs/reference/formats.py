@@ -85,12 +85,16 @@ def _keys(definition: Document, document: Document) -> Iterator[str]:
     classes = _by_class(keys)
     required = set(definition.get("required", ()))
     optional = [f"`{key}`" for key in keys if key not in required]
+    elsewhere = _meanings_of_the_crane_file(document)
+    if any(elsewhere.get(key, "") == value.get("description") for key, value in keys.items()):
+        yield from ["Keys without a meaning here: [crane file](crane.md).", ""]
     if mostly := len(required) > 2 and len(required) > 2 * len(optional):
         yield from [f"Required: all{' but ' * bool(optional)}{', '.join(optional)}.", ""]
     for key, value in keys.items():
         if key not in classes:
             must = ", required" if key in required and not mostly else ""
-            meaning = prose(value.get("description", ""))
+            meaning = value.get("description", "")
+            meaning = "" if meaning == elsewhere.get(key) else prose(meaning)
             kind = f"{_kind(value, document)}{must}{_default(value)}"
             yield f"- `{key}` ({kind})" + (f": {meaning}" if meaning else "")
     yield ""
@@ -102,6 +106,15 @@ def _keys(definition: Document, document: Document) -> Iterator[str]:
         ]
         yield from [f"[Classes of work](../formats.md#classes-of-work), each {_kind(one, document)}; defaults:", ""]
         yield from [*table(("key", *(f"`{head}`" for head in heads)), rows), ""]
+
+
+def _meanings_of_the_crane_file(document: Document) -> dict[str, str]:
+    """Return the meaning of every key of the crane file, for the page of another file."""
+    crane = _document("crane")
+    tables = () if document["title"] == crane["title"] else (*crane["$defs"].values(), crane)
+    return {
+        key: value["description"] for one in tables for key, value in one["properties"].items() if "description" in value
+    }
 
 
 def _with_the_same_keys(keys: Document, document: Document) -> str | None:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 def notice(source: str) -> str:
     """Return the comment that keeps people from editing a written page."""
-    return f"<!-- Written by `make docs` from {source}: change that, not this page. -->"
+    return f"<!-- Written by `make docs` from {source}. -->"
 
 
 def prose(text: str) -> str:

@@ -40,12 +40,12 @@ class RunEntry(Table):
 
 
 class SweepConfig(Table):
-    """A sweep: every site with every seed and every obstruction file, and runs listed individually."""
+    """Every site with every seed and every obstruction file, and runs listed individually."""
 
     version: Literal[1] = 1
     """Version of this format."""
     sites: tuple[Text, ...] = ()
-    """Site files or patterns, such as ``sites/*.site.toml``, relative to the sweep file's folder."""
+    """Site files or patterns, relative to the sweep file's folder."""
     seeds: tuple[Seed, ...] = ()
     """Seeds of the training. Default: the site files'."""
     obstructions: tuple[Text, ...] = (AS_IT_IS,)
