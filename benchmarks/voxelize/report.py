@@ -70,51 +70,34 @@ def _row(case: CaseResult, row: Row) -> dict[str, Any]:
 
 
 def as_markdown(cases: Sequence[CaseResult], bars: Sequence[Bar]) -> str:
-    """Return the tables."""
-    lines = []
-    for case in cases:
-        lines += [_headline(case), ""]
-        lines += [
-            "| tool | time | x ours | memory | missed | extra |",
-            "|---|---|---|---|---|---|",
-        ]
-        lines += [_line(case, row) for row in case.rows]
-        lines += [""]
+    """Return the table, a column a case, and the bars that are not met."""
+    heads = [f"{case.name} ({case.cells / 1e6:.3g} M cells)" for case in cases]
+    lines = [f"| tool | {' | '.join(heads)} |", "|---" * (1 + len(cases)) + "|"]
+    titles = {row.tool.key: f"{row.tool.title} {row.version}".rstrip() for case in cases for row in case.rows}
+    for key, title in titles.items():
+        lines.append(f"| {title} | {' | '.join(_cell(case, key) for case in cases)} |")
     if bars:
         met = sum(bar.passed for bar in bars)
-        lines += [f"{met} of the {len(bars)} bars of `benchmarks/voxelize/bars.py` are met."]
+        lines += ["", f"{met} of the {len(bars)} bars of `benchmarks/voxelize/bars.py` are met."]
         lines += [f"- **Not met**: {bar.what}: {bar.found}" for bar in bars if not bar.passed]
     return "\n".join(lines).rstrip() + "\n"
 
 
-def _headline(case: CaseResult) -> str:
-    parts = "1 part" if case.parts == 1 else f"{case.parts:,} parts"
-    text = f"**{case.name}**: {parts}, {case.triangles:,} triangles, {case.cells / 1e6:.3g} million cells"
-    ours = case.row("bimvox")
-    if ours is not None and ours.solid_cells is not None and ours.median_s is not None:
-        text += f", {ours.solid_cells / 1e6:.3g} million of them in a part"
-        if case.dense:
-            text += f" (ours: {ours.solid_cells / ours.median_s / 1e6:.0f} million of those a second)"
-    return text + f"; {case.judged_cells:,} cells judged."
-
-
-def _line(case: CaseResult, row: Row) -> str:
-    start = f"| {row.tool.title} {row.version}".rstrip() + " |"
+def _cell(case: CaseResult, key: str) -> str:
+    """Return our time, or a peer's in multiples of it; missed and extra cells in per cent; or why there is none."""
+    row = case.row(key)
+    if row is None:
+        return ""
     if row.median_s is None:
-        return f"{start} {row.failure} | | | | |"
-    ratio = case.ratio(row.tool.key)
-    missed = extra = "-"
-    if row.score is not None:
-        missed = counted(row.score.missed, row.score.missed_share)
-        extra = counted(row.score.extra, row.score.extra_share)
-    times = "" if ratio is None or row.tool.key == "bimvox" else f"{ratio:.2g}" if ratio < 10 else f"{ratio:,.0f}"
-    figures = f"{duration(row.median_s)} | {times} | {row.memory_mb:,.0f} MB | {missed} | {extra}"
-    return f"{start} {figures} |"
-
-
-def counted(number: int, share: float) -> str:
-    """Return a count with its share, ``0`` alone if there is none."""
-    return f"{number:,} ({100 * share:.2g} %)" if number else "0"
+        return row.failure
+    ratio = case.ratio(key)
+    if ratio is None or key == "bimvox":
+        found = duration(row.median_s)
+    else:
+        found = f"x{ratio:.2g}" if ratio < 10 else f"x{ratio:,.0f}"
+    if row.score is None:
+        return found
+    return f"{found}, {100 * row.score.missed_share:.2g}/{100 * row.score.extra_share:.2g}"
 
 
 def duration(seconds: float) -> str:

@@ -47,8 +47,9 @@ def peer(key: str, seconds: float) -> Row:
 
 def test_a_row_holds_the_median_the_ratio_and_what_is_wrong():
     table = as_markdown([case("office, 0.1 m", ours(0.2), peer("open3d", 1.9))], [])
-    assert "| bimvox 0.1.0 | 200 ms |  | 50 MB | 0 | 0 |" in table
-    assert "| Open3D surface 9 | 1.9 s | 9.5 | 3 MB | 50 (25 %) | 3 (1.5 %) |" in table
+    assert "| tool | office, 0.1 m (30 M cells) |" in table
+    assert "| bimvox 0.1.0 | 200 ms, 0/0 |" in table
+    assert "| Open3D surface 9 | x9.5, 25/1.5 |" in table
 
 
 def test_a_peer_that_fails_is_in_the_table_and_in_the_figures():
