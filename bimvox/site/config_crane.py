@@ -184,7 +184,8 @@ class CraneConfig(OverrideConfig):
     """The crane. Default: one is chosen. Several are an array of tables, ``[[crane]]``."""
 
     kind: Literal["hammerhead", "luffing", "mobile", "none"] | None = None
-    """``luffing`` and ``mobile`` use ``jib`` instead of ``jib_height_m``, ``jib_length_m``, ``min_radius_m`` and ``trolley``. ``none``: no crane. Default: the machine's, otherwise ``hammerhead``."""
+    """``luffing`` and ``mobile`` use ``jib`` instead of ``jib_height_m``, ``jib_length_m``, ``min_radius_m`` and
+    ``trolley``. ``none``: no crane. Default: the machine's, otherwise ``hammerhead``."""
     name: Text | None = None
     """A machine's name selects the machine. Default: the machine's."""
     machine: Text | None = None

@@ -113,7 +113,10 @@ def _meanings_of_the_crane_file(document: Document) -> dict[str, str]:
     crane = _document("crane")
     tables = () if document["title"] == crane["title"] else (*crane["$defs"].values(), crane)
     return {
-        key: value["description"] for one in tables for key, value in one["properties"].items() if "description" in value
+        key: value["description"]
+        for one in tables
+        for key, value in one["properties"].items()
+        if "description" in value
     }
 
 
