@@ -13,6 +13,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.rendering.page.assets import source_hash
 from bimvox.rendering.plain import escape
 from bimvox.rendering.report import sections
+from bimvox.rendering.report.drawings import drawings
 from bimvox.rendering.report.html import section, tag
 from bimvox.rendering.report.machine import machine
 from bimvox.rendering.report.remarks import remarks
@@ -81,6 +82,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             sections.lifts(record),
             sections.gantt(record),
             machine(record, cranes),
+            drawings(record),
             section("Figures", tag("div", plots, "plots")) if plots else "",
             sections.deliveries(record),
             sections.proof(record),
