@@ -23,7 +23,6 @@ from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.labels import Label
-from bimvox.log.plan_log import GEOREFERENCE
 from bimvox.records.lift import Status
 from bimvox.records.motion import LiftMotion
 from bimvox.rendering.page.source import Revision
@@ -34,6 +33,8 @@ Outline = list[list[list[float]]]
 PLAN, FRONT, SIDE = (0, 1), (0, 2), (1, 2)
 """The two axes of a drawing: from above, along +y, along -x."""
 
+_GEOREFERENCE = "georeference"
+"""Key of a log's metadata: the model's map conversion as JSON."""
 _RINGS = 7
 _STEPS_M = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 _SIMPLE_M = 0.02
@@ -194,7 +195,7 @@ def _north(revision: Revision) -> dict[str, Any] | None:
     """Return the direction of north: true north if the model states it, otherwise the map's."""
     given: dict[str, Any] = {}
     with suppress(ValueError):
-        loaded = json.loads(revision.metadata.get(GEOREFERENCE, "{}"))
+        loaded = json.loads(revision.metadata.get(_GEOREFERENCE, "{}"))
         given = loaded if isinstance(loaded, dict) else {}
     to_ifc = revision.plan.site.site_to_ifc
     yaw_rad = atan2(to_ifc[1, 0], to_ifc[0, 0])
