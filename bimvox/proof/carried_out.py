@@ -103,6 +103,9 @@ def _check_crane(check: Check, crane: TowerCrane, motions: Sequence[LiftMotion],
     back, fast = np.flatnonzero(gone_ns < 0), np.flatnonzero(gone_ns > SAMPLE_NS)
     check.look(not len(back), f"at {time_s[back[0]] if len(back) else 0.0:.1f} s the crane goes back on its way")
     check.look(not len(fast), f"at {time_s[fast[0]] if len(fast) else 0.0:.1f} s the crane is faster than planned")
+    paces = np.concatenate([found.pace, *_paces(found)])
+    good = bool((paces >= -_SAME).all() and (paces <= 1.0 + _SAME).all())
+    check.look(good, "its pace does not fit where it is on the plan's clock")
     off = np.abs(found.axes - planned_axes(motions, found.plan_ns))
     worst = int(np.argmax(off.max(axis=1)))
     check.look(

@@ -47,6 +47,35 @@ def test_a_line_without_infeasible_lifts_names_none():
     assert "0 infeasible, 41 ms" in _line(CHANGE | {"infeasible": [], "blocked": []})
 
 
+def test_the_lines_about_traffic_say_what_happened_and_whether_it_is_proven():
+    change = {
+        "event": "traffic",
+        "revision": 0,
+        "log": "a.traffic.mcap",
+        "traffic": "random, medium, seed 7",
+        "decider": "a rule",
+        "lifts": 6,
+        "delivered": 5,
+        "time_s": 5854.0,
+        "time_lost_s": 1656.4,
+        "moved": 2,
+        "stops": 7,
+        "waits": 3,
+        "others_waited_s": 262.0,
+        "least_distance_m": 0.334,
+        "violations": 0,
+        "verified": True,
+        "failures": [],
+    }
+    lines = _line(change).splitlines()
+    assert lines[0] == "traffic: random, medium, seed 7; a rule"
+    assert "5 of 6 lifts delivered in 5,854 s, 1,656 s lost; 2 at another place" in lines[1]
+    assert "7 stops with a load, 3 waits; others waited for 262 s" in lines[2]
+    assert "0 times somebody under a suspended load (nobody nearer than 0.33 m); proven" in lines[3]
+    bad = change | {"verified": False, "failures": ["others: crew 1"], "least_distance_m": None}
+    assert _line(bad).splitlines()[3].endswith("(nobody near); not proven: others: crew 1")
+
+
 @pytest.mark.parametrize("event", ["rejected", "missing", "failed"])
 def test_a_line_about_a_plan_that_stays_counts_no_lifts(event):
     change = CHANGE | {"event": event, "changed_cells": 0, "retimed": ["a"], "message": "the last good plan stands"}

@@ -2116,6 +2116,10 @@ AMONG_OTHERS: dict[str, tuple[Forge, str]] = {
     "a sample deleted": (carried_out_with(without_sample), "one is missing or has another time"),
     "two of one name": (carried_out_with(_one_name), "two of the others have one name"),
     "an axis elsewhere": (carried_out_with(_axis_off), "at 100.0 s an axis is 0.01 (rad or m) off the proven way"),
+    "another pace": (
+        carried_out_with(lambda found: {"pace": np.where(found.pace > 0.5, 0.2, found.pace)}),
+        "its pace does not fit where it is on the plan's clock",
+    ),
     "faster than planned": (on_the_plans_clock(sped_up), "the crane is faster than planned"),
     "backwards": (
         on_the_plans_clock(lambda plan_ns: np.concatenate([plan_ns[:300], plan_ns[200:-100]])),

@@ -108,8 +108,8 @@ def carry_out(
     clock = PlanClock(wished.speed)
     clock.start()
     for at_ns, document in _states(log, done):
-        while clock.now_ns < at_ns:
-            time.sleep(min(_LOOK_S, (at_ns - clock.now_ns) / 1e9 / wished.speed))
+        while (left_ns := at_ns - clock.now_ns) > 0:
+            time.sleep(min(_LOOK_S, left_ns / 1e9 / wished.speed))
         yield document | {"revision": log.revision, "log": str(path)}
     assert log.carried_out is not None
     tally = log.carried_out.tally
