@@ -147,25 +147,29 @@ def cells_below(
 def tail_of(cells: NDArray[np.float64], lift: Lift | None) -> NDArray[np.bool_]:
     """Return (N,) which positions ((N, 3) reference cells) are on the last moves of a lift.
 
-    These are at the end, within the placements that were in contact.
+    These are at the end, on the line through the placements that were in contact.
     """
     if lift is None or lift.path_vox is None or lift.contact_moves <= 0:
         return np.zeros(len(cells), np.bool_)
     placements = lift.path_vox[-1 - min(lift.contact_moves, len(lift.path_vox) - 1) :]
-    low, high = placements.min(axis=0) - BETWEEN_VOX, placements.max(axis=0) + BETWEEN_VOX
-    tail: NDArray[np.bool_] = _last_within(cells, low, high)
+    boxes = np.sort(np.stack([placements[:-1], placements[1:]]), axis=0)
+    tail: NDArray[np.bool_] = _last_within(cells, boxes[0] - BETWEEN_VOX, boxes[1] + BETWEEN_VOX)
     return tail
 
 
 @kernel
 def _last_within(cells: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return (N,) which positions are in a box and stay in it until the end."""
+    """Return (N,) which positions are in any of some boxes ((B, 3)) and stay in them until the end."""
     last = np.zeros(cells.shape[0], np.bool_)
     for n in range(cells.shape[0] - 1, -1, -1):
-        for k in range(3):
-            if not low[k] <= cells[n, k] <= high[k]:
-                return last
-        last[n] = True
+        x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]
+        for b in range(low.shape[0]):
+            inside = low[b, 0] <= x <= high[b, 0] and low[b, 1] <= y <= high[b, 1]
+            if inside and low[b, 2] <= z <= high[b, 2]:
+                last[n] = True
+                break
+        if not last[n]:
+            return last
     return last
 
 

@@ -50,6 +50,14 @@ def test_the_tail_is_the_last_of_the_way_within_the_moves_in_contact():
     assert tail_of(cells[2:], Lift(0, 0, None, Status.PLANNED, path_vox=path, contact_moves=99)).all()
 
 
+def test_a_load_on_its_way_to_where_its_last_moves_begin_is_in_transit_even_within_the_box_around_them():
+    path = np.array([[6, 1, 5], [5, 1, 5], [5, 1, 4], [5, 1, 3], [4, 1, 3], [3, 1, 3]], np.int32)
+    lift = Lift(0, 0, None, Status.PLANNED, path_vox=path, contact_moves=4)
+    above = np.array([[3.4, 1.0, 5.0], [4.2, 1.0, 5.0], [4.9, 1.0, 5.0]])
+    on_line = np.array([[5.0, 1.0, 5.0], [5.0, 1.04, 3.6], [5.0, 1.0, 3.0], [4.5, 0.97, 3.0], [3.0, 1.0, 3.0]])
+    assert tail_of(np.concatenate([above, on_line]), lift).tolist() == [False] * 3 + [True] * 5
+
+
 def test_a_placement_that_is_not_inside_the_grid_is_not_held_and_meets_nothing():
     low, high = np.array([0, 0, 0]), np.array(SHAPE) - 1
     cells = RawCells(SHAPE, (Thing("both corners", np.array([low, high], np.int32), NO_SOLID),))
