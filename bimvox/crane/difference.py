@@ -75,7 +75,7 @@ def _luff_range(own: LuffingJib, wanted: LuffingJib) -> Iterator[Override]:
     if all(_same(value, usual) for value, usual in zip(own.luff_rad, wanted.luff_rad, strict=True)):
         return
     site, machine = ("{:.1f} to {:.1f} degrees".format(*map(degrees, jib.luff_rad)) for jib in (own, wanted))
-    yield Override("jib.luff_rad", "luffing range", machine, site)
+    yield Override("jib.luff_deg", "luffing range", machine, site)
 
 
 def _axes(crane: TowerCrane, machine: TowerCrane) -> Iterator[tuple[str, str, AxisLimits, AxisLimits]]:

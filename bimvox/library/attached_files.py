@@ -147,7 +147,7 @@ def compare_config(
     same(check, "model.voxel_size_m", site.frame.voxel_size_m, config.model.voxel_size_m, own)
     yaw_rad = float(np.arctan2(site.site_to_ifc[1, 0], site.site_to_ifc[0, 0]))
     off_rad = abs((yaw_rad - config.model.yaw_rad + np.pi) % (2.0 * np.pi) - np.pi)
-    check.look(off_rad <= _SAME, f"model.yaw_rad is {yaw_rad:g}; {source} has {config.model.yaw_rad:g}")
+    check.look(off_rad <= _SAME, f"model.yaw_deg is {np.degrees(yaw_rad):g}; {source} has {config.model.yaw_deg:g}")
     height_m, wanted_m = float(site.site_to_ifc[2, 3]), config.model.ground_m
     assert wanted_m is not None
     own = source if given.model.ground_m is not None else chosen

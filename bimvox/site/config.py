@@ -5,6 +5,7 @@ Everything except the path of the model is optional; :mod:`bimvox.site.guess` fi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -76,12 +77,17 @@ class ModelConfig(Table):
     """Axis of a mesh file that points up. Default: of glTF y, otherwise z."""
     voxel_size_m: CellSize | None = None
     """Edge of a planning cell."""
-    yaw_rad: Annotated[Number, Field(ge=-1e3, le=1e3)] = 0.0
+    yaw_deg: Annotated[Number, Field(ge=-6e4, le=6e4)] = 0.0
     """Angle of the site's x axis in the model, counter-clockwise."""
     ground_m: Annotated[Number, Field(ge=-1e6, le=1e6)] | None = None
     """Height in the model of the site's z = 0. Default: the lowest component or structure, rounded down to a cell."""
     assemblies: Literal["whole", "parts"] = "whole"
     """How an assembly is lifted."""
+
+    @property
+    def yaw_rad(self) -> float:
+        """``yaw_deg`` in radians."""
+        return math.radians(self.yaw_deg)
 
 
 class GridConfig(Table):
@@ -241,7 +247,7 @@ class PolicyConfig(Table):
 class SiteConfig(Table):
     """A site file. All but ``[model] path`` is optional and guessed.
 
-    Lengths are in metres, in the site's frame: x and y as in the model, turned by ``yaw_rad``; z = 0 at the top of the
+    Lengths are in metres, in the site's frame: x and y as in the model, turned by ``yaw_deg``; z = 0 at the top of the
     ground.
     """
 

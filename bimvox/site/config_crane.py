@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import astuple
 from functools import partial
 from itertools import pairwise
@@ -12,6 +11,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.load_chart import LoadChart
+from bimvox.crane.working_range import WorkingRange
 from bimvox.site.validation import (
     NotNegative,
     Number,
@@ -20,6 +20,7 @@ from bimvox.site.validation import (
     Table,
     Text,
     Whole,
+    in_radians,
     not_below,
 )
 
@@ -93,7 +94,7 @@ class ReevingConfig(Table):
 class WorkingRangeConfig(Table):
     """Settings of its limiters (EN 17076)."""
 
-    slew_rad: tuple[Number, Number] | None = None
+    slew_deg: tuple[Number, Number] | None = None
     """First and last slewing angle from the x axis, counter-clockwise, at most one turn."""
     radius_m: tuple[NotNegative, Positive] | None = None
     """Smallest and largest hook radius."""
@@ -102,13 +103,18 @@ class WorkingRangeConfig(Table):
 
     @model_validator(mode="after")
     def _ranges(self) -> Self:
-        if self.slew_rad is not None and not 0.0 < self.slew_rad[1] - self.slew_rad[0] <= 2.0 * math.pi:
+        if self.slew_deg is not None and not 0.0 < self.slew_deg[1] - self.slew_deg[0] <= 360.0:
             raise ValueError(
-                "slew_rad goes counter-clockwise from the first angle to the second, at most one full turn"
+                "slew_deg goes counter-clockwise from the first angle to the second, at most one full turn"
             )
         if self.radius_m is not None and self.radius_m[0] >= self.radius_m[1]:
             raise ValueError("radius_m must give the smallest radius, then the largest")
         return self
+
+    def limiters(self) -> WorkingRange:
+        """Return the range as a value for the planner."""
+        slew_rad = None if self.slew_deg is None else in_radians(self.slew_deg)
+        return WorkingRange(slew_rad, self.radius_m, self.highest_hook_m)
 
 
 class LuffAxisConfig(SlewingConfig):
@@ -124,7 +130,7 @@ class LuffingConfig(Table):
     """Radius of the pivot; negative behind the slewing axis."""
     length_m: Positive | None = None
     """Length from the pivot to the rope exit at the tip."""
-    luff_rad: tuple[Positive, Positive] | None = None
+    luff_deg: tuple[Positive, Positive] | None = None
     """Smallest and largest angle to the horizontal."""
     luffing: LuffAxisConfig | None = None
     """Limits of the luffing axis."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, replace
 from functools import partial
 from typing import Annotated, Literal, Self
@@ -176,7 +177,7 @@ class RulesConfig(Table):
     that permits less waits for less wind."""
     drag_coefficient: Positive = _RULES.drag_coefficient
     """Of the parts: 1.1 for a cube to 2.0 for a long plate."""
-    sling_angle_rad: Annotated[Number, Field(gt=0.0, le=2.0943951023931957)] = _RULES.sling_angle_rad
+    sling_angle_deg: Annotated[Number, Field(gt=0.0, le=120.0)] = round(math.degrees(_RULES.sling_angle_rad), 12)
     """Largest angle between opposite legs of a sling."""
     critical_share: Annotated[Number, Field(gt=0.0, le=1.0)] = _RULES.critical_share
     """Share of the capacity from which a lift is critical."""
@@ -190,7 +191,8 @@ class RulesConfig(Table):
         """Return the rules as a value for the planner, those that the file does not give by their defaults."""
         own: dict[str, object] = {"swing": SwingRule(self.swing), "heading": HeadingRule(self.heading)}
         own |= {"times": self.times.times(), "casting": self.casting.casting()}
-        given = self.model_dump() | own
+        own["sling_angle_rad"] = math.radians(self.sling_angle_deg)
+        given = self.model_dump(exclude={"sling_angle_deg"}) | own
         left = tuple(key for key in DEFAULT_RULES if given[key] is None)
         defaults = {key: DEFAULT_RULES[key] if has_crane else 0.0 for key in left}
         return Rules(**(given | defaults), gives_way=left if has_crane else ())

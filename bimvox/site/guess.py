@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -44,7 +45,7 @@ def guess_site(
         name: Name of the site; default: the model file's name.
         machines: Machines to choose from; empty: the hammerheads of the catalogue.
     """
-    model = model.model_copy(update={"yaw_rad": dominant_yaw_rad(building)})
+    model = model.model_copy(update={"yaw_deg": round(math.degrees(dominant_yaw_rad(building)), 12)})
     return complete_config(SiteConfig(name=name or model.path.stem, model=model), building, machines)
 
 

@@ -13,10 +13,10 @@ from bimvox.errors import InputError
 from bimvox.site.catalogue import machines_of
 from bimvox.site.config import SiteConfig
 from bimvox.site.config_crane import CraneConfig, LuffAxisConfig, LuffingConfig, TravelConfig
+from bimvox.site.validation import in_radians
 
 _LENGTHS = (
-    "pivot_height_m", "pivot_offset_m", "length_m", "luff_rad",
-    "tail_radius_m", "tail_low_m", "tail_width_m", "width_m",
+    "pivot_height_m", "pivot_offset_m", "length_m", "tail_radius_m", "tail_low_m", "tail_width_m", "width_m",
 )  # fmt: skip
 
 
@@ -54,6 +54,8 @@ def with_jib(
     values: dict[str, Any] = {}
     if given is not None:
         values = given.model_dump(include=set(_LENGTHS), exclude_none=True)
+        if given.luff_deg is not None:
+            values["luff_rad"] = in_radians(given.luff_deg)
         if given.luffing is not None:
             values["limits"] = given.luffing.limits()
     if hoist is not None:
@@ -66,12 +68,13 @@ def with_jib(
 
 def jib_config(jib: LuffingJib) -> LuffingConfig:
     """Return the complete site-file table of a jib."""
-    return LuffingConfig(**{key: getattr(jib, key) for key in _LENGTHS}, luffing=LuffAxisConfig.of(jib.limits))
+    lengths = {key: getattr(jib, key) for key in _LENGTHS}
+    return LuffingConfig.model_validate({**lengths, "luff_rad": jib.luff_rad, "luffing": LuffAxisConfig.of(jib.limits)})
 
 
 def _is_complete(given: CraneConfig) -> bool:
     jib = given.jib
     keys = ("base_m", "mast_size_m", "sling_m", "rigging_mass_kg", "slewing", "hoist")
     charted = given.chart is not None or given.reeving is not None
-    whole = jib is not None and all(getattr(jib, key) is not None for key in (*_LENGTHS, "luffing"))
+    whole = jib is not None and all(getattr(jib, key) is not None for key in (*_LENGTHS, "luff_deg", "luffing"))
     return charted and whole and all(getattr(given, key) is not None for key in keys)

@@ -12,7 +12,7 @@ from bimvox.crane.machine import Machine, carries_most
 from bimvox.crane.override import Override
 from bimvox.crane.rigging import with_reeving
 from bimvox.crane.tower_crane import Reeving, TowerCrane
-from bimvox.crane.working_range import UNLIMITED, SlowZone, WorkingRange
+from bimvox.crane.working_range import UNLIMITED, SlowZone
 from bimvox.errors import ConfigError
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
 from bimvox.site.config import SiteConfig
@@ -270,7 +270,7 @@ def _of_site(given: CraneConfig) -> dict[str, Any]:
     if given.base_m is not None:
         values["base_m"] = (given.base_m[0], given.base_m[1], given.base_m[2] if len(given.base_m) == 3 else 0.0)
     if given.working_range is not None:
-        values["working_range"] = WorkingRange(**given.working_range.model_dump())
+        values["working_range"] = given.working_range.limiters()
     return values
 
 

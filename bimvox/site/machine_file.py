@@ -17,7 +17,7 @@ from bimvox.crane.tower_crane import Reeving, TowerCrane
 from bimvox.errors import ConfigError, InputError
 from bimvox.site.config_crane import LuffAxisConfig, ReevingConfig, SlewingConfig, TravelConfig, chart_of
 from bimvox.site.nested import UTF8_HINT, toml_values
-from bimvox.site.validation import NotNegative, Number, Positive, Table, Text, first_finding
+from bimvox.site.validation import NotNegative, Number, Positive, Table, Text, first_finding, in_radians
 
 _FOLLOWS = AxisLimits(1.0, 1.0, 1.0)  # replaced by what follows from the jib
 
@@ -29,7 +29,7 @@ class LuffingMachineConfig(Table):
     """Height of the pivot above the ground; the site file says how high a tower crane stands."""
     pivot_offset_m: Number
     """Radius of the pivot; negative behind the slewing axis."""
-    luff_rad: tuple[Positive, Positive]
+    luff_deg: tuple[Positive, Positive]
     """Smallest and largest angle to the horizontal."""
     luffing: LuffAxisConfig
     """Limits of the luffing axis."""
@@ -172,7 +172,8 @@ def _crane(given: MachineConfig, length_m: float, reeving: Reeving) -> TowerCran
     return with_luffing_jib(
         crane,
         LuffingJib(
-            own.pivot_offset_m, own.pivot_height_m, length_m, own.luff_rad, own.luffing.limits(), given.hoist.limits(),
+            own.pivot_offset_m, own.pivot_height_m, length_m, in_radians(own.luff_deg),
+            own.luffing.limits(), given.hoist.limits(),
             own.tail_radius_m, own.tail_low_m, own.tail_width_m, own.width_m,
         ),
     )  # fmt: skip

@@ -14,7 +14,7 @@ from bimvox.site.work import Work
 
 _HEAD = """\
 # Site file of bimvox: parts to be lifted, yard, crane and rules. Units: metres, radians, kilograms, seconds.
-# Coordinates are in the site frame: x and y as in the model (turned by yaw_rad), z = 0 at the top of the ground.
+# Coordinates are in the site frame: x and y as in the model (turned by yaw_deg), z = 0 at the top of the ground.
 # Only the model's path is required; missing keys are chosen automatically. `bimvox schema site` lists all keys.
 """
 
@@ -67,7 +67,7 @@ def _model(config: SiteConfig) -> str:
         _key("unit", model.unit, "of the mesh file"),
         _key("up", model.up, "axis of the mesh file that points up"),
         _key("voxel_size_m", model.voxel_size_m, "edge length of a planning cell"),
-        _key("yaw_rad", model.yaw_rad, "angle of the site's x axis in the model, counter-clockwise"),
+        _key("yaw_deg", model.yaw_deg, "angle of the site's x axis in the model, counter-clockwise"),
         _key("ground_m", model.ground_m, "height in the model that is the top of the ground"),
         _key("assemblies", model.assemblies, 'lift assemblies "whole" or as "parts"'),
     )
@@ -200,7 +200,7 @@ _RULES = {
     "truckload_kg": "largest mass of a delivery; 0: as much as the yard holds",
     "wind_speed_m_s": "gust in which lifts must be possible; 0: no wind",
     "drag_coefficient": "of the parts: from 1.1 (cube) to 2.0 (long plate)",
-    "sling_angle_rad": "largest angle between two legs of a sling",
+    "sling_angle_deg": "largest angle between two legs of a sling",
     "critical_share": "share of the capacity above which a lift is critical",
     "crane_separation_m": "distance between cranes, also while they brake",
     "by_other_means": "a part that the crane cannot set counts as set by other means; false: it is missing",

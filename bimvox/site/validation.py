@@ -5,10 +5,11 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import degrees, radians
 from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from bimvox.errors import shown
 
@@ -17,6 +18,26 @@ class Table(BaseModel):
     """A table of a file: no unknown keys, no NaN; with the types below, no silent conversion either."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _in_degrees(cls, values: Any) -> Any:
+        """Return the values with angles in degrees: files of earlier versions have radians, in keys with ``_rad``."""
+        if not isinstance(values, dict):
+            return values
+        earlier = {key: f"{key[:-4]}_deg" for key in values if isinstance(key, str) and key.endswith("_rad")}
+        earlier = {key: now for key, now in earlier.items() if now in cls.model_fields}
+        for key, now in earlier.items():
+            if now in values:
+                raise ValueError(f"{now} and {key} are the same angle: give {now} alone")
+        return {earlier.get(key, key): _degrees(value) if key in earlier else value for key, value in values.items()}
+
+
+def _degrees(value: Any) -> Any:
+    """Return radians, or a list of them, in degrees, without the noise of the conversion; anything else as it is."""
+    if isinstance(value, list | tuple):
+        return tuple(_degrees(one) for one in value)
+    return round(degrees(value), 12) if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
 MOST = 1e9
@@ -128,6 +149,12 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
     if get_origin(annotation) in (Union, UnionType, tuple, list):
         return next((m for m in map(_model_in, get_args(annotation)) if m), None)
     return None
+
+
+def in_radians(pair_deg: tuple[float, float]) -> tuple[float, float]:
+    """Return a pair of angles in radians."""
+    first, second = map(radians, pair_deg)
+    return first, second
 
 
 def not_below(least: float, value: float) -> float:

@@ -51,7 +51,7 @@ def test_a_luffing_jib_is_compared_key_by_key_but_its_mast_is_the_sites():
         assert tuple(one.key for one in differences(with_luffing_jib(crane, jib), crane)) == heights
         jib = dataclasses.replace(crane.luffing, length_m=30.0, luff_rad=(0.5, 1.2), width_m=2.0)
         keys = [one.key for one in differences(with_luffing_jib(crane, jib), crane)]
-        assert keys == ["jib.length_m", "jib.width_m", "jib.luff_rad"]
+        assert keys == ["jib.length_m", "jib.width_m", "jib.luff_deg"]
 
 
 def test_more_is_more_capacity_reach_or_wind_or_hidden_mass():

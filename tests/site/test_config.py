@@ -1,4 +1,5 @@
 import json
+import math
 from dataclasses import asdict
 
 import pytest
@@ -14,6 +15,7 @@ from bimvox.units import METRES_PER_UNIT
 
 def test_the_rules_have_the_planners_names_and_defaults():
     own = RulesConfig().model_dump()
+    own["sling_angle_rad"] = math.radians(own.pop("sling_angle_deg"))
     assert all(own.pop(rule) is None for rule in DEFAULT_RULES)
     named = asdict(Rules())
     assert {rule: named.pop(rule) for rule in (*DEFAULT_RULES, "gives_way")} == {

@@ -212,7 +212,7 @@ def test_a_luffing_machine_that_is_not_known_needs_every_key():
         crane_of(site(kind="mobile", name="luffing-40", base_m=(0.0, 0.0)))
     assert caught.value.key == "crane.name"
     with pytest.raises(ConfigError, match="luffing range of"):
-        override = OverrideConfig(jib=LuffingConfig(luff_rad=(0.5, 1.6)))
+        override = OverrideConfig(jib=LuffingConfig(luff_deg=(28.0, 92.0)))
         crane_of(site(kind="mobile", base_m=(0.0, 0.0), override=override))
 
 

@@ -25,7 +25,7 @@ def full() -> SiteConfig:
         ),
         model=ModelConfig(
             path=Path("my models/a.ifc"), select="IfcColumn, IfcBeam", unit="ft", voxel_size_m=0.1 + 0.2,
-            yaw_rad=-0.1234567890123, ground_m=-0.0, assemblies="parts",
+            yaw_deg=-7.1234567890123, ground_m=-0.0, assemblies="parts",
         ),
         grid=GridConfig(low_m=(-1.0, 2.0, -0.3), high_m=(15.0, 16.5, 5.0)),
         component=(
@@ -41,7 +41,7 @@ def full() -> SiteConfig:
         policy=PolicyConfig(id="p-1", steps=20_000, seed=7, required_success=0.9),
         crane=CraneConfig(
             name="hammerhead-30", base_m=(1.0, 2.0), falls=4, max_wind_m_s=15.0,
-            working_range=WorkingRangeConfig(slew_rad=(0.5, 3.5), radius_m=(4.0, 20.0), highest_hook_m=18.0),
+            working_range=WorkingRangeConfig(slew_deg=(30.0, 200.5), radius_m=(4.0, 20.0), highest_hook_m=18.0),
             override=OverrideConfig(jib_length_m=28.0, max_wind_m_s=12.0, gears=((500.0, 1.0),), chart=((9.0, 800.0),)),
             reeving=(
                 ReevingConfig(falls=2, chart=((10.0, 3000.0), (20.0, 1500.0)), hook_block_kg=9.0, gears=((50.0, 2.0),)),

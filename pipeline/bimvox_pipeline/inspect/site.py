@@ -82,6 +82,8 @@ def _crane(crane: TowerCrane) -> dict[str, Any]:
 
 def default_site_to_ifc(building: Building) -> list[list[float]] | None:
     """Return the (4, 4) transform that `bimvox init` would give the site; None without elements on the ground."""
+    import math
+
     from bimvox.site.config import ModelConfig, SiteConfig
     from bimvox.site.guess import VOXEL_SIZES_M
     from bimvox.site.placement import built_elements, dominant_yaw_rad, ground_height_m, place_building
@@ -90,7 +92,7 @@ def default_site_to_ifc(building: Building) -> list[list[float]] | None:
         return None
     model = ModelConfig(
         path=Path(building.source.name),
-        yaw_rad=dominant_yaw_rad(building),
+        yaw_deg=math.degrees(dominant_yaw_rad(building)),
         ground_m=ground_height_m(building, VOXEL_SIZES_M[0]),
     )
     # "+ 0.0" turns -0.0 into 0.0.
