@@ -201,8 +201,11 @@ def _thicknesses(
     outward: float,
 ) -> NDArray[np.float64]:
     """Return (F,) the least thickness of the part at points spread over each triangle; infinite if no ray hits."""
-    thick, point = np.empty(corners.shape[0]), np.empty(3)
+    thick, point, slowness = np.empty(corners.shape[0]), np.empty(3), np.empty(3)
+    waiting = np.empty(64, np.int64)
     for f in range(corners.shape[0]):
+        for k in range(3):
+            slowness[k] = 1.0 / normals[f, k] if normals[f, k] != 0.0 else 0.0
         thick[f], longest = np.inf, 0.0
         for side in range(3):
             squared = 0.0
@@ -216,7 +219,9 @@ def _thicknesses(
                 for k in range(3):
                     a, b, c = corners[f, 0, k], corners[f, 1, k], corners[f, 2, k]
                     point[k] = a + u * (b - a) + v * (c - a)
-                ahead, thick_ahead, behind, thick_behind = nearest_both_ways(corners, normals, boxes, spans, point, f)
+                ahead, thick_ahead, behind, thick_behind = nearest_both_ways(
+                    corners, normals, boxes, spans, point, f, slowness, waiting
+                )
                 # A ray into the part leaves it again: an odd number of crossings. Abutting shells are odd both ways.
                 inward = np.inf
                 if ahead % 2 == 1:

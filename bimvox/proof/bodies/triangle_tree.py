@@ -151,9 +151,14 @@ def nearest_both_ways(
     spans: NDArray[np.int64],
     start: NDArray[np.float64],
     own: int,
+    slowness: NDArray[np.float64],
+    waiting: NDArray[np.int64],
 ) -> tuple[int, float, int, float]:
-    """Return what ``crossed`` finds along the normal of triangle ``own`` and against it: crossings and the nearest."""
-    waiting, ray = np.empty(64, np.int64), normals[own]
+    """Return what ``crossed`` finds along the normal of triangle ``own`` and against it: crossings and the nearest.
+
+    ``slowness`` is (3,) 1 over each component of the normal, 0 for 0; ``waiting`` is room for 64 nodes.
+    """
+    ray = normals[own]
     waiting[0], left = 0, 1
     ahead, behind, nearest_ahead, nearest_behind = 0, 0, np.inf, np.inf
     while left:
@@ -161,9 +166,9 @@ def nearest_both_ways(
         node = waiting[left]
         enters, leaves = -np.inf, np.inf
         for k in range(3):
-            if ray[k] != 0.0:
-                one = (boxes[node, 0, k] - _SAME_M - start[k]) / ray[k]
-                other = (boxes[node, 1, k] + _SAME_M - start[k]) / ray[k]
+            if slowness[k] != 0.0:
+                one = (boxes[node, 0, k] - _SAME_M - start[k]) * slowness[k]
+                other = (boxes[node, 1, k] + _SAME_M - start[k]) * slowness[k]
                 enters, leaves = max(enters, min(one, other)), min(leaves, max(one, other))
             elif start[k] < boxes[node, 0, k] - _SAME_M or start[k] > boxes[node, 1, k] + _SAME_M:
                 leaves = -np.inf

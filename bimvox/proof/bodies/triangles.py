@@ -390,10 +390,10 @@ def _shape_of(mesh: TriangleMesh) -> fcl.BVHModel:
 
 def _object_between(mesh: TriangleMesh, low_m: float, high_m: float) -> fcl.CollisionObject:
     """Return the triangles of a mesh that reach into a range of heights; all if none do, as FCL needs at least one."""
-    triangles = mesh.triangles_m
-    heights = triangles[:, :, 2]
-    inside = (heights.min(axis=1) <= high_m + _ROUNDING_M) & (heights.max(axis=1) >= low_m - _ROUNDING_M)
-    triangles = triangles[inside] if inside.any() else triangles
+    one, two, three = mesh.vertices_m[:, 2][mesh.faces].T
+    lowest, highest = np.minimum(np.minimum(one, two), three), np.maximum(np.maximum(one, two), three)
+    inside = (lowest <= high_m + _ROUNDING_M) & (highest >= low_m - _ROUNDING_M)
+    triangles = mesh.vertices_m[mesh.faces[inside] if inside.any() else mesh.faces]
     return fcl.CollisionObject(
         _shape_of(TriangleMesh(triangles.reshape(-1, 3), np.arange(triangles.size // 3, dtype=np.int32).reshape(-1, 3)))
     )

@@ -13,10 +13,11 @@ def test_a_ray_both_ways_finds_what_two_rays_find():
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     normals[:20] = np.eye(3)[rng.integers(0, 3, 20)]
-    body, met = (corners, normals, boxes, spans), 0
+    body, met, waiting = (corners, normals, boxes, spans), 0, np.empty(64, np.int64)
     for number, start in enumerate(corners.mean(axis=1)):
         ahead, _, ahead_m = crossed(*body, start, normals[number], number)
         behind, _, behind_m = crossed(*body, start, -normals[number], number)
-        assert nearest_both_ways(*body, start, number) == (ahead, ahead_m, behind, behind_m)
+        slowness = np.divide(1.0, normals[number], out=np.zeros(3), where=normals[number] != 0.0)
+        assert nearest_both_ways(*body, start, number, slowness, waiting) == (ahead, ahead_m, behind, behind_m)
         met += ahead + behind
     assert met > 300
