@@ -13,7 +13,7 @@ from bimvox.site.validation import Table
 from bimvox.site.work import Work
 
 _HEAD = """\
-# Site file of bimvox: parts to be lifted, yard, crane and rules. Units: metres, degrees, kilograms, seconds; rates in radians a second.
+# Site file of bimvox: parts to be lifted, yard, crane and rules. Units: m, degrees, kg, s (rates: rad/s).
 # Coordinates are in the site frame: x and y as in the model (turned by yaw_deg), z = 0 at the top of the ground.
 # Only the model's path is required; missing keys are chosen automatically. `bimvox schema site` lists all keys.
 """
