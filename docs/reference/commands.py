@@ -43,6 +43,8 @@ def command_pages() -> dict[str, str]:
         "",
         prose(base.epilog),
         "",
+        "A fault of bimvox itself ends with 70, Ctrl-C with 130 (`watch` and `render --follow`: 0).",
+        "",
         "Every command takes `--json` (`BIMVOX_JSON`: one document on stdout, messages on stderr) and `-h, --help`. "
         "All but `schema` take `-q, --quiet` (`BIMVOX_QUIET`: errors only) and `-v, --verbose` (`BIMVOX_VERBOSE`: "
         "every stage with its time).",
