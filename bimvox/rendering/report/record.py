@@ -18,6 +18,7 @@ from bimvox.remarks.carrying import least_height_m
 from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
 from bimvox.rendering.page.source import Revision
+from bimvox.rendering.report.method import about_machine, blind_lifts, method_of
 from bimvox.rendering.report.site_plan import drawing_of
 from bimvox.site.config_project import ProjectConfig
 from bimvox.site.site import Site
@@ -38,10 +39,10 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         critical_share: Share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
 
     Returns:
-        ``log, project, site, crane, drawing, totals, methods, lifts, critical, infeasible, steps, pauses,
-        not_lifted, deliveries, verdict, conditions, proof, remarks, inputs, clashes, notes``; ``critical`` are orders
-        of lifts, the highest utilisation first; ``infeasible`` orders of lifts, causes first: those blocked only by
-        other infeasible ones come last.
+        ``log, project, site, crane, drawing, method, blind, totals, methods, lifts, critical, infeasible, steps,
+        pauses, not_lifted, deliveries, verdict, conditions, proof, remarks, inputs, clashes, notes``. ``critical`` are
+        orders of lifts, the highest utilisation first; ``infeasible`` orders of lifts, causes first: those blocked only
+        by other infeasible ones come last.
     """
     site = revision.plan.site
     if critical_share is None:
@@ -64,6 +65,8 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "crane": _crane(site.cranes[0]) if site.cranes else None,
         **({"other_cranes": [_crane(crane) for crane in site.cranes[1:]]} if site.has_several_cranes else {}),
         "drawing": drawing_of(revision),
+        "method": method_of(revision),
+        "blind": blind_lifts(revision),
         "totals": _totals(revision, lifts) | _of_cranes(site, lifts),
         "methods": _methods(lifts),
         "critical_share": critical_share,
@@ -169,6 +172,7 @@ def _crane(crane: TowerCrane) -> dict[str, Any]:
     return {
         **identity(crane),
         "kind": crane.kind,
+        "about": about_machine(crane),
         "luffing": _luffing(crane),
         "base_m": list(crane.base_m),
         "jib_height_m": crane.jib_height_m,

@@ -46,18 +46,20 @@ def drawing_of(revision: Revision) -> dict[str, Any]:
 
     Returns:
         ``extent_m`` (lowest and highest corner of the site), ``north`` (``kind`` and angle from the site's +x axis,
-        or None), ``areas``, ``obstructions``, ``structure``, ``storeys``, ``stored`` parts, ``cranes`` with their
-        radii and capacities, ``below_loads`` (where a load hangs above) and ``distances_m`` on plan.
+        or None), ``areas`` with ``areas_m2``, ``obstructions``, ``structure``, ``storeys``, ``stored`` parts,
+        ``cranes`` with their radii and capacities, ``below_loads`` (where a load hangs above) and
+        ``distances_m`` on plan.
     """
     site = revision.plan.site
     low = np.array(site.frame.origin_m)
     high = low + np.array(site.shape) * site.frame.voxel_size_m
     building = _union(_hull(component.mesh, PLAN) for component in site.components)
     yard, storeys = _columns(site, site.yard), _storeys(site)
+    areas, below = _areas(site, yard), _below_loads(revision)
     return {
         "extent_m": [_rounded(low), _rounded(high)],
         "north": _north(revision),
-        "areas": {name: _outline(shape) for name, shape in _areas(site, yard).items() if not shape.is_empty},
+        "areas": {name: _outline(shape) for name, shape in areas.items() if not shape.is_empty},
         "obstructions": [_blocker(site, one) for one in site.blockers if one.kind == "obstruction"],
         "structure": {
             _name(axes): _outline(_union(_hull(one.mesh, axes) for one in site.blockers if one.mesh))
@@ -66,7 +68,8 @@ def drawing_of(revision: Revision) -> dict[str, Any]:
         "storeys": storeys,
         "stored": _stored(revision),
         "cranes": [_crane(crane, storeys) for crane in site.cranes],
-        "below_loads": _outline(_below_loads(revision)),
+        "below_loads": _outline(below),
+        "areas_m2": _sizes(site, areas, below),
         "distances_m": _distances(site, building, yard),
     }
 
@@ -87,6 +90,18 @@ def _areas(site: Site, yard: BaseGeometry) -> dict[str, BaseGeometry]:
         "limiter": _columns(site, limited),
         "slow": _union(shapely.Polygon(zone.polygon) for crane in site.cranes for zone in crane.slow_zones),
     }
+
+
+def _sizes(site: Site, areas: dict[str, BaseGeometry], below: BaseGeometry) -> dict[str, float]:
+    """Return the areas below loads and below the jib, and how much of them is outside construction area and yard."""
+    own = areas["construction"].union(areas["yard"])
+    sweeps = (shapely.Point(c.base_m[:2]).buffer(outline_of(c).jib_end_m, quad_segs=64) for c in site.cranes)
+    sizes = {
+        "below_loads": below.area,
+        "below_outside": below.difference(own).area,
+        "oversail": _union(sweeps).difference(own).area,
+    }
+    return {name: round(float(size), 1) for name, size in sizes.items()}
 
 
 def _blocker(site: Site, blocker: Blocker) -> dict[str, Any]:

@@ -1,0 +1,155 @@
+"""The method statement: by class of work, and what holds for every lift."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from bimvox.rendering.plain import escape
+from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
+from bimvox.rendering.report.titleblock import BLANK, stated
+from bimvox.rendering.report.words import fixed, named, percent, span, tonnes
+from bimvox.rendering.words import counted
+
+_WORK = {
+    "footing": "Footings",
+    "column": "Columns",
+    "wall": "Walls",
+    "beam": "Beams",
+    "slab": "Slabs",
+    "stair": "Stairs",
+    "steel": "Steel",
+    "other": "Other parts",
+}
+_STEPS = (
+    ("hook_on", "Attach slings and tag lines"),
+    ("raise", "Raise, hold for the trial lift"),
+    ("turn", "Turn"),
+    ("hoist", "Hoist"),
+    ("traverse", "Slew and trolley"),
+    ("lower", "Lower"),
+    ("set", "Align, fix, brace on the hook"),
+    ("release", "Take off slings and tag lines"),
+)
+_LISTED = 40
+
+
+def statement(record: dict[str, Any]) -> str:
+    """Return the method statement; empty for a plan without a crane."""
+    if record["crane"] is None:
+        return ""
+    columns = ("Class", "Lifts", "Heaviest\nt", "Lifting\npoints", "Upended\n/ turned", *(_two(w) for _, w in _STEPS))
+    rows = [_class(one) for one in record["method"]]
+    about = (
+        "The crane stands still while slings and tag lines are attached, a part is turned or fixed, and they are taken "
+        "off. In between, the part moves on the path in the log and on no other. Slings come off when the part is "
+        "fixed and braced. Times are the shortest and the longest of the class in this plan."
+    )
+    return section(
+        "Method statement", paragraph(about),
+        tag("div", table(columns, rows, class_="words method", id_="method"), "wide"),
+        terms(_limits(record)), id="method-statement",
+    )  # fmt: skip
+
+
+def _two(words: str) -> str:
+    """Return a heading on two lines, with its unit."""
+    first, _, rest = words.partition(" ")
+    return f"{first}\n{rest}" if rest else first
+
+
+def _class(one: dict[str, Any]) -> str:
+    low, high = one["points"]
+    cells = [
+        _WORK.get(one["work"], one["work"]),
+        number(len(one["lifts"]), str(len(one["lifts"])), "lifts"),
+        number(one["heaviest_kg"], tonnes(one["heaviest_kg"]), "heaviest_kg"),
+        f"{low}" if low == high else f"{low} to {high}",
+        f"{one['upended']} / {one['turned']}",
+    ]
+    for name, _ in _STEPS:
+        spans = one["phases"].get(name)
+        cells.append("–" if spans is None else _range(name, *spans))
+    return row(cells, data_work=one["work"])
+
+
+def _range(name: str, low_s: float, high_s: float) -> str:
+    first = number(low_s, span(low_s), f"{name}_from_s")
+    return first if low_s == high_s else f"{first} to {number(high_s, span(high_s), f'{name}_to_s')}"
+
+
+def _limits(record: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return what holds for every lift."""
+    project, planned = record["project"], [one for one in record["lifts"] if one["status"] == "planned"]
+    share = percent(record["critical_share"], 0)
+    critical = _numbers([one for one in planned if one["critical"]])
+    return [
+        ("Wind", _wind(record, planned)),
+        ("Blind lifts", _blind(record)),
+        ("Exclusion zone", _below(record)),
+        ("Oversail", _oversail(record)),
+        ("Critical lifts", f"from {share} of the capacity: {critical or 'none'}"),
+        ("Permitted use", "100 % of the load chart; a lower limit is not stated"),
+        ("Chart from", "; ".join(f"{escape(one['name'])}: {stated(one['about'])}" for one in _cranes(record))),
+        ("Out of service", f"position of the jib, free slewing, wind: {BLANK}"),
+        ("Foundation", stated(project["foundation"])),
+        ("Ground", stated(project["ground"])),
+        ("Emergency", stated(project["emergency"])),
+        ("Communication", BLANK),
+        ("Slings, shackles", f"working load limits, leg angles, certificates: {BLANK}"),
+    ]
+
+
+def _cranes(record: dict[str, Any]) -> list[dict[str, Any]]:
+    return [record["crane"], *record.get("other_cranes", [])]
+
+
+def _wind(record: dict[str, Any], planned: Sequence[dict[str, Any]]) -> str:
+    """Return the wind in which every lift is permitted, and what governs it."""
+    if not planned:
+        return ""
+    governs = min(planned, key=lambda lift: (lift["lifting"]["permitted_wind_m_s"], lift["order"]))
+    least = governs["lifting"]["permitted_wind_m_s"]
+    machine = _cranes(record)[governs.get("crane", 0)]
+    speed = number(least, f"{least:.1f} m/s", "least_wind_m_s")
+    if least >= machine["max_wind_m_s"]:
+        return f"stop at {speed} (gust): the crane's own limit governs every lift"
+    return (
+        f"stop at {speed} (gust): the sail area of lift {governs['number']}, {escape(named(governs))}, governs; the "
+        f"crane works up to {machine['max_wind_m_s']:g} m/s; each lift's own limit is in the table of lifts"
+    )
+
+
+def _blind(record: dict[str, Any]) -> str:
+    """Return the lifts that the operator cannot see, and the rule."""
+    rule = (
+        "seen from the slewing axis at the jib, the middle of the part at its pick or set place is behind an "
+        "obstruction, structure or a part that is set"
+    )
+    blind = record["blind"]
+    if not blind:
+        return f"none ({rule})"
+    by_order = {lift["order"]: lift for lift in record["lifts"]}
+    words = _numbers([by_order[one["order"]] for one in blind])
+    count = number(len(blind), str(len(blind)), "blind_lifts")
+    return f"{count} ({rule}): {words}. A signaller sees the load all the way, with radio contact"
+
+
+def _numbers(lifts: Sequence[dict[str, Any]]) -> str:
+    words = ", ".join(str(lift["number"]) for lift in lifts[:_LISTED])
+    return words + (f" and {counted(len(lifts) - _LISTED, 'more lift')}" if len(lifts) > _LISTED else "")
+
+
+def _below(record: dict[str, Any]) -> str:
+    found = record["drawing"]["areas_m2"]
+    if not found["below_loads"]:
+        return ""
+    own = number(found["below_loads"], f"{fixed(found['below_loads'], 0)} m²", "below_loads_m2")
+    outside = number(found["below_outside"], f"{fixed(found['below_outside'], 0)} m²", "below_outside_m2")
+    return f"nobody below a load: {own} in the plan drawing, {outside} of it outside construction area and yard"
+
+
+def _oversail(record: dict[str, Any]) -> str:
+    outside = record["drawing"]["areas_m2"]["oversail"]
+    words = number(outside, f"{fixed(outside, 0)} m²", "oversail_m2")
+    return f"the jib sweeps {words} outside construction area and yard when it slews freely"
