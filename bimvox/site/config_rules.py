@@ -157,9 +157,9 @@ class RulesConfig(Table):
     sample_period_s: Period = _RULES.sample_period_s
     """Sampling interval of the log."""
     times: TimesConfig = TimesConfig()
-    """The crew's times by class of work."""
+    """How long the crew takes, by class of work."""
     casting: CastingConfig = CastingConfig()
-    """The times of work that the crane does not do."""
+    """How long work takes that the crane does not do."""
     bracing_s: Pause | None = None
     """One ``brace_s`` for all classes, instead of ``times``."""
     release_s: Pause | None = None
