@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import sys
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from docs.reference.formats import format_pages
 DOCS = Path(__file__).parents[1]
 
 
+@functools.cache  # rendering every help text takes seconds
 def pages() -> dict[str, str]:
     """Return the text of every page that follows from the code, by its path in ``docs``."""
     return command_pages() | format_pages()
