@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 import numba
 from numba.core import typed_passes, untyped_passes
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import PassManager
+from numba.core.registry import cpu_target
 from numba.core.types.misc import unliteral
 
 from bimvox.kernel_cache import KernelCache
+from bimvox.kernel_code import KernelCode
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -32,10 +35,23 @@ _NEEDLESS = (
 
 
 class _Passes(CompilerBase):  # type: ignore[misc]  # numba has no types
-    """Numba's own passes, in its order, without those that no kernel needs."""
+    """Numba's own passes, in its order, without those that no kernel needs.
+
+    Args:
+        cache: That of the kernel.
+        args: What numba passes.
+    """
+
+    def __init__(self, cache: KernelCache, *args: Any) -> None:
+        super().__init__(*args)
+        self._cache = cache
 
     def define_pipelines(self) -> list[Any]:
-        """Return the passes."""
+        """Return the passes, and prepare what they work on."""
+        function, codegen = self.state.func_id, self.state.targetctx.codegen()
+        function.unique_id = self._cache.symbol_tag(self.state.args, codegen)
+        self.state.library = KernelCode(codegen, function.func_qualname)
+        self.state.library.enable_object_caching()
         chosen = PassManager("kernel")
         for one, words in DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
             if one not in _NEEDLESS:
@@ -93,13 +109,28 @@ def _compiled(function: F, **options: bool) -> F:
     return dispatcher  # type: ignore[no-any-return]
 
 
+@contextmanager
+def _without_c_wrappers() -> Iterator[None]:
+    """Let numba's own functions, too, be compiled without the wrappers through which C would call them."""
+    context = cpu_target.target_context
+    if "create_cfunc_wrapper" in vars(context):  # within the turn of a caller
+        yield
+        return
+    context.create_cfunc_wrapper = lambda *_: None
+    try:
+        yield
+    finally:
+        del context.create_cfunc_wrapper
+
+
 def _dispatcher(function: F, **options: bool) -> Any:
-    dispatcher = numba.njit(nogil=True, no_cfunc_wrapper=True, pipeline_class=_Passes, **options)(function)
+    dispatcher = numba.njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
     cache = dispatcher._cache = KernelCache(dispatcher)
+    dispatcher._compiler.pipeline_class = functools.partial(_Passes, cache)
     compile_one = dispatcher.compile
 
     def compile_once(signature: Any) -> Any:
-        with cache.turn():
+        with cache.turn(), _without_c_wrappers():
             return compile_one(signature)
 
     dispatcher.compile = compile_once

@@ -14,7 +14,6 @@ from __future__ import annotations
 import enum
 import hashlib
 import os
-import pickle
 import sys
 import types
 import uuid
@@ -28,19 +27,18 @@ import numba
 import numpy as np
 import platformdirs
 from numba.core.caching import _Cache
-from numba.core.compiler import CompileResult
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
 from bimvox.compiling import compiling_one
+from bimvox.kernel_code import content_of, load, remember
 from bimvox.uncollected import uncollected
 
 CALLEE = ".callee"
 """Ends the name of a kernel as other kernels call it; see `bimvox.compiled`."""
 
 _DIGITS = 32
-_CHECKSUM_BYTES = 32
+_FORMAT = "called by symbol"  # of the files
 _LONGEST_WAIT_S = 300.0  # for a process that has stopped without ending
 _SCALARS = (bool, int, float, complex, str, bytes, type(None), np.generic)
 
@@ -88,27 +86,27 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         if not self._is_enabled:
             return None
         file = self._file(sig, target_context.codegen())
-        found = _read(file, target_context)
+        found = load(file, target_context)
         if found is None and self._turns:
             self._turns[-1].enter_context(compiling_one())
             self._turns[-1].enter_context(uncollected())  # looking for garbage took a tenth of the time of compiling
             if _lock(file, self._turns[-1]):  # another process may have compiled it by now
-                found = _read(file, target_context)
+                found = load(file, target_context)
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store the machine code for a signature; the file appears whole or not at all."""
+        file = self._file(sig, data.codegen)
+        remember(data, file)
         if not self._is_enabled:
             return
         if any(not lifted.can_cache for lifted in data.lifted) or data.library.has_dynamic_globals:
             warnings.warn(f"the machine code of {self._dispatcher.py_func.__qualname__} cannot be stored", stacklevel=2)
             return
-        file = self._file(sig, data.codegen)
         part = file.with_name(f"{uuid.uuid4().hex}.part")
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
-            content = dumps(data._reduce())
-            part.write_bytes(content + _checksum(content))
+            part.write_bytes(content_of(data))
             part.replace(file)
         except OSError:  # disk full or folder not writable: the kernel is compiled again next time
             with suppress(OSError):
@@ -127,24 +125,17 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         for file in Path(self.cache_path).glob(f"{self._stem}-*.nbc"):
             file.unlink(missing_ok=True)
 
+    def symbol_tag(self, arguments: tuple[Any, ...], codegen: Any) -> str:
+        """Return what tells this machine code's symbol from all others, in every process: its file's digest."""
+        return self._file(arguments, codegen).stem.rpartition("-")[2]
+
     def _file(self, sig: Any, codegen: Any) -> Path:
         if self._digest is None:  # on first use: the kernel may call functions defined below it
             self._digest = digest_of(self._dispatcher)
         arguments, _ = normalize_signature(sig)
         machine = (codegen.magic_tuple(), numba.__version__, sys.version_info)
-        key = (self._digest, str(arguments), *_fields_of(arguments), machine)
+        key = (_FORMAT, self._digest, str(arguments), *_fields_of(arguments), machine)
         return Path(self.cache_path) / f"{self._stem}-{_hashed(repr(key).encode())}.nbc"
-
-
-def _read(file: Path, target_context: Any) -> Any:
-    """Return the machine code in a file; None if it is not there, damaged, or of other packages."""
-    with suppress(OSError, EOFError, ImportError, AttributeError, pickle.UnpicklingError):
-        content = file.read_bytes()
-        if content[-_CHECKSUM_BYTES:] != _checksum(content[:-_CHECKSUM_BYTES]):
-            return None  # a damaged disk: machine code with a wrong byte may do anything
-        target_context.refresh()
-        return CompileResult._rebuild(target_context, *pickle.loads(content))
-    return None
 
 
 def _lock(file: Path, turn: ExitStack, wait_s: float | None = None) -> bool:
@@ -266,10 +257,6 @@ def _fields_of(arguments: tuple[Any, ...]) -> Iterator[tuple[str, ...]]:
         if isinstance(argument, numba.types.BaseNamedTuple):
             one = argument.instance_class
             yield (one.__module__, one.__qualname__, *argument.fields)
-
-
-def _checksum(content: bytes) -> bytes:
-    return hashlib.sha256(content).digest()
 
 
 def _hashed(content: bytes) -> str:

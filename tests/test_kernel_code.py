@@ -1,0 +1,66 @@
+"""A kernel's machine code refers to the kernels that it calls; their files are loaded before it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+SCRIPT = """
+import json, math, sys
+from bimvox.compiled import kernel
+
+def kernels(factor):
+    @kernel
+    def large(x):
+        total = 0.0
+        for n in range(50):
+STEPS
+        return total + 50 * factor
+
+    @kernel
+    def outer(x):
+        return large(x) + large(x + 1.0)
+
+    return large.callee(), outer
+
+def defined(dispatcher):
+    return [one.name for library in dispatcher.overloads.values() for one in library.library.get_defined_functions()]
+
+for factor in sys.argv[1:]:
+    large, outer = kernels(float(factor))
+    value = outer(2.0) - 100 * float(factor)
+    made = [sum(one.stats.cache_misses.values()) for one in (outer, large)]
+    loaded = [sum(one.stats.cache_hits.values()) for one in (outer, large)]
+    print(json.dumps([value, made, loaded, sum("large" in name for name in defined(outer))]))
+"""
+STEP = "            total += math.sin(x * {0}) * math.cos(x + n) + math.exp(-n * x) * math.atan(x - {0})"
+
+
+def said(folder: Path, *factors: str) -> list[list[Any]]:
+    script = folder / "kernels_of_a_test.py"
+    script.write_text(SCRIPT.replace("STEPS", "\n".join(STEP.format(k) for k in range(1, 20))))  # too large to inline
+    command = [sys.executable, str(script), *factors]
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(folder / "kernels")}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def test_what_a_kernel_calls_is_not_in_its_file_but_loaded_before_it(tmp_path: Path) -> None:
+    ((value, *made),) = said(tmp_path, "3")
+    assert made == [[1, 1], [0, 0], 0]
+    three = set(tmp_path.rglob("large.callee-*.nbc"))
+    ((other, *made),) = said(tmp_path, "4")  # kernels with the same names and types
+    assert made == [[1, 1], [0, 0], 0]
+    assert abs(other - value) < 1e-6
+    loaded = said(tmp_path, "3", "4")
+    assert [one[1:3] for one in loaded] == [[[0, 0], [1, 0]]] * 2
+    assert [one[0] for one in loaded] == [value, other]
+    (file,) = three
+    file.unlink()  # then its caller is compiled again as well, and no other kernel
+    again = said(tmp_path, "3", "4")
+    assert [one[1:3] for one in again] == [[[1, 1], [0, 0]], [[0, 0], [1, 0]]]
+    assert [one[0] for one in again] == [value, other]
