@@ -124,15 +124,36 @@ def models_in(paths: Iterable[Path]) -> list[Path]:
     return [file for files in found for file in files if file.suffix.lower() in MODELS]
 
 
+_IN_WORDS = {"by other means": "by other means", "in_situ": "cast", "by_hand": "by hand", "refused": "refused"}
+"""Parts that are not planned, by their count."""
+
+
 def page(rows: Sequence[dict[str, Any]]) -> str:
-    """Return the measurements as the page has them: the time of the whole plan, and by stage for the longest one."""
-    text = table(rows, ("init", "plan", "verify"))
+    """Return the measurements as the page has them: the other parts in words, the stages of the longest plan."""
+    lines = [
+        "| model | parts | planned | the others | machine | init, s | plan, s | verify, s |",
+        "|---|---:|---:|---|---|---:|---:|---:|",
+    ]
+    for row in rows:
+        if "error" in row:
+            lines.append(f"| {row['model']} | {row['error']} |")
+            continue
+        others = (f"{row['counts'][key]} {word}" for key, word in _IN_WORDS.items() if row["counts"][key])
+        seconds = " | ".join(f"{row['seconds'][name]:.1f}" for name in ("init", "plan", "verify"))
+        machine = row["machine"] + ", NOT VERIFIED" * (not row["verified"])
+        planned = row["counts"]["planned"]
+        lines.append(f"| {row['model']} | {row['parts']} | {planned} | {', '.join(others)} | {machine} | {seconds} |")
     done = [row for row in rows if "error" not in row]
     if not done:
-        return text
+        return "\n".join(lines)
+    planned, parts = (
+        sum(counts) for counts in zip(*((row["counts"]["planned"], row["parts"]) for row in done), strict=True)
+    )
     longest = max(done, key=lambda row: float(row["seconds"]["plan"]))
     stages = ", ".join(f"{name} {longest['seconds'][name]:.1f}" for name in STAGES)
-    return f"{text}\n\nThe plan of {longest['model']} by stage, s: {stages}."
+    verified = sum(row["verified"] for row in done)
+    told = f"{planned:,} of {parts:,} parts are planned, {verified} of {len(rows)} plans verified."
+    return "\n".join([*lines, "", f"{told} The plan of {longest['model']} by stage, s: {stages}."])
 
 
 def table(rows: Sequence[dict[str, Any]], columns: Sequence[str] = ("init", *STAGES, "verify")) -> str:

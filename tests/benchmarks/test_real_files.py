@@ -26,7 +26,7 @@ def test_the_page_has_the_time_of_the_plan_and_the_stages_of_the_longest():
         {
             "model": name,
             "parts": 1,
-            "counts": dict.fromkeys(("planned", "by other means", "in_situ", "by_hand", "refused"), 0),
+            "counts": {"planned": 0, "by other means": 0, "in_situ": 1, "by_hand": 2, "refused": 0},
             "machine": "flat-top-75",
             "seconds": {"init": 1.0, **dict.fromkeys(STAGES, stage_s), "plan": len(STAGES) * stage_s, "verify": 3.0},
             "verified": True,
@@ -34,7 +34,8 @@ def test_the_page_has_the_time_of_the_plan_and_the_stages_of_the_longest():
         for name, stage_s in files.items()
     ]
     text = page([*rows, {"model": "damaged.ifc", "error": "not an IFC file"}])
-    assert "| short.ifc | 1 | 0 | 0 | 0 | 0 | 0 | flat-top-75 | yes | 1.0 | 4.0 | 3.0 |" in text
+    assert "| short.ifc | 1 | 0 | 1 cast, 2 by hand | flat-top-75 | 1.0 | 4.0 | 3.0 |" in text
+    assert "0 of 2 parts are planned, 2 of 3 plans verified." in text
     assert text.endswith("The plan of long.ifc by stage, s: " + ", ".join(f"{name} 2.0" for name in STAGES) + ".")
     assert "by stage" not in page([{"model": "damaged.ifc", "error": "not an IFC file"}])
 
