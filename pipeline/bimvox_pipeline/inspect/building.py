@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, Any
 
-from bimvox_pipeline.inspect.map_frame import ifc_to_map
+from bimvox.site.map_frame import ifc_to_map
 from bimvox_pipeline.inspect.site import default_site_to_ifc
 
 if TYPE_CHECKING:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.crane.identity import identity
-from bimvox_pipeline.inspect.map_frame import ifc_to_map
 
 if TYPE_CHECKING:
     from bimvox.bim.building import Building
@@ -29,6 +28,7 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
     from bimvox.site.extent import site_extent
     from bimvox.site.guess import complete_config
     from bimvox.site.machine import cranes_of
+    from bimvox.site.map_frame import ifc_to_map, set_out
     from bimvox.site.placement import place_building
 
     stated = load_site_config(path)
@@ -46,6 +46,7 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
         for one in placed.elements
         if one.role is Role.COMPONENT and not pinned.intersection((one.id, one.global_id))
     ]
+    to_map = ifc_to_map(building.georeference, building.source.unit)
     return {
         "name": config.name,
         "model": str(model.path),
@@ -65,7 +66,8 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
         "policy": config.policy.model_dump(mode="json"),
         "georeference": dict(building.georeference),
         "site_to_ifc": (site_to_ifc + 0.0).tolist(),
-        "ifc_to_map": ifc_to_map(building.georeference, building.source.unit),
+        "ifc_to_map": to_map,
+        "map": None if to_map is None else set_out(config, cranes, site_to_ifc, to_map),
         "notes": list(building.notes),
     }
 
