@@ -15,7 +15,7 @@ from bimvox.rendering.words import counted
 
 PX_PER_M_AT_1 = 96.0 / 0.0254
 """Drawing units of a metre on paper."""
-SCALES = (20, 50, 100, 200, 250, 500, 1000, 2000, 2500, 5000, 10000)
+SCALES = (20, 50, 100, 200, 250, 300, 400, 500, 750, 1000, 1500, 2000, 2500, 5000, 10000)
 _MOST_PX = {"plan": (1030.0, 640.0), "front": (1030.0, 300.0), "side": (1030.0, 300.0)}
 """What fits a landscape A4 page."""
 _MARGIN_PX = 46.0
@@ -111,7 +111,7 @@ def _legend(drawing: dict[str, Any]) -> str:
     names = {"building": "building, by storey", "construction": "construction area", "yard": "yard"}
     names |= {kind: words for kind, words in _ZONES.items() if kind in drawing["areas"]}
     deliveries = len({one["delivery"] for one in drawing["stored"]})
-    names |= {"stored": f"parts in the yard, {counted(deliveries, 'delivery')}"}
+    names |= {"stored": f"parts in the yard, deliveries: {deliveries}"}
     names |= {"obstruction": "obstruction"} if drawing["obstructions"] else {}
     names |= {"structure": "existing structure"} if drawing["structure"]["plan"] else {}
     names |= {"below": "exclusion zone below the loads (no person)"} if drawing["below_loads"] else {}
@@ -219,7 +219,7 @@ def _crane_from_the_side(sheet: Sheet, crane: dict[str, Any], axis: int) -> list
         lowest = (under[0], low - crane["below_jib_m"])
         parts.append(_line(sheet.at(under), sheet.at(lowest), "dimension"))
         words = f"{fixed(crane['below_jib_m'], 2)} m, building's top to jib"
-        parts.append(_label(sheet.at(lowest), words, 0.0, 12.0, "middle"))
+        parts.append(_label(sheet.at((under[0], low - 0.4 * crane["below_jib_m"])), words, 4.0, 3.0))
     label = f"highest hook {fixed(hook_m, 2)} m"
     parts.append(_label(sheet.at((at - tail, hook_m)), label, -3.0, 3.0, "end"))
     return parts
