@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import hypot, pi
+from math import hypot, inf, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,9 +104,11 @@ def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
     With q(u) the axes along the line, q' u'' + q'' u'^2 is an axis's acceleration, and so on: along a joint line, where
     q'' = 0, the limits are exact; along a curved line each limit is split evenly over its terms.
     """
+    if move.line is Line.JOINT:
+        return _joint_limits(crane, move.start, move.end)
     tightest = [np.inf, np.inf, np.inf]
     bounds = _derivative_bounds(crane, move)
-    axes = (crane.slewing, _radial(crane, move), crane.hoist)
+    axes = (crane.slewing, crane.trolley, crane.hoist)
     for limits, (first, second, third) in zip(axes, bounds, strict=True):
         if first == 0.0:
             continue
@@ -124,12 +126,23 @@ def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
     return AxisLimits(*tightest)
 
 
-def _radial(crane: TowerCrane, move: Move) -> AxisLimits:
-    """Return the limits on the radius along a move; those of a luffing jib depend on the radius."""
-    if crane.luffing is None or move.line is not Line.JOINT:
-        return crane.trolley
-    near, far = sorted((move.start.radius_m, move.end.radius_m))
-    return radius_limits(crane.luffing, crane.luffing.winch, near, far)
+def _joint_limits(crane: TowerCrane, start: CranePose, end: CranePose) -> AxisLimits:
+    rate = acceleration = jerk = inf
+    radial = crane.trolley
+    if crane.luffing is not None:  # its limits depend on the radius
+        near, far = sorted((start.radius_m, end.radius_m))
+        radial = radius_limits(crane.luffing, crane.luffing.winch, near, far)
+    for limits, first, last in (
+        (crane.slewing, start.slew_rad, end.slew_rad),
+        (radial, start.radius_m, end.radius_m),
+        (crane.hoist, start.height_m, end.height_m),
+    ):
+        if first != last:
+            travel = abs(last - first)
+            rate = min(rate, limits.rate / travel)
+            acceleration = min(acceleration, limits.acceleration / travel)
+            jerk = min(jerk, limits.jerk / travel)
+    return AxisLimits(rate, acceleration, jerk)
 
 
 def slowed(limits: AxisLimits, share: float) -> AxisLimits:
@@ -145,10 +158,16 @@ def no_shorter(limits: AxisLimits, least_s: float) -> AxisLimits:
     return AxisLimits(limits.rate * pace, limits.acceleration * pace**2, limits.jerk * pace**3)
 
 
+def joint_time_s(crane: TowerCrane, start: CranePose, end: CranePose) -> float:
+    """Return the shortest time along a joint line from rest to rest; 0 if nothing moves."""
+    limits = _joint_limits(crane, start, end)
+    return 0.0 if limits.rate == inf else rest_to_rest_s(1.0, limits)
+
+
 def move_time_s(crane: TowerCrane, move: Move) -> float:
     """Return the shortest time of a move from rest to rest; 0 if nothing moves."""
-    if not any(move.moving):
-        return 0.0
+    if move.line is Line.JOINT:
+        return joint_time_s(crane, move.start, move.end)
     return rest_to_rest_s(1.0, share_limits(crane, move))
 
 
@@ -159,9 +178,7 @@ def axes_of(pose: CranePose) -> NDArray[np.float64]:
 
 def _derivative_bounds(crane: TowerCrane, move: Move) -> tuple[tuple[float, float, float], ...]:
     """Per axis the largest |q'|, |q''| and |q'''| along the line, by the share."""
-    slew, radius, height = (abs(difference) for difference in move.difference)
-    if move.line is Line.JOINT:
-        return (slew, 0.0, 0.0), (radius, 0.0, 0.0), (height, 0.0, 0.0)
+    height = abs(move.end.height_m - move.start.height_m)
     ends = hook_of(crane, *np.array([axes_of(move.start), axes_of(move.end)]).T)[:, :2] - np.array(crane.base_m[:2])
     length = hypot(*(ends[1] - ends[0]))
     quarter = pi / 2.0 if move.line is Line.ARC else 1.0

@@ -22,7 +22,7 @@ from bimvox.crane.kinematics import nearest_turn, unwrap_slew
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import PlanningError
 from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, in_cell
-from bimvox.motion.move import Line, Move, axes_of, move_time_s
+from bimvox.motion.move import Line, Move, axes_of, joint_time_s, move_time_s
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.swept import line_is_free
 from bimvox.planning.search import all_free
@@ -134,11 +134,13 @@ def along_the_path(rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray
             continue
         came_by[node] = (before, move)
         for later in range(node + 1, goal + 1):
-            onward = Move(poses[node], poses[later])
-            if later == node + 1 and not move_is_free(space, load, onward):
-                onward = replace(onward, line=Line.SITE)
-            reached = cost + move_time_s(crane, onward)
-            heapq.heappush(heap, (reached + left_s[later], reached, later, node, onward.line))
+            onward = Line.JOINT
+            if later == node + 1 and not move_is_free(space, load, Move(poses[node], poses[later])):
+                onward = Line.SITE
+                reached = cost + move_time_s(crane, Move(poses[node], poses[later], onward))
+            else:
+                reached = cost + joint_time_s(crane, poses[node], poses[later])
+            heapq.heappush(heap, (reached + left_s[later], reached, later, node, onward))
     moves: list[Move] = []
     node = goal
     while node > 0:

@@ -212,11 +212,16 @@ def _searched_at(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, b
 
 
 def _proposed(stage: Stage, lift: Lift, policies: Sequence[tuple[Propose, Method]]) -> Lift:
-    """Return a lift with the path of the first policy whose path is valid; if none is, with the searched path."""
+    """Return a lift with the path of the first policy whose path is valid; if none is, with the searched path.
+
+    Greedy values are nobody's choice but the default: where their path is longer than the searched one, that is used.
+    """
     for ask, method in policies:
-        path_vox = ask(stage.transit)
-        if path_vox is not None and is_valid_transit(stage, path_vox):
-            return replace(lift, method=method, path_vox=_whole_path(path_vox, stage))
+        transit_vox = ask(stage.transit)
+        if transit_vox is not None and is_valid_transit(stage, transit_vox):
+            path_vox = _whole_path(transit_vox, stage)
+            if method is not Method.GREEDY or lift.path_vox is None or len(path_vox) <= len(lift.path_vox):
+                return replace(lift, method=method, path_vox=path_vox)
     return lift
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +23,7 @@ from bimvox.planning.rollout import (
 )
 from bimvox.policy.evaluate import success_at_least
 from bimvox.policy.generalist.frozen import ProblemSet, digest_of, frozen_problem, problem_sets, set_digest
+from bimvox.policy.score_document import PolicyScore, SetScore, WayScore
 from bimvox.progress import Progress
 
 NO_GUARD = Guard(factor=0.0, slack=-1, reach_vox=-2, cost=0.0, visit_cost=0.0)
@@ -65,11 +65,12 @@ def chosen_sets(names: Sequence[str]) -> list[ProblemSet]:
 
 
 def score(
-    values: Values | TowardsTarget, sets: Sequence[ProblemSet], share: float, progress: Progress
-) -> dict[str, Any]:
-    """Return the score of a policy as plain values: observation, share, and for each set its digest and two ways.
+    policy: str, values: Values | TowardsTarget, sets: Sequence[ProblemSet], share: float, progress: Progress
+) -> PolicyScore:
+    """Return the score of a policy.
 
     Args:
+        policy: What names it in the result.
         values: The policy, or greedy values.
         sets: What it is scored on.
         share: Of each set, from its first problem on.
@@ -79,16 +80,18 @@ def score(
         PolicyError: The policy fails, or a problem is not the frozen one.
     """
     checked = values if isinstance(values, TowardsTarget) else _checked(values)
-    return {
-        "format": "bimvox-policy-score",
-        "version": 1,
-        "observation": VIEW_NAME,
-        "share": share,
-        "sets": [_of_set(checked, one, max(1, round(one.count * share)), progress) for one in sets],
-    }
+    found = [_of_set(checked, one, max(1, round(one.count * share)), progress) for one in sets]
+    return PolicyScore(
+        policy=policy,
+        format="bimvox-policy-score",
+        version=1,
+        observation=VIEW_NAME,
+        share=share,
+        sets=tuple(found),
+    )
 
 
-def _of_set(values: Values | TowardsTarget, one: ProblemSet, count: int, progress: Progress) -> dict[str, Any]:
+def _of_set(values: Values | TowardsTarget, one: ProblemSet, count: int, progress: Progress) -> SetScore:
     digests: list[str] = []
     alone: list[Tried] = []
     guarded: list[Tried] = []
@@ -101,13 +104,13 @@ def _of_set(values: Values | TowardsTarget, one: ProblemSet, count: int, progres
             alone += map(_tried, _without_guard(values, lifts), shortest)
             guarded += map(_tried, roll_out_all(values, lifts, from_target=False), shortest)
             progress.advance(len(problems))
-    return {
-        "set": one.name,
-        "problems": count,
-        "digest": set_digest(digests),
-        "alone": _summary(alone),
-        "guarded": _summary(guarded),
-    }
+    return SetScore(
+        set=one.name,
+        problems=count,
+        digest=set_digest(digests),
+        alone=_summary(alone),
+        guarded=_summary(guarded),
+    )
 
 
 def _without_guard(values: Values | TowardsTarget, lifts: Sequence[LiftProblem]) -> Sequence[Rollout]:
@@ -119,17 +122,16 @@ def _tried(rollout: Rollout, shortest: int) -> Tried:
     return Tried(len(rollout.path_vox) - 1 if rollout.arrived else None, rollout.steps, shortest)
 
 
-def _summary(tried: Sequence[Tried]) -> dict[str, Any]:
-    """Return success with its exact two-sided 95 % interval (Clopper and Pearson), and mean lengths."""
+def _summary(tried: Sequence[Tried]) -> WayScore:
     ratios = [one.moves / one.shortest for one in tried if one.moves is not None]
     count, arrived = len(tried), len(ratios)
-    return {
-        "arrived": arrived,
-        "success": arrived / count,
-        "interval": [success_at_least(arrived, count, 0.975), 1.0 - success_at_least(count - arrived, count, 0.975)],
-        "moves_per_shortest": float(np.mean(ratios)) if ratios else None,
-        "made_per_shortest": float(np.mean([one.made / one.shortest for one in tried])),
-    }
+    return WayScore(
+        arrived=arrived,
+        success=arrived / count,
+        interval=(success_at_least(arrived, count, 0.975), 1.0 - success_at_least(count - arrived, count, 0.975)),
+        moves_per_shortest=float(np.mean(ratios)) if ratios else None,
+        made_per_shortest=float(np.mean([one.made / one.shortest for one in tried])),
+    )
 
 
 def _checked(values: Values) -> Values:

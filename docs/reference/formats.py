@@ -22,6 +22,7 @@ _PAGES = {
     "sweep": ("Sweep file", "[many sites](../fleets.md)"),
     "grid": ("Grid file", "[formats](../formats.md#grid)"),
     "log": ("Log (MCAP)", "[formats](../formats.md#log)"),
+    "score": ("Score of a policy", "[for researchers](../start/researcher.md#how-to-compare)"),
 }
 """The title of a format's page, and the pages that explain it."""
 _SIGNS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}

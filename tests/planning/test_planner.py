@@ -85,6 +85,16 @@ def test_a_policys_path_is_taken_when_it_holds_and_dropped_when_not():
     assert {lift.method for lift in again.lifts} == {Method.RETRAINED}
 
 
+def test_the_searched_path_is_taken_where_a_greedy_one_is_longer():
+    def longer(transit):
+        there = searching(transit)
+        return np.concatenate([there[:2], there[:1], there[1:]])  # back once
+
+    greedy, policy = (plan_of(box_site(PORTAL), propose=ask).lifts for ask in (ProposedGreedily(longer), longer))
+    assert {(lift.method, lift.moves - lift.shortest_moves) for lift in greedy} == {(Method.SEARCH, 0)}
+    assert {(lift.method, lift.moves - lift.shortest_moves) for lift in policy} == {(Method.POLICY, 2)}
+
+
 def test_the_shipped_policy_is_asked_once_a_lift_and_stays_near_the_distance():
     site = with_obstructions(box_site(PORTAL), WALL)
     asked, decisions = [], []

@@ -40,7 +40,7 @@ def score_policy(policy: str, *, sets: Sequence[str] = (), share: float = 1.0, p
         raise InputError(f"--share {share:g}: a share is above 0 and at most 1")
     chosen = chosen_sets(sets)
     identity, values = _loaded(policy)
-    return {"policy": identity, **score(values, chosen, share, progress)}
+    return score(identity, values, chosen, share, progress).model_dump(mode="json")
 
 
 def _loaded(policy: str) -> tuple[str, Values | TowardsTarget]:

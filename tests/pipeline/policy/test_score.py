@@ -10,12 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bimvox_pipeline.policy.score import score_policy
+from bimvox_pipeline.schema import schema
 
 from bimvox.env.observation import VIEW_NAME
 from bimvox.errors import FileError, InputError, PolicyError
 from bimvox.policy.generalist.frozen import frozen_digests, set_digest
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
 from bimvox.policy.onnx_file import onnx_bytes
+from bimvox.policy.score_document import PolicyScore
 from bimvox.progress import SilentProgress
 
 SHARE = 0.02
@@ -49,6 +51,26 @@ def test_the_shipped_network_has_a_score_on_named_problems():
         assert one["guarded"]["interval"] == pytest.approx([0.025 ** (1 / 4), 1.0])
         assert 1.0 <= one["guarded"]["moves_per_shortest"] < 1.1
         assert one["guarded"]["moves_per_shortest"] < one["guarded"]["made_per_shortest"]  # up to four tries
+
+
+def test_a_score_is_as_its_schema_says():
+    document, rules = json.loads(json.dumps(scored("greedy"))), schema("score")
+    assert isinstance(rules, dict)
+    assert PolicyScore.model_validate_json(json.dumps(document)).model_dump(mode="json") == document
+    tables = {"": [document], "SetScore": document["sets"]}
+    tables["WayScore"] = [one[way] for one in document["sets"] for way in ("alone", "guarded")]
+    assert set(rules["$defs"]) == set(tables) - {""}
+    for name, rows in tables.items():
+        rule = rules["$defs"][name] if name else rules
+        assert rule["additionalProperties"] is False
+        for row in rows:
+            assert list(row) == list(rule["properties"])
+            assert set(row) == set(rule["required"])
+            assert all(row[key] == value["const"] for key, value in rule["properties"].items() if "const" in value)
+        assert all(value.get("description") for value in rule["properties"].values())
+    document["sets"][0]["alone"]["success"] = 1.1
+    with pytest.raises(ValueError, match="less than or equal to 1"):
+        PolicyScore.model_validate_json(json.dumps(document))
 
 
 def test_the_same_network_from_onnx_has_the_same_score(tmp_path: Path):
