@@ -116,7 +116,18 @@ def test_the_python_of_the_docs_runs(file: Path, planned: Path, tmp_path: Path, 
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {}
     for block in blocks(file, "python"):
-        exec(compile(block, name_of(file), "exec"), names)
+        short = re.sub(r"^STEPS = [\d_]+$", "STEPS = 600", block, flags=re.M)
+        exec(compile(short, name_of(file), "exec"), names)
+
+
+@pytest.mark.slow
+def test_the_trainings_of_the_researchers_page_learn(capsys: pytest.CaptureFixture[str]):
+    names: dict[str, Any] = {}
+    for block in blocks(ROOT / "docs" / "start" / "researcher.md", "python"):
+        exec(compile(block, "researcher.md", "exec"), names)
+    said = dict(line.rsplit(" ", 1) for line in capsys.readouterr().out.splitlines())
+    assert list(said) == ["paper's site", "lift", "paper's site, torch alone"]
+    assert all(float(success) >= 0.9 for success in said.values())
 
 
 INLINE = re.compile(r"`((?:bimvox|make) [^`]+)`")
