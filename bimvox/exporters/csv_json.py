@@ -12,6 +12,7 @@ import numpy as np
 from bimvox.exporters.text import for_csv
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of, write_log
+from bimvox.records.dates import PlanDates
 from bimvox.records.heading import heading_in_words
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
@@ -58,6 +59,8 @@ LIFT_COLUMNS = {
     "needed_by_s": "by when it is then needed, on the site's clock",
     "blocked_by": "ids of what blocks it, separated by spaces",
     "crane": "name of the crane",
+    "begins": "its start, or that of work that the crane does not do, local time; empty if no start is known",
+    "ends": "its end, the part in place, in the same way",
     "heading": "`kept` by tag line, or `with jib` and by how much the crew turns it back; empty without a motion",
 }
 
@@ -79,19 +82,19 @@ def to_csv(log: PlanLog) -> str:
     return _table(SAMPLE_COLUMNS, rows)
 
 
-def lifts_csv(log: PlanLog) -> str:
+def lifts_csv(log: PlanLog, dates: PlanDates | None = None) -> str:
     """Return the lifts as CSV, one per row, columns as in ``LIFT_COLUMNS``."""
-    rows = (record | {"blocked_by": " ".join(record["blocked_by"])} for record in _lift_records(log))
+    rows = (record | {"blocked_by": " ".join(record["blocked_by"])} for record in _lift_records(log, dates))
     return _table(LIFT_COLUMNS, (row.values() for row in rows))
 
 
-def to_json(log: PlanLog) -> dict[str, Any]:
+def to_json(log: PlanLog, dates: PlanDates | None = None) -> dict[str, Any]:
     """Return the lifts as plain values: every lift as in ``LIFT_COLUMNS``, its path, and its samples by column."""
     site = log.plan.site
     samples = {lift.order: rows for lift, rows in _samples(log)}
     columns = list(SAMPLE_COLUMNS)[3:]
     lifts = []
-    for lift, record in zip(log.plan.lifts, _lift_records(log), strict=True):
+    for lift, record in zip(log.plan.lifts, _lift_records(log, dates), strict=True):
         cells = None if lift.path_vox is None else lift.path_vox.tolist()
         corner_m = None if lift.path_vox is None else site.frame.corner_of(lift.path_vox).tolist()
         series = {name: [row[n] for row in samples.get(lift.order, [])] for n, name in enumerate(columns)}
@@ -107,6 +110,7 @@ def to_json(log: PlanLog) -> dict[str, Any]:
             "shape": list(site.shape),
             "site_to_ifc": site.site_to_ifc.tolist(),
         },
+        "calendar": dates.document() if dates else None,
         "lifts": lifts,
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": c.depth_m, "way_out_m": c.way_out_m}
@@ -132,7 +136,7 @@ def _samples(log: PlanLog) -> Iterable[tuple[Lift, list[tuple[Any, ...]]]]:
         yield track.lift, [(motion.phase_name_at(t), t / 1e9, *corner.get(t, none), *at, crane) for t, at in rows]
 
 
-def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
+def _lift_records(log: PlanLog, dates: PlanDates | None) -> list[dict[str, Any]]:
     tracks = {track.lift.order: track for track in tracks_of(log)}
     motions: dict[int, LiftMotion] = {motion.order: motion for motion in log.motions}
     needed_ns, steps = needed_by_ns(log.all_lifts, log.motions), log.steps
@@ -164,6 +168,7 @@ def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
             None if (at_ns := needed_ns.get(lift.order)) is None else at_ns / 1e9,
             list(lift.blocked_by),
             None if crane is None else crane.name,
+            *(dates.span(lift.order) if dates else (None, None)),
             heading_in_words(lift, motion),
         )
         records.append(dict(zip(LIFT_COLUMNS, values, strict=True)))

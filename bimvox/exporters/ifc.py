@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Callable, Sequence
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ import ifcopenshell.guid
 
 from bimvox.bim.ifc.open import open_ifc
 from bimvox.errors import IfcError
-from bimvox.exporters.lift_schedule import CraneResource, LiftSchedule, LiftTask, duration_text
+from bimvox.exporters.lift_schedule import CraneResource, LiftSchedule, LiftTask, duration_text, time_text
 
 CRANE_SET = "bimvox_Crane"
 """Name of the property set that describes a crane; IFC has no class for cranes."""
@@ -65,6 +65,10 @@ class _Writer:
         else:
             whole = self._summary()
             self._rooted("IfcRelAssignsToControl", "controls", RelatedObjects=[whole], RelatingControl=control)
+            if schedule.dates is not None:
+                self._rooted(
+                    "IfcRelAssignsToControl", "hours", RelatedObjects=[whole], RelatingControl=self._calendar()
+                )
             if tasks:
                 self._rooted("IfcRelNests", "nests", RelatingObject=whole, RelatedObjects=tasks)
         for task, entity in zip(schedule.tasks, tasks, strict=True):
@@ -85,6 +89,7 @@ class _Writer:
         self._sequence(tasks)
 
     def _sequence(self, tasks: Sequence[Any]) -> None:
+        linked: set[str] = set()
         for number, after in enumerate(self.schedule.tasks):
             for earlier, is_start in self.schedule.before(number):
                 before = self.schedule.tasks[earlier]
@@ -93,7 +98,10 @@ class _Writer:
                     more["TimeLag"] = float(
                         round(after.start_s if is_start else after.finish_s) - round(before.finish_s)
                     )
-                key = f"sequence {after.component}" if is_start else f"sequence {before.component} {after.component}"
+                key = f"sequence {before.component} {after.component}"
+                if is_start and after.component not in linked:
+                    key = f"sequence {after.component}"
+                    linked.add(after.component)
                 self._rooted(
                     "IfcRelSequence", key, RelatingProcess=tasks[earlier], RelatedProcess=tasks[number], **more
                 )
@@ -107,7 +115,7 @@ class _Writer:
             "IfcTask",
             f"task {task.component}",
             Identification=str(task.number),
-            TaskTime=self._task_time(start, finish),
+            TaskTime=self._task_time(start, finish, task.work_s),
             PredefinedType="INSTALLATION",
             **shared,
         )
@@ -122,11 +130,39 @@ class _Writer:
             PredefinedType="CONSTRUCTION",
         )
 
-    def _task_time(self, start: datetime, finish: datetime) -> Any:
+    def _calendar(self) -> Any:
+        """Return the site's working hours and its free days."""
+        make, dates = self.file.create_entity, self.schedule.dates
+        assert dates is not None
+        hours = dates.calendar.hours
+        of_days: dict[tuple[tuple[int, int], ...], list[int]] = {}
+        for day in range(7):
+            of_days.setdefault(hours.of_weekday(day), []).append(day + 1)
+        working = []
+        for spans, days in of_days.items():
+            if spans:
+                periods = [make("IfcTimePeriod", time_text(low), time_text(high)) for low, high in spans]
+                pattern = make("IfcRecurrencePattern", "WEEKLY", None, days, None, None, None, None, periods)
+                working.append(make("IfcWorkTime", "Working hours", None, None, pattern, None, None))
+        off = [
+            make("IfcWorkTime", "No work", None, None, None, day.isoformat(), day.isoformat())
+            for day in hours.free_days(self.schedule.starts.date(), self.schedule.finishes.date())
+        ]
+        return self._rooted(
+            "IfcWorkCalendar",
+            "calendar",
+            Name="Site",
+            Description=dates.calendar.in_words(),
+            WorkingTimes=working,
+            ExceptionTimes=off or None,
+        )
+
+    def _task_time(self, start: datetime, finish: datetime, work_s: float | None = None) -> Any:
+        length = finish - start if work_s is None else timedelta(seconds=round(work_s))
         return self.file.create_entity(
             "IfcTaskTime",
-            DurationType="ELAPSEDTIME",
-            ScheduleDuration=duration_text(finish - start),
+            DurationType="ELAPSEDTIME" if work_s is None else "WORKTIME",
+            ScheduleDuration=duration_text(length),
             ScheduleStart=start.isoformat(),
             ScheduleFinish=finish.isoformat(),
         )

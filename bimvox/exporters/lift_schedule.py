@@ -10,7 +10,8 @@ from math import floor
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
-from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.dates import PlanDates
+from bimvox.records.motion import LiftMotion
 from bimvox.records.not_lifted import HOW
 from bimvox.records.steps import Step, Steps
 from bimvox.records.track import LoadTrack
@@ -36,6 +37,7 @@ class LiftTask:
         crane: Its crane: index into ``LiftSchedule.cranes``; None for a step.
         method: The method of work, in words.
         waits_for: Numbers of the steps that it waits for.
+        work_s: Working time of a step, nights and breaks left out; None if it is all of its time.
     """
 
     number: int
@@ -48,6 +50,7 @@ class LiftTask:
     crane: int | None = 0
     method: str = "crane lift"
     waits_for: tuple[int, ...] = ()
+    work_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +73,10 @@ class LiftSchedule:
     Attributes:
         name: Name of the site.
         identity: Digest of the plan: the same plan gives the same identities of tasks.
-        begins: When the first lift starts, local time.
+        begins: When the first lift starts, with a calendar when work may begin; local time.
         tasks: In erection sequence.
         cranes: The cranes; none on a site without one.
+        dates: The plan in calendar time; None for round the clock.
     """
 
     name: str
@@ -80,6 +84,7 @@ class LiftSchedule:
     begins: datetime
     tasks: tuple[LiftTask, ...]
     cranes: tuple[CraneResource, ...] = ()
+    dates: PlanDates | None = None
 
     def before(self, index: int) -> tuple[tuple[int, bool], ...]:
         """Return the predecessors of a task: their indices, and whether the task starts after them or only ends after.
@@ -116,11 +121,16 @@ class LiftSchedule:
         return max((self.times(task)[1] for task in self.tasks), default=self.begins)
 
 
-def schedule_of(log: PlanLog, begins: datetime, orders: Collection[int]) -> LiftSchedule:
-    """Return the planned lifts of a log and the steps of other work, those of the given orders, as dated tasks."""
+def schedule_of(
+    log: PlanLog, begins: datetime, orders: Collection[int], dates: PlanDates | None = None
+) -> LiftSchedule:
+    """Return the planned lifts of a log and the steps of other work, those of the given orders, as dated tasks.
+
+    With dates, they are in calendar time; otherwise they go on round the clock from ``begins``.
+    """
     site, steps = log.plan.site, log.steps
     motions = {motion.order: motion for motion in log.motions}
-    tasks = [_step_task(site, step) for step in steps.steps if step.order in orders]
+    tasks = [_step_task(site, step, dates) for step in steps.steps if step.order in orders]
     paused = {pause.order: steps.starting_ns(pause.at_ns) for pause in steps.pauses}
     for track in tracks_of(log):
         lift = track.lift
@@ -134,14 +144,16 @@ def schedule_of(log: PlanLog, begins: datetime, orders: Collection[int]) -> Lift
                 component.global_id,
                 f"Lift {lift.number}: {component.name or component.id}",
                 f"{component.mass_kg:.0f} kg, {lift.moves} moves, path by {lift.method.value if lift.method else '?'}",
-                *_span_s(track, motions.get(lift.order), steps),
+                *_span_s(track, motions.get(lift.order), steps, dates),
                 component.crane,
                 waits_for=tuple(one.order + 1 for one in steps.steps if one.carries_ns == paused.get(lift.order)),
             )
         )
     tasks.sort(key=lambda task: task.number)
     cranes = tuple(CraneResource(crane.name, _properties(crane)) for crane in site.cranes)
-    return LiftSchedule(site.name, f"{site.digest} {log.revision}", begins, tuple(tasks), cranes)
+    return LiftSchedule(
+        site.name, f"{site.digest} {log.revision}", dates.begins if dates else begins, tuple(tasks), cranes, dates
+    )
 
 
 def duration_text(length: timedelta) -> str:
@@ -151,29 +163,38 @@ def duration_text(length: timedelta) -> str:
     return f"PT{hours}H{minutes}M{seconds}S"
 
 
-def _step_task(site: Site, step: Step) -> LiftTask:
+def time_text(minutes: int) -> str:
+    """Return a time of day as ISO 8601 has it; the midnight that ends a day is ``00:00:00`` too."""
+    return f"{minutes // 60 % 24:02d}:{minutes % 60:02d}:00"
+
+
+def _step_task(site: Site, step: Step, dates: PlanDates | None) -> LiftTask:
     component = site.components[step.component]
     how = HOW.get(component.means.value, "set by other means")
     wait_s = (step.carries_ns - step.ends_ns) / 1e9
+    begins_ns, ends_ns = dates.steps[step.order][:2] if dates else (step.begins_ns, step.ends_ns)
     return LiftTask(
         step.order + 1,
         component.id,
         component.global_id,
         f"Step {step.order + 1}: {component.name or component.id}, {how}",
         f"{component.mass_kg:.0f} kg, {how}" + (f", carries {elapsed(wait_s)} after its end" if wait_s else ""),
-        step.begins_ns / 1e9,
-        step.ends_ns / 1e9,
+        begins_ns / 1e9,
+        ends_ns / 1e9,
         None,
         how,
+        work_s=(step.ends_ns - step.begins_ns) / 1e9 if dates else None,
     )
 
 
-def _span_s(track: LoadTrack, motion: LiftMotion | None, steps: Steps) -> tuple[float, float]:
+def _span_s(track: LoadTrack, motion: LiftMotion | None, steps: Steps, dates: PlanDates | None) -> tuple[float, float]:
     """Return start and end of the work on a lift, without the crane's wait before it and its departure after it."""
     if motion is None:
         return track.start_ns / 1e9, track.end_ns / 1e9
-    waited = [p.end_ns for p in motion.phases if p.name is PhaseName.WAIT and p.end_ns <= motion.released_ns]
-    return steps.starting_ns(max([motion.start_ns, *waited])) / 1e9, steps.ending_ns(motion.released_ns) / 1e9
+    if dates is not None:
+        start_ns, released_ns = dates.lifts[motion.order]
+        return start_ns / 1e9, released_ns / 1e9
+    return steps.starting_ns(motion.work_starts_ns) / 1e9, steps.ending_ns(motion.released_ns) / 1e9
 
 
 def _properties(crane: TowerCrane) -> tuple[tuple[str, str | float], ...]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from bimvox.errors import InputError
 from bimvox.exporters.formats import Format
 from bimvox.log.plan_log import PlanLog
+from bimvox.records.dates import PlanDates
 
 
 def log_bytes(
@@ -17,6 +18,7 @@ def log_bytes(
     orders: tuple[int, ...],
     *,
     begins: datetime,
+    dates: PlanDates | None = None,
     model: tuple[Path, bytes] | None = None,
 ) -> bytes:
     """Return chosen lifts in a format.
@@ -26,6 +28,7 @@ def log_bytes(
         wanted: A format of logs that is one file.
         orders: The lifts.
         begins: When the first lift starts, local time; of the dated formats.
+        dates: The plan in calendar time; None for round the clock.
         model: Name and bytes of the IFC file that the plan was made from; needed for ``ifc`` alone.
 
     Raises:
@@ -41,7 +44,7 @@ def log_bytes(
         case "json":
             from bimvox.exporters.csv_json import to_json
 
-            return (json.dumps(to_json(part), ensure_ascii=False, indent=1) + "\n").encode()
+            return (json.dumps(to_json(part, dates), ensure_ascii=False, indent=1) + "\n").encode()
         case "glb":
             from bimvox.exporters.animation import to_animated_glb
 
@@ -54,14 +57,14 @@ def log_bytes(
             from bimvox.exporters.lift_schedule import schedule_of
             from bimvox.exporters.ms_project import to_ms_project
 
-            return to_ms_project(schedule_of(log, begins, orders))
+            return to_ms_project(schedule_of(log, begins, orders, dates))
         case "ifc":
             from bimvox.exporters.ifc import with_schedule
             from bimvox.exporters.lift_schedule import schedule_of
 
             if model is None:
                 raise InputError("the ifc format adds the schedule to the building's own file", hint="give it as model")
-            return with_schedule(*model, schedule_of(log, begins, orders))
+            return with_schedule(*model, schedule_of(log, begins, orders, dates))
         case "mcap":
             from bimvox.exporters.csv_json import to_mcap
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from datetime import datetime
+from datetime import datetime, timedelta
 from xml.etree import ElementTree
 
-from bimvox.exporters.lift_schedule import LiftSchedule, duration_text
+from bimvox.exporters.lift_schedule import LiftSchedule, LiftTask, duration_text, time_text
 from bimvox.exporters.text import for_xml
 
 NAMESPACE = "http://schemas.microsoft.com/project"
@@ -16,16 +16,21 @@ _FINISH_TO_START = "1"
 _TENTHS_OF_MINUTES = 10
 _EQUIPMENT = "1"  # of a resource's Type: work, which includes equipment (0 is material)
 _FIXED_DURATION = "1"
-_ROUND_THE_CLOCK = "1"
+_CALENDAR = "1"
+_MINUTES = "3"  # of DurationFormat: working minutes
 
 
 def to_ms_project(schedule: LiftSchedule) -> bytes:
     """Return a schedule as Microsoft Project XML: a summary, one task per lift or step, the cranes as resources.
 
-    Durations are elapsed time to the second, on a round-the-clock calendar, so that no lift is stretched over a night.
+    Durations of lifts are elapsed time to the second, those of steps working time. The calendar is the site's;
+    without dates it is round the clock, so that no lift is stretched over a night.
     Each task carries the part's GlobalId as ``Text1``.
     """
     ElementTree.register_namespace("", NAMESPACE)
+    hours = schedule.dates.calendar.hours if schedule.dates else None
+    day_min = sum(high - low for low, high in hours.spans) if hours else 1440
+    week_days = len(hours.days) if hours else 7
     project = ElementTree.Element(f"{{{NAMESPACE}}}Project")
     _fill(
         project,
@@ -36,28 +41,29 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
             "ScheduleFromStart": "1",
             "StartDate": schedule.starts.isoformat(),
             "FinishDate": schedule.finishes.isoformat(),
-            "CalendarUID": _ROUND_THE_CLOCK,
-            "MinutesPerDay": "1440",
-            "MinutesPerWeek": "10080",
-            "DaysPerMonth": "30",
+            "CalendarUID": _CALENDAR,
+            "MinutesPerDay": str(day_min),
+            "MinutesPerWeek": str(day_min * week_days),
+            "DaysPerMonth": str(round(week_days * 30 / 7)),
             "DurationFormat": _ELAPSED_MINUTES,
         },
     )
     attribute = _child(_child(project, "ExtendedAttributes"), "ExtendedAttribute")
     _fill(attribute, {"FieldID": "188743731", "FieldName": "Text1", "Alias": "GlobalId"})
-    _calendar(_child(_child(project, "Calendars"), "Calendar"))
+    _calendar(_child(_child(project, "Calendars"), "Calendar"), schedule)
+    lags = {"LagFormat": _ELAPSED_MINUTES} if schedule.dates else {}
     tasks = _child(project, "Tasks")
-    _task(tasks, 0, f"Assembly of {schedule.name}", schedule.starts, schedule.finishes, level=1, summary=True)
+    _task(tasks, 0, f"Assembly of {schedule.name}", (schedule.starts, schedule.finishes))
     for number, task in enumerate(schedule.tasks, start=1):
         start, finish = schedule.times(task)
-        entry = _task(tasks, number, task.name, start, finish, level=2, summary=False)
+        entry = _task(tasks, number, task, (start, finish))
         _fill(entry, {"Notes": task.description})
         for before, is_start in schedule.before(number - 1):
             gap = (start if is_start else finish) - schedule.times(schedule.tasks[before])[1]
             lag = int(gap.total_seconds() * _TENTHS_OF_MINUTES / 60)
             kind = _FINISH_TO_START if is_start else _FINISH_TO_FINISH
             link = _child(entry, "PredecessorLink")
-            _fill(link, {"PredecessorUID": str(before + 1), "Type": kind, "LinkLag": str(lag)})
+            _fill(link, {"PredecessorUID": str(before + 1), "Type": kind, "LinkLag": str(lag), **lags})
         value = _child(entry, "ExtendedAttribute")
         _fill(value, {"FieldID": "188743731", "Value": task.global_id})
     if schedule.cranes:
@@ -68,16 +74,13 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
 
 
 def _task(
-    tasks: ElementTree.Element,
-    number: int,
-    name: str,
-    start: datetime,
-    finish: datetime,
-    *,
-    level: int,
-    summary: bool,
+    tasks: ElementTree.Element, number: int, task: LiftTask | str, times: tuple[datetime, datetime]
 ) -> ElementTree.Element:
-    dates = {"Start": start.isoformat(), "Finish": finish.isoformat(), "Duration": duration_text(finish - start)}
+    """Add a task, or the summary of a name."""
+    work_s, name = (None, task) if isinstance(task, str) else (task.work_s, task.name)
+    start, finish = times
+    length = finish - start if work_s is None else timedelta(seconds=round(work_s))
+    dates = {"Start": start.isoformat(), "Finish": finish.isoformat(), "Duration": duration_text(length)}
     entry = _child(tasks, "Task")
     _fill(
         entry,
@@ -87,26 +90,39 @@ def _task(
             "Name": name,
             "Type": _FIXED_DURATION,
             "IsNull": "0",
-            "OutlineLevel": str(level),
+            "OutlineLevel": "1" if isinstance(task, str) else "2",
             **dates,
-            **{f"Manual{name}": value for name, value in dates.items()},
-            "DurationFormat": _ELAPSED_MINUTES,
+            **{f"Manual{key}": value for key, value in dates.items()},
+            "DurationFormat": _ELAPSED_MINUTES if work_s is None else _MINUTES,
             "Milestone": "0",
-            "Summary": str(int(summary)),
+            "Summary": str(int(isinstance(task, str))),
             "ConstraintType": "0",
         },
     )
     return entry
 
 
-def _calendar(calendar: ElementTree.Element) -> None:
-    _fill(calendar, {"UID": _ROUND_THE_CLOCK, "Name": "Round the clock", "IsBaseCalendar": "1"})
+def _calendar(calendar: ElementTree.Element, schedule: LiftSchedule) -> None:
+    hours = schedule.dates.calendar.hours if schedule.dates else None
+    name = "Site" if hours else "Round the clock"
+    _fill(calendar, {"UID": _CALENDAR, "Name": name, "IsBaseCalendar": "1"})
     days = _child(calendar, "WeekDays")
-    for day in range(1, 8):
+    for day in range(1, 8):  # from Sunday on
+        spans = hours.of_weekday((day + 5) % 7) if hours else ((0, 1440),)
         entry = _child(days, "WeekDay")
-        _fill(entry, {"DayType": str(day), "DayWorking": "1"})
-        time = _child(_child(entry, "WorkingTimes"), "WorkingTime")
-        _fill(time, {"FromTime": "00:00:00", "ToTime": "00:00:00"})
+        _fill(entry, {"DayType": str(day), "DayWorking": "1" if spans else "0"})
+        times = _child(entry, "WorkingTimes") if spans else entry
+        for low, high in spans:
+            time = _child(times, "WorkingTime")
+            _fill(time, {"FromTime": time_text(low), "ToTime": time_text(high)})
+    free = hours.free_days(schedule.starts.date(), schedule.finishes.date()) if hours else ()
+    exceptions = _child(calendar, "Exceptions") if free else calendar
+    for day_off in free:
+        exception = _child(exceptions, "Exception")
+        period = {"FromDate": f"{day_off}T00:00:00", "ToDate": f"{day_off}T23:59:00"}
+        _fill(exception, {"EnteredByOccurrences": "0"})
+        _fill(_child(exception, "TimePeriod"), period)
+        _fill(exception, {"Occurrences": "1", "Name": "No work", "Type": "1", "DayWorking": "0"})
 
 
 def _cranes(project: ElementTree.Element, schedule: LiftSchedule) -> None:

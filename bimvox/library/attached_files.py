@@ -22,7 +22,7 @@ from bimvox.library.compare import equal, same, same_blockers, same_cells, same_
 from bimvox.library.completed_site_file import building_of, completed
 from bimvox.library.held_loads import compare_held
 from bimvox.library.obstructions import load_obstructions, rasterise
-from bimvox.library.site import MACHINE, OBSTRUCTIONS, SITE_FILE
+from bimvox.library.site import MACHINE, OBSTRUCTIONS
 from bimvox.library.site_file_parts import compare_parts, compare_pinned
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
 from bimvox.log.plan_log import PlanLog
@@ -31,7 +31,7 @@ from bimvox.site.areas import columns_centred_in
 from bimvox.site.build import ground_and_masts, labels_of, with_obstructions
 from bimvox.site.component import IntVec
 from bimvox.site.config import SiteConfig
-from bimvox.site.config_file import machine_file_names, parse_site_config
+from bimvox.site.config_file import SITE_FILE, machine_file_names, parse_site_config
 from bimvox.site.crew_times import UNIFORM_TIMES, times_of
 from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.extent import site_extent

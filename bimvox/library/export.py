@@ -16,6 +16,7 @@ from bimvox.files import check_new_folder, check_output, read_input, unwritable,
 from bimvox.grid.voxel_grid import VoxelGrid
 from bimvox.library.arguments import insist, path_of
 from bimvox.library.plan_value import Plan
+from bimvox.log.dates import log_dates
 from bimvox.log.lift_choice import chosen_lifts
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
@@ -45,7 +46,8 @@ def export(
             ``msproject``, of a grid ``vti``, ``ply`` or ``glb``; default: the one of the path's suffix.
         lifts: Lift numbers from 1, or names, ids or GlobalIds of parts; default: all lifts.
         model: The IFC file that the plan was made from; needed for ``ifc`` alone.
-        start: Local date and time at which the first lift starts, for ``ifc`` and ``msproject``.
+        start: Local date and time from which on work is done, in the hours of the site file's ``[calendar]``; default:
+            the start in that table. Of ``ifc``, ``msproject``, ``csv`` and ``json``.
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
@@ -109,7 +111,7 @@ def write_lifts(
         wanted: A format of logs.
         orders: The lifts.
         target: The file or new folder.
-        begins: When the first lift starts, local time; of the dated formats.
+        begins: From when on work is done, local time; None takes the site file's start.
         model: The IFC file that the plan was made from; needed for ``ifc`` alone.
         inputs: Files that must not be replaced.
 
@@ -123,8 +125,9 @@ def write_lifts(
     if wanted.name == "ros2":
         return _write_bag(log.extract(orders), target)
     own = (model, model_bytes(log, model)) if wanted.name == "ifc" and model else None
-    data = log_bytes(log, wanted, tuple(orders), begins=begins or DEFAULT_BEGIN, model=own)
-    tables = {table_of(target): lifts_csv(log.extract(orders)).encode()} if wanted.name == "csv" else {}
+    dates = log_dates(log, begins)
+    data = log_bytes(log, wanted, tuple(orders), begins=begins or DEFAULT_BEGIN, dates=dates, model=own)
+    tables = {table_of(target): lifts_csv(log.extract(orders), dates).encode()} if wanted.name == "csv" else {}
     write_together({target: data, **tables}, inputs=[*inputs, *([model] if model else [])])
     return messages_in(data, wanted)
 

@@ -21,7 +21,7 @@ from bimvox.site import guess
 from bimvox.site.build import PlacedModel, build_site
 from bimvox.site.component import Component
 from bimvox.site.config import ModelConfig, SiteConfig
-from bimvox.site.config_file import load_site_config, read_site_file
+from bimvox.site.config_file import SITE_FILE, load_site_config, read_site_file
 from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
 from bimvox.site.machine_names import machines_called
@@ -30,8 +30,6 @@ from bimvox.site.site import Site
 from bimvox.site.template import site_toml
 from bimvox.voxelization.building import voxelize_building
 
-SITE_FILE = "site.toml"
-"""Name of the site file among the files attached to a log."""
 MACHINE = "machine."
 """Begins the name of a machine's file among the files attached to a log."""
 OBSTRUCTIONS = "obstructions."

@@ -13,11 +13,12 @@ from bimvox.library.attached_files import equal_heights, rules_for
 from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_fields, same_rules
 from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.plan import georeference_of
-from bimvox.library.site import SITE_FILE, LoadedSite, load_site
+from bimvox.library.site import LoadedSite, load_site
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.progress import Progress
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
+from bimvox.site.config_file import SITE_FILE
 from bimvox.site.nested import toml_values
 from bimvox.site.site import Site
 

@@ -105,6 +105,12 @@ class LiftMotion:
         return next(phase.end_ns for phase in self.phases if phase.name is PhaseName.RELEASE)
 
     @property
+    def work_starts_ns(self) -> int:
+        """When the work on the lift begins, after the crane's wait for it."""
+        waited = (p.end_ns for p in self.phases if p.name is PhaseName.WAIT and p.end_ns <= self.released_ns)
+        return max([self.start_ns, *waited])
+
+    @property
     def hooked_ns(self) -> int:
         """When attaching the slings begins, or otherwise raising."""
         return next(phase.start_ns for phase in self.phases if phase.name in (PhaseName.HOOK_ON, PhaseName.RAISE))

@@ -17,6 +17,7 @@ from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag, mod
 from bimvox.bim.options import MOST_SELECT
 from bimvox.errors import ConfigError, shown
 from bimvox.site.component import StoredPose
+from bimvox.site.config_calendar import CalendarConfig
 from bimvox.site.config_crane import CraneConfig
 from bimvox.site.config_project import ProjectConfig
 from bimvox.site.config_rules import RulesConfig
@@ -271,6 +272,7 @@ class SiteConfig(Table):
     sequence: SequenceConfig = SequenceConfig()
     means: MeansConfig = MeansConfig()
     rules: RulesConfig = RulesConfig()
+    calendar: CalendarConfig = CalendarConfig()
     policy: PolicyConfig = PolicyConfig()
 
     @property

@@ -16,6 +16,9 @@ from bimvox.site.machine import MACHINE_FILE
 from bimvox.site.nested import UTF8_HINT, WHERE_HINT, toml_values
 from bimvox.site.validation import first_finding
 
+SITE_FILE = "site.toml"
+"""Name of the site file among the files attached to a log."""
+
 _MOST_BYTES = 16 << 20
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from datetime import date
 
 from bimvox.site.config import AreasConfig, ComponentConfig, Polygon, SiteConfig, ZoneConfig
+from bimvox.site.config_calendar import DEFAULT_BREAKS, DEFAULT_SHIFT, CalendarConfig
 from bimvox.site.config_crane import CraneConfig, OverrideConfig
 from bimvox.site.config_project import ProjectConfig
 from bimvox.site.fictitious import FICTITIOUS
@@ -17,6 +19,19 @@ _HEAD = """\
 # Coordinates are in the site frame: x and y as in the model (turned by yaw_deg), z = 0 at the top of the ground.
 # Only the model's path is required; missing keys are chosen automatically. `bimvox schema site` lists all keys.
 """
+
+_CALENDAR_EXAMPLE = (
+    "# [calendar]",
+    "# start = 2026-03-09  # first day of work; default: none, so no dates",
+    '# days = ["Mon", "Tue", "Wed", "Thu", "Fri"]',
+    f'# shifts = ["{DEFAULT_SHIFT}"]',
+    f'# breaks = ["{DEFAULT_BREAKS[0]}", "{DEFAULT_BREAKS[1]}"]',
+    '# country = "DE"  # its public holidays are free; default: none',
+    '# region = "BY"',
+    "# holidays = [2026-12-24]  # more free days",
+    "# setup_h = 0  # working hours to set up the crane, before the first lift",
+    "# unloading_s = 1800  # working time to unload a delivery, before its first lift",
+)
 
 
 def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_notes: Sequence[str] = ()) -> str:
@@ -39,6 +54,7 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_note
         _sequence(config, example_ids),
         _means(config),
         _rules(config),
+        _calendar(config.calendar),
         _policy(config),
     ]
     return "\n".join(section for section in sections if section)
@@ -281,6 +297,15 @@ def _sequence(config: SiteConfig, example_ids: Sequence[str]) -> str:
     )
 
 
+def _calendar(calendar: CalendarConfig) -> str:
+    note = "# Working hours. With a start, every output has dates; missing keys have the values shown here."
+    if calendar == CalendarConfig():
+        return _lines(note, *_CALENDAR_EXAMPLE)
+    keys = (key for key in CalendarConfig.model_fields if getattr(calendar, key) not in (None, ()))
+    breaks = ["breaks = []"] if calendar.breaks == () else []
+    return _lines(note, "[calendar]", *(_key(key, getattr(calendar, key)) for key in keys), *breaks)
+
+
 def _policy(config: SiteConfig) -> str:
     policy = config.policy
     return _lines(
@@ -311,6 +336,8 @@ def _value(value: object) -> str:
         return "true" if value else "false"
     if isinstance(value, int | float):
         return str(int(value)) if float(value).is_integer() and abs(value) < 1e15 else repr(float(value))
+    if isinstance(value, date):
+        return value.isoformat()
     if isinstance(value, Table):
         keys = sorted(type(value).model_fields, key=lambda key: key == "chart")  # the longest one last
         return f"{{ {', '.join(line for key in keys if (line := _key(key, getattr(value, key))))} }}"

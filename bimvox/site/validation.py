@@ -67,6 +67,7 @@ _EXPECTED = {
     "model_type": "a table",
     "model_attributes_type": "a table",
     "dict_type": "a table",
+    "date_type": "a date such as 2026-03-09, without quotes",
     "finite_number": "a finite number",
 }
 

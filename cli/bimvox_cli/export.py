@@ -49,7 +49,11 @@ def export(
     ] = None,
     start: Annotated[
         str | None,
-        typer.Option("--start", metavar="DATETIME", help="For ifc, msproject: when the first lift starts, local time."),
+        typer.Option(
+            "--start",
+            metavar="DATETIME",
+            help="Start of work, local time, in the hours of the site file's [calendar]. Default: its start.",
+        ),
     ] = None,
     json: Json = False,
     quiet: Quiet = False,

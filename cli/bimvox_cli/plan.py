@@ -186,6 +186,8 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
             *crane_fields(document["cranes"]),
             *figure_fields(document["figures"]),
             ("elapsed", _elapsed(document)),
+            ("dates", _dates(document["calendar"])),
+            *(("", note) for note in (document["calendar"] or {}).get("notes", ())),
             ("material lifts", _material_lifts(document)),
             ("policy", _policy(document["policy"])),
             ("retrained", _retrained(document.get("retrained"))),
@@ -211,6 +213,10 @@ def _elapsed(document: Mapping[str, Any]) -> str | None:
     first_s = min(step["begins_s"] for step in document["steps"])
     before = f"; work before the first lift begins {elapsed(-first_s)} earlier" if first_s < 0.0 else ""
     return f"{elapsed(3600.0 * hours)}{waits}{before}"
+
+
+def _dates(calendar: Mapping[str, Any] | None) -> str | None:
+    return None if calendar is None else f"begins {calendar['begins_in_words']}, ends {calendar['ends_in_words']}"
 
 
 def _material_lifts(document: Mapping[str, Any]) -> str | None:

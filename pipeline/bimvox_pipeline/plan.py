@@ -15,6 +15,7 @@ from bimvox.library.plan import plan as plan_site
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import Planned
 from bimvox.library.site import load_site
+from bimvox.log.dates import log_dates
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.motion.steps import steps_of
 from bimvox.policy.choice import PolicyInUse
@@ -54,8 +55,10 @@ def plan(
     write_log_file(target, made.record, inputs=inputs)
     progress.finish()
     assert made.policy is not None
-    more = {"retrained": made.retrained.to_dict()} if made.retrained is not None else {}
+    more: dict[str, Any] = {"retrained": made.retrained.to_dict()} if made.retrained is not None else {}
     document = document_of(Planned(made.record.plan, made.motions), made.policy)
+    dates = log_dates(made.record)
+    more |= {"calendar": dates.document() if dates else None}
     remarks = [remark.to_dict() for remark in made.remarks]
     return {**document, **more, "remarks": remarks, "log": str(target), "seconds": progress.seconds}
 

@@ -1,4 +1,5 @@
 import tomllib
+from datetime import date
 from pathlib import Path
 
 from box_buildings import frame_house
@@ -6,6 +7,7 @@ from named_cranes import LUFFING_CRANES, MOBILE_CRANES
 
 from bimvox.site.component import StoredPose
 from bimvox.site.config import ComponentConfig, GridConfig, ModelConfig, PolicyConfig, SiteConfig, ZoneConfig
+from bimvox.site.config_calendar import CalendarConfig
 from bimvox.site.config_crane import CraneConfig, OverrideConfig, ReevingConfig, WorkingRangeConfig
 from bimvox.site.config_file import load_site_config, parse_site_config
 from bimvox.site.config_project import ProjectConfig, RevisionConfig
@@ -38,6 +40,10 @@ def full() -> SiteConfig:
             ZoneConfig(kind="limiter", polygon=TRIANGLE, lowest_hook_m=3.0, highest_hook_m=9.5),
         ),
         rules=RulesConfig(clearance_m=0.5, rope=False, sample_period_s=0.2),
+        calendar=CalendarConfig(
+            start=date(2026, 3, 9), days=("Mon", "Sun"), shifts=("06:00-14:00",), breaks=(), country="DE", region="BY",
+            holidays=(date(2026, 12, 24),), setup_h=8.0, unloading_s=0.0,
+        ),
         policy=PolicyConfig(id="p-1", steps=20_000, seed=7, required_success=0.9),
         crane=CraneConfig(
             name="hammerhead-30", base_m=(1.0, 2.0), falls=4, max_wind_m_s=15.0,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,7 +42,7 @@ def export(
         out: The output; default: the log's name with another suffix, in the current folder.
         recover: Save what a truncated or damaged log still holds.
         model: The IFC file that the plan was made from; needed for ``ifc`` alone.
-        start: Local date and time at which the first lift starts, for ``ifc`` and ``msproject``.
+        start: Local date and time from which on work is done; None takes the site file's ``[calendar] start``.
         progress: Receives the stages.
 
     Returns:
@@ -69,8 +70,8 @@ def export(
         progress.note(f"lost: {sentence}")
     require_sense(log, source, "exported")
     chosen = chosen_lifts(log, lifts)
-    if wanted.is_dated and start is None:
-        progress.note(f"no --start: the first lift starts at {begins.isoformat(' ')}")
+    for sentence in _dating(log, wanted, begins):
+        progress.note(sentence)
     proof = None
     if recover:
         from bimvox.library.verify import prove_plan
@@ -106,6 +107,20 @@ def _format(source: Path, kind: Kind, to: str | None, out: Path | None) -> Forma
         fitting = "; ".join(f"a {one.value}: {', '.join(f.name for f in formats_of(one))}" for one in Source)
         raise InputError(f"cannot export the {kind.value} {source} to {to!r}", hint=f"formats of {fitting}")
     return wanted
+
+
+def _dating(log: PlanLog, wanted: Format, begins: datetime | None) -> Iterator[str]:
+    """Yield what a reader of the file must know about its dates."""
+    from bimvox.exporters.lift_schedule import DEFAULT_BEGIN
+    from bimvox.log.dates import log_dates
+
+    dates = log_dates(log, begins)
+    if dates is not None and (wanted.is_dated or wanted.name in ("csv", "json")):
+        yield from dates.notes
+        yield f"work begins {dates.first.isoformat(' ')} and ends {dates.end_in_words}"
+    elif wanted.is_dated:
+        why = "" if begins else "no --start and no [calendar] start: "
+        yield f"{why}the first lift starts at {(begins or DEFAULT_BEGIN).isoformat(' ')}, work is round the clock"
 
 
 def _read(source: Path, recover: bool) -> tuple[PlanLog, tuple[str, ...]]:

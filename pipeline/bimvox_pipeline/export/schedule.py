@@ -7,16 +7,14 @@ from datetime import datetime
 from bimvox.errors import InputError
 
 
-def parsed_begin(text: str | None) -> datetime:
-    """Return the start of the schedule.
+def parsed_begin(text: str | None) -> datetime | None:
+    """Return the start of the schedule; None if none is given.
 
     Raises:
         InputError: If the text is not a local date and time.
     """
-    from bimvox.exporters.lift_schedule import DEFAULT_BEGIN
-
     if text is None:
-        return DEFAULT_BEGIN
+        return None
     try:
         begins = datetime.fromisoformat(text)
     except ValueError as error:

@@ -1,0 +1,337 @@
+"""The plan in calendar time: a view on its clock, which counts crane time. Nothing in a motion changes."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime, timedelta
+from heapq import heappop, heappush
+from operator import itemgetter
+
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion
+from bimvox.records.steps import Step, Steps
+from bimvox.site.config_calendar import CalendarConfig
+from bimvox.site.means import Means
+from bimvox.site.site import Site
+from bimvox.site.working_hours import WorkingHours
+from bimvox.units import NS_PER_S
+
+_NS_PER_US = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Work of the cranes that is not interrupted: a lift, or several at the same time.
+
+    Attributes:
+        begins_ns: When it begins, on the site's clock.
+        ends_ns: When it ends.
+        orders: The lifts in it.
+    """
+
+    begins_ns: int
+    ends_ns: int
+    orders: tuple[int, ...]
+
+
+class WorkTime:
+    """The working time from a moment on, in nanoseconds after it.
+
+    Args:
+        hours: The working hours.
+        begins: The moment, local time.
+    """
+
+    def __init__(self, hours: WorkingHours, begins: datetime) -> None:
+        self.begins = begins
+        self._spans: Iterator[tuple[datetime, datetime]] = hours.stretches(begins)
+        self._starts: list[int] = []
+        self._ends: list[int] = []
+        self._longest_ns = hours.longest // timedelta(microseconds=1) * _NS_PER_US
+
+    def worked(self, at_ns: int, work_ns: int) -> int:
+        """Return when work ends that may be interrupted and is begun as soon as possible from a time on."""
+        if work_ns <= 0:
+            return at_ns
+        n = self._stretch(at_ns)
+        at_ns = max(at_ns, self._starts[n])
+        while at_ns + work_ns > self._ends[n]:
+            work_ns -= self._ends[n] - at_ns
+            n = self._stretch(self._ends[n])
+            at_ns = self._starts[n]
+        return at_ns + work_ns
+
+    def fitting(self, at_ns: int, work_ns: int) -> int:
+        """Return the first time from ``at_ns`` on to begin work that no break and no end of a shift may interrupt.
+
+        Work longer than every stretch begins with a stretch, and runs on beyond its end.
+        """
+        n = self._stretch(at_ns)
+        while True:
+            start_ns = max(at_ns, self._starts[n])
+            at_start = start_ns == self._starts[n]
+            if start_ns + work_ns <= self._ends[n] or (at_start and work_ns > self._longest_ns):
+                return start_ns
+            n = self._stretch(self._ends[n])
+
+    def stretch_start(self, at_ns: int) -> int:
+        """Return when the stretch of work begins that a time is in."""
+        return self._starts[self._stretch(at_ns)]
+
+    def is_too_long(self, work_ns: int) -> bool:
+        """Return whether work is longer than every uninterrupted stretch."""
+        return work_ns > self._longest_ns
+
+    def _stretch(self, at_ns: int) -> int:
+        """Return the number of the first stretch that ends after a time."""
+        while not self._ends or self._ends[-1] <= at_ns:
+            first, last = next(self._spans)
+            self._starts.append(self._ns(first))
+            self._ends.append(self._ns(last))
+        return bisect_right(self._ends, at_ns)
+
+    def _ns(self, moment: datetime) -> int:
+        return (moment - self.begins) // timedelta(microseconds=1) * _NS_PER_US
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanDates:
+    """When everything of a plan is done, in nanoseconds after ``begins``.
+
+    Attributes:
+        calendar: The calendar.
+        begins: When work may begin, local time.
+        lifts: Start and release of each lift, by order.
+        steps: Begin, end and when it carries of each step of work that the crane does not do, by order.
+        deliveries: Begin and end of the unloading of each delivery, by its number; none if that takes no time.
+        setup: Begin and end of the set-up of the crane; None if that takes no time.
+        too_long: Orders of the lifts that are longer than every uninterrupted stretch of work: they run on beyond it.
+        blocks: What is not interrupted, ascending, and when each begins.
+        work: The working time.
+    """
+
+    calendar: CalendarConfig
+    begins: datetime
+    lifts: Mapping[int, tuple[int, int]]
+    steps: Mapping[int, tuple[int, int, int]]
+    deliveries: Mapping[int, tuple[int, int]]
+    setup: tuple[int, int] | None
+    too_long: tuple[int, ...]
+    blocks: tuple[tuple[Block, int], ...] = field(repr=False)
+    work: WorkTime = field(repr=False)
+
+    def at(self, clock_ns: int) -> datetime:
+        """Return the local time of a time on the site's clock; it ascends, and is in working hours during a lift."""
+        n = bisect_right(self.blocks, clock_ns, key=lambda one: one[0].begins_ns) - 1
+        block, start_ns = self.blocks[max(n, 0)]
+        if clock_ns <= block.ends_ns:
+            before_ns = min(self.work.stretch_start(start_ns), start_ns) if n < 0 else start_ns
+            return self.moment(max(before_ns, start_ns + clock_ns - block.begins_ns))
+        at_ns = self.work.worked(start_ns + block.ends_ns - block.begins_ns, clock_ns - block.ends_ns)
+        return self.moment(min([at_ns, *(start_ns for _, start_ns in self.blocks[n + 1 : n + 2])]))
+
+    def moment(self, after_ns: int) -> datetime:
+        """Return the local time of nanoseconds after ``begins``, to the second, rounded half up."""
+        return self.begins + timedelta(seconds=(after_ns + NS_PER_S // 2) // NS_PER_S)
+
+    def span(self, order: int) -> tuple[str | None, str | None]:
+        """Return start and end of a lift or step, local time as ISO 8601 has it; None if it has none."""
+        found = self.lifts.get(order) or self.steps.get(order)
+        return (None, None) if found is None else (self.moment(found[0]).isoformat(), self.moment(found[1]).isoformat())
+
+    @property
+    def first(self) -> datetime:
+        """When the first work begins."""
+        return self.moment(min((at[0] for at in self._all()), default=0))
+
+    @property
+    def last(self) -> datetime:
+        """When the last lift, or the last work, ends."""
+        return self.moment(max((at[1] for at in self._all()), default=0))
+
+    @property
+    def working_days(self) -> int:
+        """Number of working days from the first to the last work."""
+        first, last, hours = self.first.date(), self.last.date(), self.calendar.hours
+        return sum(hours.works(first + timedelta(days=n)) for n in range((last - first).days + 1))
+
+    @property
+    def end_in_words(self) -> str:
+        """When the plan ends: ``Thu 12 March 2026 14:10, 3 working days``."""
+        days = self.working_days
+        return f"{in_words(self.last)}, {days:,} working day{'' if days == 1 else 's'}"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader of the dates must know."""
+        default = " (the default; [calendar] in the site file changes it)" if self.calendar.is_default else ""
+        told = [f"calendar{default}: {self.calendar.in_words()}"]
+        if self.too_long:
+            numbers = ", ".join(str(order + 1) for order in self.too_long)
+            told.append(
+                f"longer than any uninterrupted stretch of work, so that they run on into a break or beyond the shift: "
+                f"lift{'' if len(self.too_long) == 1 else 's'} {numbers}"
+            )
+        return tuple(told)
+
+    def document(self) -> dict[str, object]:
+        """Return begin, end, working days and notes for the JSON documents."""
+        return {
+            "begins": self.first.isoformat(),
+            "ends": self.last.isoformat(),
+            "begins_in_words": in_words(self.first),
+            "ends_in_words": self.end_in_words,
+            "working_days": self.working_days,
+            "deliveries": [
+                {
+                    "delivery": number,
+                    "arrives": self.moment(begin).isoformat(),
+                    "unloaded": self.moment(end).isoformat(),
+                }
+                for number, (begin, end) in sorted(self.deliveries.items())
+            ],
+            "notes": list(self.notes),
+        }
+
+    def _all(self) -> Iterator[tuple[int, int]]:
+        yield from self.lifts.values()
+        yield from self.deliveries.values()
+        yield from () if self.setup is None else (self.setup,)
+        yield from (at[:2] for at in self.steps.values())
+
+
+def dates_of(
+    calendar: CalendarConfig,
+    site: Site,
+    lifts: Iterable[Lift],
+    motions: Sequence[LiftMotion],
+    steps: Steps,
+    start: datetime | None = None,
+) -> PlanDates | None:
+    """Return the dates of a plan; None if its start is not known, or it has no motions.
+
+    Everything keeps its order in time: a lift waits for what carried before it in elapsed time, a step for the lifts
+    before it, for its crew and for what carried. Waits run through nights and breaks, work does not.
+
+    Args:
+        calendar: The working hours, and the times before a lift.
+        site: The site.
+        lifts: All lifts of the plan.
+        motions: The motions of all planned lifts.
+        steps: The steps of work that the crane does not do.
+        start: When work may begin, local time; None takes the calendar's.
+    """
+    begins = start or calendar.begins
+    if begins is None or not motions:
+        return None
+    return _Walk(calendar, site, WorkTime(calendar.hours, begins)).over(lifts, motions, steps)
+
+
+def blocks_of(site: Site, motions: Iterable[LiftMotion]) -> tuple[Block, ...]:
+    """Return the lifts as blocks between which the cranes may stop; of several cranes, no load hangs then."""
+    several = site.has_several_cranes
+    spans = sorted(
+        (motion.hooked_ns, motion.released_ns, motion.order)
+        if several
+        else (motion.start_ns, motion.end_ns, motion.order)
+        for motion in motions
+    )
+    found: list[Block] = []
+    for begins_ns, ends_ns, order in spans:
+        if found and begins_ns < found[-1].ends_ns:
+            last = found.pop()
+            found.append(Block(last.begins_ns, max(last.ends_ns, ends_ns), (*last.orders, order)))
+        else:
+            found.append(Block(begins_ns, ends_ns, (order,)))
+    return tuple(found)
+
+
+def in_words(moment: datetime) -> str:
+    """Return a time: ``Thu 12 March 2026 14:10``."""
+    return f"{moment:%a} {moment.day} {moment:%B %Y %H:%M}"
+
+
+class _Walk:
+    """Goes through a plan in elapsed time and gives everything its date."""
+
+    def __init__(self, calendar: CalendarConfig, site: Site, work: WorkTime) -> None:
+        self.calendar, self.site, self.work = calendar, site, work
+        self.lifts: dict[int, tuple[int, int]] = {}
+        self.steps: dict[int, tuple[int, int, int]] = {}
+        self.deliveries: dict[int, tuple[int, int]] = {}
+        self.starts_ns: list[int] = []
+        self._released: list[tuple[int, int]] = []  # of each lift: in the plan's elapsed time, in calendar time
+        self._waits: list[tuple[int, int]] = []  # a heap, of the steps: when each carries, in both times
+        self._carried_ns = 0
+        self._crew_ns: dict[Means, int] = {}
+
+    def over(self, lifts: Iterable[Lift], motions: Sequence[LiftMotion], planned: Steps) -> PlanDates:
+        of_order = {motion.order: motion for motion in motions}
+        delivery = {lift.order: lift.place.delivery for lift in lifts if lift.place is not None}
+        blocks = blocks_of(self.site, motions)
+        # At the same time, a step comes first: it may carry at once.
+        items: list[tuple[int, int, Step | Block]] = [(step.begins_ns, 0, step) for step in planned.steps]
+        items += [(planned.starting_ns(block.begins_ns), 1, block) for block in blocks]
+        setup_ns = round(self.calendar.setup_h * 3600.0 * NS_PER_S)
+        setup = (self.work.fitting(0, 0), self.work.worked(0, setup_ns)) if setup_ns else None
+        end_ns = setup[1] if setup else 0
+        clock_ns = min(motion.start_ns for motion in motions)
+        for at_ns, _, item in sorted(items, key=lambda entry: entry[:2]):
+            self._carry(at_ns)
+            if isinstance(item, Step):
+                self._step(item)
+                continue
+            end_ns = self.work.worked(end_ns, item.begins_ns - clock_ns)
+            for number in sorted({delivery[order] for order in item.orders if order in delivery}):
+                end_ns = self._unloaded(number, end_ns)
+            start_ns = self.work.fitting(max(end_ns, self._carried_ns), item.ends_ns - item.begins_ns)
+            self.starts_ns.append(start_ns)
+            for motion in sorted((of_order[order] for order in item.orders), key=lambda motion: motion.released_ns):
+                self.lifts[motion.order] = at = self._lift(motion, start_ns - item.begins_ns)
+                self._released.append((planned.ending_ns(motion.released_ns), at[1]))
+            end_ns, clock_ns = start_ns + item.ends_ns - item.begins_ns, item.ends_ns
+        long = (block for block in blocks if self.work.is_too_long(block.ends_ns - block.begins_ns))
+        return PlanDates(
+            self.calendar,
+            self.work.begins,
+            self.lifts,
+            self.steps,
+            self.deliveries,
+            setup,
+            tuple(sorted(order for block in long for order in block.orders)),
+            tuple(zip(blocks, self.starts_ns, strict=True)),
+            self.work,
+        )
+
+    def _unloaded(self, number: int, at_ns: int) -> int:
+        """Return when a delivery is unloaded that may arrive from a time on."""
+        work_ns = round(self.calendar.unloading_s * NS_PER_S)
+        if number in self.deliveries or not work_ns:
+            return at_ns
+        self.deliveries[number] = (self.work.fitting(at_ns, 0), self.work.worked(at_ns, work_ns))
+        return self.deliveries[number][1]
+
+    def _lift(self, motion: LiftMotion, shift_ns: int) -> tuple[int, int]:
+        """Return start and release of a lift; the empty hook's way to it may begin after a break, not before it."""
+        start_ns, hooked_ns = motion.work_starts_ns + shift_ns, motion.hooked_ns + shift_ns
+        if self.site.has_several_cranes:
+            start_ns = max(start_ns, min(self.work.stretch_start(hooked_ns), hooked_ns))
+        return start_ns, motion.released_ns + shift_ns
+
+    def _carry(self, at_ns: int) -> None:
+        """Note what carries at a time, in the plan's elapsed time; the times that are asked for ascend."""
+        while self._waits and self._waits[0][0] <= at_ns:
+            self._carried_ns = max(self._carried_ns, heappop(self._waits)[1])
+
+    def _step(self, step: Step) -> None:
+        means = self.site.components[step.component].means
+        earlier = bisect_right(self._released, step.begins_ns, key=itemgetter(0))
+        released_ns = self._released[earlier - 1][1] if earlier else 0
+        begins_ns = self.work.fitting(max(self._carried_ns, released_ns, self._crew_ns.get(means, 0)), 0)
+        ends_ns = self.work.worked(begins_ns, step.ends_ns - step.begins_ns)
+        if means is not Means.CRANE:  # one crew does one part after the other
+            self._crew_ns[means] = ends_ns
+        self.steps[step.order] = (begins_ns, ends_ns, ends_ns + step.carries_ns - step.ends_ns)
+        heappush(self._waits, (step.carries_ns, self.steps[step.order][2]))

@@ -1,0 +1,140 @@
+"""Dates in what other programs read: Microsoft Project XML, IFC 4D, CSV and JSON."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+from datetime import date, datetime, timedelta
+from functools import cache
+from pathlib import Path
+from xml.etree import ElementTree
+
+import ifcopenshell
+import ifcopenshell.validate
+import pytest
+import seeded_faults as faults
+
+from bimvox.exporters.csv_json import lifts_csv, to_json
+from bimvox.exporters.ifc import with_schedule
+from bimvox.exporters.lift_schedule import DEFAULT_BEGIN, LiftSchedule, schedule_of
+from bimvox.exporters.ms_project import NAMESPACE, to_ms_project
+from bimvox.log.dates import log_dates
+from bimvox.log.plan_log import PlanLog
+from bimvox.records.dates import PlanDates
+
+CALENDAR = b'\n[calendar]\nstart = 2026-04-02\ncountry = "DE"\nshifts = ["22:00-06:00"]\nbreaks = ["22:30-22:40"]\n'
+MODEL = Path(__file__).parents[2] / "sample_models" / "frame.ifc"
+
+
+@cache
+def log() -> PlanLog:
+    """Return the log of two columns, a beam that is cast on them, and a slab; work at night, over Easter."""
+    made = faults.log_with_a_cast_beam()
+    return dataclasses.replace(made, attachments={"site.toml": made.attachments["site.toml"] + CALENDAR})
+
+
+def dates() -> PlanDates:
+    found = log_dates(log())
+    assert found is not None
+    return found
+
+
+def schedule() -> LiftSchedule:
+    return schedule_of(log(), DEFAULT_BEGIN, [lift.order for lift in log().plan.lifts], dates())
+
+
+def of(entry: ElementTree.Element, name: str) -> str:
+    return entry.findtext(f"{{{NAMESPACE}}}{name}") or ""
+
+
+def test_a_log_is_dated_by_its_site_file_or_by_the_start_that_is_given():
+    assert dates().first == datetime(2026, 4, 2, 22, 0)
+    other = log_dates(log(), datetime(2027, 1, 4, 23, 0))
+    assert other is not None
+    assert other.first == datetime(2027, 1, 4, 23, 0)
+    assert log_dates(log().extract([3])) is None
+    assert log_dates(faults.log_with_a_cast_beam()) is None
+
+
+def test_a_table_of_another_version_of_the_site_file_does_not_hide_the_calendar():
+    text = log().attachments["site.toml"] + b"[of_another_version]\nkey = 1\n"
+    found = log_dates(dataclasses.replace(log(), attachments={"site.toml": text}))
+    assert found is not None
+    assert found.end_in_words == dates().end_in_words
+
+
+def test_a_broken_calendar_in_a_log_gives_the_default_hours():
+    text = b"[calendar]\nstart = 2026-04-02\nshifts = 5\n"
+    broken = dataclasses.replace(log(), attachments={"site.toml": text})
+    assert log_dates(broken) is None
+    found = log_dates(broken, datetime(2026, 3, 9))
+    assert found is not None
+    assert "Mon to Fri 07:00-16:00" in found.notes[0]
+
+
+def test_the_schedule_is_in_working_hours_and_the_wait_is_elapsed_time():
+    made = schedule()
+    spans = [made.times(task) for task in made.tasks]
+    for task, (start, finish) in zip(made.tasks, spans, strict=True):
+        if task.crane is not None:
+            assert start.hour >= 22 or finish.hour <= 6
+            assert start.hour != 22 or not start.minute < 30 <= finish.minute < 40
+    step, slab = spans[2:]
+    assert slab[0] >= step[1] + timedelta(hours=168)
+    assert slab[0].date() >= date(2026, 4, 9)
+    assert made.tasks[2].work_s == (log().steps.steps[0].ends_ns - log().steps.steps[0].begins_ns) / 1e9
+
+
+def test_ms_project_has_the_hours_and_the_holidays():
+    root = ElementTree.fromstring(to_ms_project(schedule()))
+    (calendar,) = root.iter(f"{{{NAMESPACE}}}Calendar")
+    week = {of(day, "DayType"): day for day in calendar.iter(f"{{{NAMESPACE}}}WeekDay")}
+    times = {
+        kind: [(of(time, "FromTime"), of(time, "ToTime")) for time in day.iter(f"{{{NAMESPACE}}}WorkingTime")]
+        for kind, day in week.items()
+    }
+    night, evening = ("00:00:00", "06:00:00"), [("22:00:00", "22:30:00"), ("22:40:00", "00:00:00")]
+    assert times == {"1": [], "2": evening, **{kind: [night, *evening] for kind in "3456"}, "7": [night]}
+    assert [of(week[kind], "DayWorking") for kind in "1234567"] == list("0111111")
+    free = [of(one, "FromDate") for one in calendar.iter(f"{{{NAMESPACE}}}TimePeriod")]
+    assert free == ["2026-04-03T00:00:00", "2026-04-06T00:00:00"]
+    step = next(task for task in root.iter(f"{{{NAMESPACE}}}Task") if "cast in place" in of(task, "Name"))
+    assert (of(step, "Start"), of(step, "DurationFormat")) == (
+        schedule().times(schedule().tasks[2])[0].isoformat(),
+        "3",
+    )
+
+
+@pytest.mark.parametrize("name", ["frame.ifc", "frame_ifc2x3_mm.ifc"])
+def test_ifc_has_the_dates_and_is_valid(tmp_path, name):
+    model = MODEL.with_name(name)
+    columns = [str(column.GlobalId) for column in ifcopenshell.open(model).by_type("IfcColumn")]
+    tasks = tuple(
+        dataclasses.replace(task, component=column, global_id=column)
+        for task, column in zip(schedule().tasks, columns, strict=False)
+    )
+    path = tmp_path / "out.ifc"
+    path.write_bytes(with_schedule(model, model.read_bytes(), dataclasses.replace(schedule(), tasks=tasks)))
+    written, logger = ifcopenshell.open(path), ifcopenshell.validate.json_logger()
+    ifcopenshell.validate.validate(written, logger, express_rules=True)
+    assert list(logger.statements) == []
+    if written.schema == "IFC2X3":
+        assert [one.ScheduleFinish.DateComponent.DayComponent for one in written.by_type("IfcScheduleTimeControl")]
+        return
+    (calendar,) = written.by_type("IfcWorkCalendar")
+    assert [time.Start for time in calendar.ExceptionTimes] == ["2026-04-03", "2026-04-06"]
+    weeks = {tuple(time.RecurrencePattern.WeekdayComponent): time for time in calendar.WorkingTimes}
+    assert set(weeks) == {(1,), (2, 3, 4, 5), (6,)}
+    assert {one.TaskTime.ScheduleStart for one in written.by_type("IfcTask")} >= {
+        schedule().times(task)[0].isoformat() for task in tasks
+    }
+
+
+def test_tables_have_local_times_and_the_calendar():
+    rows = list(csv.DictReader(io.StringIO(lifts_csv(log(), dates()))))
+    assert [(row["begins"], row["ends"]) for row in rows] == [dates().span(order) for order in range(4)]
+    document = to_json(log(), dates())
+    assert document["calendar"]["ends"] == rows[-1]["ends"] == document["lifts"][-1]["ends"]
+    assert to_json(log())["calendar"] is None
+    assert {row["begins"] for row in csv.DictReader(io.StringIO(lifts_csv(log())))} == {""}

@@ -1,0 +1,216 @@
+"""The plan in calendar time: its properties for any calendar, and the dates of plans."""
+
+from __future__ import annotations
+
+from datetime import date, datetime, time, timedelta
+from itertools import pairwise
+from types import SimpleNamespace
+
+import pytest
+import seeded_faults as faults
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from two_cranes import two_crane_plan
+
+from bimvox.records.dates import PlanDates, blocks_of, dates_of
+from bimvox.records.steps import Pause, Step, Steps
+from bimvox.site.config_calendar import CalendarConfig
+from bimvox.site.means import Means
+from bimvox.site.working_hours import DAYS
+
+MONDAY = date(2026, 3, 9)
+S, H = 10**9, 3600 * 10**9
+SITE = SimpleNamespace(
+    has_several_cranes=False, components=[SimpleNamespace(means=means) for means in (Means.IN_SITU, Means.BY_HAND)]
+)
+
+
+def lifts_of(lengths_s, delivery=None):
+    """Return lifts one after the other, as far as dates look at them."""
+    lifts, motions, at_ns = [], [], 0
+    for order, length_s in enumerate(lengths_s):
+        ends_ns = at_ns + length_s * S
+        place = None if delivery is None else SimpleNamespace(delivery=delivery[order])
+        lifts.append(SimpleNamespace(order=order, place=place))
+        motions.append(
+            SimpleNamespace(
+                order=order, start_ns=at_ns, work_starts_ns=at_ns, hooked_ns=at_ns, released_ns=ends_ns, end_ns=ends_ns
+            )
+        )
+        at_ns = ends_ns
+    return lifts, motions
+
+
+def dated(calendar, lengths_s, steps=None, start=None, delivery=None) -> PlanDates:
+    found = dates_of(calendar, SITE, *lifts_of(lengths_s, delivery), steps or Steps(), start)
+    assert found is not None
+    return found
+
+
+def calendar_of(**keys) -> CalendarConfig:
+    return CalendarConfig(start=MONDAY, **{"unloading_s": 0.0, **keys})
+
+
+@st.composite
+def calendars(draw) -> CalendarConfig:
+    begin = draw(st.integers(0, 23))
+    length = draw(st.integers(2, 12))
+    pause = draw(st.one_of(st.none(), st.integers(1, length - 1)))
+    clock = [f"{(begin + n) % 24:02d}" for n in range(length + 1)]
+    return calendar_of(
+        days=tuple(draw(st.sets(st.sampled_from(DAYS), min_size=1))),
+        shifts=(f"{clock[0]}:00-{clock[-1]}:00",),
+        breaks=() if pause is None else (f"{clock[pause]}:00-{clock[pause]}:20",),
+        holidays=tuple(draw(st.sets(st.dates(MONDAY, MONDAY + timedelta(days=30)), max_size=5))),
+        setup_h=draw(st.sampled_from((0.0, 0.5, 20.0))),
+        unloading_s=draw(st.sampled_from((0.0, 900.0))),
+    )
+
+
+def is_working(found: PlanDates, low: datetime, high: datetime) -> bool:
+    """Return whether a span is within a shift without a break, found minute by minute from the texts of the table."""
+    calendar, at = found.calendar, low
+    while at < high:
+        inside = False
+        for back in (0, 1):
+            day = at.date() - timedelta(days=back)
+            if DAYS[day.weekday()] not in calendar.days or day in calendar.holidays:
+                continue
+            inside |= any(_within(at, day, span) for span in calendar.shifts)
+        if not inside or any(
+            _within(at, at.date() - timedelta(days=back), span) for back in (0, 1) for span in calendar.breaks or ()
+        ):
+            return False
+        at += timedelta(minutes=1)
+    return True
+
+
+def _within(at: datetime, day: date, span: str) -> bool:
+    low, high = (
+        datetime.combine(day, time()) + timedelta(hours=int(t[:2]), minutes=int(t[3:])) for t in span.split("-")
+    )
+    return low <= at < (high if high > low else high + timedelta(days=1))
+
+
+LENGTHS = st.lists(st.integers(30, 2400), min_size=1, max_size=40)
+
+
+@settings(max_examples=60, deadline=None)
+@given(calendars(), LENGTHS)
+def test_lifts_keep_their_order_and_length_and_never_run_into_a_break(calendar, lengths_s):
+    found = dated(calendar, lengths_s, delivery=[n // 7 for n in range(len(lengths_s))])
+    spans = [found.lifts[order] for order in range(len(lengths_s))]
+    assert [end - start for start, end in spans] == [length * S for length in lengths_s]
+    assert all(one[1] <= other[0] for one, other in pairwise(spans))
+    assert found.too_long == ()
+    for start, end in spans:
+        assert is_working(found, found.moment(start), found.moment(end))
+
+
+@settings(max_examples=60, deadline=None)
+@given(calendars(), LENGTHS, st.lists(st.integers(0, 10**5), min_size=2, max_size=30))
+def test_the_clock_in_calendar_time_ascends_and_agrees_with_the_lifts(calendar, lengths_s, times_s):
+    found = dated(calendar, lengths_s)
+    moments = [found.at(at_s * S) for at_s in sorted(times_s)]
+    assert moments == sorted(moments)
+    at_ns = 0
+    for order, length_s in enumerate(lengths_s):
+        assert found.at(at_ns) == found.moment(found.lifts[order][0])
+        at_ns += length_s * S
+
+
+@settings(max_examples=60, deadline=None)
+@given(calendars(), LENGTHS, st.integers(60, 40_000), st.integers(0, 300))
+def test_working_time_is_the_work_and_waits_run_on_through_nights(calendar, lengths_s, work_s, wait_h):
+    at_ns = sum(lengths_s[: len(lengths_s) // 2]) * S
+    step = Step(len(lengths_s), 0, at_ns, at_ns + work_s * S, at_ns + work_s * S + wait_h * H)
+    found = dated(calendar, lengths_s, Steps((step,)))
+    begin, end, carries = found.steps[step.order]
+    assert carries - end == wait_h * H
+    worked_ns = 0
+    while begin < end:
+        begin = found.work.fitting(begin, 0)
+        low, begin = begin, min(end, found.work.worked(begin, 60 * S))
+        assert is_working(found, found.moment(low), found.moment(low) + timedelta(seconds=1))
+        worked_ns += min(60 * S, work_s * S - worked_ns)
+    assert worked_ns == work_s * S
+
+
+def test_a_lift_is_not_begun_that_does_not_end_before_the_break_or_the_shift():
+    found = dated(calendar_of(), [3600 + 59 * 60, 120, 170 * 60, 180 * 60])
+    at = [(found.moment(start), found.moment(end)) for start, end in found.lifts.values()]
+    assert [start.strftime("%a %H:%M") for start, _ in at] == ["Mon 07:00", "Mon 09:15", "Mon 12:45", "Tue 12:45"]
+    assert found.end_in_words == "Tue 10 March 2026 15:45, 2 working days"
+
+
+def test_a_lift_longer_than_every_stretch_runs_on_and_is_named():
+    found = dated(calendar_of(), [60, 4 * 3600, 60])
+    assert found.too_long == (1,)
+    assert [found.moment(start).strftime("%H:%M") for start, _ in found.lifts.values()] == ["07:00", "09:15", "13:15"]
+    assert "run on into a break or beyond the shift: lift 2" in found.notes[-1]
+
+
+def test_weekends_holidays_and_own_days_are_free():
+    found = dated(
+        CalendarConfig(start=date(2026, 4, 2), country="DE", holidays=(date(2026, 4, 7),), unloading_s=0.0),
+        [7000] * 5,
+    )
+    days = [found.moment(start).date().day for start, _ in found.lifts.values()]
+    assert days == [2, 2, 2, 8, 8]  # Good Friday, the weekend, Easter Monday, and the own day
+    assert found.working_days == 2
+
+
+def test_the_crane_is_set_up_first_and_a_delivery_unloaded_before_its_first_lift():
+    found = dated(calendar_of(setup_h=10.0, unloading_s=1800.0), [600, 600, 600], delivery=[0, 0, 1])
+    starts = [found.moment(start).strftime("%a %H:%M") for start, _ in found.lifts.values()]
+    assert starts == ["Tue 09:45", "Tue 09:55", "Tue 10:35"]
+    assert [found.moment(end).strftime("%a %H:%M") for _, end in found.deliveries.values()] == [
+        "Tue 09:45",
+        "Tue 10:35",
+    ]
+
+
+def test_a_wait_runs_through_the_night_and_the_crane_waits_only_for_what_is_left():
+    step = Step(1, 0, 600 * S, 4200 * S, 4200 * S + 16 * H)
+    steps = Steps((step,), (Pause(2, 600 * S, 3600 * S + 16 * H),))
+    found = dated(calendar_of(), [600, 600], steps)
+    assert found.moment(found.steps[1][2]) == datetime(2026, 3, 10, 0, 10)
+    assert found.moment(found.lifts[1][0]) == datetime(2026, 3, 10, 7, 0)
+
+
+def test_two_cranes_stop_only_while_no_load_hangs():
+    plan, motions = two_crane_plan()
+    found = dates_of(
+        calendar_of(days=("Mon",), shifts=("07:00-07:06",), breaks=()), plan.site, plan.lifts, motions, Steps()
+    )
+    assert found is not None
+    for block in blocks_of(plan.site, motions):
+        inside = [m for m in motions if m.hooked_ns < block.ends_ns and m.released_ns > block.begins_ns]
+        assert {m.order for m in inside} == set(block.orders)
+    assert found.last.date() > MONDAY
+    for motion in motions:
+        start, end = found.lifts[motion.order]
+        hangs = (motion.released_ns - motion.hooked_ns) / S
+        assert abs((found.moment(end) - found.at(motion.hooked_ns)).total_seconds() - hangs) <= 1.0
+        assert found.moment(start).date() == found.moment(end).date()
+        assert is_working(found, found.moment(start), found.moment(end)) or motion.order in found.too_long
+
+
+def test_without_a_start_there_are_no_dates():
+    assert dates_of(CalendarConfig(), SITE, *lifts_of([60]), Steps()) is None
+    assert dates_of(calendar_of(), SITE, [], [], Steps()) is None
+
+
+@pytest.mark.parametrize("name", ["beam", "left"])
+def test_cast_parts_of_a_plan_are_ready_before_what_rests_on_them(name):
+    log = faults.log_cast(name)
+    found = dates_of(calendar_of(), log.plan.site, log.plan.lifts, log.motions, log.steps)
+    assert found is not None
+    (step,) = log.steps.steps
+    later = [motion for motion in log.motions if motion.order > step.order]
+    assert all(
+        found.lifts[m.order][0] >= found.steps[step.order][2]
+        for m in later
+        if step.carries_ns <= log.steps.starting_ns(m.start_ns)
+    )
+    assert found.first == datetime(2026, 3, 9, 7, 0)
