@@ -12,6 +12,7 @@ from bimvox.grid.voxel_grid import VoxelGrid
 from bimvox.library.arguments import insist, path_of, pixels, whole
 from bimvox.library.plan_value import Plan
 from bimvox.library.site import LoadedSite
+from bimvox.log.dates import log_dates
 from bimvox.log.recorder import tracks_of, write_log
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.rendering.draw.camera import View
@@ -117,4 +118,5 @@ def _revision(plan: Plan) -> Revision:
         proof=plan.verdict,
         remarks=record.remarks or (),
         metadata=record.metadata,
+        dates=log_dates(record),
     )

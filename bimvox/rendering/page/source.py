@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from bimvox.motion.steps import steps_of_log
+from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Lift, LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
@@ -32,6 +33,7 @@ class Revision:
         proof: The verdict of a proof made now from the log; None if none was made.
         remarks: What a person should look at.
         metadata: Plain values about the plan (seed, policy, hashes ...).
+        dates: The plan in calendar time; None if its start is not known.
         config: The site file that the log carries; None if it carries none that can be read.
         steps: The steps of work that the crane does not do, and its pauses.
     """
@@ -46,6 +48,7 @@ class Revision:
     proof: Verification | None
     remarks: tuple[Remark, ...]
     metadata: Mapping[str, str] = field(default_factory=dict)
+    dates: PlanDates | None = None
     config: SiteConfig | None = None
     steps: Steps = field(init=False)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import datetime
 from typing import Any
 
 from bimvox.rendering.plain import escape
@@ -15,6 +16,7 @@ LIFTS_A_CHART = 45
 """Number of bars that fit on a printed page."""
 
 _WIDTH, _LEFT, _RIGHT, _TOP, _ROW = 1040.0, 232.0, 12.0, 26.0, 13.0
+_DATE_WIDTH = 96.0
 _STEPS_S = (10.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 14400.0, 28800.0, 86400.0, 604800.0)
 
 
@@ -44,12 +46,29 @@ def _axis(lifts: Sequence[dict[str, Any]], height: float) -> tuple[float, float,
     """Return the start of the lifts' time axis in seconds, units per second, and the axis."""
     low, high = min(lift["begins_s"] for lift in lifts), max(lift["ends_s"] for lift in lifts)
     scale = (_WIDTH - _LEFT - _RIGHT) / max(high - low, 1e-9)
-    parts = []
+    parts: list[str] = []
+    if lifts[0].get("begins_at"):
+        return low, scale, _dated(lifts, low, scale, height)
     for at in ticks(low, high, 9, _STEPS_S):
         x = _LEFT + (at - low) * scale
         parts.append(element("line", x1=x, x2=x, y1=_TOP - 5.0, y2=height - 4.0, class_="grid"))
         parts.append(text(clock(at), x, _TOP - 9.0, text_anchor="middle", class_="tick"))
     return low, scale, parts
+
+
+def _dated(lifts: Sequence[dict[str, Any]], low: float, scale: float, height: float) -> list[str]:
+    """Return an axis with the local times at which lifts start; nights and breaks have no width."""
+    parts: list[str] = []
+    last_x, day = -_WIDTH, ""
+    for lift in sorted(lifts, key=lambda one: float(one["begins_s"])):
+        at, x = datetime.fromisoformat(lift["begins_at"]), _LEFT + (lift["begins_s"] - low) * scale
+        if x - last_x < _DATE_WIDTH:
+            continue
+        words = f"{at:%H:%M}" if day == f"{at.date()}" else f"{at:%a} {at.day} {at:%b %H:%M}"
+        last_x, day = x, f"{at.date()}"
+        parts.append(element("line", x1=x, x2=x, y1=_TOP - 5.0, y2=height - 4.0, class_="grid"))
+        parts.append(text(words, x, _TOP - 9.0, text_anchor="middle", class_="tick"))
+    return parts
 
 
 def _chart(lifts: Sequence[dict[str, Any]]) -> str:

@@ -85,7 +85,12 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
             {"first": c.first, "second": c.second, "depth_m": c.depth_m, "at_least": c.at_least}
             for c in revision.plan.clashes
         ],
-        "notes": [*site.notes, *site.obstruction_notes, *revision.plan.notes],
+        "notes": [
+            *(revision.dates.notes if revision.dates else ()),
+            *site.notes,
+            *site.obstruction_notes,
+            *revision.plan.notes,
+        ],
     }
 
 
@@ -112,6 +117,7 @@ def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_sh
         "mass_source": component.mass_source,
         # A sample beyond the load chart has no utilisation, and counts as the most critical.
         "critical": record["governs"] is not None and (used is None or used >= critical_share),
+        "begins_at": revision.dates.span(lift.order)[0] if revision.dates else None,
         "begins_s": track.start_ns / 1e9 if track else None,
         "ends_s": track.end_ns / 1e9 if track else None,
         "hook_travel_m": hook_travel_m(revision.plan.site, motion) if motion else None,
@@ -228,6 +234,7 @@ def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
         "proven": sum(lift["proven"] is True for lift in lifts),
         "timed_by": "crane" if revision.motions else "nominal",
         "total_s": max(ends) - min(begins) if begins else 0.0,
+        "calendar": revision.dates.document() if revision.dates else None,
         "elapsed_s": revision.steps.elapsed_ns(revision.motions) / 1e9 if revision.steps.steps else None,
         "paused_s": revision.steps.paused_ns / 1e9,
         "carrying_s": sum(carried),

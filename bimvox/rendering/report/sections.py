@@ -47,6 +47,7 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
     return [
         ("Lifts", f"{count('planned')} of {count('lifts')} parts planned, {count('infeasible')} infeasible"),
         ("Total time", f"{hours} = {span(totals['total_s'])}{nominal}"),
+        ("Dates", _dates(totals["calendar"])),
         ("Elapsed", _elapsed(totals)),
         ("Load in transit", number(totals["carrying_s"] or None, span(totals["carrying_s"]), "carrying_s")),
         ("Cranes", _cranes(totals["cranes"], totals["total_s"]) if "cranes" in totals else ""),
@@ -63,6 +64,11 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Paths found", ", ".join(_method(method) for method in record["methods"])),
         ("Moves / fewest", number(ratio, fixed(ratio, 3), "moves_ratio") if ratio else ""),
     ]
+
+
+def _dates(calendar: dict[str, Any] | None) -> str:
+    """Return when work begins and ends, if its start is known."""
+    return escape(f"{calendar['begins_in_words']} to {calendar['ends_in_words']}") if calendar else ""
 
 
 def _elapsed(totals: dict[str, Any]) -> str:

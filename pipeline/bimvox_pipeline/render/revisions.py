@@ -181,6 +181,7 @@ def revisions_of(
         LogFileError: If values of a log make no sense: nothing can be drawn from them.
     """
     from bimvox.library.attached_files import config_in
+    from bimvox.log.dates import log_dates
     from bimvox.log.recorder import tracks_of
     from bimvox.log.schema import METADATA
     from bimvox.rendering.page.source import Revision
@@ -204,6 +205,7 @@ def revisions_of(
             remarks=judged.remarks,
             config=config_in(record),
             metadata=record.metadata if read.contents is None else read.contents.metadata.get(METADATA, {}),
+            dates=log_dates(record),
         )
 
 

@@ -1,0 +1,37 @@
+"""Local dates in the report, if the start of the work is known."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from datetime import date
+
+from log_building import tiny_log
+from opened_pages import revision_of
+
+from bimvox.log.dates import log_dates
+from bimvox.rendering.report.gantt import gantt_charts
+from bimvox.rendering.report.record import record_of
+from bimvox.rendering.report.sections import heading
+
+
+def test_head_notes_and_gantt_chart_have_the_dates():
+    site_file = b'[calendar]\nstart = 2026-03-13\nshifts = ["07:00-07:31"]\n'
+    log = dataclasses.replace(tiny_log(crane=True), attachments={"site.toml": site_file})
+    dates = log_dates(log)
+    assert dates is not None
+    assert dates.first.date() == date(2026, 3, 13)
+    record = record_of(dataclasses.replace(revision_of(log), dates=dates))
+    assert f"Fri 13 March 2026 07:00 to {dates.end_in_words}" in heading(record)
+    assert record["notes"][0] == dates.notes[0]
+    timed = [lift for lift in record["lifts"] if lift["begins_s"] is not None]
+    assert [lift["begins_at"] for lift in timed] == [dates.span(lift["order"])[0] for lift in timed]
+    (chart,) = gantt_charts(record["lifts"])
+    first = dates.moment(dates.lifts[timed[0]["order"]][0])
+    assert re.findall(r'class="tick"[^>]*>([^<]*)<', chart)[0] == f"{first:%a} {first.day} {first:%b %H:%M}"
+
+
+def test_without_a_start_there_are_none():
+    record = record_of(revision_of(tiny_log(crane=True)))
+    assert record["totals"]["calendar"] is None
+    assert "Dates" not in heading(record)
