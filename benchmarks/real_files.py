@@ -71,7 +71,7 @@ def _used_s() -> float:
     return time.process_time() + children.ru_utime + children.ru_stime
 
 
-def measure(model: Path, folder: Path, profile: Path | None = None) -> dict[str, Any]:
+def measure(model: Path, folder: Path, profile: Path | None = None, policy: str = "none") -> dict[str, Any]:
     """Run init, plan and verify on a file in this process.
 
     Returns:
@@ -89,7 +89,7 @@ def measure(model: Path, folder: Path, profile: Path | None = None) -> dict[str,
         init_s = _used_s() - begun_s
         if profile is not None:
             profiler.enable()
-        document = plan(site, log, wish=PolicyWish("none"), progress=progress)
+        document = plan(site, log, wish=PolicyWish(policy), progress=progress)
         profiler.disable()
         planned_s = _used_s()
         proof = verify(log, progress=CpuProgress())
@@ -183,7 +183,9 @@ def main() -> int:
     options = _options()
     if options.only is not None:
         with tempfile.TemporaryDirectory() as folder:
-            options.only.write_text(json.dumps(measure(options.models[0], Path(folder), options.profile)))
+            options.only.write_text(
+                json.dumps(measure(options.models[0], Path(folder), options.profile, options.policy))
+            )
         return 0
     if options.profile is not None:
         options.profile.mkdir(parents=True, exist_ok=True)
@@ -200,6 +202,7 @@ def _measured(model: Path, options: argparse.Namespace) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         answer = Path(folder) / "answer.json"
         command = [sys.executable, "-m", "benchmarks.real_files", str(model.resolve()), "--only", str(answer)]
+        command += ["--policy", options.policy]
         command += ["--profile", str(options.profile.resolve())] if options.profile else []
         one_thread = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
         try:
@@ -216,6 +219,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("models", type=Path, nargs="*", help="files, or folders of them; default: sample_models")
     parser.add_argument("--limit-s", type=float, default=3600.0, help="longest wall time of a file")
+    parser.add_argument("--policy", default="none", help="what proposes the paths; greedy: the default of a plan")
     parser.add_argument("--profile", type=Path, metavar="FOLDER", help="write a cProfile of every plan")
     parser.add_argument("--write", action="store_true", help="put the table into docs/measured.md")
     parser.add_argument("--only", type=Path, metavar="JSON", help=argparse.SUPPRESS)
