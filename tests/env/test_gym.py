@@ -110,3 +110,21 @@ def test_an_option_that_no_reset_knows_is_refused(env_id):
 def test_many_sites_at_once_take_no_options(env_id):
     with pytest.raises(ValueError, match="options: 'layout' unknown; there are none"):
         gymnasium.make_vec(env_id, num_envs=2).reset(options={"layout": None})
+
+
+FIRST = """
+import time, gymnasium
+gymnasium.make("bimvox:ENV").reset(seed=0)
+print(time.process_time())
+"""
+
+
+@pytest.mark.parametrize("env_id", [*gym.PAPER_ENV_IDS, gym.LIFT_ENV_ID, gym.LIVE_ENV_ID])
+def test_the_first_observation_of_a_fresh_process_comes_soon(env_id: str):
+    for _ in range(2):  # the first run may compile
+        ran = subprocess.run(
+            [sys.executable, "-c", FIRST.replace("ENV", env_id)], capture_output=True, text=True, check=True
+        )
+        if float(ran.stdout) < 6.0:
+            return
+    raise AssertionError(f"{env_id}: {ran.stdout} s of processor time")
