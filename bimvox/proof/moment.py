@@ -77,6 +77,7 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
     lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
     carried = {id(lift) for lift in plan.lifts}
     fixed = fixed_things(site)
+    stored = _by_delivery(lifts)
     delivered: dict[int, list[tuple[Lift, Thing]]] = {}
     standing: list[Thing] = []
     placed: set[int] = set()
@@ -91,7 +92,9 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
         is_planned = lift.status is Status.PLANNED
         if is_planned and id(lift) in carried:
             if delivery not in delivered:
-                delivered[delivery] = list(_delivered(site, lifts, delivery))
+                delivered[delivery] = [
+                    (other, stored_thing(site, other, place)) for other, place in stored.get(delivery, ())
+                ]
             waiting = [
                 thing for other, thing in delivered[delivery] if other is not lift and other.component not in placed
             ]
@@ -104,11 +107,13 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
             arrived.append(standing[-1])
 
 
-def _delivered(site: Site, lifts: Sequence[Lift], delivery: int) -> Iterator[tuple[Lift, Thing]]:
-    """Return every lift of a delivery, and its part in the yard."""
+def _by_delivery(lifts: Sequence[Lift]) -> dict[int, list[tuple[Lift, YardPlace]]]:
+    """Return the lifts of every delivery, each with its place in the yard."""
+    found: dict[int, list[tuple[Lift, YardPlace]]] = {}
     for lift in lifts:
-        if lift.in_yard is not None and lift.in_yard.delivery == delivery:
-            yield lift, stored_thing(site, lift, lift.in_yard)
+        if (place := lift.in_yard) is not None:
+            found.setdefault(place.delivery, []).append((lift, place))
+    return found
 
 
 @kept
