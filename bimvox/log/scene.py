@@ -53,9 +53,9 @@ def states_before(lifts: Iterable[Lift], order: int) -> dict[int, ConstructionSt
     delivery = next((lift.place.delivery for lift in lifts if lift.order == order and lift.place is not None), None)
     states = {}
     for lift in lifts:
-        if lift.is_set and lift.order < order:
+        if lift.order < order and lift.is_set:
             states[lift.component] = ConstructionState.ASSEMBLED
-        elif lift.in_yard is not None and lift.in_yard.delivery == delivery:
+        elif (place := lift.place) is not None and place.delivery == delivery and lift.in_yard is not None:
             states[lift.component] = ConstructionState.UNBUILT
     return states
 
