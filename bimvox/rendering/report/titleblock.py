@@ -31,6 +31,7 @@ BLANK = f'<span class="blank">{NOT_STATED}</span>'
 def title_block(record: dict[str, Any]) -> str:
     """Return the title block; what the site file does not state is left to be filled in by hand."""
     project = record["project"]
+    project = {**project, "name": project["name"] or record["site"]["name"]}
     given = [(words, stated(project[key])) for key, words in _FIELDS.items()]
     given += [("Revision", stated(project["issue"])), ("Plan", tag("code", escape(record["log"]["sha256"][:16])))]
     people = [row([words, escape(project[key] or ""), "", ""]) for key, words in _PEOPLE.items()]

@@ -55,6 +55,7 @@ def test_without_project_data_there_are_fields_to_fill_in():
         assert read.text.count(NOT_STATED) >= 5
         assert len(read.rows["signatures"]) == 8
         assert read.record["project"]["name"] is None
+        assert "Project tiny Number" in " ".join(read.text.split())  # the site's name
 
 
 def test_hostile_project_data_stay_text():
