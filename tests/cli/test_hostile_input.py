@@ -212,7 +212,7 @@ def test_an_obstruction_file_too_deep_or_too_long(case, refused) -> None:
         "[model]\nvoxel_size_m = 1e308",
         "[model]\nvoxel_size_m = 1e-300",
         "[model]\nground_m = -1e9",
-        "[model]\nyaw_rad = 1e9",
+        "[model]\nyaw_deg = 1e9",
         "[crane]\nslewing = {rate_rad_s = 1e-12, acceleration_rad_s2 = 0.1, jerk_rad_s3 = 0.1}",
         "[crane]\nhoist = {rate_m_s = 1, acceleration_m_s2 = 1e-12, jerk_m_s3 = 0.1}",
         "[rules]\nclearance_m = 1e308",
