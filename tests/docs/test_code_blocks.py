@@ -88,6 +88,7 @@ def test_every_document_with_commands_is_run():
     assert sum(len(commands(ROOT / name)) for name in SETTINGS) > 40
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param(one, marks=MARKS.get(one, ())) for one in SETTINGS])
 def test_the_commands_of_a_document_run(
     name: str, planned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -315,6 +315,7 @@ def test_a_fault_that_shows_in_many_places_is_caught(good: PlanLog, tmp_path: Pa
     assert by <= failed(proven(forge(good), tmp_path))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("forge", "by", "says"), ABOUT_THE_PLAN, ids=lambda value: getattr(value, "__name__", ""))
 def test_a_forged_plan_is_refused_by_name(good: PlanLog, tmp_path: Path, forge: faults.Forge, by: str, says: str):
     document = proven(forge(good), tmp_path)

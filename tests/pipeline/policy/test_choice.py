@@ -74,6 +74,7 @@ def test_a_plan_takes_greedy_values_without_training_and_without_torch(site, own
     assert not policies.scan().manifests  # nothing was tested, trained or stored
 
 
+@pytest.mark.slow
 def test_a_plan_takes_the_policy_that_was_trained_for_the_site(site, own_store):
     trained = made(site, train=True)["policy"]  # the shipped policy is good enough here: it is tested and stored
     assert (trained["loaded"], trained["shipped"], trained["tested"] > 0) == (False, False, True)
@@ -116,6 +117,7 @@ class TrainedError(Exception):
     """A training was about to begin."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("steps", "budget", "rate", "asked", "serves"),
     [

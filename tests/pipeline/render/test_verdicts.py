@@ -58,6 +58,7 @@ def test_a_fault_is_named_where_the_verdict_is_shown(good, tmp_path):
     assert page["remarks"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(faults.NONSENSE))
 @pytest.mark.parametrize("proven", [True, False])
 def test_values_that_make_no_sense_are_not_drawn(good, tmp_path, name, proven):

@@ -104,6 +104,7 @@ class Torch:
         self.adam.step()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dueling", [True, False])
 @pytest.mark.parametrize("double_q", [True, False])
 @pytest.mark.parametrize("longest", [10.0, 0.05])
@@ -124,6 +125,7 @@ def test_steps_are_those_of_torch(dueling, double_q, longest):
     assert np.abs(ours.network()(inputs) - start(inputs)).max() > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("longest", [10.0, 0.05])
 def test_steps_with_normalised_layers_and_importance_are_those_of_torch(longest):
     rng = np.random.default_rng(5)
