@@ -156,7 +156,7 @@ bench-generalist: setup ## the shipped network and its baselines on the held-out
 bench-generalist-seeds: setup ## five training seeds with and without the teacher (OUT=folder, ARGS="--steps 4000" for a try)
 	$(BIN)/python -m benchmarks.generalist_seeds --out $(OUT)/generalist-seeds $(ARGS)
 
-bench-decision: setup ## microseconds of one decision of the shipped policy: docs/generalist.md
+bench-decision: setup ## microseconds of one decision of the shipped policy: docs/data/generalist.txt
 	$(BIN)/python -m benchmarks.decision $(ARGS)
 
 bench-live: setup ## seconds lost a lift in simulated traffic, by who decides (20 minutes): docs/live.md

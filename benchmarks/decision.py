@@ -32,7 +32,7 @@ _CALLS, _REPEATS = 100, 40
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--write", action="store_true", help="write the table into docs/generalist.md")
+    parser.add_argument("--write", action="store_true", help="write the table into docs/data/generalist.txt")
     chosen = parser.parse_args()
     network = load_generalist()
     lines = [
@@ -56,7 +56,7 @@ def main() -> None:
     text = "\n".join(lines)
     sys.stdout.write(text + "\n")
     if chosen.write:
-        put_into(Path("docs/generalist.md"), "bench-decision", text)
+        put_into(Path("docs/data/generalist.txt"), "bench-decision", text)
 
 
 @kernel

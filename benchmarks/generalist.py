@@ -50,6 +50,9 @@ BARE = Guard(factor=0.0, slack=-1, reach_vox=-2, cost=0.0, visit_cost=0.0)
 
 NAMES = ("random", "greedy", "network")
 WAYS = ("bare", "plan's try", "one way", "as tested")
+PAGE = Path("docs/generalist.md")
+"""It shows the first table."""
+TABLES = Path("docs/data/generalist.txt")
 CURVE = Path("docs/data/generalist_moves.csv")
 DETOURS = {
     "no detour": (0, 0),
@@ -104,7 +107,7 @@ def main() -> int:
     parser.add_argument("--share", type=float, default=1.0, help="share of each split")
     parser.add_argument("--random-share", type=float, default=0.2, help="the same for random values, which are slow")
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--write", action="store_true", help="write the tables into docs/generalist.md, the curve too")
+    parser.add_argument("--write", action="store_true", help="write the tables into docs, the curve too")
     chosen = parser.parse_args()
     began = time.process_time()
     text = _Text()
@@ -118,7 +121,8 @@ def main() -> int:
         f"random values {min(chosen.share, chosen.random_share):g}; {minutes:.0f} minutes of processor time."
     )
     if chosen.write:
-        put_into(Path("docs/generalist.md"), "bench-generalist", text.whole)
+        put_into(TABLES, "bench-generalist", text.whole)
+        put_into(PAGE, "bench-generalist", text.whole.partition("\n\n")[0])
         CURVE.write_text(_curve_csv(splits))
     return 0
 

@@ -58,14 +58,14 @@ def main() -> int:
     parser.add_argument("--steps", type=int, default=STEPS, help="environment steps of each training")
     parser.add_argument("--seeds", type=int, default=SEEDS)
     parser.add_argument("--problems", type=int, default=PROBLEMS, help="of each split")
-    parser.add_argument("--write", action="store_true", help="write the table into docs/generalist.md")
+    parser.add_argument("--write", action="store_true", help="write the table into docs/data/generalist.txt")
     chosen = parser.parse_args()
     train(chosen.out, chosen.seeds, chosen.steps)
     text = _table(chosen.out, chosen.seeds, _splits(chosen.problems))
     text += f"\n{chosen.seeds} seeds, {chosen.steps:,} steps each, {chosen.problems} problems a split.\n"
     sys.stdout.write(text)
     if chosen.write:
-        put_into(Path("docs/generalist.md"), "bench-generalist-seeds", text)
+        put_into(Path("docs/data/generalist.txt"), "bench-generalist-seeds", text)
     return 0
 
 

@@ -1,4 +1,4 @@
-"""``make bench-many-lifts``: the table of docs/generalist.md."""
+"""``make bench-many-lifts``: the table of docs/data/generalist.txt."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--lifts", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--write", action="store_true", help="write the table into docs/generalist.md")
+    parser.add_argument("--write", action="store_true", help="write the table into docs/data/generalist.txt")
     options = parser.parse_args()
     lines: list[str] = []
 
@@ -54,7 +54,7 @@ def main() -> None:
             continue
         say(_row(result, shortest))
     if options.write:
-        put_into(Path("docs/generalist.md"), "bench-many-lifts", "\n".join(lines))
+        put_into(Path("docs/data/generalist.txt"), "bench-many-lifts", "\n".join(lines))
 
 
 def _row(result: methods.Result, shortest: list[int | None]) -> str:

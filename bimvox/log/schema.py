@@ -128,25 +128,23 @@ TOPICS = (
     Topic(
         TF,
         FrameTransforms,
-        "site -> crane_base -> jib -> trolley -> hook -> component/ID, at every sample; without a crane: site -> "
-        "component/ID. A component's frame: lowest corner of its reference cell, axes along the site's.",
+        "site -> crane_base -> jib -> trolley -> hook -> component/ID, at every sample. A component's frame: lowest corner "
+        "of its reference cell, axes along the site's.",
     ),
     Topic(
         VOXELS,
         VoxelGrid,
-        "Labels of the cells, uint8 `label`, Z-Y-X order, components at their places in the building, without the "
-        "empty layers at the top.",
+        "Labels of the cells, uint8 `label`, Z-Y-X order, components at their places, without empty layers at the top.",
     ),
     Topic(
         PLANNED,
         PosesInFrame,
-        "The path of a planned lift, at its start: lowest corner of the reference cell, site frame, metres; one unit "
-        "move between neighbours.",
+        "The path of a planned lift, at its start, unit move by unit move: the component's frame, metres.",
     ),
     Topic(
         LOAD,
         PoseInFrame,
-        "The load on the hook: lowest corner of its reference cell, site frame, metres.",
+        "The load on the hook: the component's frame, metres.",
     ),
     Topic(
         JOINTS,
@@ -158,10 +156,9 @@ TOPICS = (
     Topic(
         SCENE,
         SceneUpdate,
-        "Everything as boxes, entity id = GlobalId (made unique), coloured by state: unbuilt orange, in transit blue, "
-        "arrived green, assembled pink; obstructions black, ground gray.",
+        "Everything as boxes, entity id = GlobalId (made unique), coloured by state.",
     ),
-    Topic(LOG, Log, "The plan in words: remarks, infeasible lifts, clashes, notes, and lifts as they begin."),
+    Topic(LOG, Log, "The plan in words, and lifts as they begin."),
     Topic(
         EVENTS,
         Event,
@@ -173,15 +170,13 @@ TRAFFIC_TOPICS = (
     Topic(
         CARRIED_OUT,
         JointStates,
-        "Only in a log of `watch --traffic`, every 0.5 s on a clock of its own, from 0: the joints of the crane as it "
-        "carried the plan out, and `plan`: position = where it was on the plan's clock, s, velocity = how fast it went "
-        "there; 1 is as planned.",
+        "Of `watch --traffic`, every 0.5 s on a clock of its own: the joints of the crane as it carried the plan out, and "
+        "`plan`: position = where it was on the plan's clock, s, velocity = how fast it went there; 1 is as planned.",
     ),
     Topic(
         OTHERS,
         PosesInFrame,
-        "At the same times, where people and vehicles were: a pose each, in the order of `carried_out.json`, on the "
-        "ground, site frame, metres.",
+        "Then, where people and vehicles were: a pose each, in the order of `carried_out.json`, on the ground, metres.",
     ),
     Topic(SEEN, PosesInFrame, "The same as seen: half a second late, with an error of at most 0.3 m."),
 )

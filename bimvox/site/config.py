@@ -156,7 +156,7 @@ class ZoneConfig(Table):
 
     kind: Literal["prohibited", "no_load", "public", "slow", "limiter", "assembly"] = "prohibited"
     """What it forbids or limits: "Zones" in the documentation of cranes. ``assembly``: parts whose centre lies in it
-    are set together, zone by zone in the order of the file, the parts outside all zones last."""
+    are set together, zone by zone, all others last."""
     polygon: Polygon
     """Its corners."""
     name: Text | None = None

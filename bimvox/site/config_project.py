@@ -24,7 +24,7 @@ class RevisionConfig(Table):
 
 
 class ProjectConfig(Table):
-    """The project and the people of the lift plan. It changes nothing in the plan; `bimvox report` shows it."""
+    """The project and the people of the lift plan, for `bimvox report`."""
 
     name: Words | None = None
     """Name of the project. Default: the site's."""
@@ -55,7 +55,7 @@ class ProjectConfig(Table):
     slinger: Words | None = None
     """Who slings the loads and gives the signals."""
     emergency: Words | None = None
-    """What to do in an emergency: telephone numbers, rescue of the operator, place of assembly."""
+    """Telephone numbers, rescue of the operator, place of assembly."""
     foundation: Words | None = None
     """Foundation, ties or outriggers of the crane: document and loads."""
     ground: Words | None = None

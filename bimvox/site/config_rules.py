@@ -143,11 +143,10 @@ class RulesConfig(Table):
     clearance_m: NotNegative = _RULES.clearance_m
     """Of loads and ropes, to obstructions and the crane's mast."""
     transit_clearance_m: NotNegative | None = None
-    """Of the load in transit, to everything, the site's boundary included. Default: 2 with a crane, as far as a lift
-    can keep it; otherwise 0. A value here is kept, or the lift is infeasible."""
+    """Of the load in transit, to everything. Default: 2 with a crane, as far as a lift can keep it. A value here is kept,
+    or the lift is infeasible."""
     rope_clearance_m: NotNegative | None = None
-    """Of hook and rope in transit, on plan, to everything higher than the lower end of the hook line. Default: 0.5, as
-    above."""
+    """Of hook and rope in transit, on plan, to everything higher. Default: 0.5, as above."""
     contact_tolerance_m: Annotated[NotNegative, Field(le=MOST_CONTACT_TOLERANCE_M)] = _RULES.contact_tolerance_m
     """How deep neighbours may overlap on the last moves."""
     support_gap_m: Annotated[NotNegative, Field(le=MOST_SUPPORT_GAP_M)] = _RULES.support_gap_m
@@ -173,8 +172,8 @@ class RulesConfig(Table):
     truckload_kg: NotNegative = _RULES.truckload_kg
     """Largest mass of a delivery; a heavier part comes alone. 0: as much as the yard holds."""
     wind_speed_m_s: Annotated[NotNegative, Field(le=100.0)] | None = None
-    """Gust of 3 s at jib height in which every lift must be possible; 0: no wind. Default: 9.8 with a crane; a part
-    that permits less waits for less wind."""
+    """Gust of 3 s at jib height in which every lift must be possible; 0: no wind. Default: 9.8 with a crane, as far as
+    a part permits it."""
     drag_coefficient: Positive = _RULES.drag_coefficient
     """Of the parts: 1.1 for a cube to 2.0 for a long plate."""
     sling_angle_deg: Annotated[Number, Field(gt=0.0, le=120.0)] = round(math.degrees(_RULES.sling_angle_rad), 12)
@@ -184,8 +183,8 @@ class RulesConfig(Table):
     crane_separation_m: Positive = _RULES.crane_separation_m
     """Between cranes and their loads, on plan or in height, also while they brake."""
     by_other_means: Flag = _RULES.by_other_means
-    """Whether a part that the crane cannot set counts as set by other means from its turn on. ``false``: what rests on
-    it is infeasible too."""
+    """Whether a part that the crane cannot set counts as set by other means. ``false``: what rests on it is infeasible
+    too."""
 
     def rules(self, *, has_crane: bool = False) -> Rules:
         """Return the rules as a value for the planner, those that the file does not give by their defaults."""

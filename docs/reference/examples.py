@@ -59,7 +59,7 @@ READ_ON: dict[str, tuple[tuple[str, str], ...]] = {
     "cranes": (("cranes", "cranes.md"), ("the crane file", "formats/crane.md")),
     "train": (("policies", "generalist.md"), ("their files", "formats.md")),
     "plan": (("tutorial", "tutorial.md"), ("the site file", "formats/site.md"), ("the log", "formats/log.md")),
-    "sweep": (("many sites", "fleets.md"), ("the sweep file", "formats/sweep.md")),
+    "sweep": (("many sites", "scale.md#many-sites-seeds-and-what-ifs"), ("the sweep file", "formats/sweep.md")),
     "watch": (
         ("replanning when something changes", "watching.md"),
         ("the obstruction file", "formats/obstructions.md"),

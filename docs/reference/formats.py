@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -19,7 +20,7 @@ _PAGES = {
     "site": ("Site file", "[formats](../formats.md) and [cranes](../cranes.md)"),
     "crane": ("Crane file", "[cranes](../cranes.md)"),
     "obstructions": ("Obstruction file", "[formats](../formats.md#obstruction-file)"),
-    "sweep": ("Sweep file", "[many sites](../fleets.md)"),
+    "sweep": ("Sweep file", "[many sites](../scale.md#many-sites-seeds-and-what-ifs)"),
     "grid": ("Grid file", "[formats](../formats.md#grid)"),
     "log": ("Log (MCAP)", "[formats](../formats.md#log)"),
     "score": ("Score of a policy", "[for researchers](../start/researcher.md#how-to-compare)"),
@@ -28,6 +29,8 @@ _PAGES = {
 _SIGNS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
 _NO_BOUND = 1e4
 """A bound from here on only keeps nonsense out: the pages leave it out."""
+_HAS_UNIT = re.compile(r"_(m[23]?|s[23]?|h|kg|deg|rad|vox|[mn]s)$")
+"""Names that say by their unit that a value is a number."""
 
 
 def format_pages() -> dict[str, str]:
@@ -54,6 +57,7 @@ def _document(name: str) -> Document:
 def _schema_page(name: str) -> Iterator[str]:
     document = _document(name)
     yield from _head(name)
+    yield from ["If no kind of value is stated, a name with a unit, a bound or a default tells a number from text.", ""]
     yield from _keys(document, document)
     for key, definition in document.get("$defs", {}).items():
         if "properties" in definition and not _is_of_the_crane_file(key, document):
@@ -96,8 +100,8 @@ def _keys(definition: Document, document: Document) -> Iterator[str]:
             must = ", required" if key in required and not mostly else ""
             meaning = value.get("description", "")
             meaning = "" if meaning == elsewhere.get(key) else prose(meaning)
-            kind = f"{_kind(value, document)}{must}{_default(value)}"
-            yield f"- `{key}` ({kind})" + (f": {meaning}" if meaning else "")
+            kind = f"{_unless_obvious(key, value, document)}{must}{_default(value)}".removeprefix(", ")
+            yield f"- `{key}`" + (f" ({kind})" if kind else "") + (f": {meaning}" if meaning else "")
     yield ""
     if classes:
         one = next(iter(classes.values()))
@@ -153,6 +157,17 @@ def _default(value: Document) -> str:
     return f", default {default:g}" if isinstance(default, float) else f", default `{json.dumps(default)}`"
 
 
+def _unless_obvious(key: str, value: Document, document: Document) -> str:
+    """Return in words what a value may be; of plain values only what name and default do not say."""
+    kind, default = _kind(value, document), value.get("default")
+    if kind == "text" or (kind == "boolean" and isinstance(default, bool)):
+        return ""
+    kind = re.sub(r"\b((?:number|integer)s?) [≥>] [01](?= ≤|$)", r"\1", kind)
+    kind = re.sub(r"^list of (number|integer)$", r"list of \1s", kind)
+    is_number = _HAS_UNIT.search(key) or isinstance(default, int | float) or "≤" in kind
+    return re.sub(r"^(number|integer) ?", "", kind) if is_number else kind
+
+
 def _kind(value: Document, document: Document) -> str:
     """Return in words what a value may be."""
     if "const" in value:
@@ -184,6 +199,8 @@ def _list(value: Document, document: Document) -> str:
     inner = value.get("items") or (value.get("prefixItems") or [{"type": "value"}])[0]
     kind = _kind(inner, document)
     if many is not None and many < 10:
+        if kind.startswith("`"):
+            return f"{many if few == many else f'{few} or {many}'} of {kind}"
         number, _, bound = kind.partition(" ")
         return f"{many if few == many else f'{few} or {many}'} {number}s {bound}".rstrip()
     return f"list of {kind}" + (f", at least {few}" if few > 1 else "")
@@ -203,9 +220,11 @@ def _log_page() -> Iterator[str]:
     yield from (f"- `{topic['name']}` (`{topic['schema']}`): {prose(topic['meaning'])}" for topic in document["topics"])
     yield from ["", "## Attachments", "", *_meanings(document["attachments"]), ""]
     yield from ["## Metadata", "", ", ".join(f"`{key}`" for key in document["metadata"]) + ".", ""]
-    yield from ["## The crane's commands", "", "```protobuf", document["proto"].rstrip(), "```", ""]
-    yield from ["## CSV of samples", "", *_meanings(document["csv_samples"]), ""]
-    yield from ["## CSV of lifts", "", *_meanings(document["csv_lifts"])]
+    samples, lifts = document["csv_samples"], document["csv_lifts"]
+    shared = {key for key, meaning in samples.items() if lifts.get(key) == meaning}
+    yield from ["## CSV of samples", "", *_meanings(samples), ""]
+    yield from ["## CSV of lifts", "", f"As above: {', '.join(f'`{key}`' for key in lifts if key in shared)}.", ""]
+    yield from _meanings({key: meaning for key, meaning in lifts.items() if key not in shared})
 
 
 def _meanings(entries: Mapping[str, str]) -> Iterator[str]:

@@ -8,14 +8,14 @@ from bimvox.log.crane_command import proto_text
 
 _ATTACHMENTS = {
     topics.SITE_FILE: "the whole site: zip of JSON and .npy",
-    topics.PLAN_FILE: "lifts with status, method and place, clashes, notes",
-    topics.MOTION_FILE: "spans and phases of the motions (with a crane)",
-    topics.URDF_FILE: "the crane as a URDF robot (with a crane)",
-    topics.CHART_FILE: "capacity over radius (with a crane)",
-    topics.STEPS_FILE: "work that the crane does not do, in elapsed time, and the crane's pauses, on the site's clock",
-    topics.CARRIED_OUT_FILE: "who moved on the site, who decided, and what happened (of `watch --traffic`)",
+    topics.PLAN_FILE: "lifts, clashes, notes",
+    topics.MOTION_FILE: "spans and phases of the motions",
+    topics.URDF_FILE: "the crane as a URDF robot",
+    topics.CHART_FILE: "capacity over radius",
+    topics.STEPS_FILE: "work that the crane does not do (elapsed time), and the crane's pauses (its clock)",
+    topics.CARRIED_OUT_FILE: "of `watch --traffic`: who moved, who decided, what happened",
     topics.REMARKS_FILE: "a list of `kind`, `severity`, `component`, `name`, `text`; not in segments of a watch",
-    topics.LAYOUT_FILE: "panels to import into Foxglove-class viewers",
+    topics.LAYOUT_FILE: "panels for Foxglove-class viewers",
     "others": "the files that the plan was made from, by name",
 }
 _TOPICS = topics.topics_of(1, traffic=True)

@@ -51,7 +51,7 @@ def test_a_format_has_every_key_of_its_schema(name: str):
         linked = f"(crane.md#{anchor.lower()})" in page
         assert linked or not title or f"\n## {anchor}\n" in page
         for key in table["properties"]:
-            assert re.search(rf"^(- `{key}` \(|\| `{key}` \|)", of_the_crane if linked else page, re.M)
+            assert re.search(rf"^(- `{key}`(?: \(|: |$)|\| `{key}` \|)", of_the_crane if linked else page, re.M)
     assert "| None" not in page
 
 
