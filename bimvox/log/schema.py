@@ -128,8 +128,8 @@ TOPICS = (
     Topic(
         TF,
         FrameTransforms,
-        "site -> crane_base -> jib -> trolley -> hook -> component/ID, at every sample. A component's frame: lowest corner "
-        "of its reference cell, axes along the site's.",
+        "site -> crane_base -> jib -> trolley -> hook -> component/ID, at every sample. A component's frame: lowest "
+        "corner of its reference cell, axes along the site's.",
     ),
     Topic(
         VOXELS,
@@ -170,8 +170,8 @@ TRAFFIC_TOPICS = (
     Topic(
         CARRIED_OUT,
         JointStates,
-        "Of `watch --traffic`, every 0.5 s on a clock of its own: the joints of the crane as it carried the plan out, and "
-        "`plan`: position = where it was on the plan's clock, s, velocity = how fast it went there; 1 is as planned.",
+        "Of `watch --traffic`, every 0.5 s on a clock of its own: the joints of the crane as it carried the plan out, "
+        "and `plan`: position = where it was on the plan's clock, s, velocity = how fast it went there; 1 is as planned.",
     ),
     Topic(
         OTHERS,

@@ -143,8 +143,8 @@ class RulesConfig(Table):
     clearance_m: NotNegative = _RULES.clearance_m
     """Of loads and ropes, to obstructions and the crane's mast."""
     transit_clearance_m: NotNegative | None = None
-    """Of the load in transit, to everything. Default: 2 with a crane, as far as a lift can keep it. A value here is kept,
-    or the lift is infeasible."""
+    """Of the load in transit, to everything. Default: 2 with a crane, as far as a lift can keep it. A value here is
+    kept, or the lift is infeasible."""
     rope_clearance_m: NotNegative | None = None
     """Of hook and rope in transit, on plan, to everything higher. Default: 0.5, as above."""
     contact_tolerance_m: Annotated[NotNegative, Field(le=MOST_CONTACT_TOLERANCE_M)] = _RULES.contact_tolerance_m
