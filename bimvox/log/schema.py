@@ -171,7 +171,8 @@ TRAFFIC_TOPICS = (
         CARRIED_OUT,
         JointStates,
         "Of `watch --traffic`, every 0.5 s on a clock of its own: the joints of the crane as it carried the plan out, "
-        "and `plan`: position = where it was on the plan's clock, s, velocity = how fast it went there; 1 is as planned.",
+        "and `plan`: position = where it was on the plan's clock, s, velocity = how fast it went there; 1 is as "
+        "planned.",
     ),
     Topic(
         OTHERS,
