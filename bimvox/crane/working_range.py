@@ -6,7 +6,8 @@ A hook column is within the range if its whole cell is, so the hook never leaves
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
+from math import cos, pi, sin
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +73,9 @@ def columns_in_range(
     voxel_size_m: float,
     shape: tuple[int, int],
 ) -> NDArray[np.bool_]:
-    """Return the (X, Y) columns whose four corners are all within the range of slew and radius.
+    """Return the (X, Y) columns that are within the range of slew and radius at all of their points.
+
+    They are if their four corners are, unless a sector without slewing, narrower than a column, lies between these.
 
     Args:
         given: The range.
@@ -91,5 +94,14 @@ def columns_in_range(
     if given.slew_rad is not None:
         low, high = given.slew_rad
         good &= np.remainder(np.arctan2(dy, dx) - low + 1e-9, 2.0 * pi) <= high - low + 2e-9
-    every: NDArray[np.bool_] = good[:-1, :-1] & good[1:, :-1] & good[:-1, 1:] & good[1:, 1:]
+    every: NDArray[np.bool_] = np.logical_and.reduce(_corners(good))
+    if given.slew_rad is not None and given.slew_rad[1] - given.slew_rad[0] < 2.0 * pi - _ROUNDING_RAD:
+        for angle in given.slew_rad:
+            aside, ahead = _corners(dx * sin(angle) - dy * cos(angle)), _corners(dx * cos(angle) + dy * sin(angle))
+            every &= ~((aside.min(axis=0) < -1e-9) & (aside.max(axis=0) > 1e-9) & (ahead.max(axis=0) > 0.0))
     return every
+
+
+def _corners(of: NDArray[Any]) -> NDArray[Any]:
+    """Return (4, X, Y) the values at the corners of each column."""
+    return np.stack([of[:-1, :-1], of[1:, :-1], of[:-1, 1:], of[1:, 1:]])

@@ -17,6 +17,7 @@ COLUMNS = (80, 80)
 
 
 @example(2.1895463772853665, 2 * pi, 0.0, 1.0)
+@example(0.75, 6.25, 0.0, 6.0)  # the sector without slewing is narrower than a column
 @given(st.floats(-pi, pi), st.floats(0.3, 2 * pi), st.floats(0.0, 8.0), st.floats(1.0, 12.0))
 def test_a_column_in_range_has_all_its_points_in_range(first, width, near, depth):
     given_range = WorkingRange((first, first + width), (near, near + depth))
