@@ -21,7 +21,7 @@ from bimvox.live.tracks import Track, with_tracks
 from bimvox.live.traffic import CREW, KIND, LORRY, Density
 from bimvox.live.way import TICK_S
 from bimvox.motion.time_plan import time_lift
-from bimvox.planning.assembly import Assembly, Preparation, with_cleared
+from bimvox.planning.assembly import Assembly, Preparation
 from bimvox.records.carried_out import Other, OtherKind
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion, PhaseName
@@ -149,7 +149,8 @@ class _Run:
         episode, ticks = self.episode, self.episode.ticks
         there = np.concatenate([self.start_m, episode.tape[:ticks, 2:].reshape(ticks, -1, 2, 2)])
         lifts = sorted(
-            (*self.in_order, *(one for one in self.plan.lifts if one.status is not Status.PLANNED)), key=_order
+            (*self.in_order, *(one for one in self.plan.lifts if one.status is not Status.PLANNED)),
+            key=lambda lift: lift.order,
         )
         return Execution(
             replace(self.plan, lifts=tuple(lifts)),
@@ -183,7 +184,7 @@ class _Run:
         self._set_others(order)
         lift, site = replace(planned, order=order), self.plan.site
         self.assembly.skip(lift.component)
-        space = with_cleared(self.assembly.space(lift.component, lift.clearance_m), lift.last_moves_vox)
+        space = self.assembly.space_of(lift)
         before = self.in_order[-1] if self.in_order else None
         clock_ns, slew_rad = 0, 0.0
         if self.motions:
@@ -230,10 +231,6 @@ class _Run:
             is_on_its_way = own[:, 0] < rows[-2]
         self.clock_ns.append(at_ns)
         self.pace.append(np.where(is_on_its_way, own[:, 1], np.diff(at_ns, prepend=last_ns) / _TICK_NS))
-
-
-def _order(lift: Lift) -> int:
-    return lift.order
 
 
 def _others(episode: Episode, tracks: tuple[Track, ...]) -> tuple[Other, ...]:

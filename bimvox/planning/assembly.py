@@ -282,6 +282,10 @@ class Assembly:
             return transit
         return with_cleared(transit, _departure(free, transit, place.transit_start_vox)[0])
 
+    def space_of(self, lift: Lift) -> CollisionSpace:
+        """Return the collision rule for the crane's motion of a planned lift now: its last moves are cleared too."""
+        return with_cleared(self.space(lift.component, lift.clearance_m), lift.last_moves_vox)
+
     def who_is_at(self, cells: NDArray[np.int32]) -> tuple[str, ...]:
         """Return the ids of everything that occupies one of the cells now."""
         if not self._occupancy.any_at(cells):
@@ -458,6 +462,6 @@ def replay(
     for lift in plan.lifts:
         assembly.skip(lift.component)
         if lift.status is Status.PLANNED:
-            space = assembly.space(lift.component, lift.clearance_m)
-            yield lift, space if lift.order <= last else with_cleared(space, lift.last_moves_vox)
+            begun = lift.order <= last
+            yield lift, assembly.space(lift.component, lift.clearance_m) if begun else assembly.space_of(lift)
         assembly.finish(lift.component, placed=lift.is_set)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from bimvox.errors import MotionError
 from bimvox.motion.shift import joined_on, waiting
 from bimvox.motion.time_plan import time_lift
-from bimvox.planning.assembly import Assembly, with_cleared
+from bimvox.planning.assembly import Assembly
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Status
 from bimvox.records.motion import LiftMotion
@@ -56,7 +56,7 @@ def _missing_motions(request: RevisionRequest, draft: RevisionDraft) -> tuple[di
     for lift in draft.lifts:
         assembly.skip(lift.component)
         if lift.order in missing:
-            rule = with_cleared(assembly.space(lift.component, lift.clearance_m), lift.last_moves_vox)
+            rule = assembly.space_of(lift)
             try:
                 crane = site.cranes[site.components[lift.component].crane]
                 motions[lift.order] = time_lift(site, crane, lift, rule, before, 0, 0.0)
