@@ -113,11 +113,12 @@ def _dating(log: PlanLog, wanted: Format, begins: datetime | None) -> Iterator[s
     """Yield what a reader of the file must know about its dates."""
     from bimvox.exporters.lift_schedule import DEFAULT_BEGIN
     from bimvox.log.dates import log_dates
+    from bimvox.records.dates import in_words
 
     dates = log_dates(log, begins)
     if dates is not None and (wanted.is_dated or wanted.name in ("csv", "json")):
         yield from dates.notes
-        yield f"work begins {dates.first.isoformat(' ')} and ends {dates.end_in_words}"
+        yield f"work begins {in_words(dates.first)} and ends {dates.end_in_words}"
     elif wanted.is_dated:
         why = "" if begins else "no --start and no [calendar] start: "
         yield f"{why}the first lift starts at {(begins or DEFAULT_BEGIN).isoformat(' ')}, work is round the clock"
