@@ -25,7 +25,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-slow test-all test-page test-fleet check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
 	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-generalist-seeds bench-decision bench-live bench-cold bench-frozen train-generalist soak-watch soak-files \
-	picture docs constraints audit advisories wheel release clean
+	picture site constraints audit advisories wheel release clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
@@ -178,10 +178,7 @@ picture: setup ## draw the README's picture again
 	$(BIN)/bimvox render $(OUT)/prefab.mcap --lift 71 -o docs/images/prefab.png
 	$(BIN)/bimvox render $(OUT)/prefab.mcap --size 480x300 --fps 8 --seconds 12 -o docs/images/assembly.gif
 
-docs: setup ## write the pages of commands and formats again, from help and schemas
-	$(BIN)/python -m docs.reference
-
-site: setup ## the docs as a site with offline search, notebooks executed: docs/_site/html/index.html
+site: setup ## the docs as a site: offline search, pages of commands and formats, notebooks executed
 	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) --group docs
 	OMP_NUM_THREADS=1 $(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_site/html
 	@echo "docs/_site/html/index.html"

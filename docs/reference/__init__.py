@@ -1,1 +1,1 @@
-"""Writes the pages that follow from the code, ``make docs``: one a command, one a format."""
+"""The pages that follow from the code, one a command and one a format: ``make site`` writes them, git ignores them."""

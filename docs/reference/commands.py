@@ -12,7 +12,7 @@ from bimvox_cli.examples import EXAMPLES as HELP_EXAMPLES
 from bimvox_cli.main import app
 
 from docs.reference.examples import EXAMPLES, READ_ON
-from docs.reference.markdown import notice, prose, table
+from docs.reference.markdown import prose, table
 
 _WIDTH = 100
 
@@ -37,8 +37,6 @@ def command_pages() -> dict[str, str]:
     index = [
         "# Commands",
         "",
-        notice("the help"),
-        "",
         prose(base.help),
         "",
         prose(base.epilog),
@@ -61,7 +59,7 @@ def command_pages() -> dict[str, str]:
     pages = {"commands/README.md": "\n".join([*index, ""])}
     for name, command in found.items():
         body = _page(name, command, contexts[name], frozenset(several))
-        lines = [f"# bimvox {name}", "", notice("the help"), "", *body]
+        lines = [f"# bimvox {name}", "", *body]
         pages[f"commands/{name}.md"] = "\n".join(lines).rstrip() + "\n"
     return pages
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from bimvox_pipeline.schema import schema
 
-from docs.reference.markdown import notice, prose, table
+from docs.reference.markdown import prose, table
 
 Document = dict[str, Any]
 _Rows = list[tuple[str, ...]]
@@ -44,7 +44,7 @@ def _text(lines: Iterator[str]) -> str:
 
 def _head(name: str) -> Iterator[str]:
     title, explained = _PAGES[name]
-    yield from [f"# {title}", "", notice(f"`bimvox schema {name}`"), "", f"Explained in {explained}.", ""]
+    yield from [f"# {title}", "", f"From `bimvox schema {name}`; explained in {explained}.", ""]
 
 
 def _document(name: str) -> Document:

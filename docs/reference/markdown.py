@@ -6,11 +6,6 @@ import re
 from collections.abc import Iterator, Sequence
 
 
-def notice(source: str) -> str:
-    """Return the comment that keeps people from editing a written page."""
-    return f"<!-- Written by `make docs` from {source}. -->"
-
-
 def prose(text: str) -> str:
     """Return help text or a docstring as Markdown: paragraphs kept, their lines joined."""
     paragraphs = [re.sub(r"\s+", " ", part).strip() for part in text.replace("``", "`").split("\n\n")]

@@ -13,12 +13,13 @@ import pytest
 import typer
 from bimvox_cli.main import app, run
 from box_sites import box_mesh
-from doc_commands import DOCUMENTS, ROOT, blocks, commands, name_of, run_commands
+from doc_commands import DOCUMENTS, ROOT, blocks, commands, name_of, run_commands, text_of
 from drawn_plans import motions_by_hand, plan_by_hand
 
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
 from bimvox.site.obstructions.file import parse_obstructions
+from docs.reference.__main__ import pages
 from docs.reference.examples import EXAMPLES
 
 AN_OBSTRUCTION = re.search(r"^```json\n(.*?)^```", (ROOT / "docs" / "tutorial.md").read_text(), re.M | re.S)
@@ -79,13 +80,14 @@ TAKES_LONG = (
     "docs/commands/sweep.md",
     "docs/commands/train.md",
 )
+EVERY_NAME = [*map(name_of, DOCUMENTS), *(f"docs/{page}" for page in pages())]
 MARKS = dict.fromkeys(TAKES_LONG, pytest.mark.slow)
 
 
 def test_every_document_with_commands_is_run():
     # The tutorial has its own test file, because it takes longest.
-    assert {name_of(file) for file in DOCUMENTS if commands(file)} == {*SETTINGS, "docs/tutorial.md"}
-    assert sum(len(commands(ROOT / name)) for name in SETTINGS) > 40
+    assert {name for name in EVERY_NAME if commands(name)} == {*SETTINGS, "docs/tutorial.md"}
+    assert sum(len(commands(name)) for name in SETTINGS) > 40
 
 
 @pytest.mark.slow
@@ -109,22 +111,22 @@ def test_the_tutorials_obstruction_file_is_one(tmp_path: Path):
     assert [one.id for one in found.obstructions] == ["truck-7"]
 
 
-@pytest.mark.parametrize("file", [file for file in DOCUMENTS if blocks(file, "python")], ids=name_of)
-def test_the_python_of_the_docs_runs(file: Path, planned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+@pytest.mark.parametrize("name", [name_of(file) for file in DOCUMENTS if blocks(name_of(file), "python")])
+def test_the_python_of_the_docs_runs(name: str, planned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The blocks of a document run one after the other, like the cells of a notebook."""
     shutil.copytree(planned, tmp_path, dirs_exist_ok=True)
     shutil.copy(planned / "frame.zarr.zip", tmp_path / "tower.zarr.zip")
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {}
-    for block in blocks(file, "python"):
+    for block in blocks(name, "python"):
         short = re.sub(r"^STEPS = [\d_]+$", "STEPS = 600", block, flags=re.M)
-        exec(compile(short, name_of(file), "exec"), names)
+        exec(compile(short, name, "exec"), names)
 
 
 @pytest.mark.slow
 def test_the_trainings_of_the_researchers_page_learn(capsys: pytest.CaptureFixture[str]):
     names: dict[str, Any] = {}
-    for block in blocks(ROOT / "docs" / "start" / "researcher.md", "python"):
+    for block in blocks("docs/start/researcher.md", "python"):
         exec(compile(block, "researcher.md", "exec"), names)
     said = dict(line.rsplit(" ", 1) for line in capsys.readouterr().out.splitlines())
     assert list(said) == ["paper's site", "lift", "paper's site, torch alone"]
@@ -139,18 +141,18 @@ def test_every_inline_command_exists():
     context = base.context_class(base, info_name="bimvox")
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.M))
     checked = 0
-    for file in DOCUMENTS:
-        for line in INLINE.findall(file.read_text("utf-8")):
+    for name in EVERY_NAME:
+        for line in INLINE.findall(text_of(name)):
             words = re.sub(r"\s+", " ", line).split(" ")
             if words[0] == "make":
-                assert words[1] in targets, f"{name_of(file)}: {line}"
+                assert words[1] in targets, f"{name}: {line}"
                 checked += 1
                 continue
             for choice in words[1].split("|"):
                 if not re.fullmatch(r"[a-z]+", choice):
                     continue
                 command = base.get_command(context, choice)
-                assert command is not None, f"{name_of(file)}: {line}"
+                assert command is not None, f"{name}: {line}"
                 rest = words[2:]
                 if rest and rest[0] in getattr(command, "commands", {}):
                     command = command.get_command(context, rest[0])
@@ -158,6 +160,6 @@ def test_every_inline_command_exists():
                     option for parameter in command.params for option in [*parameter.opts, *parameter.secondary_opts]
                 }
                 for option in re.findall(r"(?<=[ \[])--?[a-z][a-z-]*", " ".join(rest)):
-                    assert option in known | {"-h", "--help"}, f"{name_of(file)}: {line}"
+                    assert option in known | {"-h", "--help"}, f"{name}: {line}"
                 checked += 1
     assert checked > 30

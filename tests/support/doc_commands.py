@@ -15,26 +15,39 @@ from typing import Any
 import pytest
 from bimvox_cli.main import run
 
+from docs.reference.__main__ import FOLDERS, pages
+
 ROOT = Path(__file__).parents[2]
-DOCUMENTS = [ROOT / "README.md", ROOT / "ARCHITECTURE.md", *sorted((ROOT / "docs").rglob("*.md"))]
+DOCUMENTS = [
+    ROOT / "README.md",
+    ROOT / "ARCHITECTURE.md",
+    *(one for one in sorted((ROOT / "docs").rglob("*.md")) if one.relative_to(ROOT / "docs").parts[0] not in FOLDERS),
+]
+"""The pages that people write."""
 
 
 def name_of(file: Path) -> str:
     return file.relative_to(ROOT).as_posix()
 
 
-def blocks(file: Path, language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```", file.read_text("utf-8"), re.M | re.S)
+def text_of(name: str) -> str:
+    """Return the text of a page by its path; that of a page of a command or format follows from the code."""
+    in_docs = name.removeprefix("docs/")
+    return pages()[in_docs] if in_docs.startswith(FOLDERS) and "/" in in_docs else (ROOT / name).read_text("utf-8")
 
 
-def commands(file: Path) -> list[list[str]]:
-    lines = [line for block in blocks(file, "sh") for line in block.splitlines()]
+def blocks(name: str, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", text_of(name), re.M | re.S)
+
+
+def commands(name: str) -> list[list[str]]:
+    lines = [line for block in blocks(name, "sh") for line in block.splitlines()]
     return [words for words in (shlex.split(line, comments=True) for line in lines) if words]
 
 
 def run_commands(name: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Run the commands of a document in a folder, which is the working directory."""
-    for words in commands(ROOT / name):
+    for words in commands(name):
         line = shlex.join(words)
         if words[0] == "make":
             done = subprocess.run(["make", "-n", *words[1:]], cwd=ROOT, capture_output=True, text=True, check=False)
