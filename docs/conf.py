@@ -44,7 +44,7 @@ PAGE_OF["bimvox"] = "commands/README"
 
 
 def link_commands(app: Any, doctree: nodes.document, page: str) -> None:
-    """Link the names of commands and schemas, such as `` `bimvox plan -h` ``, to their pages, which only the site has."""
+    """Link the names of commands and schemas, such as `` `bimvox plan` ``, to their pages, which only the site has."""
     for shown in list(doctree.findall(nodes.literal)):
         target = PAGE_OF.get(shown.astext().removesuffix(" -h"), page)
         if target != page and not isinstance(shown.parent, nodes.reference | nodes.title):
