@@ -86,13 +86,13 @@ check: lint types contracts test ## ruff, strict mypy, import contracts, tests: 
 samples: setup ## write the sample models again (they are byte-identical each time)
 	$(BIN)/python -m sample_models.write
 
-bench: setup ## plan and prove every sample model: the table of docs/measured.md
+bench: setup ## plan and prove every sample model: docs/data/measured.txt
 	$(BIN)/python benchmarks/samples.py
 
 bench-real-files: setup ## files planned unedited: parts, machine, processor time by stage, proof (ARGS="FOLDER ..."): docs/measured.md
 	$(BIN)/python -m benchmarks.real_files $(ARGS)
 
-bench-motion: setup ## how the crane drives the samples: time over the bound, swing, limits: docs/measured.md
+bench-motion: setup ## how the crane drives the samples: time over the bound, swing, limits: docs/data/measured.txt
 	$(BIN)/python -m benchmarks.motion $(ARGS)
 
 $(VIEWERS)/ready: | $(UV)
@@ -124,7 +124,7 @@ bench-voxelize: $(PEERS)/ready ## the voxelizer against its peers: docs/voxelizi
 bench-planning: setup ## what the chosen order and yard save, and the share of the narrow phase
 	$(BIN)/python -m benchmarks.planning $(ARGS)
 
-bench-yard: setup ## what smaller truckloads save: docs/measured.md
+bench-yard: setup ## what smaller truckloads save: docs/data/measured.txt
 	$(BIN)/python -m benchmarks.yard
 
 bench-watch: setup ## from a changed obstruction file to the new plan on disk: docs/watching.md

@@ -1,7 +1,7 @@
 """How the crane executes the sample models: time over the bound, and residual swing.
 
-``make bench-motion``: the table in docs/measured.md. Paths are found by complete search, so the result does not depend
-on a policy store or the machine. Each model is timed twice, with and without swing shaping.
+``make bench-motion``: a table of docs/data/measured.txt. Paths are found by complete search, so the result does not
+depend on a policy store or the machine. Each model is timed twice, with and without swing shaping.
 """
 
 from __future__ import annotations

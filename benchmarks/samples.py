@@ -1,6 +1,6 @@
 """Plans and proves every sample model from scratch, and prints the results as a Markdown table.
 
-``make bench``: the table in docs/measured.md; it does not depend on the machine.
+``make bench``: a table of docs/data/measured.txt; it does not depend on the machine.
 """
 
 from __future__ import annotations

@@ -119,15 +119,19 @@ def test_the_python_of_the_docs_runs(name: str, planned: Path, tmp_path: Path, m
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {}
     for block in blocks(name, "python"):
-        short = re.sub(r"^STEPS = [\d_]+$", "STEPS = 600", block, flags=re.M)
-        exec(compile(short, name, "exec"), names)
+        exec(compile(block, name, "exec"), names)
+
+
+TRAININGS = (ROOT / "docs" / "start" / "trainings.py").read_text("utf-8")
+
+
+def test_the_trainings_for_researchers_run():
+    exec(compile(TRAININGS.replace("STEPS = 8_000", "STEPS = 600"), "trainings.py", "exec"), {})
 
 
 @pytest.mark.slow
-def test_the_trainings_of_the_researchers_page_learn(capsys: pytest.CaptureFixture[str]):
-    names: dict[str, Any] = {}
-    for block in blocks("docs/start/researcher.md", "python"):
-        exec(compile(block, "researcher.md", "exec"), names)
+def test_the_trainings_for_researchers_learn(capsys: pytest.CaptureFixture[str]):
+    exec(compile(TRAININGS, "trainings.py", "exec"), {})
     said = dict(line.rsplit(" ", 1) for line in capsys.readouterr().out.splitlines())
     assert list(said) == ["paper's site", "lift", "paper's site, torch alone"]
     assert all(float(success) >= 0.9 for success in said.values())
