@@ -41,13 +41,18 @@ class ColumnFrame(Protocol):
         """Edge of a cell, metres."""
 
 
-def allowed_radii_m(crane: TowerCrane, mass_kg: float) -> tuple[float, float]:
+def allowed_radii_m(crane: TowerCrane, mass_kg: float, most_used: float = 1.0) -> tuple[float, float]:
     """Return the smallest and the largest hook radius for a load of ``mass_kg``; largest < smallest if there is none.
 
-    The crane's rigging counts as load.
+    The crane's rigging counts as load. ``most_used`` is the share of the capacity that may be used.
     """
-    carried = max_radius_m(crane.chart, mass_kg + crane.tackle_kg)
+    carried = max_radius_m(crane.chart, (mass_kg + crane.tackle_kg) / most_used)
     return crane.min_radius_m, min(crane.jib_length_m, carried) if carried > 0.0 else -np.inf
+
+
+def counted_kg(crane: TowerCrane, mass_kg: float, most_used: float) -> float:
+    """Return the load that uses the whole capacity where a load of ``mass_kg`` uses the share ``most_used`` of it."""
+    return mass_kg if most_used == 1.0 else (mass_kg + crane.tackle_kg) / most_used - crane.tackle_kg
 
 
 def hook_floor(
@@ -66,7 +71,7 @@ def hook_floor(
         crane: The crane; without one nothing is forbidden and the floor is 0 everywhere.
         frame: Metres to cells.
         top: (X, Y) int32 height map: one above the highest occupied cell of each column, 0 if it is empty.
-        mass_kg: The load's mass, without rigging.
+        mass_kg: The load's mass, without rigging, or what counts for it (:func:`counted_kg`).
         rope: Whether the column above the hook must be free: the floor is then ``top``, otherwise 0.
         mast_clearance_m: Clearance by which the mast's cells in ``top`` are wider than the mast.
         aside_m: How far the hook is from the middle of its column.

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import utilisation
 from bimvox.records.lift import LiftPlan, Method, Status
 from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.trajectory import Trajectory
 from bimvox.site.governing_wind import GoverningWind, governing_wind
 from bimvox.site.site import Site, SwingRule
 
@@ -134,3 +136,31 @@ def capacity_used(site: Site, motion: LiftMotion) -> float:
     mass_kg = site.components[motion.component].mass_kg + crane.tackle_kg
     radius_m = np.concatenate([motion.raising.radius_m, motion.loaded.radius_m])
     return float(utilisation(crane.chart, radius_m, mass_kg).max())
+
+
+def driven_rates(motions: Sequence[LiftMotion]) -> dict[str, float] | None:
+    """Return the highest rates at which a crane is driven, from one sample to the next; None without motions.
+
+    Returns:
+        ``slewing_rad_s``, and of the hook ``radius_m_s``, ``loaded_m_s`` and ``empty_m_s`` upwards or downwards, with
+        and without a load.
+    """
+    if not motions:
+        return None
+    loaded = [part for motion in motions for part in (motion.raising, motion.loaded)]
+    empty = [part for motion in motions for part in (motion.approach, motion.departure) if part is not None]
+    with_load, without = (np.max([np.zeros(3), *map(_rates, parts)], axis=0) for parts in (loaded, empty))
+    slewing, radius, _ = np.maximum(with_load, without).tolist()
+    return {
+        "slewing_rad_s": slewing,
+        "radius_m_s": radius,
+        "loaded_m_s": float(with_load[2]),
+        "empty_m_s": float(without[2]),
+    }
+
+
+def _rates(part: Trajectory) -> NDArray[np.float64]:
+    """Return (3,) the highest rate of each axis of a trajectory."""
+    lasts_s = np.diff(part.time_ns)[:, None] / 1e9
+    highest: NDArray[np.float64] = (np.abs(np.diff(part.axes, axis=0)) / lasts_s).max(axis=0, initial=0.0)
+    return highest

@@ -265,7 +265,7 @@ class Assembly:
         size = "x".join(f"{n * self._site.frame.voxel_size_m:g}" for n in component.shape.size_vox)
         reason = f"the yard has no free place for it ({size} m) within the crane's reach and capacity"
         if (crane := self._site.crane_of(component)) is not None:
-            low_m, high_m = allowed_radii_m(crane, component.mass_kg)
+            low_m, high_m = allowed_radii_m(crane, component.mass_kg, self._site.rules.highest_utilisation)
             reason += f": the crane carries {component.mass_kg:.0f} kg at radii from {low_m:.1f} to {high_m:.1f} m"
         return Obstacle(reason)
 

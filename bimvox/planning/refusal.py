@@ -60,13 +60,20 @@ def _by_radius(site: Site, crane: TowerCrane, component: Component) -> str | Non
             f"its place is at a radius of {radius:.1f} m, but the hook of {crane.name} reaches from "
             f"{crane.min_radius_m:.1f} to {crane.jib_length_m:.1f} m"
         )
-    _, furthest = allowed_radii_m(crane, component.mass_kg)
+    most_used = site.rules.highest_utilisation
+    _, furthest = allowed_radii_m(crane, component.mass_kg, most_used)
     if radius <= furthest + _SLACK_M:
         return None
     hung_kg = component.mass_kg + crane.tackle_kg
     up_to = f"only up to {furthest:.1f} m" if furthest > 0.0 else "at no radius"
+    carries_kg = capacity_kg(crane.chart, radius)
+    where = f"governing radius {radius:.1f} m, at its place: {hung_kg:.0f} kg with rigging and hook block"
+    if hung_kg <= carries_kg:
+        return (
+            f"{where}, {100.0 * hung_kg / carries_kg:.1f} % of the capacity of {crane.name} on {crane.falls} falls; "
+            f"[rules] highest_utilisation permits {100.0 * most_used:g} %, {up_to}"
+        )
     return (
-        f"governing radius {radius:.1f} m, at its place: {hung_kg:.0f} kg with rigging and hook block, but there "
-        f"{crane.name} on {crane.falls} falls carries {capacity_kg(crane.chart, radius):.0f} kg; "
+        f"{where}, but there {crane.name} on {crane.falls} falls carries {carries_kg:.0f} kg; "
         f"it carries that mass {up_to}"
     )

@@ -269,4 +269,5 @@ class _Verifier:
                 continue
             check_rests(self.checks["rests"], name, crane, part, what)
             check_spacing(self.checks["spacing"], name, crane, part, self.site.frame.voxel_size_m)
-            check_capacity(self.checks["capacity"], name, crane, part, masses.get(id(part), mass_kg))
+            hung_kg = masses.get(id(part), mass_kg)
+            check_capacity(self.checks["capacity"], name, crane, part, hung_kg, self.site.rules.highest_utilisation)

@@ -430,10 +430,12 @@ class _Verifier:
         load_kg = component.mass_kg + crane.tackle_kg
         share = float(shares_of_capacity(crane, radius_m.max(keepdims=True), load_kg)[0])
         reach.measure(share)
+        most_used = site.rules.highest_utilisation
+        limit = "" if most_used == 1.0 else f"; {most_used:g} of it is permitted"
         reach.look(
-            share <= 1.0 + _SHARE,
+            share <= most_used + _SHARE,
             f"{component.id}: {load_kg:.0f} kg at {radius_m.max():.1f} m, "
-            f"where the crane carries {load_kg / share:.0f} kg",
+            f"where the crane carries {load_kg / share:.0f} kg{limit}",
         )
         if site.rules.rope:
             self._check_rope(component, path, hook, present)

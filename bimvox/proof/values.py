@@ -60,6 +60,7 @@ _RULES = {
     "drag_coefficient": _Range(0.0, 100.0, with_low=False),
     "sling_angle_rad": _Range(0.0, 2.0943951023931957, with_low=False),
     "critical_share": _Range(0.0, 1.0, with_low=False),
+    "highest_utilisation": _Range(0.0, 1.0, with_low=False),
     "crane_separation_m": _Range(0.0, _FAR_M, with_low=False),
 }
 _CRANE = {

@@ -60,7 +60,8 @@ def assigned(
         from_yard_m = _distances_m(crane, yard_m)
         for n, component in enumerate(components):
             start_m = from_yard_m if component.start_vox is None else _distances_m(crane, _start_m(component, frame))
-            excess_m[n, k] = _excess_m(crane, component, places_m[n], start_m)
+            radii_m = allowed_radii_m(crane, component.mass_kg, rules.highest_utilisation)
+            excess_m[n, k] = _excess_m(crane, radii_m, places_m[n], start_m)
     can = excess_m <= _SLACK_M
     for n in range(len(components)):
         if n in named:
@@ -112,10 +113,10 @@ def _named(config: SiteConfig, components: Sequence[Component], cranes: Sequence
 
 
 def _excess_m(
-    crane: TowerCrane, component: Component, place_m: NDArray[np.float64], start_m: NDArray[np.float64]
+    crane: TowerCrane, radii_m: tuple[float, float], place_m: NDArray[np.float64], start_m: NDArray[np.float64]
 ) -> float:
-    """Return by how much a part's place, or its nearest start, exceeds the crane's reach; 0 if it is within reach."""
-    low_m, high_m = allowed_radii_m(crane, component.mass_kg)
+    """Return by how much a part's place, or its nearest start, exceeds the crane's radii for it; 0 if within them."""
+    low_m, high_m = radii_m
     if high_m < low_m:
         return float(np.inf)
 

@@ -180,6 +180,8 @@ class RulesConfig(Table):
     """Largest angle between opposite legs of a sling."""
     critical_share: Annotated[Number, Field(gt=0.0, le=1.0)] = _RULES.critical_share
     """Share of the capacity from which a lift is critical."""
+    highest_utilisation: Annotated[Number, Field(gt=0.0, le=1.0)] = _RULES.highest_utilisation
+    """Highest permitted share of the capacity: no crane carries a load where it would use more."""
     crane_separation_m: Positive = _RULES.crane_separation_m
     """Between cranes and their loads, on plan or in height, also while they brake."""
     by_other_means: Flag = _RULES.by_other_means

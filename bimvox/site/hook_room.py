@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.reach import HOOK_FORBIDDEN, hook_floor, hook_top
+from bimvox.crane.reach import HOOK_FORBIDDEN, counted_kg, hook_floor, hook_top
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.collision import NO_CEILING
 from bimvox.site.component import Component
@@ -56,6 +56,8 @@ def hook_room(
     if component is not None:
         x, y = turned_aside(component.hook_aside_vox, turn)
         load_kg, aside_m = component.mass_kg, (x * site.frame.voxel_size_m, y * site.frame.voxel_size_m)
+    if crane is not None:
+        load_kg = counted_kg(crane, load_kg, site.rules.highest_utilisation)
     floor = hook_floor(crane, site.frame, top, load_kg, site.rules.rope, site.rules.clearance_m, aside_m, slack_m)
     forbidden = np.zeros(top.shape, np.bool_)
     if site.prohibited is not None:

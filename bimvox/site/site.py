@@ -66,6 +66,7 @@ class Rules:
         drag_coefficient: c_w of the parts: 1.1 for a cube to 2.0 for a long plate.
         sling_angle_rad: Largest angle between two legs of a sling.
         critical_share: Share of the capacity above which a lift is critical; 75 percent in 29 CFR 1926.751 (OSHA).
+        highest_utilisation: Share of the capacity that nothing on the hook exceeds at any radius; 1: the load chart.
         crane_separation_m: Distance between two cranes and their loads, on plan or in height.
         transit_clearance_m: Distance from everything between departure and gate, rounded up to whole cells.
         swing: Whether the swing of loads is shaped, proven and kept small at the set point, or ignored.
@@ -94,6 +95,7 @@ class Rules:
     drag_coefficient: float = 2.0
     sling_angle_rad: float = pi / 3.0
     critical_share: float = 0.75
+    highest_utilisation: float = field(default=1.0, metadata=SPARSE)
     crane_separation_m: float = field(default=2.0, metadata=SPARSE)
     by_other_means: bool = field(default=True, metadata=SPARSE)
     gives_way: tuple[str, ...] = field(default=(), metadata=SPARSE)

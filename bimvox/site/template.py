@@ -218,6 +218,7 @@ _RULES = {
     "drag_coefficient": "of the parts: from 1.1 (cube) to 2.0 (long plate)",
     "sling_angle_deg": "largest angle between two legs of a sling",
     "critical_share": "share of the capacity above which a lift is critical",
+    "highest_utilisation": "highest permitted share of the capacity; a lift that needs more is refused",
     "crane_separation_m": "distance between cranes, also while they brake",
     "by_other_means": "a part that the crane cannot set counts as set by other means; false: it is missing",
 }
@@ -245,8 +246,10 @@ _FOR_ALL = {
 
 
 def _rules(config: SiteConfig) -> str:
-    shown = [key for key in _RULES if key != "crane_separation_m" or len(config.cranes) > 1]
     rules = config.rules
+    left_out = {"crane_separation_m"} if len(config.cranes) <= 1 else set()
+    left_out |= {"highest_utilisation"} if rules.highest_utilisation == 1.0 else set()
+    shown = [key for key in _RULES if key not in left_out]
     return _lines(
         "[rules]",
         "# A default behind # may give way: a lift that cannot keep it keeps what it can. Without #, every lift must.",

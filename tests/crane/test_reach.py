@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from named_cranes import default_crane
 
-from bimvox.crane.load_chart import capacity_kg
-from bimvox.crane.reach import HOOK_FORBIDDEN, allowed_radii_m, hook_floor
+from bimvox.crane.load_chart import capacity_kg, utilisation
+from bimvox.crane.reach import HOOK_FORBIDDEN, allowed_radii_m, counted_kg, hook_floor
 from bimvox.grid.frame import GridFrame
 
 
@@ -62,3 +62,14 @@ def test_a_heavier_load_reaches_less_far():
     assert heavy.sum() < light.sum()
     assert not (heavy & ~light).any()
     assert allowed_radii_m(crane, 1000.0) == pytest.approx((2.8, 45.0))
+
+
+def test_a_load_reaches_less_far_if_less_of_the_capacity_is_permitted():
+    crane = default_crane("hammerhead-45")
+    _, whole_m = allowed_radii_m(crane, 4000.0)
+    _, less_m = allowed_radii_m(crane, 4000.0, 0.8)
+    hung_kg = 4000.0 + crane.tackle_kg
+    assert less_m < whole_m
+    assert utilisation(crane.chart, less_m, hung_kg) == pytest.approx(0.8, abs=1e-9)
+    assert allowed_radii_m(crane, counted_kg(crane, 4000.0, 0.8)) == pytest.approx((crane.min_radius_m, less_m))
+    assert counted_kg(crane, 4000.0, 1.0) == 4000.0

@@ -9,7 +9,7 @@ import pytest
 from drawn_plans import motions_by_hand, plan_by_hand
 
 from bimvox.crane.kinematics import hook_of
-from bimvox.motion.figures import capacity_used, plan_figures
+from bimvox.motion.figures import capacity_used, driven_rates, plan_figures
 from bimvox.records.lift import Method
 
 
@@ -48,3 +48,17 @@ def test_without_a_crane_there_are_no_figures_of_a_crane():
     figures = plan_figures(plan_by_hand(crane=False), ())
     assert (figures.crane_s, figures.hook_travel_m, figures.critical) == (None, None, None)
     assert figures.moves > 0
+
+
+def test_the_driven_rates_are_those_between_the_samples():
+    motions = motions_by_hand(plan_by_hand(crane=True))
+    driven = driven_rates(motions)
+    rates = [
+        max((float(np.abs(np.diff(part.height_m) / np.diff(part.time_ns / 1e9)).max()) for part in parts), default=0.0)
+        for parts in (
+            [part for motion in motions for part in (motion.raising, motion.loaded)],
+            [part for motion in motions for part in (motion.approach, motion.departure) if part is not None],
+        )
+    ]
+    assert (driven["loaded_m_s"], driven["empty_m_s"]) == pytest.approx(rates)
+    assert driven_rates([]) is None

@@ -10,6 +10,7 @@ from planned_sites import PORTAL, all_planned, failures, planned, portal_crane, 
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.working_range import SlowZone, WorkingRange
+from bimvox.motion.figures import capacity_used
 from bimvox.motion.load_frame import cells_of_axes, load_frame
 from bimvox.planning.refusal import place_radius_m, refused_by_crane
 from bimvox.records.lift import Status
@@ -165,6 +166,24 @@ def test_the_governing_radius_is_named():
     assert "at no radius" in reason
     near = replace(site, cranes=(replace(site.cranes[0], jib_length_m=5.0),))
     assert "reaches from" in refused_by_crane(near, site.components[0])
+
+
+def test_a_part_that_needs_more_of_the_capacity_than_permitted_is_refused_by_name(free):
+    # The heaviest part, and no other, uses more than the limit; the proof refuses it too.
+    plan, motions = free
+    used = {motion.component: capacity_used(plan.site, motion) for motion in motions}
+    most, next_most = sorted(used.values(), reverse=True)[:2]
+    limit = round((most + next_most) / 2.0, 3)
+    site = portal_site(portal_crane(), rules=Rules(highest_utilisation=limit))
+    less, own = planned(site)
+    refused = [lift for lift in less.lifts if lift.status is not Status.PLANNED]
+    heavy = max(used, key=lambda index: used[index])
+    assert [lift.component for lift in refused] == [heavy]
+    assert f"[rules] highest_utilisation permits {100.0 * limit:g} %" in refused[0].reason
+    assert refused[0].by_other_means
+    assert max(capacity_used(site, motion) for motion in own) <= limit
+    assert not failures(less, own)
+    assert {"reach", "capacity"} <= failures(plan, motions, rules=site.rules)
 
 
 def test_hook_and_rope_keep_their_clearance_from_what_is_higher(free):

@@ -81,6 +81,7 @@ TOGETHER: list[tuple[faults.Forge, set[str]]] = [
     (faults.a_cell_shifted, {"shapes", "unit_moves", "ends"}),
     (faults.a_wrong_mass, {"reach", "capacity"}),
     (faults.a_weaker_crane, {"reach", "capacity"}),
+    (faults.less_of_the_capacity_permitted, {"reach", "capacity"}),
     (faults.an_axis_sample_edited, {"axis_limits", "spacing", "commands"}),
     (faults.a_load_carried_too_low, {"motion_cells"}),
     (faults.a_truck_overloaded, {"yard"}),

@@ -595,6 +595,11 @@ def a_weaker_crane(log: PlanLog) -> PlanLog:
     return with_site(log, cranes=(dataclasses.replace(crane, chart=chart),))
 
 
+def less_of_the_capacity_permitted(log: PlanLog) -> PlanLog:
+    """The rules permit hardly any of the capacity; the lifts use more."""
+    return with_rules(log, highest_utilisation=0.05)
+
+
 def a_corner_that_is_none(log: PlanLog) -> PlanLog:
     loaded = log.motions[1].loaded
     moving = int(np.argmax(np.abs(np.diff(loaded.slew_rad))))
@@ -841,6 +846,10 @@ NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
         "the list of cranes is [] in the log, ['test'] in the attached site.toml",
     ),
     "swing off": (keeping_its_files(lambda log: with_rules(log, swing=SwingRule.OFF)), "rules.swing is off"),
+    "permitted utilisation": (
+        keeping_its_files(lambda log: with_rules(log, highest_utilisation=0.9)),
+        "rules.highest_utilisation is 0.9 in the log, 1.0 in the attached site.toml",
+    ),
     "tolerance": (
         keeping_its_files(lambda log: with_rules(log, contact_tolerance_m=0.09)),
         "contact_tolerance_m is 0.09",

@@ -19,10 +19,13 @@ _STEPS_T = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 _POINTS = 240
 
 
-def load_chart(crane: TowerCrane, lifts: Sequence[dict[str, Any]], critical_share: float) -> str:
+def load_chart(
+    crane: TowerCrane, lifts: Sequence[dict[str, Any]], critical_share: float, permitted: float = 1.0
+) -> str:
     """Return the capacity over the radius, and each lift at its governing sample, as SVG.
 
-    A second curve is the critical share of the capacity. Lifts without a governing sample are left out.
+    Further curves are the critical share of the capacity, and the permitted share if that is below 1. Lifts without a
+    governing sample are left out.
     """
     held = [lift for lift in lifts if lift["governs"]]
     radius_m = np.linspace(crane.min_radius_m, crane.jib_length_m, _POINTS)
@@ -51,6 +54,7 @@ def load_chart(crane: TowerCrane, lifts: Sequence[dict[str, Any]], critical_shar
     upwards = f"rotate(-90 14 {middle:g})"
     parts.append(text("load and rigging, t", 14.0, middle, text_anchor="middle", class_="axis", transform=upwards))
     parts += [curve(critical_share, "threshold"), curve(1.0, "capacity")]
+    parts += [curve(permitted, "permitted")] if permitted < 1.0 else []
     parts += [_point(lift, x, y) for lift in held]
     return picture(_WIDTH, _HEIGHT, f"Load chart of {crane.name} with {len(held)} lifts", parts, "chart")
 

@@ -51,12 +51,7 @@ def _crane(
     """Return one crane, and its load chart with its lifts."""
     rules = record["site"]["rules"]
     base = ", ".join(fixed(value, 2) for value in machine["base_m"])
-    slew = math.degrees(machine["slewing"]["rate"])
     rigging = number(machine["rigging_mass_kg"], tonnes(machine["rigging_mass_kg"]), "rigging_mass_kg")
-    trolley, hoist = machine["trolley"]["rate"], machine["hoist"]["rate"]
-    second = f"trolley {trolley:g} m/s"
-    if (luffing := machine["luffing"]) is not None:
-        second, hoist = f"luffing {math.degrees(luffing['limits']['rate']):.2f} °/s", luffing["winch"]["rate"]
     gears = "".join(f"; up to {tonnes(most)} t {fixed(rate * 60, 0)} m/min" for most, rate in machine["gears"])
     jib = f"{machine['jib_length_m']:.4g} m long, {machine['jib_height_m']:.4g} m high"
     own = [
@@ -67,7 +62,8 @@ def _crane(
         ("Jib", f"{jib}, hook from {machine['min_radius_m']:.4g} m"),
         ("Rigging", f"{rigging} t, slings {machine['sling_m']:g} m high"),
         ("Reeving", f"{machine['falls']} falls, hook block {tonnes(machine['hook_block_kg'])} t{gears}"),
-        ("Highest rates", f"slewing {fixed(slew, 2)} °/s, {second}, hoist {hoist:g} m/s"),
+        ("Highest rates", _rates(machine)),
+        ("Driven", _driven(machine)),
         ("Wind", f"works up to {machine['max_wind_m_s']:g} m/s; {_wind(rules, lifts)}"),
         ("Working range", escape(_working_range(machine["working_range"]))),
         ("Slow zones", ", ".join(f"{share * 100:g} % of the rates" for share in machine["slow_zones"])),
@@ -76,15 +72,42 @@ def _crane(
     capacities = "".join(f"<td>{number(c, tonnes(c))}</td>" for _, c in machine["chart"])
     rows = (f"<th scope='row'>Radius m</th>{radii}", f"<th scope='row'>Capacity t</th>{capacities}")
     chart = "".join(tag("tr", cells) for cells in rows)
-    drawn = load_chart(crane, lifts, record["critical_share"])
+    drawn = load_chart(crane, lifts, record["critical_share"], rules["highest_utilisation"])
+    most = rules["highest_utilisation"]
+    limit = "" if most == 1.0 else f"Dotted: {100.0 * most:g} %, the permitted share. "
     note = (
-        f"Full line: capacity. Dashed: {percent(record['critical_share'], 0)} of it. A dot is a lift at its "
+        f"Full line: capacity. Dashed: {percent(record['critical_share'], 0)} of it. {limit}A dot is a lift at its "
         "governing sample, a triangle a critical one. Between two radii the capacity is interpolated by a hyperbola."
     )
     return section(
         title, terms(own), tag("table", tag("tbody", chart), "chartrow"), tag("div", drawn, "sheet"),
         paragraph(note, "faint"),
     )  # fmt: skip
+
+
+def _rates(machine: dict[str, Any]) -> str:
+    """Return the highest rates of the machine's axes, lifting speeds by the minute as data sheets give them."""
+    slew, hoist = math.degrees(machine["slewing"]["rate"]), machine["hoist"]["rate"]
+    second = f"trolley {_by_minute(machine['trolley']['rate'])}"
+    if (luffing := machine["luffing"]) is not None:
+        second, hoist = f"luffing {math.degrees(luffing['limits']['rate']):.2f} °/s", luffing["winch"]["rate"]
+    return f"slewing {fixed(slew, 1)} °/s, {second}, hoist {_by_minute(hoist)}"
+
+
+def _driven(machine: dict[str, Any]) -> str:
+    """Return the highest rates in this plan; empty without motions."""
+    if (driven := machine["driven"]) is None:
+        return ""
+    across = "trolley" if machine["luffing"] is None else "hook's radius"
+    return (
+        f"at most slewing {fixed(math.degrees(driven['slewing_rad_s']), 1)} °/s, "
+        f"{across} {_by_minute(driven['radius_m_s'])}, hook up and down {_by_minute(driven['loaded_m_s'])} with a load "
+        f"and {_by_minute(driven['empty_m_s'])} empty"
+    )
+
+
+def _by_minute(rate_m_s: float) -> str:
+    return f"{fixed(rate_m_s * 60.0, 0)} m/min"
 
 
 def _in_transit(rules: dict[str, Any], lifts: Sequence[dict[str, Any]], lowest: dict[str, Any] | None) -> str:

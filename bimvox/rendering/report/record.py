@@ -10,7 +10,7 @@ import numpy as np
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.identity import identity
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.motion.figures import hook_travel_m
+from bimvox.motion.figures import driven_rates, hook_travel_m
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.not_lifted import not_lifted_groups
@@ -62,8 +62,12 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         },
         "project": _project(revision),
         "site": _site(site) | {"least_height": _least_height(revision)},
-        "crane": _crane(site.cranes[0]) if site.cranes else None,
-        **({"other_cranes": [_crane(crane) for crane in site.cranes[1:]]} if site.has_several_cranes else {}),
+        "crane": _crane(revision, 0) if site.cranes else None,
+        **(
+            {"other_cranes": [_crane(revision, n) for n in range(1, len(site.cranes))]}
+            if site.has_several_cranes
+            else {}
+        ),
         "drawing": drawing_of(revision),
         "method": method_of(revision),
         "blind": blind_lifts(revision),
@@ -164,6 +168,7 @@ def _site(site: Site) -> dict[str, Any]:
             "wind_speed_m_s": site.rules.wind_speed_m_s,
             "drag_coefficient": site.rules.drag_coefficient,
             "sling_angle_rad": site.rules.sling_angle_rad,
+            "highest_utilisation": site.rules.highest_utilisation,
         },
     }
 
@@ -174,7 +179,8 @@ def _least_height(revision: Revision) -> dict[str, Any] | None:
     return None if found is None else dict(zip(("height_m", "part", "over"), found, strict=True))
 
 
-def _crane(crane: TowerCrane) -> dict[str, Any]:
+def _crane(revision: Revision, number: int) -> dict[str, Any]:
+    crane = revision.plan.site.cranes[number]
     return {
         **identity(crane),
         "kind": crane.kind,
@@ -197,6 +203,7 @@ def _crane(crane: TowerCrane) -> dict[str, Any]:
         "slewing": _axis(crane.slewing),
         "trolley": _axis(crane.trolley),
         "hoist": _axis(crane.hoist),
+        "driven": driven_rates([motion for motion in revision.motions if motion.crane == number]),
         "chart": [list(pair) for pair in zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True)],
     }
 

@@ -89,7 +89,7 @@ def _limits(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Exclusion zone", _below(record)),
         ("Oversail", _oversail(record)),
         ("Critical lifts", f"from {share} of the capacity: {critical or 'none'}"),
-        ("Permitted use", "100 % of the load chart; a lower limit is not stated"),
+        ("Permitted use", _permitted(record)),
         ("Chart from", "; ".join(f"{escape(one['name'])}: {stated(one['about'])}" for one in _cranes(record))),
         ("Out of service", f"position of the jib, free slewing, wind: {BLANK}"),
         ("Foundation", stated(project["foundation"])),
@@ -98,6 +98,16 @@ def _limits(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Communication", BLANK),
         ("Slings, shackles", f"working load limits, leg angles, certificates: {BLANK}"),
     ]
+
+
+def _permitted(record: dict[str, Any]) -> str:
+    """Return the share of the capacity that a lift may use, and what the plan uses."""
+    most, used = record["site"]["rules"]["highest_utilisation"], record["totals"]["highest_utilisation"]
+    limit = f"{number(most, f'{100.0 * most:g} %', 'permitted_utilisation')} of the load chart"
+    planned = "" if used is None else f"; the plan uses {percent(used, 1)} at most"
+    if most == 1.0:
+        return f"{limit}: the site file gives no lower limit ([rules] highest_utilisation){planned}"
+    return f"{limit}, by [rules] highest_utilisation: a part that needs more is refused{planned}"
 
 
 def _cranes(record: dict[str, Any]) -> list[dict[str, Any]]:
