@@ -3,8 +3,20 @@ import os
 # One worker of the tests a core: further threads of a library would only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+from collections.abc import Iterator
+
+import pytest
 from hypothesis import settings
+from warm_worker import start_warm
 
 # Time limits are not tests: compilation or a busy machine would make them fail at random.
 settings.register_profile("bimvox", deadline=None)
 settings.load_profile("bimvox")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def warm_workers() -> Iterator[None]:
+    """Fork the geometry processes from one that has their libraries."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bimvox.bim.ifc.process.start_connected", start_warm)
+        yield

@@ -11,9 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from warm_worker import start_warm
 
 from bimvox.bim.ifc.geometry import FAST_LIBRARY, GeometryPool
 from bimvox.errors import IfcError
+from bimvox.processes import start_connected
 
 _SERVER = f"""
 import os, signal, sys, time
@@ -142,18 +144,21 @@ def _runs(pid: int) -> bool:
         return False
 
 
-def test_what_the_workers_return_is_read_only_the_same_however_many(frame_file: Path) -> None:
+def test_what_the_workers_return_is_the_same_however_many_and_however_started(
+    frame_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     import ifcopenshell
 
     file = ifcopenshell.open(frame_file)
     groups = [(product.id(),) for product in file.by_type("IfcElement")]
     found = []
-    for processes in (1, 2):
+    for processes, start in ((1, start_connected), (2, start_connected), (1, start_warm)):
+        monkeypatch.setattr("bimvox.bim.ifc.process.start_connected", start)
         with GeometryPool(frame_file, timeout_s=60.0, processes=processes) as workers:
             found.append(workers.mesh(groups))
     assert not found[0].failures
     for step_id, one in found[0].shapes.items():
-        other = found[1].shapes[step_id]
-        assert np.array_equal(one.shape.mesh.vertices_m, other.shape.mesh.vertices_m)
-        assert np.array_equal(one.shape.mesh.faces, other.shape.mesh.faces)
-        assert np.array_equal(one.placement, other.placement)
+        for other in (again.shapes[step_id] for again in found[1:]):
+            assert np.array_equal(one.shape.mesh.vertices_m, other.shape.mesh.vertices_m)
+            assert np.array_equal(one.shape.mesh.faces, other.shape.mesh.faces)
+            assert np.array_equal(one.placement, other.placement)
