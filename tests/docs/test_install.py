@@ -102,4 +102,4 @@ def test_the_map_of_the_house_names_what_exists() -> None:
     for path in re.findall(r"`((?:bimvox|pipeline|cli|tests|supply|docs)/[\w./-]+)`", text):
         assert (ROOT / path).exists(), path
     folders = {file.name for file in ROOT.iterdir() if (file / "__init__.py").exists()}
-    assert folders <= set(re.findall(r"^\| `([a-z_]+)", text, re.M))
+    assert folders <= set(re.findall(r"^- `([a-z_]+)", text, re.M))

@@ -28,7 +28,7 @@ def made() -> Iterator[tuple[Path, ast.expr]]:
 
 def test_every_check_and_no_other_is_on_the_page() -> None:
     named = {name.value for _, name in made() if isinstance(name, ast.Constant)}
-    rows = re.findall(r"^\| `([a-z_]+)` \|", (ROOT / "docs" / "verified.md").read_text(), re.MULTILINE)
+    rows = re.findall(r"^- `([a-z_]+)`: ", (ROOT / "docs" / "verified.md").read_text(), re.MULTILINE)
     assert sorted(rows) == sorted(named | set(CHECKS) | set(UNITS) | set(CRANES_UNITS) | {MOTION_MARGIN})
 
 
