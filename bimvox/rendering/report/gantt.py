@@ -1,4 +1,7 @@
-"""The Gantt chart: one bar per lift, its phases in three shades that differ in greyscale too."""
+"""The Gantt chart, which fits a page: one bar per lift, its phases in three shades that differ in greyscale too.
+
+Of more lifts than a page has room for, a row is a storey and a class, with the lifts of each day.
+"""
 
 from __future__ import annotations
 
@@ -7,23 +10,85 @@ from datetime import datetime
 from typing import Any
 
 from bimvox.rendering.plain import escape
+from bimvox.rendering.report.grouped_gantt import days_of, rows_of
 from bimvox.rendering.report.record import CARRYING
 from bimvox.rendering.report.svg import element, picture, text, ticks
 from bimvox.rendering.report.words import named
 from bimvox.units import clock
 
 LIFTS_A_CHART = 45
-"""Number of bars that fit on a printed page."""
+"""Number of lifts with a row each that fit on a printed page."""
 
 _WIDTH, _LEFT, _RIGHT, _TOP, _ROW = 1040.0, 232.0, 12.0, 26.0, 13.0
-_DATE_WIDTH = 96.0
+_DATE_WIDTH, _DAY_WIDTH = 96.0, 58.0
 _STEPS_S = (10.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 14400.0, 28800.0, 86400.0, 604800.0)
 
 
-def gantt_charts(lifts: Sequence[dict[str, Any]]) -> list[str]:
-    """Return charts of ``LIFTS_A_CHART`` timed lifts each, as SVG, each with its own time axis."""
+def gantt_chart(lifts: Sequence[dict[str, Any]]) -> str:
+    """Return the chart of the timed lifts, as SVG: a row for each, or for each storey and class; empty without any."""
     timed = [lift for lift in lifts if lift["begins_s"] is not None]
-    return [_chart(timed[first : first + LIFTS_A_CHART]) for first in range(0, len(timed), LIFTS_A_CHART)]
+    if not timed:
+        return ""
+    return _chart(timed) if len(timed) <= LIFTS_A_CHART else _grouped_chart(timed)
+
+
+def _grouped_chart(lifts: Sequence[dict[str, Any]]) -> str:
+    rows, days = rows_of(lifts), days_of(lifts)
+    top = _TOP + (_ROW if days else 0.0)
+    height = top + _ROW * len(rows) + 6.0
+    low, high = min(lift["begins_s"] for lift in lifts), max(lift["ends_s"] for lift in lifts)
+    scale = (_WIDTH - _LEFT - _RIGHT) / max(high - low, 1e-9)
+    parts = _days(days, low, scale, height) if days else _axis(lifts, height)[2]
+    for n, (label, own) in enumerate(rows):
+        y = top + n * _ROW
+        first, last = min(lift["begins_s"] for lift in own), max(lift["ends_s"] for lift in own)
+        mark = "▲ " if any(lift["critical"] for lift in own) else ""
+        words = f"{mark}{label}: {len(own)}"
+        bars = [text(words[:40], _LEFT - 8.0, y + 9.5, text_anchor="end", class_="label critical" if mark else "label")]
+        bars.append(_bar_between(first, last, "empty", low, scale, y))
+        bars += [_bar_between(*span, "carrying", low, scale, y) for span in _touching(own, 1.0 / scale)]
+        title = element("title", escape(f"{label}: {len(own)} lifts, {clock(first)} to {clock(last)}"))
+        parts.append(element("g", title, *bars, data_lifts=len(own)))
+    return picture(_WIDTH, height, f"Gantt chart of {len(lifts)} lifts by storey and class", parts, "gantt")
+
+
+def _bar_between(start: float, end: float, class_: str, low: float, scale: float, y: float) -> str:
+    inset = {"carrying": 2.0, "empty": 5.5}[class_]
+    width = max((end - start) * scale, 0.4)
+    return element(
+        "rect",
+        x=_LEFT + (start - low) * scale,
+        y=y + inset,
+        width=width,
+        height=_ROW - 1.0 - 2.0 * inset,
+        class_=class_,
+    )
+
+
+def _touching(lifts: Sequence[dict[str, Any]], gap_s: float) -> list[tuple[float, float]]:
+    """Return the times of lifts as spans, those joined that are less than ``gap_s`` apart."""
+    joined: list[tuple[float, float]] = []
+    for lift in sorted(lifts, key=lambda one: float(one["begins_s"])):
+        if joined and lift["begins_s"] - joined[-1][1] <= gap_s:
+            joined[-1] = (joined[-1][0], max(joined[-1][1], lift["ends_s"]))
+        else:
+            joined.append((lift["begins_s"], lift["ends_s"]))
+    return joined
+
+
+def _days(days: Sequence[tuple[str, float, int]], low: float, scale: float, height: float) -> list[str]:
+    """Return a line where each day begins, with its date and its number of lifts where there is room."""
+    parts = [text("lifts a day", _LEFT - 8.0, _TOP + 4.0, text_anchor="end", class_="tick")]
+    last_x = -_WIDTH
+    for day, begins_s, count in days:
+        x = _LEFT + (begins_s - low) * scale
+        parts.append(element("line", x1=x, x2=x, y1=_TOP - 5.0, y2=height - 4.0, class_="grid"))
+        if x - last_x >= _DAY_WIDTH:
+            at = datetime.fromisoformat(day)
+            parts.append(text(f"{at:%a} {at.day} {at:%b}", x + 2.0, _TOP - 9.0, class_="tick"))
+            parts.append(text(f"{count}", x + 2.0, _TOP + 4.0, class_="tick"))
+            last_x = x
+    return parts
 
 
 def crane_chart(lifts: Sequence[dict[str, Any]], cranes: Sequence[str]) -> str:

@@ -91,7 +91,9 @@ def _rates(machine: dict[str, Any]) -> str:
     second = f"trolley {_by_minute(machine['trolley']['rate'])}"
     if (luffing := machine["luffing"]) is not None:
         second, hoist = f"luffing {math.degrees(luffing['limits']['rate']):.2f} °/s", luffing["winch"]["rate"]
-    return f"slewing {fixed(slew, 1)} °/s, {second}, hoist {_by_minute(hoist)}"
+    light = max((rate for _, rate in machine["gears"]), default=hoist)
+    words = _by_minute(hoist) + (f", {_by_minute(light)} with light loads" if light > hoist else "")
+    return f"slewing {fixed(slew, 1)} °/s, {second}, hoist {words}"
 
 
 def _driven(machine: dict[str, Any]) -> str:

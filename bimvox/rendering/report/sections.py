@@ -7,7 +7,7 @@ from typing import Any
 
 from bimvox.records.not_lifted import HOW
 from bimvox.rendering.plain import escape
-from bimvox.rendering.report.gantt import crane_chart, gantt_charts
+from bimvox.rendering.report.gantt import crane_chart, gantt_chart
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
 from bimvox.rendering.report.lifts import critical_first, lift_table
 from bimvox.rendering.report.words import CHECKS, METHODS, fixed, named, names_of, percent, span, tonnes
@@ -202,22 +202,28 @@ def lifts(record: dict[str, Any]) -> str:
 
 
 def gantt(record: dict[str, Any]) -> str:
-    """Return the Gantt charts and their legend."""
-    charts = gantt_charts(record["lifts"])
-    if not charts:
+    """Return the Gantt chart and its legend."""
+    chart = gantt_chart(record["lifts"])
+    if not chart:
         return ""
-    if "cranes" in record["totals"]:
-        charts = [crane_chart(record["lifts"], [crane["name"] for crane in record["totals"]["cranes"]]), *charts]
+    cranes = [crane["name"] for crane in record["totals"].get("cranes", ())]
+    charts = [crane_chart(record["lifts"], cranes), chart] if cranes else [chart]
+    of_lifts = (
+        ("empty", "empty hook"),
+        ("handling", "hooking on, raising, setting, releasing"),
+        ("carrying", "load in transit"),
+    )
+    of_groups = (("carrying", "lifts"), ("empty", "from the first lift of the row to its last"))
+    grouped = "data-lifts" in chart
     legend = "".join(
-        tag("li", f'<span class="swatch {name}"></span>{words}')
-        for name, words in (
-            ("empty", "empty hook"),
-            ("handling", "hooking on, raising, setting, releasing"),
-            ("carrying", "load in transit"),
-        )
+        tag("li", f'<span class="swatch {name}"></span>{words}') for name, words in (of_groups if grouped else of_lifts)
     )
     key = tag("ul", legend + tag("li", "▲ critical"), "legend")
-    return section("Gantt chart", key, *(tag("div", chart, "sheet") for chart in charts), id="gantt")
+    rows = "A row is a storey and a class, with its number of lifts; the table above has every lift." if grouped else ""
+    return section(
+        "Gantt chart", paragraph(rows, "faint") if rows else "", key, *(tag("div", chart, "sheet") for chart in charts),
+        id="gantt",
+    )  # fmt: skip
 
 
 def deliveries(record: dict[str, Any]) -> str:

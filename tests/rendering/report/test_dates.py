@@ -10,7 +10,7 @@ from log_building import tiny_log
 from opened_pages import revision_of
 
 from bimvox.log.dates import log_dates
-from bimvox.rendering.report.gantt import gantt_charts
+from bimvox.rendering.report.gantt import gantt_chart
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.sections import heading
 
@@ -26,7 +26,7 @@ def test_head_notes_and_gantt_chart_have_the_dates():
     assert record["notes"][0] == dates.notes[0]
     timed = [lift for lift in record["lifts"] if lift["begins_s"] is not None]
     assert [lift["begins_at"] for lift in timed] == [dates.span(lift["order"])[0] for lift in timed]
-    (chart,) = gantt_charts(record["lifts"])
+    chart = gantt_chart(record["lifts"])
     first = dates.moment(dates.lifts[timed[0]["order"]][0])
     assert re.findall(r'class="tick"[^>]*>([^<]*)<', chart)[0] == f"{first:%a} {first.day} {first:%b %H:%M}"
 

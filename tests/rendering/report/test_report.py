@@ -3,6 +3,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ from report_reading import ReadReport
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg
-from bimvox.rendering.report.gantt import LIFTS_A_CHART, gantt_charts
+from bimvox.rendering.report.gantt import LIFTS_A_CHART, gantt_chart
+from bimvox.rendering.report.grouped_gantt import ROWS
 from bimvox.rendering.report.page import Figure, Figures, report_page
 from bimvox.rendering.report.record import record_of
 
@@ -161,7 +163,7 @@ def test_the_same_plan_gives_the_same_bytes():
 def test_gantt_bars_begin_and_end_with_the_phases_of_the_log():
     log = tiny_log(crane=True)
     lifts = record_of(revision_of(log))["lifts"]
-    (chart,) = gantt_charts(lifts)
+    chart = gantt_chart(lifts)
     bars = re.findall(r'<rect x="([\d.]+)" y="[\d.]+" width="([\d.]+)" height="[\d.]+" class="(\w+)"', chart)
     ends = [(float(x), float(x) + float(width)) for x, width, _ in bars]
     timed = [lift for lift in lifts if lift["begins_s"] is not None]
@@ -174,14 +176,30 @@ def test_gantt_bars_begin_and_end_with_the_phases_of_the_log():
         assert last == pytest.approx(ends[0][0] + (held[-1][1] - low) * scale, abs=0.02)
 
 
-def test_long_plans_have_a_chart_a_page():
+def test_the_gantt_chart_fits_a_page_whatever_the_number_of_lifts():
     lift = record_of(revision_of(tiny_log(crane=True)))["lifts"][0]
-    many = [
-        {**lift, "order": n, "begins_s": 100.0 * n, "ends_s": 100.0 * n + 90.0, "phases": []}
-        for n in range(2 * LIFTS_A_CHART + 1)
-    ]
-    charts = gantt_charts(many)
-    assert [chart.count("data-order=") for chart in charts] == [LIFTS_A_CHART, LIFTS_A_CHART, 1]
+
+    def many(count: int, storeys: int) -> list[dict[str, Any]]:
+        return [
+            {
+                **lift,
+                "order": n,
+                "number": n + 1,
+                "storey": f"Level {n * storeys // count}",
+                "ifc_class": ("IfcWall", "IfcSlab")[n % 2],
+                "begins_s": 100.0 * n,
+                "ends_s": 100.0 * n + 90.0,
+                "phases": [],
+            }
+            for n in range(count)
+        ]
+
+    assert gantt_chart(many(LIFTS_A_CHART, 3)).count("data-order=") == LIFTS_A_CHART
+    for count, storeys, rows in ((LIFTS_A_CHART + 1, 3, 6), (5000, 30, 30), (5000, 100, 34)):
+        chart = gantt_chart(many(count, storeys))
+        assert chart.count("data-lifts=") == rows <= ROWS
+        assert sum(int(own) for own in re.findall(r'data-lifts="(\d+)"', chart)) == count
+        assert float(re.search(r'viewBox="0 0 \S+ (\S+)"', chart)[1]) < 1040.0 * 186.0 / 275.0  # a page in landscape
 
 
 def test_a_lift_beyond_the_chart_is_critical_above_all():
