@@ -22,7 +22,7 @@ from bimvox.library.compare import equal, same, same_blockers, same_cells, same_
 from bimvox.library.completed_site_file import building_of, completed
 from bimvox.library.held_loads import compare_held
 from bimvox.library.obstructions import load_obstructions, rasterise
-from bimvox.library.site import MACHINE, OBSTRUCTIONS
+from bimvox.library.site import MACHINE, OBSTRUCTIONS, PROGRAMME
 from bimvox.library.site_file_parts import compare_parts, compare_pinned
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
 from bimvox.log.plan_log import PlanLog
@@ -57,11 +57,12 @@ def check_attached_files(log: PlanLog) -> Check:
         check.look(False, f"it carries no {SITE_FILE}, so nothing says for which rules and crane it was planned")
     else:
         try:
-            config = parse_site_config(text.decode("utf-8-sig"), SITE_FILE, _machine_files(log))
+            config = _config_of(log, text)
             # Logs of earlier versions may change a machine without saying so; remarks say it.
             own = f"the attached {SITE_FILE}"
             compare_config(check, site, config, own, undeclared=True, is_of_now=log.is_of_now)
             known |= {MACHINE + name for name in machine_file_names(config)}
+            known |= {PROGRAMME + name for name in (config.sequence.programme,) if name is not None}
         except (BimvoxError, UnicodeDecodeError) as error:
             check.look(False, f"the attached {SITE_FILE} cannot be used: {error}")
     listed = [name for name in sorted(log.attachments) if name.startswith(OBSTRUCTIONS)]
@@ -83,7 +84,7 @@ def config_in(log: PlanLog) -> SiteConfig | None:
     """Return the site file that a log carries; None if it carries none, or one that cannot be read."""
     with suppress(BimvoxError, UnicodeDecodeError):
         if (text := log.attachments.get(SITE_FILE)) is not None:
-            return parse_site_config(text.decode("utf-8-sig"), SITE_FILE, _machine_files(log))
+            return _config_of(log, text)
     return None
 
 
@@ -95,6 +96,12 @@ def only_as_cells(log: PlanLog) -> tuple[str, ...]:
             with suppress(BimvoxError):
                 found |= without_references(data, name)[1]
     return tuple(sorted(found))
+
+
+def _config_of(log: PlanLog, text: bytes) -> SiteConfig:
+    """Return the site file that a log carries, with the machines and the programme that it names."""
+    programme = next((data for name, data in log.attachments.items() if name.startswith(PROGRAMME)), None)
+    return parse_site_config(text.decode("utf-8-sig"), SITE_FILE, _machine_files(log), programme)
 
 
 def _machine_files(log: PlanLog) -> dict[str, bytes]:

@@ -68,6 +68,7 @@ def _lifted(component: Component) -> Element:
         role=Role.COMPONENT,
         mass_kg=component.mass_kg,
         mass_source=component.mass_source,
+        storey=component.storey,
         material=component.material,
         predefined_type=component.predefined_type,
         assembly=hints.assembly,

@@ -32,6 +32,8 @@ from bimvox.voxelization.building import voxelize_building
 
 MACHINE = "machine."
 """Begins the name of a machine's file among the files attached to a log."""
+PROGRAMME = "programme."
+"""Begins the name of a programme's file among the files attached to a log."""
 OBSTRUCTIONS = "obstructions."
 """Begins the name of an obstruction file among the files attached to a log."""
 
@@ -103,6 +105,8 @@ def load_site(path: Path | str, progress: Listener = None, *, model: Path | str 
     say_notes(building, told)
     told.stage("site")
     files = {SITE_FILE: content} | {MACHINE + name: data for name, data in config.machine_files.items()}
+    if config.programme_file is not None:
+        files[PROGRAMME + str(config.sequence.programme)] = config.programme_file
     return _built(guess.complete_config(config, building), building, files, told)
 
 

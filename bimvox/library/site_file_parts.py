@@ -91,5 +91,8 @@ def _compare_hints(check: Check, part: Component, wanted: OrderHints, config: Si
         same(check, f"{part.label}: hints.{key}", getattr(part.hints, key), getattr(wanted, key), source)
     if not config.sequence.storeys:
         same(check, f"{part.label}: hints.storey_rank", part.hints.storey_rank, None, source)
+    if config.sequence.schedule and config.programme is not None:
+        for key in ("task", "task_rank"):
+            same(check, f"{part.label}: hints.{key}", getattr(part.hints, key), getattr(wanted, key), source)
     if not config.sequence.schedule:
         same(check, f"{part.label}: hints.task", part.hints.task, None, source)

@@ -136,6 +136,8 @@ def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component]
                 structure.append(Blocker(element.id, "structure", _frozen(cells), element.mesh))
             else:
                 notes.append(left_out(element.id))
+    if (programme := config.programme) is not None and config.sequence.schedule:
+        notes += programme.notes_about(lifted)
     if ignored := sum(element.role is Role.GROUND for element, _ in parts):
         notes.append(f"{ignored} terrain element(s) are left out: the ground is taken as flat at z = 0")
     return components, structure, notes

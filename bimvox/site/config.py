@@ -28,6 +28,7 @@ from bimvox.site.limits import (
     ROAD_LENGTH_M,
     ROAD_WIDTH_M,
 )
+from bimvox.site.programme import Programme, read_programme
 from bimvox.site.site import Rules
 from bimvox.site.validation import (
     ONE,
@@ -229,7 +230,9 @@ class SequenceConfig(Table):
     ranks: RanksConfig = RanksConfig()
     """The order of the classes of parts."""
     schedule: Flag = True
-    """Whether the order of the model's tasks is kept."""
+    """Whether the order of the tasks is kept, those of the model or of ``programme``."""
+    programme: Text | None = None
+    """A programme next to the site file, Microsoft Project XML; its tasks take the place of the model's."""
 
 
 class PolicyConfig(Table):
@@ -254,6 +257,7 @@ class SiteConfig(Table):
 
     _file: Path = PrivateAttr(default=Path("site.toml"))
     _machine_files: Mapping[str, bytes] = PrivateAttr(default_factory=dict)
+    _programme_file: bytes | None = PrivateAttr(default=None)
     name: Text | None = None
     """Its name. Default: the file's."""
     project: ProjectConfig | None = None
@@ -284,6 +288,25 @@ class SiteConfig(Table):
     def machine_files(self) -> Mapping[str, bytes]:
         """The files of machines that it names, by name: their bytes."""
         return self._machine_files
+
+    @property
+    def programme_file(self) -> bytes | None:
+        """The bytes of the programme that it names."""
+        return self._programme_file
+
+    @property
+    def programme(self) -> Programme | None:
+        """The programme that it names; None without one.
+
+        Raises:
+            ConfigError: If the file is missing, or is not a programme.
+        """
+        name = self.sequence.programme
+        if name is None:
+            return None
+        if self._programme_file is None:
+            raise self.error("sequence.programme", f"no such file: {name}", hint="put it next to the site file")
+        return read_programme(self._programme_file, name, self._file)
 
     @property
     def cranes(self) -> tuple[CraneConfig, ...]:

@@ -20,6 +20,7 @@ SITE_FILE = "site.toml"
 """Name of the site file among the files attached to a log."""
 
 _MOST_BYTES = 16 << 20
+_MOST_PROGRAMME_BYTES = 256 << 20
 
 
 def load_site_config(path: Path | str, data: bytes | None = None, *, model: Path | None = None) -> SiteConfig:
@@ -43,7 +44,9 @@ def load_site_config(path: Path | str, data: bytes | None = None, *, model: Path
     except UnicodeDecodeError as error:
         raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})", hint=UTF8_HINT) from None
     config = parse_site_config(text, path)
-    config._machine_files = {name: _machine_file(path, name) for name in machine_file_names(config)}
+    config._machine_files = {name: _next_to(path, name, "crane.machine") for name in machine_file_names(config)}
+    if (name := config.sequence.programme) is not None:
+        config._programme_file = _next_to(path, name, "sequence.programme", _MOST_PROGRAMME_BYTES)
     model_path = _model_path(path, config.model.path if model is None else model.absolute())
     if status_of(model_path) is None:
         raise ConfigError(
@@ -94,21 +97,27 @@ def machine_file_names(config: SiteConfig) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for name in named if name is not None and name.endswith(MACHINE_FILE)))
 
 
-def _machine_file(path: Path, name: str) -> bytes:
-    """Return the bytes of a machine's file next to a site file."""
-    of_site = partial(_unreadable, key="crane.machine", of=path)
+def _next_to(path: Path, name: str, key: str, most_bytes: int = _MOST_BYTES) -> bytes:
+    """Return the bytes of a file next to a site file, which names it in a key."""
+    of_site = partial(_unreadable, key=key, of=path)
     if Path(name).name != name:
-        raise ConfigError(path, "crane.machine", f"{name!r} is not next to the site file", hint="give its name alone")
-    return read_input(path.parent / name, of_site, most_bytes=_MOST_BYTES)
+        raise ConfigError(path, key, f"{name!r} is not next to the site file", hint="give its name alone")
+    return read_input(path.parent / name, of_site, most_bytes=most_bytes)
 
 
-def parse_site_config(text: str, path: Path | str, machine_files: Mapping[str, bytes] | None = None) -> SiteConfig:
+def parse_site_config(
+    text: str,
+    path: Path | str,
+    machine_files: Mapping[str, bytes] | None = None,
+    programme_file: bytes | None = None,
+) -> SiteConfig:
     """Return the content of a site file's text without reading any file.
 
     Args:
         text: The text.
         path: Its name, for messages.
         machine_files: The files of machines that it may name, by name: their bytes.
+        programme_file: The bytes of the programme that it may name.
 
     Raises:
         ConfigError: As :func:`load_site_config`, except for the model file.
@@ -124,4 +133,5 @@ def parse_site_config(text: str, path: Path | str, machine_files: Mapping[str, b
         raise ConfigError(path, found.key or None, found.message, available=found.available, hint=found.hint) from None
     config._file = Path(path)
     config._machine_files = machine_files or {}
+    config._programme_file = programme_file
     return config

@@ -297,6 +297,7 @@ def _sequence(config: SiteConfig, example_ids: Sequence[str]) -> str:
         _key("storeys", sequence.storeys, "finish a storey before the next one, as far as geometry permits"),
         _key("ranks", sequence.ranks, "order of the classes within a storey"),
         _key("schedule", sequence.schedule, "keep the order of the tasks in the building file, if it has any"),
+        _key("programme", sequence.programme, "its tasks take the place of those in the building file"),
     )
 
 

@@ -10,11 +10,16 @@ from bimvox_pipeline.site import init
 
 from bimvox.bim.building import Role
 from bimvox.bim.read import read_building
+from bimvox.errors import ConfigError
 from bimvox.exporters.ifc import with_schedule
 from bimvox.exporters.lift_schedule import LiftSchedule, LiftTask
+from bimvox.exporters.ms_project import to_ms_project
+from bimvox.library.attached_files import compare_config
 from bimvox.library.site import load_site
 from bimvox.planning.assembly import prepare
 from bimvox.progress import SilentProgress
+from bimvox.records.proof import Check
+from bimvox.site.config_file import parse_site_config
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 
@@ -46,3 +51,40 @@ def test_parts_come_as_the_tasks_of_the_file_say(tmp_path, sample):
     assert len(told) == len(set(told)) == moved
     rest = ranks[moved + 1 :]
     assert rest == sorted(rest)
+
+
+def test_a_programme_next_to_the_site_file_is_kept_and_goes_with_the_log(tmp_path):
+    """The tasks of a programme decide instead of the model's, and the proof sees them."""
+    building = read_building(SAMPLES / "frame.ifc")
+    parts = [element for element in building.elements if element.role is Role.COMPONENT]
+    columns = [part for part in parts if part.ifc_class == "IfcColumn"][::-1]
+    wished = [*columns, next(part for part in parts if part not in columns)]
+    tasks = tuple(
+        LiftTask(n, part.id, part.global_id, f"set {n}", "", 600.0 * n, 600.0 * (n + 1))
+        for n, part in enumerate(wished)
+    )
+    (tmp_path / "ours.xml").write_bytes(to_ms_project(LiftSchedule("frame", "0" * 64, datetime(2026, 3, 2, 8), tasks)))
+    site_file = tmp_path / "frame.site.toml"
+    init(SAMPLES / "frame.ifc", site_file, progress=SilentProgress())
+    text = site_file.read_text()
+    site_file.write_text(text.replace("[sequence]\n", '[sequence]\nprogramme = "ours.xml"\n'))
+    loaded = load_site(site_file, SilentProgress())
+    site = loaded.site
+    assert any(f"{len(wished)} of {len(site.components)} parts have one of its tasks" in note for note in site.notes)
+    sequence = prepare(site).sequence
+    order = [site.components[i].id for i in sequence.order]
+    ids = [part.id for part in wished]
+    assert [name for name in order if name in ids] == ids
+    attached = loaded.files["programme.ours.xml"]
+    assert attached == (tmp_path / "ours.xml").read_bytes()
+
+    def differences(programme: bytes | None) -> list[str]:
+        config = parse_site_config(loaded.files["site.toml"].decode(), "site.toml", {}, programme)
+        check = Check("own_files")
+        compare_config(check, site, config, "the attached site.toml")
+        return list(check.failures)
+
+    assert differences(attached) == []
+    assert any("hints.task" in told for told in differences(attached.replace(columns[0].global_id.encode(), b"other")))
+    with pytest.raises(ConfigError, match=r"no such file: ours\.xml"):
+        differences(None)

@@ -10,9 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from bimvox.bim.task_ranks import Link, task_ranks
 
 _UNDOES = frozenset({"ATTENDANCE", "DEMOLITION", "DISMANTLE", "DISPOSAL", "MAINTENANCE", "OPERATION", "REMOVAL"})
 _SETS = frozenset({"CONSTRUCTION", "INSTALLATION"})
@@ -76,58 +74,19 @@ def _assigned(file: Any, tasks: set[int]) -> dict[int, set[int]]:
 
 
 def _ranks(file: Any, tasks: list[int]) -> tuple[dict[int, int], tuple[str, ...]]:
-    """Return the rank of each task, and notes: longest-path levels of the starts, not below the rank of their date."""
+    """Return the rank of each task, and notes."""
     number = {task: n for n, task in enumerate(tasks)}
-    starts, finishes = np.arange(len(tasks)) * 2, np.arange(len(tasks)) * 2 + 1
-    edges = [(int(starts[n]), int(finishes[n]), 0) for n in range(len(tasks))]
-    for whole, part in _nested(file):
-        if whole in number and part in number:
-            edges.append((int(starts[number[whole]]), int(starts[number[part]]), 0))
-            edges.append((int(finishes[number[part]]), int(finishes[number[whole]]), 0))
+    nested = [(number[a], number[b]) for a, b in _nested(file) if a in number and b in number]
+    links = []
     for relation in file.by_type("IfcRelSequence"):
         first, then = number.get(relation.RelatingProcess.id()), number.get(relation.RelatedProcess.id())
-        if first is None or then is None:
-            continue
-        kind = str(relation.SequenceType or "FINISH_START")
-        if kind == "START_START":
-            edges.append((int(starts[first]), int(starts[then]), 0))
-        elif kind == "FINISH_FINISH":
-            edges.append((int(finishes[first]), int(finishes[then]), 0))
-        elif kind != "START_FINISH":
-            edges.append((int(finishes[first]), int(starts[then]), 1))
-    dates = _starts(file)
-    places = {date: place for place, date in enumerate(sorted({dates[t] for t in tasks if t in dates}))}
-    level = np.zeros(2 * len(tasks), np.int64)
-    for task, n in number.items():
-        level[starts[n]] = places[dates[task]] if task in dates else 0
-    circular = _settle(level, np.array(edges, np.int64).reshape(-1, 3))
-    notes: tuple[str, ...] = ()
-    if circular:
-        names = sorted({str(file.by_id(tasks[n // 2]).Name or file.by_id(tasks[n // 2]).GlobalId) for n in circular})
-        notes = (f"tasks that wait for each other in a circle, treated as parallel: {', '.join(names[:5])}",)
-    _, rank = np.unique(level[starts], return_inverse=True)
-    return {task: int(rank[n]) for task, n in number.items()}, notes
-
-
-def _settle(level: np.ndarray[Any, np.dtype[np.int64]], edges: np.ndarray[Any, np.dtype[np.int64]]) -> list[int]:
-    """Raise levels in place along the edges (from, to, by); edges inside a cycle are ignored.
-
-    Returns:
-        Nodes of cycles that contain a sequence.
-    """
-    size = len(level)
-    graph = coo_array((np.ones(len(edges), np.int8), (edges[:, 0], edges[:, 1])), shape=(size, size))
-    _, group = connected_components(graph.tocsr(), connection="strong")
-    inside = group[edges[:, 0]] == group[edges[:, 1]]
-    circular = sorted({int(n) for n in edges[inside & (edges[:, 2] > 0), :2].reshape(-1)})
-    straight = edges[~inside]
-    changed = True
-    while changed:
-        wanted = level[straight[:, 0]] + straight[:, 2]
-        before = level.copy()
-        np.maximum.at(level, straight[:, 1], wanted)
-        changed = bool((level != before).any())
-    return circular
+        kind = str(relation.SequenceType or Link.FINISH_START)
+        if first is not None and then is not None and kind != "START_FINISH":
+            links.append((first, then, Link(kind) if kind in set(Link) else Link.FINISH_START))
+    starts = {number[task]: date for task, date in _starts(file).items() if task in number}
+    names = [str(file.by_id(task).Name or file.by_id(task).GlobalId) for task in tasks]
+    ranks, notes = task_ranks(names, links, nested, starts)
+    return dict(zip(tasks, ranks, strict=True)), notes
 
 
 def _nested(file: Any) -> Iterable[tuple[int, int]]:

@@ -87,7 +87,7 @@ def _notes(
             where = f"is set with {other.hints.zone_name}, not with {own.hints.zone_name or 'parts outside all zones'}"
         elif kind == "task":
             task = f"task {own.hints.task!r}" if own.hints.task is not None else "no task"
-            where = f"({task}) is set before task {other.hints.task!r}, against the schedule in the building file"
+            where = f"({task}) is set before task {other.hints.task!r}, against the schedule"
         elif kind == "storey" and own.storey != other.storey:
             where = f"(storey {own.storey!r}) is set with storey {other.storey!r}"
         else:

@@ -144,7 +144,7 @@ def test_a_schedule_that_contradicts_geometry_gives_way_and_both_are_named():
     site = box_site(parts)
     _, sequence = order_of(site)
     assert names(site, sequence) == ["leg", "slab"]
-    told = "leg (task 'set columns') is set before task 'set slabs', against the schedule in the building file"
+    told = "leg (task 'set columns') is set before task 'set slabs', against the schedule"
     assert sequence.notes == (f"{told}: slab needs it",)
 
 
