@@ -91,7 +91,9 @@ class Programme:
 
     def _of_storey(self, storey: str, kind: str) -> ProgrammeTask | None:
         words = (re.compile(rf"(?<!\w){re.escape(storey.casefold())}(?!\w)"), re.compile(rf"(?<!\w){kind}s?(?!\w)"))
-        fitting = [task for task in self.tasks if not task.ids and all(word.search(task.path) for word in words)]
+        fitting = [
+            task for task in self.tasks if not task.ids and all(word.search(task.path.casefold()) for word in words)
+        ]
         return min(fitting, key=lambda task: task.rank, default=None)
 
     def notes_about(self, parts: Iterable[PlannedPart]) -> tuple[str, ...]:
@@ -99,7 +101,7 @@ class Programme:
         parts = list(parts)
         found = [self.task_of(part) for part in parts]
         used = {task for task in found if task is not None}
-        unused = [task.name for task in self.tasks if task not in used]
+        unused = [task.path for task in self.tasks if task not in used]
         without = sum(task is None for task in found)
         told = f"programme {self.file}: {len(parts) - without:,} of {len(parts):,} parts have one of its tasks"
         if without:
@@ -149,7 +151,7 @@ def read_programme(data: bytes, file: str, site_file: Path) -> Programme:
     wholes = {whole for whole, _ in nested}
     tasks = tuple(
         ProgrammeTask(
-            names[n], ranks[n], " / ".join(names[m] for m in (*above[n], n)).casefold(),
+            names[n], ranks[n], " / ".join(names[m] for m in (*above[n], n)),
             frozenset(_GLOBAL_ID.findall(" ".join(task.itertext()))),
         )
         for n, task in enumerate(entries)

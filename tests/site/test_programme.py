@@ -65,7 +65,9 @@ def test_a_part_has_the_task_of_its_id_then_of_its_name_then_of_its_storey_and_c
     assert [one.name for one in programme.tasks] == ["Walls", "Column A", "special", "Walls"]
     told = programme.notes_about([Part(WALL_ID, "W1", storey, "IfcWall"), Part(id_, "S1", storey, "IfcSlab")])
     assert told[0].startswith("programme site.xml: 1 of 2 parts have one of its tasks")
-    assert told[1] == "programme site.xml: tasks that match no part: Walls, Column A, Walls"
+    assert (
+        told[1] == "programme site.xml: tasks that match no part: Level 1 / Walls, Level 1 / Column A, Level 10 / Walls"
+    )
 
 
 def test_links_go_before_dates_and_circles_are_named():
