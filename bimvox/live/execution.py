@@ -16,6 +16,7 @@ from bimvox.errors import MotionError
 from bimvox.live.deciders import Decider
 from bimvox.live.episode import WAIT, Episode, Stage
 from bimvox.live.job import LiveJob, LiveLift
+from bimvox.live.other_ways import LiftWay
 from bimvox.live.planned import job_of, live_lift_of, seconds_in
 from bimvox.live.tracks import Track, with_tracks
 from bimvox.live.traffic import CREW, KIND, LORRY, Density
@@ -199,7 +200,7 @@ class _Run:
         row = self.positions[-1] + 1 if self.positions else 0
         job.approach_s[row, position] = seconds_in(motion, PhaseName.APPROACH)
         lifts = list(job.lifts)
-        lifts[position] = replace(live_lift_of(site, lift, motion), earlier=lifts[position].earlier)
+        lifts[position] = replace(live_lift_of(site, (LiftWay(lift, motion),)), earlier=lifts[position].earlier)
         self.episode.job = replace(job, lifts=tuple(lifts))
         self.positions.append(position)
         self.in_order.append(lift)

@@ -14,36 +14,36 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.live.other_ways import LiftWay
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.order.graph import order_graph
 from bimvox.proof.footprint import CellMask, Footprint, motion_footprint, path_footprint
 from bimvox.records.lift import Lift
-from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site
 
 
 def earlier_lifts(
-    site: Site, preparation: Preparation, lifts: Sequence[Lift], motions: Sequence[Sequence[LiftMotion]]
+    site: Site, preparation: Preparation, lifts: Sequence[Sequence[LiftWay]]
 ) -> tuple[frozenset[int], ...]:
     """Return for each of some lifts those of them that must be set before.
 
     Args:
         site: The site.
         preparation: What its plan was made from.
-        lifts: Planned lifts that follow each other in the plan.
-        motions: For each its proven ways.
+        lifts: The proven ways of planned lifts that follow each other in the plan.
     """
     graph = order_graph(site, preparation.relations, preparation.contacts)
     transit_m, rope_m = (site.rules.kept_m(name, 0.0) for name in ("transit_clearance_m", "rope_clearance_m"))
     site = replace(site, rules=replace(site.rules, transit_clearance_m=transit_m, rope_clearance_m=rope_m))
-    swept = [_swept(site, lift, ways) for lift, ways in zip(lifts, motions, strict=True)]
-    lying = [_lying(site, lift) for lift in lifts]
-    placed = [_placed(site, lift) for lift in lifts]
+    swept = [[footprint for way in ways for footprint in _swept(site, way)] for ways in lifts]
+    planned = [ways[0].lift for ways in lifts]
+    lying = [_lying(site, lift) for lift in planned]
+    placed = [_placed(site, lift) for lift in planned]
     unheld = frozenset(preparation.sequence.unheld)
     found: list[frozenset[int]] = []
-    for b, later in enumerate(lifts):
+    for b, later in enumerate(planned):
         earlier = set()
-        for a, first in enumerate(lifts[:b]):
+        for a, first in enumerate(planned[:b]):
             assert first.place is not None
             assert later.place is not None
             kept = (
@@ -59,8 +59,8 @@ def earlier_lifts(
     return tuple(found)
 
 
-def _swept(site: Site, lift: Lift, motions: Sequence[LiftMotion]) -> list[Footprint]:
-    return [path_footprint(site, lift), *(motion_footprint(site, lift, motion) for motion in motions)]
+def _swept(site: Site, way: LiftWay) -> tuple[Footprint, Footprint]:
+    return path_footprint(site, way.lift), motion_footprint(site, way.lift, way.motion)
 
 
 def _lying(site: Site, lift: Lift) -> CellMask:

@@ -15,6 +15,7 @@ from bimvox.errors import InputError
 from bimvox.live.ground import ground_of
 from bimvox.live.job import LiveJob, LiveLift
 from bimvox.live.order import earlier_lifts
+from bimvox.live.other_ways import LiftWay, lift_ways
 from bimvox.live.way import Hanging, Way, way_of
 from bimvox.motion.swing import pendulum_of
 from bimvox.planning.assembly import Preparation
@@ -27,7 +28,12 @@ from bimvox.units import NS_PER_S
 
 
 def job_of(
-    plan: LiftPlan, preparation: Preparation, motions: Sequence[LiftMotion], first: int = 0, count: int = 30
+    plan: LiftPlan,
+    preparation: Preparation,
+    motions: Sequence[LiftMotion],
+    first: int = 0,
+    count: int = 30,
+    ways: int = 1,
 ) -> LiveJob:
     """Return the job of some planned lifts that follow each other.
 
@@ -37,6 +43,7 @@ def job_of(
         motions: The motions of its planned lifts, in order.
         first: Position of the first of them.
         count: How many lifts, at most.
+        ways: How many proven ways of each, at most: the planned one, and others that are made (``lift_ways``).
 
     Raises:
         InputError: If there is no such lift, or the site has several cranes.
@@ -47,22 +54,22 @@ def job_of(
             f"simulated traffic needs a site with one crane and a planned lift number {first + 1}",
             hint="plan the site with one crane, and count planned lifts from 1",
         )
-    crane, by_order = site.cranes[0], {lift.order: lift for lift in plan.lifts}
-    lifts = [by_order[motion.order] for motion in chosen]
-    earlier = earlier_lifts(site, preparation, lifts, [(motion,) for motion in chosen])
+    crane = site.cranes[0]
+    proven = lift_ways(plan, preparation, motions, [motion.order for motion in chosen], ways)
+    earlier = earlier_lifts(site, preparation, list(proven.values()))
     job_lifts = tuple(
-        replace(live_lift_of(site, lift, motion), earlier=before)
-        for lift, motion, before in zip(lifts, chosen, earlier, strict=True)
+        replace(live_lift_of(site, own), earlier=before) for own, before in zip(proven.values(), earlier, strict=True)
     )
     return LiveJob(site.name, job_lifts, _approach_s(crane, chosen), ground_of(site))
 
 
-def live_lift_of(site: Site, lift: Lift, motion: LiftMotion) -> LiveLift:
-    """Return a planned lift with its motion as its way; nothing need be set before."""
+def live_lift_of(site: Site, ways: Sequence[LiftWay]) -> LiveLift:
+    """Return a lift with its proven ways, the planned one first; nothing need be set before."""
+    lift, motion = ways[0]
     return LiveLift(
         lift.number,
         site.components[lift.component].name,
-        (way_of_motion(site, lift, motion),),
+        tuple(way_of_motion(site, *way) for way in ways),
         seconds_in(motion, PhaseName.HOOK_ON),
         seconds_in(motion, PhaseName.SET, PhaseName.RELEASE),
     )

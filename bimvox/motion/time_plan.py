@@ -113,6 +113,7 @@ def time_lift(
     before: Lift | None,
     clock_ns: int,
     slew_rad: float,
+    carrying: CollisionSpace | None = None,
 ) -> LiftMotion:
     """Return the motion of one planned lift.
 
@@ -124,12 +125,13 @@ def time_lift(
         before: The planned lift before it; None for the first.
         clock_ns: When it starts on the site's clock.
         slew_rad: Slewing angle at which the lift before ended, including full turns.
+        carrying: The rule for the load, if it is stricter than that for the empty hook.
 
     Raises:
         MotionError: If its path is not free or cannot be driven, or the empty hook cannot reach it.
     """
     try:
-        return _motion(site, crane, lift, space, before, clock_ns, slew_rad)
+        return _motion(site, crane, lift, space, before, clock_ns, slew_rad, carrying or space)
     except PlanningError as error:
         raise MotionError(site.components[lift.component].id, error.message, hint=error.hint) from error
 
@@ -142,6 +144,7 @@ def _motion(
     before: Lift | None,
     clock_ns: int,
     slew_rad: float,
+    carrying: CollisionSpace,
 ) -> LiftMotion:
     component, place = site.components[lift.component], lift.place
     assert lift.path_vox is not None
@@ -165,7 +168,7 @@ def _motion(
     spans.append((PhaseName.TURN, round(quarters_of(place.turn) * site.rules.turn_s * NS_PER_S)))
     slew_rad = float(raising.slew_rad[-1])
     x, y, z = lift.last_moves_vox[0].tolist()
-    leaving = leaving_upward(space, place.transit_start_vox, (x, y, z))
+    leaving = leaving_upward(carrying, place.transit_start_vox, (x, y, z))
     timeline, needed_m = drive_lift(site, rigged, leaving, lift, slew_rad)
     loaded = delayed(sampled(timeline, needed_m, rigged), _total(spans))
     spans += carrying_phases(timeline, _length_ns(loaded))
