@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from bimvox.crane.difference import differences, does_more
+from bimvox.crane.difference import differences, does_more, is_same
 from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.records.remark import Remark, Severity
@@ -29,7 +29,7 @@ def machines(subject: Subject) -> Iterator[Remark]:
     for crane in subject.site.cranes:
         named = machine_called(crane.machine or crane.name)
         possible = catalogue() if named is None else (named,)
-        if any(not differences(crane, entry) for machine in possible for entry in machine.cranes):
+        if any(is_same(crane, entry) for machine in possible for entry in machine.cranes):
             yield Remark(
                 CRANE_GENERIC,
                 Severity.NOTE,

@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 from named_cranes import default_crane, default_luffing_crane
 
-from bimvox.crane.difference import differences, does_more
+from bimvox.crane.difference import differences, does_more, is_same
 from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.rigging import with_luffing_jib
 
@@ -34,12 +34,14 @@ SMALL = default_crane("hammerhead-30")
 def test_each_key_of_a_machine_is_compared(more, key, said):
     (found,) = differences(dataclasses.replace(SMALL, **more), SMALL)
     assert (found.key, str(found)) == (key, said)
+    assert not is_same(dataclasses.replace(SMALL, **more), SMALL)
     assert found.to_dict().keys() == {"key", "catalogue", "site"}
 
 
 def test_what_belongs_to_the_site_is_not_a_difference():
     more = {"base_m": (9.0, 9.0, 1.0), "jib_height_m": 50.0, "sling_m": 9.0, "rigging_mass_kg": 9.0, "name": "west"}
     assert differences(dataclasses.replace(SMALL, **more), SMALL) == ()
+    assert is_same(dataclasses.replace(SMALL, **more), SMALL)
     nearly = dataclasses.replace(SMALL.slewing, rate=round(SMALL.slewing.rate, 4))
     assert differences(dataclasses.replace(SMALL, slewing=nearly), SMALL) == ()
 
