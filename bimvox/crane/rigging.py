@@ -55,14 +55,17 @@ def hoist_limits(crane: TowerCrane, load_kg: float) -> AxisLimits:
 
 
 @lru_cache(maxsize=256)
-def rigged(crane: TowerCrane, load_kg: float, sling_rise_m: float = 0.0) -> TowerCrane:
+def rigged(crane: TowerCrane, load_kg: float, sling_rise_m: float = 0.0, rigging_kg: float | None = None) -> TowerCrane:
     """Return the crane as rigged for one load: the hoist in its gear, the slings as high as the load needs.
 
     Args:
         crane: The crane.
         load_kg: Mass of the load, without rigging and hook block; 0 for the empty hook.
         sling_rise_m: Additional height of the slings.
+        rigging_kg: Mass of the load's own rigging; None: the crane's usual one.
     """
+    if rigging_kg is not None:
+        crane = replace(crane, rigging_mass_kg=rigging_kg)
     crane = replace(crane, hoist=hoist_limits(crane, load_kg), sling_m=crane.sling_m + sling_rise_m)
     if crane.luffing is None:
         return crane

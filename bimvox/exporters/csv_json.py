@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.exporters.text import for_csv
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of, write_log
@@ -18,6 +19,7 @@ from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.other_means import needed_by_ns
 from bimvox.records.steps import Steps
+from bimvox.site.component import Component
 
 SAMPLE_COLUMNS = {
     "number": "number of the lift, from 1",
@@ -61,6 +63,9 @@ LIFT_COLUMNS = {
     "crane": "name of the crane",
     "begins": "its start, or that of work that the crane does not do, local time; empty if no start is known",
     "ends": "its end, the part in place, in the same way",
+    "rigging": "gear between hook and part, from the hook down; empty if the site file describes the crane's rigging",
+    "rigging_mass_kg": "its mass",
+    "leg_angle_deg": "largest angle of the upper sling's legs to the vertical; empty in the same case",
     "heading": "`kept` by tag line, or `with jib` and by how much the crew turns it back",
 }
 
@@ -169,10 +174,20 @@ def _lift_records(log: PlanLog, dates: PlanDates | None) -> list[dict[str, Any]]
             list(lift.blocked_by),
             None if crane is None else crane.name,
             *(dates.span(lift.order) if dates else (None, None)),
+            *_rigging(component, crane),
             heading_in_words(lift, motion),
         )
         records.append(dict(zip(LIFT_COLUMNS, values, strict=True)))
     return records
+
+
+def _rigging(component: Component, crane: TowerCrane | None) -> tuple[str | None, float | None, float | None]:
+    """Return the gear of a part in words, its mass, and the angle of its legs."""
+    rig = component.lifting.rig
+    if rig is None:
+        return None, None if crane is None else crane.rigging_mass_kg, None
+    said = rig.document()
+    return "; ".join(f"{part.count} x {part.words}" for part in rig.parts), said["mass_kg"], said["leg_angle_deg"]
 
 
 def _elapsed_s(steps: Steps, lift: Lift, motion: LiftMotion | None) -> tuple[float | None, float | None, float | None]:

@@ -31,7 +31,7 @@ from bimvox.site.areas import columns_centred_in
 from bimvox.site.build import ground_and_masts, labels_of, with_obstructions
 from bimvox.site.component import IntVec
 from bimvox.site.config import SiteConfig
-from bimvox.site.config_file import SITE_FILE, machine_file_names, parse_site_config
+from bimvox.site.config_file import SITE_FILE, named_files, parse_site_config
 from bimvox.site.crew_times import UNIFORM_TIMES, times_of
 from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.extent import site_extent
@@ -61,7 +61,7 @@ def check_attached_files(log: PlanLog) -> Check:
             # Logs of earlier versions may change a machine without saying so; remarks say it.
             own = f"the attached {SITE_FILE}"
             compare_config(check, site, config, own, undeclared=True, is_of_now=log.is_of_now)
-            known |= {MACHINE + name for name in machine_file_names(config)}
+            known |= {MACHINE + name for name in named_files(config)}
             known |= {PROGRAMME + name for name in (config.sequence.programme,) if name is not None}
         except (BimvoxError, UnicodeDecodeError) as error:
             check.look(False, f"the attached {SITE_FILE} cannot be used: {error}")

@@ -187,6 +187,7 @@ def _lift_text(lift: Lift, component: Component, sling_m: float | None, voxel_si
             "source": component.lifting.source,
             "sling_m": None if sling_m is None else round(sling_m + component.lifting.sling_rise_vox * voxel_size_m, 6),
             "sail_area_m2": component.sail_area_m2,
+            **({} if component.lifting.rig is None else {"rig": component.lifting.rig.document()}),
         },
     }
     return _text(record)

@@ -14,6 +14,7 @@ from bimvox.records.lift import LiftPlan, Method, Status
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.governing_wind import GoverningWind, governing_wind
+from bimvox.site.lifting import hung_kg
 from bimvox.site.site import Site, SwingRule
 
 
@@ -133,7 +134,7 @@ def hook_travel_m(site: Site, motion: LiftMotion) -> float:
 def capacity_used(site: Site, motion: LiftMotion) -> float:
     """Return the highest utilisation of the crane in a lift, rigging included; infinite beyond its capacity."""
     crane = site.cranes[motion.crane]
-    mass_kg = site.components[motion.component].mass_kg + crane.tackle_kg
+    mass_kg = hung_kg(crane, site.components[motion.component])
     radius_m = np.concatenate([motion.raising.radius_m, motion.loaded.radius_m])
     return float(utilisation(crane.chart, radius_m, mass_kg).max())
 

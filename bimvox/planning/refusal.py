@@ -13,6 +13,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.wind import wind_force_n
 from bimvox.site.component import Component
 from bimvox.site.governing_wind import permitted_for
+from bimvox.site.lifting import crane_for, hung_kg
 from bimvox.site.site import Site
 
 _SLACK_M = 1e-6
@@ -23,6 +24,8 @@ def refused_by_crane(site: Site, component: Component) -> str | None:
     crane = site.crane_of(component)
     if crane is None:
         return None
+    if component.lifting.no_gear:
+        return f"no gear serves its {component.mass_kg:.0f} kg: {component.lifting.no_gear}"
     reasons = {one.name: _by_wind(site, one, component) or _by_radius(site, one, component) for one in site.cranes}
     if reasons[crane.name] is None or not site.has_several_cranes:
         return reasons[crane.name]
@@ -61,16 +64,16 @@ def _by_radius(site: Site, crane: TowerCrane, component: Component) -> str | Non
             f"{crane.min_radius_m:.1f} to {crane.jib_length_m:.1f} m"
         )
     most_used = site.rules.highest_utilisation
-    _, furthest = allowed_radii_m(crane, component.mass_kg, most_used)
+    _, furthest = allowed_radii_m(crane_for(site, crane, component), component.mass_kg, most_used)
     if radius <= furthest + _SLACK_M:
         return None
-    hung_kg = component.mass_kg + crane.tackle_kg
+    mass_kg = hung_kg(crane, component)
     up_to = f"only up to {furthest:.1f} m" if furthest > 0.0 else "at no radius"
     carries_kg = capacity_kg(crane.chart, radius)
-    where = f"governing radius {radius:.1f} m, at its place: {hung_kg:.0f} kg with rigging and hook block"
-    if hung_kg <= carries_kg:
+    where = f"governing radius {radius:.1f} m, at its place: {mass_kg:.0f} kg with rigging and hook block"
+    if mass_kg <= carries_kg:
         return (
-            f"{where}, {100.0 * hung_kg / carries_kg:.1f} % of the capacity of {crane.name} on {crane.falls} falls; "
+            f"{where}, {100.0 * mass_kg / carries_kg:.1f} % of the capacity of {crane.name} on {crane.falls} falls; "
             f"[rules] highest_utilisation permits {100.0 * most_used:g} %, {up_to}"
         )
     return (

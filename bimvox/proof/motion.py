@@ -36,6 +36,7 @@ from bimvox.proof.load import LoadProof
 from bimvox.proof.moment import Moment, moments
 from bimvox.proof.phase_names import check_phase_names
 from bimvox.proof.proven import ProvenLifts
+from bimvox.proof.rigging import rigging_kg
 from bimvox.proof.space import ALWAYS_NS, RawCells
 from bimvox.proof.swing import SwingProof
 from bimvox.records.lift import Lift, LiftPlan, Status
@@ -255,7 +256,9 @@ class _Verifier:
         check_cranes(self.checks["cranes"], self.site, sound, self.window_ns, is_whole=is_whole)
 
     def _check_axes(self, name: str, crane: TowerCrane, moment: Moment, motion: LiftMotion) -> None:
-        mass_kg = self.site.components[moment.lift.component].mass_kg
+        component = self.site.components[moment.lift.component]
+        # Its own gear replaces the crane's usual rigging, which the checks below add.
+        mass_kg = component.mass_kg + rigging_kg(crane, component) - crane.rigging_mass_kg
         check_limits(self.checks["axis_limits"], name, crane, motion, mass_kg)
         check_range(self.checks["axis_range"], name, crane, motion.samples()[1], self.site.frame.voxel_size_m)
         masses = {id(motion.approach): 0.0, id(motion.departure): 0.0}

@@ -22,6 +22,7 @@ from bimvox.proof.marks import Marks, hits
 from bimvox.proof.mass import check_mass
 from bimvox.proof.moment import Moment, Thing, beside, cells_in_common, moments, near_and_far, passed_by
 from bimvox.proof.proven import ProvenLifts
+from bimvox.proof.rigging import check_rigging, rigging_kg
 from bimvox.proof.shape import check_shape, check_structure
 from bimvox.proof.site_rules import check_no_load, check_rope_margin, check_stored, check_wind, check_zones
 from bimvox.proof.slings import check_slings
@@ -38,6 +39,7 @@ CHECKS = (
     "shapes",
     "mass",
     "slings",
+    "rigging",
     "unit_moves",
     "boundary",
     "cells",
@@ -90,6 +92,7 @@ class _Verifier:
         self.known_shapes = set() if known_shapes is None else known_shapes
         self.proven = frozenset() if known_shapes is None else frozenset(lift.order for lift in context)
         self.clearances = Clearances(self.site)
+        self.with_gear = frozenset(part.crane for part in self.site.components if part.lifting.rig is not None)
         self.marks, self.near_marks = Marks(self.site.shape), Marks(self.site.shape)
         self.checks = {name: Check(name) for name in CHECKS}
         if self.site.rules.transit_clearance_m > 0.0:
@@ -99,7 +102,7 @@ class _Verifier:
         if self.site.cranes and self.site.rules.wind_speed_m_s > 0.0:
             self.checks["wind"] = Check("wind", unit="share of permitted wind")
         self.checks["triangles"].unit = self.checks["slings"].unit = "m"
-        self.checks["mass"].unit = "kg/m3"
+        self.checks["mass"].unit, self.checks["rigging"].unit = "kg/m3", "share of limit"
         self.checks["reach"].unit = "share of capacity"
 
     def run(self) -> Verification:
@@ -218,14 +221,15 @@ class _Verifier:
         self._check_support(component, placed)
 
     def _check_shape(self, component: Component) -> None:
-        """Check a part by itself: its cells, its mass and its slings."""
+        """Check a part by itself: its cells, its mass, its slings and its gear."""
         if component.index in self.known_shapes:
             return
-        own = [self.checks[name] for name in ("shapes", "mass", "slings")]
+        own = [self.checks[name] for name in ("shapes", "mass", "slings", "rigging")]
         failed = sum(check.failed for check in own)
         check_shape(own[0], component, self.site.frame, exact_hook=self.site.exact_hook)
         check_mass(own[1], component, self.site.frame.voxel_size_m)
         check_slings(own[2], self.site, component)
+        check_rigging(own[3], self.site, component, self.with_gear)
         if sum(check.failed for check in own) == failed:
             self.known_shapes.add(component.index)
 
@@ -427,7 +431,7 @@ class _Verifier:
             check_no_load(reach, site, component.id, cells_at_any_heading(component), turning)
         if "wind" in self.checks:
             check_wind(self.checks["wind"], site, crane, component)
-        load_kg = component.mass_kg + crane.tackle_kg
+        load_kg = component.mass_kg + crane.hook_block_kg + rigging_kg(crane, component)
         share = float(shares_of_capacity(crane, radius_m.max(keepdims=True), load_kg)[0])
         reach.measure(share)
         most_used = site.rules.highest_utilisation

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.kept import kept
+from bimvox.proof.rigging import rigging_kg
 from bimvox.proof.space import whole_cells
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.proof import Check
@@ -70,7 +71,7 @@ def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component
         area_m2 <= component.sail_area_m2 * (1.0 + _SHARE) + _SHARE,
         f"{component.id}: it shows the wind {area_m2:.3f} m2, not {component.sail_area_m2:.3f} m2",
     )
-    hung_t = (component.mass_kg + crane.rigging_mass_kg + crane.hook_block_kg) / 1000.0
+    hung_t = (component.mass_kg + rigging_kg(crane, component) + crane.hook_block_kg) / 1000.0
     sail = max(component.sail_area_m2, area_m2) * site.rules.drag_coefficient
     pressed = wind**2 / crane.max_wind_m_s**2 * max(1.0, sail / (_PERMITTED_M2_PER_T * hung_t))
     check.measure(float(np.sqrt(pressed)))

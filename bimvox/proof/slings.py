@@ -16,6 +16,8 @@ _ROUNDING_M = 1e-6
 _SAME_M = 1e-3
 _ANCHORS = "anchors"
 """The points are of the model."""
+_ASSUMED = "assumed"
+"""The points were chosen with the gear."""
 _ABOVE = "centre_of_mass"
 """The model has no points: it hangs on one, on its top above its centre of mass."""
 
@@ -41,13 +43,15 @@ def check_slings(check: Check, site: Site, component: Component) -> None:
         good = len(points_m) <= 1 and off_m <= _SAME_M
         check.look(good, f"{component.id}: its lifting point is {off_m:.3f} m from its top above its centre of mass")
     else:
-        good = source == _ANCHORS and len(points_m) > 0
+        good = source in ((_ANCHORS,) if component.lifting.rig is None else (_ANCHORS, _ASSUMED)) and len(points_m) > 0
         check.look(good, f"{component.id}: it hangs on {len(points_m)} points of the kind {source!r}")
     if source == _ANCHORS and crane is not None and points_m:
         slope = tan(site.rules.sling_angle_rad / 2.0)
         highest_m = max(point[2] + hypot(point[0] - x, point[1] - y) / slope for point in points_m)
         missing_m = highest_m - top_m - crane.sling_m
         wanted, fewest = (max(0, ceil((missing_m + off_m) / size_m)) for off_m in (_ROUNDING_M, -_ROUNDING_M))
+    if component.lifting.rig is not None:
+        return  # its height follows from its gear: see ``rigging``
     check.look(
         fewest <= rise <= wanted,
         f"{component.id}: its slings raise the hook by {rise} cells; its lifting points need {fewest}",

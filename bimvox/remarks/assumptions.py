@@ -7,6 +7,7 @@ from math import degrees
 
 import numpy as np
 
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, metres
 from bimvox.site.component import Component
@@ -66,7 +67,10 @@ def _ground(subject: Subject) -> str:
 
 def _of_cranes(subject: Subject) -> Iterator[Remark]:
     site, own = subject.site, subject.site.rules
-    for crane in site.cranes:
+    for number, crane in enumerate(site.cranes):
+        if any(part.lifting.rig is not None for part in subject.lifted if part.crane == number):
+            yield _note(ASSUMED_TACKLE, _gear(subject, crane, number))
+            continue
         yield _note(
             ASSUMED_TACKLE,
             f"crane {crane.name!r}: every part hangs on the same rigging of {crane.rigging_mass_kg:g} kg, "
@@ -83,6 +87,19 @@ def _of_cranes(subject: Subject) -> Iterator[Remark]:
         yield _note(ASSUMED_HEADING, "tag lines keep the heading of a load while the jib turns")
     if own.swing is SwingRule.SHAPED:
         yield _note(ASSUMED_SWING, "a load swings like a point on its rope, without wind and without damping")
+
+
+def _gear(subject: Subject, crane: TowerCrane, number: int) -> str:
+    """Return what is assumed about gear that was chosen for the parts of a crane."""
+    own = [part.lifting for part in subject.lifted if part.crane == number and part.lifting.rig is not None]
+    assumed = sum(lifting.source != "anchors" for lifting in own)
+    points = "every lifting point holds"
+    if assumed:
+        points = f"the lifting points of {assumed:,} of {len(own):,} parts are assumed, and each holds"
+    return (
+        f"crane {crane.name!r}: gear is chosen for each part from a catalogue, whose fittings and lengths are partly "
+        f"assumed; {points}; the empty hook carries {crane.rigging_mass_kg:g} kg of gear, {metres(crane.sling_m)} high"
+    )
 
 
 def _crew_times(subject: Subject) -> Iterator[Remark]:

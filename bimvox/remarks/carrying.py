@@ -14,7 +14,7 @@ from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, about, metres, name_of
 from bimvox.site.component import Component
-from bimvox.site.lifting import crane_for
+from bimvox.site.lifting import crane_for, hung_kg
 from bimvox.site.site import Site
 
 CARRIED_LOW = "carried_low"
@@ -77,8 +77,8 @@ def high_utilisation(subject: Subject) -> Iterator[Remark]:
         if not own:
             continue
         furthest = np.array([max(m.raising.radius_m.max(), m.loaded.radius_m.max()) for m in own])
-        hung_kg = np.array([site.components[motion.component].mass_kg + crane.tackle_kg for motion in own])
-        used = shares_of_capacity(crane, furthest, 1.0) * hung_kg
+        mass_kg = np.array([hung_kg(crane, site.components[motion.component]) for motion in own])
+        used = shares_of_capacity(crane, furthest, 1.0) * mass_kg
         for motion, share in zip(own, used.tolist(), strict=True):
             if share > HIGH_SHARE + 1e-9:
                 said = f"uses {100.0 * share:.0f} % of the capacity of crane {crane.name!r}"

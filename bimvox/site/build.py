@@ -28,6 +28,7 @@ from bimvox.site.obstructions.crowd import blockers_of
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet, Points
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import component_of, entries_by_id, first_ids
+from bimvox.site.rigging import gear_by_crane
 from bimvox.site.site import GROUND_ID, Blocker, Rules, Site, SwingRule, mast_id
 from bimvox.site.work import work_of
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
@@ -92,10 +93,14 @@ def build_site(
     yard = columns_centred_in(config.areas.yard or (), frame, columns) & ~construction
     check_yard(config, yard, [one for one in components if one.means is Means.CRANE], shape)
     elements = {element.id: element for element, _ in model.parts}
-    lifted = [
-        hung(one, elements[one.id], cranes[one.crane] if cranes else None, rules.sling_angle_rad, frame)
-        for one in assigned(config, components, cranes, yard, frame, rules)
-    ]
+    gear = gear_by_crane(config, len(cranes))
+
+    def on_its_slings(one: Component) -> Component:
+        crane, own = (cranes[one.crane], gear[one.crane]) if cranes else (None, None)
+        own = own if one.means is Means.CRANE else None
+        return hung(one, elements[one.id], crane, rules.sling_angle_rad, frame, own)
+
+    lifted = list(map(on_its_slings, assigned(config, components, cranes, yard, frame, rules)))
     prohibited, no_load = (columns_without(kinds, config.zone, frame, columns) for kinds in (NO_HOOK, NO_LOAD))
     site = Site(
         name=config.name or "site",

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Casting, TriangleMesh, part_name
+from bimvox.crane.rig import Rig
 from bimvox.site.means import Means
 from bimvox.sparse import SPARSE
 
@@ -80,14 +81,19 @@ class Lifting:
 
     Attributes:
         points_m: Lifting points (x, y, z) with the component at its place in the building; metres in the site frame.
-        source: ``anchors`` if the model has them, otherwise ``centre_of_mass``: one point on the top above it.
+        source: ``anchors`` if the model has them; ``assumed`` if they were chosen with the gear; ``centre_of_mass``:
+            one point on the top above it.
         sling_rise_vox: Cells by which the hook hangs higher than with the crane's usual slings, so that the sling angle
             stays within the rules.
+        rig: The gear chosen for it; None: the crane's usual rigging.
+        no_gear: Why no gear of the catalogue serves; empty if one does.
     """
 
     points_m: tuple[tuple[float, float, float], ...] = ()
     source: str = "centre_of_mass"
     sling_rise_vox: int = 0
+    rig: Rig | None = field(default=None, metadata=SPARSE)
+    no_gear: str = field(default="", metadata=SPARSE)
 
 
 USUAL_LIFTING = Lifting()

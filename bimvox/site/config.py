@@ -20,6 +20,7 @@ from bimvox.site.component import StoredPose
 from bimvox.site.config_calendar import CalendarConfig
 from bimvox.site.config_crane import CraneConfig
 from bimvox.site.config_project import ProjectConfig
+from bimvox.site.config_rigging import RiggingConfig
 from bimvox.site.config_rules import RulesConfig
 from bimvox.site.limits import (
     FEW_HANDS_KG,
@@ -271,6 +272,7 @@ class SiteConfig(Table):
         ]
         | None
     ) = None
+    rigging: RiggingConfig = RiggingConfig()
     component: tuple[ComponentConfig, ...] = ()
     zone: Annotated[tuple[ZoneConfig, ...], Field(max_length=MOST_AREAS)] = ()
     sequence: SequenceConfig = SequenceConfig()
@@ -286,7 +288,7 @@ class SiteConfig(Table):
 
     @property
     def machine_files(self) -> Mapping[str, bytes]:
-        """The files of machines that it names, by name: their bytes."""
+        """The files of machines and gear that it names, by name: their bytes."""
         return self._machine_files
 
     @property

@@ -44,7 +44,7 @@ def load_site_config(path: Path | str, data: bytes | None = None, *, model: Path
     except UnicodeDecodeError as error:
         raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})", hint=UTF8_HINT) from None
     config = parse_site_config(text, path)
-    config._machine_files = {name: _next_to(path, name, "crane.machine") for name in machine_file_names(config)}
+    config._machine_files = {name: _next_to(path, name, key) for name, key in named_files(config).items()}
     if (name := config.sequence.programme) is not None:
         config._programme_file = _next_to(path, name, "sequence.programme", _MOST_PROGRAMME_BYTES)
     model_path = _model_path(path, config.model.path if model is None else model.absolute())
@@ -91,10 +91,11 @@ def _unreadable(path: Path, message: str, *, hint: str, key: str | None, of: Pat
     return ConfigError(of or path, key, f"{path}: {message}" if of else message, hint=hint)
 
 
-def machine_file_names(config: SiteConfig) -> tuple[str, ...]:
-    """Return the names of the machines' files that a site file names, each once."""
-    named = (crane.machine for crane in config.cranes)
-    return tuple(dict.fromkeys(name for name in named if name is not None and name.endswith(MACHINE_FILE)))
+def named_files(config: SiteConfig) -> dict[str, str]:
+    """Return the files of machines and gear that a site file names, each with the key that names it first."""
+    machines = [crane.machine for crane in config.cranes if crane.machine is not None]
+    found = {name: "crane.machine" for name in machines if name.endswith(MACHINE_FILE)}
+    return {name: f"rigging.gear[{number}]" for number, name in enumerate(config.rigging.gear)} | found
 
 
 def _next_to(path: Path, name: str, key: str, most_bytes: int = _MOST_BYTES) -> bytes:

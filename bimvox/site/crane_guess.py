@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +21,19 @@ from bimvox.site.config import Polygon
 from bimvox.site.parts import centre_of_mass_m
 
 _TYPICAL = 75.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rigs:
+    """The gear of all parts, before it is known where each hangs.
+
+    Attributes:
+        mass_kg: (N,) its mass for each part.
+        height_m: Highest hook above a part's top.
+    """
+
+    mass_kg: NDArray[np.float64]
+    height_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +106,7 @@ def guess_crane(
     yards: Sequence[Polygon],
     top_m: float,
     machines: Sequence[Machine],
+    rigs: Rigs | None = None,
 ) -> tuple[TowerCrane, int]:
     """Return a crane for a site, and how many parts it cannot set: the first machine that meets one of these, in order.
 
@@ -108,11 +122,12 @@ def guess_crane(
         yards: Polygons of the yard, site metres.
         top_m: Height that the load's top must reach.
         machines: The machines to choose from, ascending by size.
+        rigs: The gear of the parts; None: they hang on the machine's usual rigging.
 
     Raises:
         InputError: If no mast has a place.
     """
-    site = _site(components, footprint_m, yards, top_m)
+    site = _site(components, footprint_m, yards, top_m, rigs)
     for strict in (True, False):
         for machine in machines:
             if (crane := site.serving(machine, strict=strict)) is not None:
@@ -136,9 +151,10 @@ def compare_cranes(
     yards: Sequence[Polygon],
     top_m: float,
     machines: Sequence[Machine],
+    rigs: Rigs | None = None,
 ) -> Iterator[CraneFit]:
     """Yield how each of the machines serves a site; the arguments are those of :func:`guess_crane`."""
-    site = _site(components, footprint_m, yards, top_m)
+    site = _site(components, footprint_m, yards, top_m, rigs)
     for machine in machines:
         crane = site.serving(machine, strict=True) or site.serving(machine, strict=False)
         if crane is None and (found := site.most(machine)) is not None:
@@ -146,21 +162,33 @@ def compare_cranes(
         yield site.fit(machine, crane)
 
 
-def fit_here(components: Sequence[Element], yards: Sequence[Polygon], top_m: float, crane: TowerCrane) -> CraneFit:
+def fit_here(
+    components: Sequence[Element],
+    yards: Sequence[Polygon],
+    top_m: float,
+    crane: TowerCrane,
+    rigs: Rigs | None = None,
+) -> CraneFit:
     """Return how a crane serves a site from where it stands."""
-    site = _site(components, np.zeros((2, 2)), yards, top_m)
+    site = _site(components, np.zeros((2, 2)), yards, top_m, rigs)
     length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
     jib = Machine(crane.machine or crane.name, crane.kind, "", (length_m,), (crane,))
     return site.fit(jib, crane)
 
 
 def _site(
-    components: Sequence[Element], footprint_m: NDArray[np.float64], yards: Sequence[Polygon], top_m: float
+    components: Sequence[Element],
+    footprint_m: NDArray[np.float64],
+    yards: Sequence[Polygon],
+    top_m: float,
+    rigs: Rigs | None,
 ) -> _Site:
     places = np.array([_hook_m(element) for element in components])
     masses = np.array([element.mass_kg for element in components])
+    if rigs is not None:
+        masses = masses + rigs.mass_kg
     built = built_heights(np.array([element.mesh.bounds_m for element in components]))
-    return _Site(components, places, masses, footprint_m, [np.array(yard) for yard in yards], top_m, built)
+    return _Site(components, places, masses, footprint_m, [np.array(yard) for yard in yards], top_m, built, rigs)
 
 
 class _Site:
@@ -169,11 +197,12 @@ class _Site:
     Args:
         components: The parts.
         places: (N, 2) hook positions of the parts, metres.
-        masses: (N,) their masses, kg.
+        masses: (N,) their masses, kg; with their gear if that is known.
         footprint: (2, 2) the building's bounding box on plan.
         yards: (K, 2) corners of each yard.
         top_m: Height that the load's top must reach.
         built: Heights of the finished building.
+        rigs: The gear of the parts; None: the machine's usual rigging.
     """
 
     def __init__(
@@ -185,9 +214,10 @@ class _Site:
         yards: Sequence[NDArray[np.float64]],
         top_m: float,
         built: BuiltHeights,
+        rigs: Rigs | None,
     ) -> None:
         self._components, self._places, self._masses = components, places, masses
-        self._yards, self._top_m, self._built = yards, top_m, built
+        self._yards, self._top_m, self._built, self._rigs = yards, top_m, built, rigs
         (x0, y0), (x1, y1) = footprint
         self._middles = np.array([yard.mean(axis=0) for yard in yards]).reshape(-1, 2)
         self._ground = Ground(([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], *yards))
@@ -208,10 +238,12 @@ class _Site:
         for yard in self._yards:
             points += [yard, yard.mean(axis=0, keepdims=True)]
             loads += [np.full(len(yard), self._at_corner(strict=strict)), np.array([heaviest])]
-        able = [crane for crane in machine.cranes if crane.chart.capacity_kg[0] >= heaviest + crane.tackle_kg]
-        for crane in able:
+        for usual in machine.cranes:
+            crane = self._in_gear(usual)
+            if crane.chart.capacity_kg[0] < heaviest + crane.tackle_kg:
+                continue
             try:
-                return fit_crane(
+                found = fit_crane(
                     np.concatenate(points),
                     np.concatenate(loads),
                     self._ground,
@@ -221,7 +253,14 @@ class _Site:
                 )
             except InputError:
                 continue
+            return _on_usual_rigging(found, usual)
         return None
+
+    def _in_gear(self, crane: TowerCrane) -> TowerCrane:
+        """Return a crane whose slings are as high as the highest gear, and whose loads contain their gear."""
+        if self._rigs is None:
+            return crane
+        return replace(crane, rigging_mass_kg=0.0, sling_m=max(crane.sling_m, self._rigs.height_m))
 
     def _at_corner(self, *, strict: bool) -> float:
         masses = self._columns[1]
@@ -230,12 +269,13 @@ class _Site:
     def most(self, machine: Machine) -> tuple[int, int, TowerCrane] | None:
         """Return how many parts a machine serves and reaches at most, and the machine with that jib on that base."""
         best = None
-        for crane in machine.cranes:
+        for usual in machine.cranes:
+            crane = self._in_gear(usual)
             found = fit_most(
                 self._places, self._masses, self._middles, self._height_m(crane), crane=crane, ground=self._ground
             )
             if found is not None and (best is None or found[1:] > best[:2]):
-                best = (*found[1:], found[0])
+                best = (*found[1:], _on_usual_rigging(found[0], usual))
         return best
 
     def _height_m(self, crane: TowerCrane) -> float:
@@ -246,6 +286,7 @@ class _Site:
         who = (machine.name, machine.kind, machine.load_moment_tm)
         if crane is None:
             return CraneFit(*who, max(machine.jibs_m), None, len(self._masses), (), "", 0.0, 0.0)
+        usual, crane = crane, self._in_gear(crane)
         able = self._served(crane, self._places)
         from_yard = np.full_like(able, not len(self._middles))
         for middle in self._middles:
@@ -262,7 +303,7 @@ class _Site:
         length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
         highest, furthest = (float(values[done].max(initial=0.0)) for values in (used, radii))
         yard = self._corner(crane)
-        return CraneFit(*who, length_m, crane, len(radii), tuple(unserved), yard, highest, furthest)
+        return CraneFit(*who, length_m, usual, len(radii), tuple(unserved), yard, highest, furthest)
 
     def _served(self, crane: TowerCrane, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return (N,) whether a crane carries each part's mass at a point."""
@@ -300,8 +341,18 @@ class _Site:
         return f"its hook reaches {highest:.1f} m of the {self._height_m(crane):.1f} m needed at {radius_m:.1f} m"
 
 
+def _on_usual_rigging(crane: TowerCrane, usual: TowerCrane) -> TowerCrane:
+    return replace(crane, rigging_mass_kg=usual.rigging_mass_kg, sling_m=usual.sling_m)
+
+
 def _base(crane: TowerCrane) -> NDArray[np.float64]:
     return np.array([crane.base_m[:2]])
+
+
+def hook_above_m(element: Element) -> tuple[float, float, float]:
+    """Return (x, y) of the hook of a part at its place, and the height of the part's top."""
+    x, y = _hook_m(element).tolist()
+    return x, y, float(element.mesh.bounds_m[1, 2])
 
 
 def _hook_m(element: Element) -> NDArray[np.float64]:

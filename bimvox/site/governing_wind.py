@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.wind import permitted_wind_m_s
 from bimvox.site.component import Component
+from bimvox.site.lifting import hung_kg
 from bimvox.site.site import Site
 
 
@@ -28,8 +29,9 @@ class GoverningWind:
 
 def permitted_for(site: Site, crane: TowerCrane, component: Component) -> float:
     """Return the wind up to which a crane may lift a part, m/s."""
-    hung_kg = component.mass_kg + crane.tackle_kg
-    return permitted_wind_m_s(crane.max_wind_m_s, hung_kg, component.sail_area_m2, site.rules.drag_coefficient)
+    return permitted_wind_m_s(
+        crane.max_wind_m_s, hung_kg(crane, component), component.sail_area_m2, site.rules.drag_coefficient
+    )
 
 
 def needs_less_wind(site: Site, component: Component) -> bool:

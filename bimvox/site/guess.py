@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +19,14 @@ from bimvox.errors import GridTooLargeError, InputError
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
 from bimvox.site.config import ModelConfig, Polygon, SiteConfig
 from bimvox.site.config_crane import CraneConfig
-from bimvox.site.crane_guess import CraneFit, compare_cranes, fit_here, guess_crane
+from bimvox.site.crane_guess import CraneFit, Rigs, compare_cranes, fit_here, guess_crane, hook_above_m
 from bimvox.site.extent import site_extent, top_m
+from bimvox.site.lifting import HangsAt, lifting_by
 from bimvox.site.machine import crane_config, cranes_of, machine_config
 from bimvox.site.means import Means, means_of, nothing_to_lift
-from bimvox.site.parts import entries_by_id
+from bimvox.site.parts import entries_by_id, is_erected
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, ground_height_m, lowest_m
+from bimvox.site.rigging import gear_by_crane, gear_of_site
 from bimvox.site.yard_guess import yard_need, yards_next_to
 
 VOXEL_SIZES_M = (0.1, 0.2, 0.25, 0.5, 1.0)
@@ -66,8 +69,12 @@ def cranes_that_fit(
     size_m = config.model.voxel_size_m or VOXEL_SIZES_M[0]
     footprint, yards = built_bounds_m(placed.elements)[:, :2], config.areas.yard or ()
     height_m = top_m(placed) + 2 * size_m
-    own = next((fit_here(lifted, yards, height_m, crane) for crane in cranes_of(config)), None)
-    return own, tuple(compare_cranes(lifted, footprint, yards, height_m, machines or catalogue()))
+    rigs, cranes = rigs_of(config, lifted), cranes_of(config)
+    own = None
+    if cranes:
+        chosen = rigs if gear_by_crane(config, 1)[0] is not None else None
+        own = fit_here(lifted, yards, height_m, cranes[0], chosen)
+    return own, tuple(compare_cranes(lifted, footprint, yards, height_m, machines or catalogue(), rigs))
 
 
 def complete_config(config: SiteConfig, building: Building, machines: Sequence[Machine] = ()) -> SiteConfig:
@@ -176,7 +183,8 @@ def _with_areas_and_crane(
         candidates = [areas.yard]
     if wants_crane:
         able = machines or machines_of("hammerhead")
-        yards, crane = _best_with_crane(candidates, lifted, footprint, top_m(building) + 2 * rough_m, able)
+        wanted = _Wanted(lifted, footprint, top_m(building) + 2 * rough_m, rigs_of(config, lifted))
+        yards, crane = _best_with_crane(candidates, wanted, able)
         chosen: CraneConfig | tuple[CraneConfig, ...] | None = (
             crane_config(crane) if machine_called(crane.name) is None else machine_config(crane)
         )
@@ -186,19 +194,43 @@ def _with_areas_and_crane(
     return config.model_copy(update={"areas": areas.model_copy(update={"yard": yards}), "crane": chosen})
 
 
+class _Wanted(NamedTuple):
+    """What a crane is chosen for; see :func:`bimvox.site.crane_guess.guess_crane`."""
+
+    lifted: Sequence[Element]
+    footprint_m: NDArray[np.float64]
+    top_m: float
+    rigs: Rigs
+
+
+def rigs_of(config: SiteConfig, lifted: Sequence[Element]) -> Rigs:
+    """Return the gear of parts before it is known on which cells they hang, on slings of the catalogue's usual height.
+
+    Args:
+        config: The site file.
+        lifted: The parts, in the site frame.
+    """
+    gear, size_m = gear_of_site(config), config.model.voxel_size_m or VOXEL_SIZES_M[1]
+    angle_rad, usual_m = config.rules_in_force.sling_angle_rad, catalogue()[0].cranes[0].sling_m
+    mass_kg, highest_m = np.zeros(len(lifted)), usual_m
+    for number, element in enumerate(lifted):
+        x, y, top_m = hook_above_m(element)
+        at = HangsAt((x, y), top_m, usual_m, angle_rad, size_m)
+        rig = lifting_by(gear, element, at, upended=is_erected(element)).rig
+        if rig is not None:
+            mass_kg[number], highest_m = rig.mass_kg, max(highest_m, rig.height_m)
+    return Rigs(mass_kg, highest_m)
+
+
 def _best_with_crane(
-    candidates: list[tuple[Polygon, ...]],
-    lifted: list[Element],
-    footprint: NDArray[np.float64],
-    height_m: float,
-    machines: Sequence[Machine],
+    candidates: list[tuple[Polygon, ...]], wanted: _Wanted, machines: Sequence[Machine]
 ) -> tuple[tuple[Polygon, ...], TowerCrane]:
     """Return the yard that needs the smallest crane, and that crane; ties go to the earlier yard."""
     best: tuple[tuple[int, float], tuple[Polygon, ...], TowerCrane] | None = None
     failed: InputError | None = None
     for yards in candidates:
         try:
-            crane, unserved = guess_crane(lifted, footprint, yards, height_m, machines)
+            crane, unserved = guess_crane(wanted.lifted, wanted.footprint_m, yards, wanted.top_m, machines, wanted.rigs)
         except InputError as error:
             failed = error
             continue

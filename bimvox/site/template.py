@@ -10,6 +10,7 @@ from bimvox.site.config import AreasConfig, ComponentConfig, Polygon, SiteConfig
 from bimvox.site.config_calendar import DEFAULT_BREAKS, DEFAULT_SHIFT, CalendarConfig
 from bimvox.site.config_crane import CraneConfig, OverrideConfig
 from bimvox.site.config_project import ProjectConfig
+from bimvox.site.config_rigging import RiggingConfig
 from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.validation import Table
 from bimvox.site.work import Work
@@ -49,6 +50,7 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_note
         _grid(config),
         _areas(config.areas),
         *(_crane(crane, crane_notes, several=len(config.cranes) > 1) for crane in config.cranes),
+        _rigging(config),
         _components(config.component, example_ids),
         _zones(config.zone, config.areas.yard),
         _sequence(config, example_ids),
@@ -152,6 +154,21 @@ def _machine_keys(crane: OverrideConfig) -> list[object]:
         lines += ["# Load chart: [radius in m, capacity in kg], load and rigging together.", "chart = ["]
         lines += [f"  {_value(pair)}," for pair in crane.chart] + ["]"]
     return lines
+
+
+def _rigging(config: SiteConfig) -> str:
+    given, nothing = config.rigging, RiggingConfig()
+    if given != nothing:
+        values = {key: getattr(given, key) for key in type(given).model_fields}
+        return _lines("[rigging]", *(_key(key, value) for key, value in values.items() if value))
+    if not any(one.machine is not None and one.sling_m is None for one in config.cranes):
+        return ""
+    return _lines(
+        "# Slings, spreaders and shackles are chosen for each part, unless [crane] has sling_m and rigging_mass_kg.",
+        "# [rigging]",
+        '# gear = ["my-slings.toml"]  # your own, next to this file; `bimvox schema gear` lists the keys',
+        f"# spreader_from_m = {nothing.spreader_from_m:g}  # lifting points further apart hang on a spreader",
+    )
 
 
 def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) -> str:

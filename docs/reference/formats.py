@@ -19,6 +19,7 @@ _Rows = list[tuple[str, ...]]
 _PAGES = {
     "site": ("Site file", "[formats](../formats.md) and [cranes](../cranes.md)"),
     "crane": ("Crane file", "[cranes](../cranes.md)"),
+    "gear": ("Gear file", "[cranes](../cranes.md#slings)"),
     "obstructions": ("Obstruction file", "[formats](../formats.md#obstruction-file)"),
     "sweep": ("Sweep file", "[many sites](../scale.md#many-sites-seeds-and-what-ifs)"),
     "grid": ("Grid file", "[formats](../formats.md#grid)"),

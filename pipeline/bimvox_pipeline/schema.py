@@ -13,7 +13,7 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
     """Return the schema of a format.
 
     Args:
-        name: ``site``, ``crane``, ``obstructions``, ``sweep``, ``grid``, ``log`` or ``score``.
+        name: ``site``, ``crane``, ``gear``, ``obstructions``, ``sweep``, ``grid``, ``log`` or ``score``.
         plain_values: Return the log's schema as a document instead of the text of a ``.proto`` file.
 
     Returns:
@@ -30,6 +30,10 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
         from bimvox.site.machine_file import machine_json_schema
 
         return machine_json_schema()
+    if name == "gear":
+        from bimvox.site.gear_file import gear_json_schema
+
+        return gear_json_schema()
     if name == "obstructions":
         from bimvox.site.obstructions.file import obstructions_json_schema
 
@@ -48,7 +52,7 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
         from bimvox.policy.score_document import score_json_schema
 
         return score_json_schema()
-    hint = "known formats: site, crane, obstructions, sweep, grid, log, score"
+    hint = "known formats: site, crane, gear, obstructions, sweep, grid, log, score"
     raise InputError(f"there is no format {name!r}", hint=hint)
 
 

@@ -40,7 +40,7 @@ def test_a_page_names_every_option_of_its_command():
         assert f"`{shared}`" in every
 
 
-@pytest.mark.parametrize("name", ["site", "crane", "obstructions", "sweep", "grid"])
+@pytest.mark.parametrize("name", ["site", "crane", "gear", "obstructions", "sweep", "grid"])
 def test_a_format_has_every_key_of_its_schema(name: str):
     """A table that the crane file has too is on its page alone, and linked."""
     document = schema(name)

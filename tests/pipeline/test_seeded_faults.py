@@ -46,6 +46,7 @@ ALONE: dict[str, faults.Forge] = {
     "shapes": faults.a_surface_beside_its_cells,
     "mass": faults.a_slab_of_a_milligram,
     "slings": faults.lifted_from_where_it_is_not,
+    "rigging": faults.a_sling_that_is_too_weak,
     "unit_moves": faults.a_step_removed,
     "boundary": faults.outside_the_boundary,
     "cells": faults.a_path_through_a_wall,
@@ -229,6 +230,15 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
         "timeline",
         r"lift 2 \(right\): .* held still for 1e-09 s; 10 s bring it to rest",
     ),
+    (faults.a_sling_that_is_too_weak, "rigging", r"slab: .* carries 1920 kg; its working load limit is 1500 kg in"),
+    (faults.a_sling_said_to_carry_more_than_its_tag, "rigging", r"slab: .*, not 1920.4 of 2000.0 kg"),
+    (faults.a_shackle_said_to_carry_half, "rigging", r"slab: bow shackle 2 t carries 1920.0 of .* kg, not 900.0 of"),
+    (faults.gear_lighter_than_its_pieces, "rigging", r"slab: its gear weighs .* kg, not 1.0 kg"),
+    (faults.gear_lower_than_the_hook, "rigging", r"slab: its hook is .* m above its top, but its gear is 0.500 m high"),
+    (faults.a_sling_too_short, "rigging", r"slab: a leg of its sling is .* m long; .* shortened from 0.5 m"),
+    (faults.more_legs_than_points, "rigging", r"slab: its gear has 2 legs and 1 ends for 1 lifting points"),
+    (faults.lifted_without_gear, "rigging", "slab: it is lifted without gear, but gear is chosen for other parts"),
+    (faults.lifted_although_no_gear_serves, "rigging", "slab: it is lifted, but no gear serves: no shackle carries it"),
     (faults.hung_on_anything, "slings", "slab: it hangs on 0 points of the kind 'magnets'"),
     (faults.a_delivery_that_never_comes, "yard", "delivery 1 comes, but delivery 0 does not"),
 ]
@@ -320,6 +330,12 @@ def test_the_good_log_is_proven_and_every_check_has_a_fault(good: PlanLog, tmp_p
     document = proven(good, tmp_path)
     assert document["verified"] is True, failed(document)
     assert set(document["checks"]) | {"margin", "motion_margin"} == {*ALONE, *WITH_OTHERS, "load_poses", "commands"}
+
+
+def test_a_log_with_gear_for_each_part_is_proven(good: PlanLog, tmp_path: Path):
+    document = proven(faults.with_gear(good), tmp_path)
+    assert document["verified"] is True, failed(document)
+    assert document["checks"]["rigging"]["samples"] > 4 * len(good.plan.lifts)
 
 
 @pytest.mark.parametrize("name", ALONE)

@@ -35,7 +35,10 @@ from turning_sites import BESIDE_THE_PORTAL, turning_site
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.choose_rig import choose_rig
+from bimvox.crane.gear import Gear, GearKind
 from bimvox.crane.kinematics import hook_of
+from bimvox.crane.rig import Rig
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.working_range import SlowZone, WorkingRange
 from bimvox.grid.labels import Label
@@ -72,6 +75,7 @@ from bimvox.site.config import (
 )
 from bimvox.site.config_rules import RulesConfig
 from bimvox.site.crew_times import FIELD_TIMES
+from bimvox.site.gear_file import gear_catalogue
 from bimvox.site.machine import crane_config
 from bimvox.site.means import Means
 from bimvox.site.shape import shape_of
@@ -1130,6 +1134,72 @@ def hung_beside_its_centre(log: PlanLog) -> PlanLog:
     cell = np.add(part.target_vox, part.hook_line_vox) + np.array([0.5, 0.5, 0.0])
     x, y, z = log.plan.site.frame.corner_of(cell).tolist()
     return with_component(log, "slab", lifting=Lifting(((x + 0.3, y, z),)))
+
+
+def with_gear(log: PlanLog, change: Callable[[Rig], Rig] = lambda rig: rig) -> PlanLog:
+    """Give every part gear of one leg, and the slab's a change."""
+    site, parts = log.plan.site, []
+    gear, sling_m = Gear(gear_catalogue()), site.cranes[0].sling_m
+    for part in site.components:
+        cell = np.add(part.target_vox, part.hook_line_vox) + np.array([0.5, 0.5, 0.0])
+        x, y, z = site.frame.corner_of(cell).tolist()
+        rig = choose_rig(
+            part.mass_kg, [(0.0, 0.0, 0.0)], usual_m=sling_m, step_m=site.frame.voxel_size_m, most_angle_rad=0.5,
+            attached_by=GearKind.SHACKLE, gear=gear,
+        )  # fmt: skip
+        rig = change(rig) if part.id == "slab" else rig
+        parts.append(dataclasses.replace(part, lifting=Lifting(((x, y, z),), "assumed", 0, rig)))
+    return with_site(log, components=tuple(parts))
+
+
+def with_pieces(log: PlanLog, first: dict[str, Any], last: dict[str, Any] | None = None, **changes: Any) -> PlanLog:
+    """Change the upper and the last piece of the slab's gear."""
+
+    def change(rig: Rig) -> Rig:
+        one, *others, end = rig.parts
+        end = dataclasses.replace(end, **(last or {}))
+        parts = (dataclasses.replace(one, **first), *others, end)
+        return dataclasses.replace(rig, parts=parts, **changes)
+
+    return with_gear(log, change)
+
+
+def a_sling_that_is_too_weak(log: PlanLog) -> PlanLog:
+    return with_pieces(log, {"rated_kg": 1500.0, "wll_kg": 1500.0})
+
+
+def a_sling_said_to_carry_more_than_its_tag(log: PlanLog) -> PlanLog:
+    return with_pieces(log, {"rated_kg": 1500.0, "wll_kg": 2000.0})
+
+
+def a_shackle_said_to_carry_half(log: PlanLog) -> PlanLog:
+    return with_pieces(log, {}, {"load_kg": 900.0})
+
+
+def gear_lighter_than_its_pieces(log: PlanLog) -> PlanLog:
+    return with_pieces(log, {}, mass_kg=1.0)
+
+
+def gear_lower_than_the_hook(log: PlanLog) -> PlanLog:
+    return with_pieces(log, {}, height_m=0.5)
+
+
+def a_sling_too_short(log: PlanLog) -> PlanLog:
+    return with_pieces(log, {"made_m": 0.5})
+
+
+def more_legs_than_points(log: PlanLog) -> PlanLog:
+    return with_pieces(log, {"legs": 2, "carrying": 2})
+
+
+def lifted_without_gear(log: PlanLog) -> PlanLog:
+    log = with_gear(log)
+    part = log.plan.site.components[index_of(log, "slab")]
+    return with_component(log, "slab", lifting=dataclasses.replace(part.lifting, source="centre_of_mass", rig=None))
+
+
+def lifted_although_no_gear_serves(log: PlanLog) -> PlanLog:
+    return with_component(log, "slab", lifting=Lifting((), "centre_of_mass", 0, None, "no shackle carries it"))
 
 
 def hung_on_anything(log: PlanLog) -> PlanLog:

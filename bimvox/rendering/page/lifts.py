@@ -16,6 +16,7 @@ from bimvox.rendering.page.blob import rounded
 from bimvox.rendering.page.source import Revision
 from bimvox.site.component import Component
 from bimvox.site.governing_wind import permitted_for
+from bimvox.site.lifting import hung_kg
 from bimvox.site.site import Site
 
 
@@ -115,7 +116,7 @@ def remark_records(revision: Revision) -> list[dict[str, Any]]:
 
 
 def _lifting(site: Site, component: Component) -> dict[str, Any]:
-    """Return lifting points, sling height, and the wind that the sail area permits."""
+    """Return lifting points, sling height, gear, and the wind that the sail area permits."""
     crane = site.crane_of(component)
     wind = None if crane is None else permitted_for(site, crane, component)
     rise_m = component.lifting.sling_rise_vox * site.frame.voxel_size_m
@@ -125,13 +126,14 @@ def _lifting(site: Site, component: Component) -> dict[str, Any]:
         "sling_m": None if crane is None else round(crane.sling_m + rise_m, 6),
         "sail_area_m2": component.sail_area_m2,
         "permitted_wind_m_s": None if wind is None else round(wind, 3),
+        "rig": None if component.lifting.rig is None else component.lifting.rig.document(),
     }
 
 
 def _governing(site: Site, motion: LiftMotion) -> dict[str, Any] | None:
     """Return the governing sample: the highest utilisation, load and rigging together."""
     crane = site.cranes[motion.crane]
-    mass_kg = site.components[motion.component].mass_kg + crane.tackle_kg
+    mass_kg = hung_kg(crane, site.components[motion.component])
     held = (motion.raising, motion.loaded)
     time_ns = np.concatenate([part.time_ns for part in held])
     radius_m = np.concatenate([part.radius_m for part in held])

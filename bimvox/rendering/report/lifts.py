@@ -84,6 +84,7 @@ def _hook(at: dict[str, Any] | None, which: str) -> str:
 def _load(lift: dict[str, Any]) -> list[str]:
     governs = lift["governs"]
     mass = number(lift["mass_kg"], tonnes(lift["mass_kg"]), "mass_kg")
+    rig = f"<br>rig {lift['rig']}" if lift["rig"] else ""
     if governs is None:
         return [mass, *[number(None, "")] * 4]
     used = governs["utilisation"]
@@ -92,7 +93,7 @@ def _load(lift: dict[str, Any]) -> list[str]:
     moment = number(governs["time_s"], clock(governs["time_s"]), "governing_time_s")
     share = number(used, f"{mark}{fixed(used * 100, 1)}", "utilisation") if used is not None else f"{mark}beyond"
     return [
-        f"{mass}<br>{number(governs['load_kg'], tonnes(governs['load_kg']), 'load_kg')}<br>{_wind(lift)}",
+        f"{mass}<br>{number(governs['load_kg'], tonnes(governs['load_kg']), 'load_kg')}<br>{_wind(lift)}{rig}",
         number(governs["radius_m"], fixed(governs["radius_m"], 2), "radius_m"),
         number(governs["capacity_kg"], tonnes(governs["capacity_kg"]), "capacity_kg"),
         share,

@@ -17,6 +17,7 @@ from bimvox.rendering.report.drawings import drawings
 from bimvox.rendering.report.html import section, tag
 from bimvox.rendering.report.machine import machine
 from bimvox.rendering.report.remarks import remarks
+from bimvox.rendering.report.rigging import rigging
 from bimvox.rendering.report.statement import statement
 from bimvox.rendering.report.titleblock import title_block
 
@@ -84,6 +85,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             sections.gantt(record),
             machine(record, cranes),
             drawings(record),
+            rigging(record),
             statement(record),
             section("Figures", tag("div", plots, "plots")) if plots else "",
             sections.deliveries(record),

@@ -19,6 +19,7 @@ from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.method import about_machine, blind_lifts, method_of
+from bimvox.rendering.report.rigging import gear_list, rigs_of
 from bimvox.rendering.report.site_plan import drawing_of
 from bimvox.site.config_project import ProjectConfig
 from bimvox.site.site import Site
@@ -39,10 +40,10 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         critical_share: Share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
 
     Returns:
-        ``log, project, site, crane, drawing, method, blind, totals, methods, lifts, critical, infeasible, steps,
-        pauses, not_lifted, deliveries, verdict, conditions, proof, remarks, inputs, clashes, notes``. ``critical`` are
-        orders of lifts, the highest utilisation first; ``infeasible`` orders of lifts, causes first: those blocked only
-        by other infeasible ones come last.
+        ``log, project, site, crane, drawing, method, blind, rigs, gear, totals, methods, lifts, critical, infeasible,
+        steps, pauses, not_lifted, deliveries, verdict, conditions, proof, remarks, inputs, clashes, notes``.
+        ``critical`` are orders of lifts, the highest utilisation first; ``infeasible`` orders of lifts, causes first:
+        those blocked only by other infeasible ones come last.
     """
     site = revision.plan.site
     if critical_share is None:
@@ -50,6 +51,9 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
     motions = {motion.order: motion for motion in revision.motions}
     steps = revision.steps
     lifts = [_lift(revision, lift, motions.get(lift.order), critical_share) for lift in revision.lifts]
+    rigs = rigs_of(lifts)
+    names = {order: rig["name"] for rig in rigs for order in rig["orders"]}
+    lifts = [lift | {"rig": names.get(lift["order"])} for lift in lifts]
     critical = sorted((lift for lift in lifts if lift["critical"]), key=_most_used)
     return {
         "format": FORMAT,
@@ -71,6 +75,8 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "drawing": drawing_of(revision),
         "method": method_of(revision),
         "blind": blind_lifts(revision),
+        "rigs": rigs,
+        "gear": gear_list(rigs),
         "totals": _totals(revision, lifts) | _of_cranes(site, lifts),
         "methods": _methods(lifts),
         "critical_share": critical_share,

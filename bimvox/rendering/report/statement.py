@@ -96,7 +96,7 @@ def _limits(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Ground", stated(project["ground"])),
         ("Emergency", stated(project["emergency"])),
         ("Communication", BLANK),
-        ("Slings, shackles", f"working load limits, leg angles, certificates: {BLANK}"),
+        ("Slings, shackles", _gear(record)),
     ]
 
 
@@ -108,6 +108,12 @@ def _permitted(record: dict[str, Any]) -> str:
     if most == 1.0:
         return f"{limit}: the site file gives no lower limit ([rules] highest_utilisation){planned}"
     return f"{limit}, by [rules] highest_utilisation: a part that needs more is refused{planned}"
+
+
+def _gear(record: dict[str, Any]) -> str:
+    if record["rigs"]:
+        return f"as in the section Rigging; certificates: {BLANK}"
+    return f"working load limits, leg angles, certificates: {BLANK}"
 
 
 def _cranes(record: dict[str, Any]) -> list[dict[str, Any]]:

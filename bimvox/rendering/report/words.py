@@ -20,6 +20,7 @@ CHECKS = {
     "complete": "every part has exactly one lift, numbered without gaps; infeasible lifts have a reason",
     "shapes": "a part's cells cover all of its triangles, and its mesh fills them",
     "mass": "a part's mass is that of a material of its volume",
+    "rigging": "no piece of gear carries more than its working load limit at its angle; mass and height of the gear",
     "slings": "lifting points are on the part, and the hook is high enough for the slings' angle",
     "unit_moves": "every path goes from the part's place in the yard to its place in the building, one cell per move",
     "boundary": "no path leaves the site",
