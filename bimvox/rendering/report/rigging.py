@@ -183,21 +183,23 @@ def _drawing(one: dict[str, Any], title: str) -> str:
     parts.append(element("rect", x=_WIDTH / 2.0 - half, y=load_y, width=2 * half, height=14.0, class_="area building"))
     words = f"part up to {tonnes(one['heaviest_kg'])} t, gear {tonnes(rig['mass_kg'])} t"
     parts.append(text(words, _WIDTH / 2.0, load_y + 26.0, text_anchor="middle", class_="label"))
-    for x, z, words in labels:
+    for x, z, label in labels:
         px, py = at(x, z)
-        for number_, line in enumerate(words):
-            parts.append(text(line, px + 7.0, py + 11.0 * number_, class_="label halo"))
+        for below, line in enumerate(label):
+            parts.append(text(line, px + 7.0, py + 11.0 * below, class_="label halo"))
     parts.append(element("line", x1=10.0, x2=10.0, y1=hook_y, y2=load_y, class_="dimension"))
     parts.append(text(f"{rig['hook_above_top_m']:.2f} m", 14.0, (hook_y + load_y) / 2.0, class_="label halo"))
     return picture(_WIDTH, _HEIGHT, title, parts, "rig")
 
 
-_Line = tuple[tuple[float, float], tuple[float, float], str]
+_Point = tuple[float, float]
+_Line = tuple[_Point, _Point, str]
+_Label = tuple[float, float, tuple[str, ...]]
 
 
 def _lines_m(
     rig: dict[str, Any],
-) -> tuple[list[_Line], list[tuple[float, float, tuple[str, ...]]], list[tuple[float, float]]]:
+) -> tuple[list[_Line], list[_Label], list[_Point]]:
     """Return lines, labels and points (hook first) of a rig in elevation; metres above the lowest lifting point."""
     slings = [part for part in rig["parts"] if "legs" in part]
     spreader = next((part for part in rig["parts"] if "span_m" in part), None)
