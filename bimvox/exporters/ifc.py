@@ -17,7 +17,7 @@ import ifcopenshell.guid
 
 from bimvox.bim.ifc.open import open_ifc
 from bimvox.errors import IfcError
-from bimvox.exporters.lift_schedule import CraneResource, LiftSchedule, LiftTask, duration_text, time_text
+from bimvox.exporters.lift_schedule import CraneResource, LiftSchedule, LiftTask, Preparation, duration_text, time_text
 
 CRANE_SET = "bimvox_Crane"
 """Name of the property set that describes a crane; IFC has no class for cranes."""
@@ -69,8 +69,19 @@ class _Writer:
                 self._rooted(
                     "IfcRelAssignsToControl", "hours", RelatedObjects=[whole], RelatingControl=self._calendar()
                 )
-            if tasks:
-                self._rooted("IfcRelNests", "nests", RelatingObject=whole, RelatedObjects=tasks)
+            before = [self._preparation(one) for one in schedule.preparations]
+            if before or tasks:
+                self._rooted("IfcRelNests", "nests", RelatingObject=whole, RelatedObjects=[*before, *tasks])
+            for one, entity in zip(schedule.preparations, before, strict=True):
+                waiting = next((n for n, task in enumerate(schedule.tasks) if task.number == one.first), None)
+                if waiting is not None:
+                    self._rooted(
+                        "IfcRelSequence",
+                        f"sequence {one.name}",
+                        RelatingProcess=entity,
+                        RelatedProcess=tasks[waiting],
+                        SequenceType="FINISH_START",
+                    )
         for task, entity in zip(schedule.tasks, tasks, strict=True):
             product = self._product(task)
             self._rooted(
@@ -118,6 +129,17 @@ class _Writer:
             TaskTime=self._task_time(start, finish, task.work_s),
             PredefinedType="INSTALLATION",
             **shared,
+        )
+
+    def _preparation(self, one: Preparation) -> Any:
+        """Return the task of the crane's set-up, or of the unloading of a delivery."""
+        return self._rooted(
+            "IfcTask",
+            f"preparation {one.name}",
+            Name=one.name,
+            IsMilestone=False,
+            TaskTime=self._task_time(*self.schedule.times(one), one.work_s),
+            PredefinedType="LOGISTIC",
         )
 
     def _summary(self) -> Any:

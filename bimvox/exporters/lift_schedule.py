@@ -15,11 +15,44 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.not_lifted import HOW
 from bimvox.records.steps import Step, Steps
 from bimvox.records.track import LoadTrack
+from bimvox.site.means import Means
 from bimvox.site.site import Site
+from bimvox.site.work import kind_of
 from bimvox.units import elapsed
 
 DEFAULT_BEGIN = datetime(2000, 1, 3, 7, 0, 0)
 """Start of the first lift if none is given: a Monday long past. Files hold no wall-clock time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Crew:
+    """People who work together."""
+
+    name: str
+    people: float
+
+
+@dataclass(frozen=True, slots=True)
+class Preparation:
+    """Work before a lift: the set-up of the crane, or the unloading of a delivery.
+
+    Attributes:
+        name: Its name.
+        start_s: When it starts, elapsed seconds after work may begin.
+        finish_s: When it ends.
+        work_s: Its working time.
+        first: Number of the lift that waits for it.
+        is_delivery: Whether it is the unloading of a delivery.
+        crew: The people who do it; None if not stated.
+    """
+
+    name: str
+    start_s: float
+    finish_s: float
+    work_s: float
+    first: int
+    is_delivery: bool = False
+    crew: Crew | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +71,9 @@ class LiftTask:
         method: The method of work, in words.
         waits_for: Numbers of the steps that it waits for.
         work_s: Working time of a step, nights and breaks left out; None if it is all of its time.
+        storey: Name of the part's storey, if any.
+        kind: Class of the part, for example ``wall``.
+        crew: The people who do it; None if the site file does not say how many they are.
     """
 
     number: int
@@ -51,6 +87,9 @@ class LiftTask:
     method: str = "crane lift"
     waits_for: tuple[int, ...] = ()
     work_s: float | None = None
+    storey: str | None = None
+    kind: str = "other"
+    crew: Crew | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +116,7 @@ class LiftSchedule:
         tasks: In erection sequence.
         cranes: The cranes; none on a site without one.
         dates: The plan in calendar time; None for round the clock.
+        preparations: The set-up of the crane and the unloading of deliveries, in time; none without dates.
     """
 
     name: str
@@ -85,6 +125,7 @@ class LiftSchedule:
     tasks: tuple[LiftTask, ...]
     cranes: tuple[CraneResource, ...] = ()
     dates: PlanDates | None = None
+    preparations: tuple[Preparation, ...] = ()
 
     def before(self, index: int) -> tuple[tuple[int, bool], ...]:
         """Return the predecessors of a task: their indices, and whether the task starts after them or only ends after.
@@ -103,7 +144,7 @@ class LiftSchedule:
             links.append((lifts[-1], False))
         return (*links, *waits)
 
-    def times(self, task: LiftTask) -> tuple[datetime, datetime]:
+    def times(self, task: LiftTask | Preparation) -> tuple[datetime, datetime]:
         """Return start and finish to the second, both rounded half up, so that adjoining tasks still adjoin."""
         start, finish = (
             self.begins + timedelta(seconds=floor(seconds + 0.5)) for seconds in (task.start_s, task.finish_s)
@@ -112,8 +153,9 @@ class LiftSchedule:
 
     @property
     def starts(self) -> datetime:
-        """When the first work starts: the first lift, or a step before it."""
-        return min((self.times(task)[0] for task in self.tasks), default=self.begins)
+        """When the first work starts: the first lift, or what is done before it."""
+        every: tuple[LiftTask | Preparation, ...] = (*self.preparations, *self.tasks)
+        return min((self.times(task)[0] for task in every), default=self.begins)
 
     @property
     def finishes(self) -> datetime:
@@ -130,6 +172,7 @@ def schedule_of(
     """
     site, steps = log.plan.site, log.steps
     motions = {motion.order: motion for motion in log.motions}
+    erection = _erection_crews(site, dates)
     tasks = [_step_task(site, step, dates) for step in steps.steps if step.order in orders]
     paused = {pause.order: steps.starting_ns(pause.at_ns) for pause in steps.pauses}
     for track in tracks_of(log):
@@ -147,13 +190,49 @@ def schedule_of(
                 *_span_s(track, motions.get(lift.order), steps, dates),
                 component.crane,
                 waits_for=tuple(one.order + 1 for one in steps.steps if one.carries_ns == paused.get(lift.order)),
+                storey=component.storey,
+                kind=kind_of(component).value,
+                crew=erection[component.crane] if erection else None,
             )
         )
     tasks.sort(key=lambda task: task.number)
     cranes = tuple(CraneResource(crane.name, _properties(crane)) for crane in site.cranes)
     return LiftSchedule(
-        site.name, f"{site.digest} {log.revision}", dates.begins if dates else begins, tuple(tasks), cranes, dates
-    )
+        site.name, f"{site.digest} {log.revision}", dates.begins if dates else begins, tuple(tasks), cranes, dates,
+        _preparations(log, orders, dates) if dates else (),
+    )  # fmt: skip
+
+
+def _erection_crews(site: Site, dates: PlanDates | None) -> tuple[Crew, ...]:
+    """Return the crew of each crane; none if the site file does not say how many people it has."""
+    people = dates.calendar.erection_people if dates else None
+    if people is None:
+        return ()
+    names = ["Erection crew"] if not site.has_several_cranes else [f"Erection crew, {one.name}" for one in site.cranes]
+    return tuple(Crew(name, float(people)) for name in names)
+
+
+def _preparations(log: PlanLog, orders: Collection[int], dates: PlanDates) -> tuple[Preparation, ...]:
+    """Return the set-up of the crane and the unloading of the deliveries of chosen lifts."""
+    lifts = sorted((lift for lift in log.planned if lift.order in orders), key=lambda lift: lift.order)
+    found = []
+    if dates.setup is not None and lifts:
+        begin_ns, end_ns = dates.setup
+        work_s = dates.calendar.setup_h * 3600.0
+        found.append(Preparation("Set up the crane", begin_ns / 1e9, end_ns / 1e9, work_s, lifts[0].number))
+    people = dates.calendar.unloading_people
+    crew = None if people is None else Crew("Unloading crew", float(people))
+    for number, (begin_ns, end_ns) in sorted(dates.deliveries.items()):
+        own = [lift for lift in lifts if lift.place is not None and lift.place.delivery == number]
+        if not own:
+            continue
+        mass_kg = sum(log.plan.site.components[lift.component].mass_kg for lift in own)
+        name = f"Unload delivery {number + 1}: {len(own)} part{'' if len(own) == 1 else 's'}, {mass_kg / 1e3:.1f} t"
+        work_s = dates.calendar.unloading_s
+        found.append(
+            Preparation(name, begin_ns / 1e9, end_ns / 1e9, work_s, own[0].number, is_delivery=True, crew=crew)
+        )
+    return tuple(found)
 
 
 def duration_text(length: timedelta) -> str:
@@ -184,6 +263,11 @@ def _step_task(site: Site, step: Step, dates: PlanDates | None) -> LiftTask:
         None,
         how,
         work_s=(step.ends_ns - step.begins_ns) / 1e9 if dates else None,
+        storey=component.storey,
+        kind=kind_of(component).value,
+        crew=Crew("Casting crew", site.rules.casting.people)
+        if component.means is Means.IN_SITU and site.rules.casting is not None
+        else None,
     )
 
 

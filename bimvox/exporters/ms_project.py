@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime, timedelta
+from itertools import count
+from typing import NamedTuple
 from xml.etree import ElementTree
 
-from bimvox.exporters.lift_schedule import LiftSchedule, LiftTask, duration_text, time_text
+from bimvox.exporters.lift_schedule import LiftSchedule, LiftTask, Preparation, duration_text, time_text
 from bimvox.exporters.text import for_xml
 
 NAMESPACE = "http://schemas.microsoft.com/project"
@@ -17,11 +20,14 @@ _TENTHS_OF_MINUTES = 10
 _EQUIPMENT = "1"  # of a resource's Type: work, which includes equipment (0 is material)
 _FIXED_DURATION = "1"
 _CALENDAR = "1"
+_KINDS = {"other": "Other parts", "steel": "Steel"}
 _MINUTES = "3"  # of DurationFormat: working minutes
 
 
 def to_ms_project(schedule: LiftSchedule) -> bytes:
-    """Return a schedule as Microsoft Project XML: a summary, one task per lift or step, the cranes as resources.
+    """Return a schedule as Microsoft Project XML: tasks by storey and class, cranes and crews as resources.
+
+    A lift or step is a task; so are the set-up of the crane and the unloading of each delivery, if there are dates.
 
     Durations of lifts are elapsed time to the second, those of steps working time. The calendar is the site's;
     without dates it is round the clock, so that no lift is stretched over a night.
@@ -52,50 +58,96 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
     _fill(attribute, {"FieldID": "188743731", "FieldName": "Text1", "Alias": "GlobalId"})
     _calendar(_child(_child(project, "Calendars"), "Calendar"), schedule)
     lags = {"LagFormat": _ELAPSED_MINUTES} if schedule.dates else {}
+    first_uid = len(schedule.tasks) + 1
+    preparing = {first_uid + n: one for n, one in enumerate(schedule.preparations)}
     tasks = _child(project, "Tasks")
-    _task(tasks, 0, f"Assembly of {schedule.name}", (schedule.starts, schedule.finishes))
-    for number, task in enumerate(schedule.tasks, start=1):
-        start, finish = schedule.times(task)
-        entry = _task(tasks, number, task, (start, finish))
-        _fill(entry, {"Notes": task.description})
-        for before, is_start in schedule.before(number - 1):
-            gap = (start if is_start else finish) - schedule.times(schedule.tasks[before])[1]
+    for row, one in enumerate(_rows(schedule, preparing)):
+        entry = _task(tasks, row, one)
+        if isinstance(one.task, LiftTask):
+            _fill(entry, {"Notes": one.task.description})
+        for before, kind, gap in _links(schedule, preparing, one):
             lag = int(gap.total_seconds() * _TENTHS_OF_MINUTES / 60)
-            kind = _FINISH_TO_START if is_start else _FINISH_TO_FINISH
             link = _child(entry, "PredecessorLink")
-            _fill(link, {"PredecessorUID": str(before + 1), "Type": kind, "LinkLag": str(lag), **lags})
-        value = _child(entry, "ExtendedAttribute")
-        _fill(value, {"FieldID": "188743731", "Value": task.global_id})
-    if schedule.cranes:
-        _cranes(project, schedule)
+            _fill(link, {"PredecessorUID": str(before), "Type": kind, "LinkLag": str(lag), **lags})
+        if isinstance(one.task, LiftTask):
+            value = _child(entry, "ExtendedAttribute")
+            _fill(value, {"FieldID": "188743731", "Value": one.task.global_id})
+    _resources(project, schedule, preparing)
     ElementTree.indent(project, " ")
     written: bytes = ElementTree.tostring(project, encoding="utf-8", xml_declaration=True)
     return written + b"\n"
 
 
-def _task(
-    tasks: ElementTree.Element, number: int, task: LiftTask | str, times: tuple[datetime, datetime]
-) -> ElementTree.Element:
-    """Add a task, or the summary of a name."""
-    work_s, name = (None, task) if isinstance(task, str) else (task.work_s, task.name)
-    start, finish = times
+class _Row(NamedTuple):
+    """A row of the task table: a summary has a name, every other row a task."""
+
+    uid: int
+    level: int
+    times: tuple[datetime, datetime]
+    task: LiftTask | Preparation | None = None
+    name: str = ""
+
+
+def _rows(schedule: LiftSchedule, preparing: Mapping[int, Preparation]) -> Iterator[_Row]:
+    """Yield the rows: preparations, then the parts by storey and class, each with a summary."""
+    uids = count(len(schedule.tasks) + len(preparing) + 1)
+    yield _Row(0, 1, (schedule.starts, schedule.finishes), name=f"Assembly of {schedule.name}")
+    yield from (_Row(uid, 2, schedule.times(one), one) for uid, one in preparing.items() if not one.is_delivery)
+    unloading = [_Row(uid, 3, schedule.times(one), one) for uid, one in preparing.items() if one.is_delivery]
+    if unloading:
+        yield _Row(next(uids), 2, _span(unloading), name="Deliveries")
+        yield from unloading
+    groups: dict[str, dict[str, list[_Row]]] = {}
+    for number, task in enumerate(schedule.tasks, start=1):
+        own = groups.setdefault(task.storey or "No storey", {}).setdefault(task.kind, [])
+        own.append(_Row(number, 4, schedule.times(task), task))
+    for storey, kinds in groups.items():
+        yield _Row(next(uids), 2, _span([row for rows in kinds.values() for row in rows]), name=storey)
+        for kind, rows in kinds.items():
+            yield _Row(next(uids), 3, _span(rows), name=_KINDS.get(kind, f"{kind.capitalize()}s"))
+            yield from rows
+
+
+def _span(rows: Sequence[_Row]) -> tuple[datetime, datetime]:
+    return min(row.times[0] for row in rows), max(row.times[1] for row in rows)
+
+
+def _links(
+    schedule: LiftSchedule, preparing: Mapping[int, Preparation], row: _Row
+) -> Iterator[tuple[int, str, timedelta]]:
+    """Yield UID, kind and lag of the predecessors of a row."""
+    start, finish = row.times
+    if not isinstance(row.task, LiftTask):
+        return
+    for before, is_start in schedule.before(row.uid - 1):
+        gap = (start if is_start else finish) - schedule.times(schedule.tasks[before])[1]
+        yield before + 1, _FINISH_TO_START if is_start else _FINISH_TO_FINISH, gap
+    for uid, one in preparing.items():
+        if one.first == row.task.number and schedule.times(one)[1] <= start:
+            yield uid, _FINISH_TO_START, start - schedule.times(one)[1]
+
+
+def _task(tasks: ElementTree.Element, number: int, row: _Row) -> ElementTree.Element:
+    """Add a row."""
+    work_s, name = (None, row.name) if row.task is None else (row.task.work_s, row.task.name)
+    start, finish = row.times
     length = finish - start if work_s is None else timedelta(seconds=round(work_s))
     dates = {"Start": start.isoformat(), "Finish": finish.isoformat(), "Duration": duration_text(length)}
     entry = _child(tasks, "Task")
     _fill(
         entry,
         {
-            "UID": str(number),
+            "UID": str(row.uid),
             "ID": str(number),
             "Name": name,
             "Type": _FIXED_DURATION,
             "IsNull": "0",
-            "OutlineLevel": "1" if isinstance(task, str) else "2",
+            "OutlineLevel": str(row.level),
             **dates,
             **{f"Manual{key}": value for key, value in dates.items()},
             "DurationFormat": _ELAPSED_MINUTES if work_s is None else _MINUTES,
             "Milestone": "0",
-            "Summary": str(int(isinstance(task, str))),
+            "Summary": str(int(row.task is None)),
             "ConstraintType": "0",
         },
     )
@@ -125,28 +177,52 @@ def _calendar(calendar: ElementTree.Element, schedule: LiftSchedule) -> None:
         _fill(exception, {"Occurrences": "1", "Name": "No work", "Type": "1", "DayWorking": "0"})
 
 
-def _cranes(project: ElementTree.Element, schedule: LiftSchedule) -> None:
+def _resources(project: ElementTree.Element, schedule: LiftSchedule, preparing: Mapping[int, Preparation]) -> None:
+    """Add cranes and crews, and what each works at. The work of a crew is its people's together."""
+    working: list[tuple[int, LiftTask | Preparation]] = [*enumerate(schedule.tasks, start=1), *preparing.items()]
+    crews = list(dict.fromkeys(task.crew for _, task in working if task.crew is not None))
+    if not schedule.cranes and not crews:
+        return
     resources = _child(project, "Resources")
     for number, crane in enumerate(schedule.cranes, start=1):
         resource = _child(resources, "Resource")
         _fill(resource, {"UID": str(number), "ID": str(number), "Name": crane.name, "Type": _EQUIPMENT})
+    for number, crew in enumerate(crews, start=len(schedule.cranes) + 1):
+        units = {"Type": _EQUIPMENT, "MaxUnits": f"{crew.people:g}"}
+        _fill(_child(resources, "Resource"), {"UID": str(number), "ID": str(number), "Name": crew.name, **units})
     assignments = _child(project, "Assignments")
-    for number, task in enumerate(schedule.tasks, start=1):
-        if task.crane is None:
-            continue
-        start, finish = schedule.times(task)
-        _fill(
-            _child(assignments, "Assignment"),
-            {
-                "UID": str(number),
-                "TaskUID": str(number),
-                "ResourceUID": str(task.crane + 1),
-                "Start": start.isoformat(),
-                "Finish": finish.isoformat(),
-                "Units": "1",
-                "Work": duration_text(finish - start),
-            },
-        )
+    uids = count(1)
+    for uid, task in working:
+        times = schedule.times(task)
+        if isinstance(task, LiftTask) and task.crane is not None:
+            _assign(assignments, next(uids), (uid, task.crane + 1), times, times[1] - times[0], 1.0)
+        if task.crew is not None:
+            length = times[1] - times[0] if task.work_s is None else timedelta(seconds=round(task.work_s))
+            number = len(schedule.cranes) + 1 + crews.index(task.crew)
+            _assign(assignments, next(uids), (uid, number), times, length, task.crew.people)
+
+
+def _assign(
+    assignments: ElementTree.Element,
+    number: int,
+    task_and_resource: tuple[int, int],
+    times: tuple[datetime, datetime],
+    length: timedelta,
+    units: float,
+) -> None:
+    task, resource = task_and_resource
+    _fill(
+        _child(assignments, "Assignment"),
+        {
+            "UID": str(number),
+            "TaskUID": str(task),
+            "ResourceUID": str(resource),
+            "Start": times[0].isoformat(),
+            "Finish": times[1].isoformat(),
+            "Units": f"{units:g}",
+            "Work": duration_text(length * units),
+        },
+    )
 
 
 def _child(parent: ElementTree.Element, name: str) -> ElementTree.Element:

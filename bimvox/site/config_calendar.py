@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from bimvox.site.validation import NotNegative, Table, Text
+from bimvox.site.validation import NotNegative, Table, Text, Whole
 from bimvox.site.working_hours import SPAN, WorkingHours, day_of, public_holidays, span_min
 
 DayName = Literal["Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"]
@@ -20,6 +20,7 @@ def _span(text: str) -> str:
 
 Span = Annotated[Text, Field(json_schema_extra={"pattern": SPAN}), AfterValidator(_span)]
 Day = Annotated[date, Field(strict=True), AfterValidator(day_of)]
+People = Annotated[Whole, Field(ge=1, le=10_000)]
 Country = Annotated[Text, Field(pattern="^[A-Z]{2,3}$")]
 
 DEFAULT_SHIFT = "07:00-16:00"
@@ -50,6 +51,10 @@ class CalendarConfig(Table):
     """Working hours to set up the crane, before the first lift."""
     unloading_s: Annotated[NotNegative, Field(le=864_000.0)] = 1800.0
     """Working time to unload a delivery, before its first lift."""
+    erection_people: People | None = None
+    """People of a crane's erection crew, slinger and signaller included. Default: not stated."""
+    unloading_people: People | None = None
+    """People who unload a delivery. Default: not stated."""
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
@@ -94,5 +99,7 @@ class CalendarConfig(Table):
             *([f"{len(self.holidays)} more free days"] if self.holidays else []),
             f"set-up of the crane {self.setup_h:g} h",
             f"unloading of a delivery {self.unloading_s / 60.0:g} min",
+            *([f"erection crew of {self.erection_people}"] if self.erection_people else []),
+            *([f"unloading crew of {self.unloading_people}"] if self.unloading_people else []),
         ]
         return ", ".join(parts)

@@ -17,7 +17,7 @@ import seeded_faults as faults
 
 from bimvox.exporters.csv_json import lifts_csv, to_json
 from bimvox.exporters.ifc import with_schedule
-from bimvox.exporters.lift_schedule import DEFAULT_BEGIN, LiftSchedule, schedule_of
+from bimvox.exporters.lift_schedule import DEFAULT_BEGIN, LiftSchedule, duration_text, schedule_of
 from bimvox.exporters.ms_project import NAMESPACE, to_ms_project
 from bimvox.log.dates import log_dates
 from bimvox.log.plan_log import PlanLog
@@ -104,6 +104,50 @@ def test_ms_project_has_the_hours_and_the_holidays():
         schedule().times(schedule().tasks[2])[0].isoformat(),
         "3",
     )
+
+
+def crewed() -> LiftSchedule:
+    """Return the schedule with crews and a set-up of the crane."""
+    text = b"setup_h = 5\nerection_people = 4\nunloading_people = 2\n"
+    made = dataclasses.replace(log(), attachments={"site.toml": log().attachments["site.toml"] + text})
+    return schedule_of(made, DEFAULT_BEGIN, [lift.order for lift in made.plan.lifts], log_dates(made))
+
+
+def test_ms_project_has_set_up_deliveries_levels_and_crews():
+    made = crewed()
+    root = ElementTree.fromstring(to_ms_project(made))
+    tasks = list(root.iter(f"{{{NAMESPACE}}}Task"))
+    names = [of(task, "Name") for task in tasks]
+    deliveries = [one for one in made.preparations if one.is_delivery]
+    assert names[1:3] == ["Set up the crane", "Deliveries"] and deliveries
+    assert names[3 : 3 + len(deliveries)] == [one.name for one in deliveries]
+    levels = {of(task, "UID"): of(task, "OutlineLevel") for task in tasks}
+    assert [levels[str(task.number)] for task in made.tasks] == ["4"] * len(made.tasks)
+    by_name = {of(task, "Name"): task for task in tasks}
+    first = by_name[made.tasks[0].name]
+    before = {of(link, "PredecessorUID") for link in first.iter(f"{{{NAMESPACE}}}PredecessorLink")}
+    assert before >= {of(by_name[name], "UID") for name in ("Set up the crane", deliveries[0].name)}
+    crews = {of(one, "Name"): of(one, "MaxUnits") for one in root.iter(f"{{{NAMESPACE}}}Resource")}
+    assert crews == {made.cranes[0].name: "", "Erection crew": "4", "Casting crew": "8", "Unloading crew": "2"}
+    start, finish = made.times(made.tasks[0])
+    hours = [of(one, "Work") for one in root.iter(f"{{{NAMESPACE}}}Assignment") if of(one, "Units") == "4"]
+    assert hours[0] == duration_text(4 * (finish - start))
+
+
+def test_ifc_has_set_up_and_deliveries(tmp_path):
+    columns = [str(column.GlobalId) for column in ifcopenshell.open(MODEL).by_type("IfcColumn")]
+    made = crewed()
+    tasks = tuple(
+        dataclasses.replace(task, component=column, global_id=column)
+        for task, column in zip(made.tasks, columns, strict=False)
+    )
+    path = tmp_path / "out.ifc"
+    path.write_bytes(with_schedule(MODEL, MODEL.read_bytes(), dataclasses.replace(made, tasks=tasks)))
+    written, logger = ifcopenshell.open(path), ifcopenshell.validate.json_logger()
+    ifcopenshell.validate.validate(written, logger, express_rules=True)
+    assert list(logger.statements) == []
+    kinds = [one.PredefinedType for one in written.by_type("IfcTask")]
+    assert kinds.count("LOGISTIC") == len(made.preparations) > 1
 
 
 @pytest.mark.parametrize("name", ["frame.ifc", "frame_ifc2x3_mm.ifc"])
