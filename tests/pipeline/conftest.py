@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from planned_frame import copy_to
+from planned_frame import copy_to, planned
 
 from bimvox.policy import store as policies
 
@@ -20,8 +20,14 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         yield folder
 
 
+@pytest.fixture(scope="session")
+def good_frame() -> Path:
+    """Return the folder of the planned frame, planned before a test changes how plans are made."""
+    return planned()
+
+
 @pytest.fixture
-def site_folder(store: Path, tmp_path: Path) -> Path:
+def site_folder(store: Path, good_frame: Path, tmp_path: Path) -> Path:
     """Return a folder with the planned frame's model, site file and log, which the test may change."""
     return copy_to(tmp_path)
 

@@ -1,17 +1,17 @@
 """The sample frame at coarse cells, planned: the site file and log that tests read when any good plan will do.
 
-They are checked in, so that no test waits for them. When the bytes of logs or site files change, make them again::
-
-    python -m tests.support.planned_frame
+It is planned when a process of the tests first needs it, in 0.3 s of processor time.
 """
 
 from __future__ import annotations
 
 import shutil
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import pytest
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
 
@@ -19,8 +19,8 @@ from bimvox.library.policy_wish import PolicyWish
 from bimvox.progress import SilentProgress
 
 MODEL = Path(__file__).parents[2] / "sample_models" / "frame.ifc"
-FOLDER = Path(__file__).parents[1] / "planned_frame"
 FILES = ("frame.site.toml", "frame.mcap")
+_SCRATCH = TemporaryDirectory(prefix="bimvox-planned-frame-")  # removed when the process ends
 
 
 def write_site(folder: Path) -> Path:
@@ -39,20 +39,18 @@ def plan_it(site: Path, wish: PolicyWish) -> dict[str, Any]:
     return plan(site, site.with_name(FILES[1]), wish=wish, progress=SilentProgress())
 
 
-def copy_to(folder: Path) -> Path:
-    """Copy the model and the checked-in files to a folder, and return it."""
-    for file in (MODEL, *(FOLDER / name for name in FILES)):
-        shutil.copy(file, folder / file.name)
+@cache
+def planned() -> Path:
+    """Return a folder with the model, its site file and its log, planned with the policy that ships."""
+    folder = Path(_SCRATCH.name)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("BIMVOX_POLICIES", str(folder / "policies"))
+        plan_it(write_site(folder), PolicyWish("default"))
     return folder
 
 
-def make(folder: Path) -> None:
-    """Make the checked-in files in an empty folder, with the policy that ships."""
-    plan_it(write_site(folder), PolicyWish("default"))
-
-
-if __name__ == "__main__":
-    with TemporaryDirectory() as scratch:
-        make(Path(scratch))
-        for name in FILES:
-            shutil.copy(Path(scratch, name), FOLDER / name)
+def copy_to(folder: Path) -> Path:
+    """Copy the model, its site file and its log to a folder, and return it."""
+    for name in (MODEL.name, *FILES):
+        shutil.copy(planned() / name, folder / name)
+    return folder

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bimvox_cli.main import run
 from bimvox_pipeline.policy.score import score_policy
 from bimvox_pipeline.schema import schema
 
@@ -126,12 +127,11 @@ def test_what_is_no_policy_is_refused(tmp_path: Path, module):
             scored("default", sets=(name,))
 
 
-def test_the_command_prints_a_table_and_json(module):
-    def run(*more: str) -> str:
-        policy = module("return np.zeros((len(seen), 6))")
-        words = [sys.executable, "-m", "bimvox_cli", "policy", "score", policy, "--set", "boxes", "--share", "0.005"]
-        return subprocess.run([*words, *more], capture_output=True, text=True, check=True).stdout
-
-    assert "policy mine:values" in run()
-    document = json.loads(run("--json"))
+def test_the_command_prints_a_table_and_json(module, capsys: pytest.CaptureFixture[str]):
+    words = ["policy", "score", module("return np.zeros((len(seen), 6))"), "--set", "boxes", "--share", "0.005"]
+    assert run(words) == 0
+    assert "policy mine:values" in capsys.readouterr().out
+    # A process of its own finds the module too, in the folder where it is started.
+    command = [sys.executable, "-m", "bimvox_cli", *words, "--json"]
+    document = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     assert (document["format"], document["sets"][0]["problems"]) == ("bimvox-policy-score", 1)

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from bimvox_pipeline.watch.live import DrivenLog, LiveView, address_of, driven_until_ns, live_logs, server_at
 from foxglove_schemas_protobuf.Log_pb2 import Log
-from planned_frame import FOLDER
+from planned_frame import planned
 from websockets.sync import client
 
 from bimvox.errors import InputError, LogFileError
@@ -125,7 +125,7 @@ def test_after_a_full_disk_a_live_log_continues_with_the_next_change(tmp_path, m
 
 def test_a_viewer_gets_what_stands_and_what_moves():
 
-    record = read_log(FOLDER / "frame.mcap")
+    record = read_log(planned() / "frame.mcap")
     server = LiveServer("127.0.0.1", 0, "sixteen-letters-")
     server.advertise(1)
     view = LiveView([server], None)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from planned_frame import FOLDER
+from planned_frame import planned
 
 from bimvox.errors import MotionError
 from bimvox.library.obstructions import rasterise
@@ -37,7 +37,7 @@ from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, Ob
 @pytest.fixture(scope="module")
 def frame() -> tuple[Any, Any]:
     """Return the plan of the sample frame and the preparation of its site."""
-    log = read_log(FOLDER / "frame.mcap")
+    log = read_log(planned() / "frame.mcap")
     return log, prepared(log.plan.site, SilentProgress())
 
 

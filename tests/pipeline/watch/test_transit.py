@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from planned_frame import FOLDER
+from planned_frame import planned
 from seeded_faults import obstruction_file_of, with_files
 
 from bimvox.library.obstructions import rasterise
@@ -45,7 +45,7 @@ from bimvox.units import NS_PER_S
 
 @pytest.fixture(scope="module")
 def frame() -> tuple[Any, Any]:
-    log = read_log(FOLDER / "frame.mcap")
+    log = read_log(planned() / "frame.mcap")
     return log, prepared(log.plan.site, SilentProgress())
 
 
