@@ -22,6 +22,7 @@ from bimvox.site.config_crane import CraneConfig
 from bimvox.site.config_project import ProjectConfig
 from bimvox.site.config_rigging import RiggingConfig
 from bimvox.site.config_rules import RulesConfig
+from bimvox.site.config_support import MOST_SUPPORTS, SupportConfig
 from bimvox.site.limits import (
     FEW_HANDS_KG,
     ROAD_HEIGHT_M,
@@ -280,6 +281,7 @@ class SiteConfig(Table):
     rules: RulesConfig = RulesConfig()
     calendar: CalendarConfig = CalendarConfig()
     policy: PolicyConfig = PolicyConfig()
+    support: Annotated[tuple[SupportConfig, ...], Field(max_length=MOST_SUPPORTS)] = ()
 
     @property
     def file(self) -> Path:

@@ -11,6 +11,7 @@ from bimvox.site.config_calendar import DEFAULT_BREAKS, DEFAULT_SHIFT, CalendarC
 from bimvox.site.config_crane import CraneConfig, OverrideConfig
 from bimvox.site.config_project import ProjectConfig
 from bimvox.site.config_rigging import RiggingConfig
+from bimvox.site.config_support import SupportConfig
 from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.validation import Table
 from bimvox.site.work import Work
@@ -58,6 +59,7 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_note
         _rules(config),
         _calendar(config.calendar),
         _policy(config),
+        *(_support(one) for one in config.support),
     ]
     return "\n".join(section for section in sections if section)
 
@@ -325,6 +327,10 @@ def _calendar(calendar: CalendarConfig) -> str:
     keys = (key for key in CalendarConfig.model_fields if getattr(calendar, key) not in (None, ()))
     breaks = ["breaks = []"] if calendar.breaks == () else []
     return _lines(note, "[calendar]", *(_key(key, getattr(calendar, key)) for key in keys), *breaks)
+
+
+def _support(support: SupportConfig) -> str:
+    return _lines("[[support]]", *(_key(key, getattr(support, key)) for key in SupportConfig.model_fields))
 
 
 def _policy(config: SiteConfig) -> str:

@@ -19,6 +19,7 @@ from bimvox.rendering.report.machine import machine
 from bimvox.rendering.report.remarks import remarks
 from bimvox.rendering.report.rigging import rigging
 from bimvox.rendering.report.statement import statement
+from bimvox.rendering.report.support import support
 from bimvox.rendering.report.titleblock import title_block
 
 
@@ -87,6 +88,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             drawings(record),
             rigging(record),
             statement(record),
+            support(record),
             section("Figures", tag("div", plots, "plots")) if plots else "",
             sections.deliveries(record),
             sections.proof(record),

@@ -21,6 +21,7 @@ from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.method import about_machine, blind_lifts, method_of
 from bimvox.rendering.report.rigging import gear_list, rigs_of
 from bimvox.rendering.report.site_plan import drawing_of
+from bimvox.rendering.report.support import supports_of
 from bimvox.site.config_project import ProjectConfig
 from bimvox.site.site import Site
 
@@ -40,9 +41,9 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         critical_share: Share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
 
     Returns:
-        ``log, project, site, crane, drawing, method, blind, rigs, gear, totals, methods, lifts, critical, infeasible,
-        steps, pauses, not_lifted, deliveries, verdict, conditions, proof, remarks, inputs, clashes, notes``.
-        ``critical`` are orders of lifts, the highest utilisation first; ``infeasible`` orders of lifts, causes first:
+        ``log, project, site, crane, drawing, method, support, blind, rigs, gear, totals, methods, lifts, critical,
+        infeasible, steps, pauses, not_lifted, deliveries, verdict, conditions, proof, remarks, inputs, clashes,
+        notes``. ``critical`` are orders of lifts, the highest utilisation first; ``infeasible`` orders of lifts, causes first:
         those blocked only by other infeasible ones come last.
     """
     site = revision.plan.site
@@ -75,6 +76,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "drawing": drawing_of(revision),
         "method": method_of(revision),
         "blind": blind_lifts(revision),
+        "support": supports_of(revision),
         "rigs": rigs,
         "gear": gear_list(rigs),
         "totals": _totals(revision, lifts) | _of_cranes(site, lifts),

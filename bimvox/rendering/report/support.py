@@ -1,0 +1,128 @@
+"""Loads of a crane on its support: from the load, and from the masses that the site file states.
+
+The method is static, without dynamic factors, wind on the crane, and load cases out of service:
+
+- vertical: (crane + everything on the hook) g;
+- overturning: everything on the hook, times its radius, less the crane's own moment towards the counterweight;
+- slewing: everything on the hook as a point at its radius, at the highest acceleration of the slewing axis;
+- outrigger: 0.65 of the vertical load on one of them, by the Queensland Mobile Crane Code of Practice, as the Crane
+  Industry Council of Australia quotes it (cranesandlifting.com.au, "Determining the suitable size for outrigger mats");
+- mat pressure: that force over the mat's area (T. C. Smith, Mesa Associates, 2014).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bimvox.rendering.page.source import Revision
+from bimvox.rendering.plain import escape
+from bimvox.rendering.report.html import number, paragraph, section, tag, terms
+from bimvox.rendering.report.words import fixed
+from bimvox.site.config_support import SupportConfig
+from bimvox.site.lifting import hung_kg
+
+G_M_S2 = 9.80665
+OUTRIGGER_SHARE = 0.65
+_MISSING = "not stated by the machine file: from the manufacturer"
+
+
+def supports_of(revision: Revision) -> list[dict[str, Any]]:
+    """Return the loads of each crane that lifts something; None for what follows from masses that nobody states.
+
+    Returns:
+        ``crane, kind, hung_kg, vertical_load_kn, load_moment_knm, load_moment_number, radius_m, slewing_knm``,
+        the stated ``crane_mass_kg, back_moment_knm, mat_m2, permitted_kpa``, and from them ``vertical_kn, moment_knm,
+        outrigger_kn, mat_kpa, needed_m2``.
+    """
+    site, given = revision.plan.site, revision.config.support if revision.config else ()
+    found = []
+    for index, crane in enumerate(site.cranes):
+        own = [motion for motion in revision.motions if motion.crane == index]
+        if not own:
+            continue
+        hung = {motion.order: hung_kg(crane, site.components[motion.component]) for motion in own}
+        radius_m = {m.order: float(max(m.raising.radius_m.max(), m.loaded.radius_m.max())) for m in own}
+        worst = max(hung, key=lambda order: (hung[order] * radius_m[order], -order))
+        inertia_kg_m2 = max(hung[order] * radius_m[order] ** 2 for order in hung)
+        stated = next((one for one in given if one.crane == crane.name or (one.crane is None and index == 0)), None)
+        loads = {
+            "crane": crane.name,
+            "kind": crane.kind,
+            "hung_kg": max(hung.values()),
+            "vertical_load_kn": max(hung.values()) * G_M_S2 / 1e3,
+            "load_moment_knm": hung[worst] * radius_m[worst] * G_M_S2 / 1e3,
+            "load_moment_number": worst + 1,
+            "radius_m": radius_m[worst],
+            "slewing_knm": inertia_kg_m2 * crane.slewing.acceleration / 1e3,
+        }
+        found.append(loads | _with_crane(loads, stated or SupportConfig()))
+    return found
+
+
+def _with_crane(loads: dict[str, Any], stated: SupportConfig) -> dict[str, Any]:
+    """Return what the site file states, and what follows from it."""
+    mass_kg, mat_m2 = stated.crane_mass_kg, stated.mat_m2
+    vertical_kn = None if mass_kg is None else mass_kg * G_M_S2 / 1e3 + loads["vertical_load_kn"]
+    on_outriggers = loads["kind"] == "mobile" and vertical_kn is not None
+    outrigger_kn = OUTRIGGER_SHARE * vertical_kn if on_outriggers and vertical_kn is not None else None
+    back_knm = stated.back_moment_knm
+    return {
+        **stated.model_dump(exclude={"crane"}),
+        "vertical_kn": vertical_kn,
+        "moment_knm": None if back_knm is None else max(loads["load_moment_knm"] - back_knm, back_knm),
+        "outrigger_kn": outrigger_kn,
+        "mat_kpa": None if outrigger_kn is None or mat_m2 is None else outrigger_kn / mat_m2,
+        "needed_m2": None
+        if outrigger_kn is None or stated.permitted_kpa is None
+        else outrigger_kn / stated.permitted_kpa,
+    }
+
+
+def support(record: dict[str, Any]) -> str:
+    """Return the section on foundation, outriggers and ground; empty without a crane that lifts."""
+    shown = [_crane(one) for one in record["support"]]
+    if not shown:
+        return ""
+    about = (
+        "Static loads in service of this plan, without dynamic factors, wind on the crane, ties, and load cases out of "
+        "service: the manufacturer's table of corner and foundation loads governs. docs/lift-plan.md has the method."
+    )
+    return section(
+        "Loads on foundation and ground",
+        paragraph(about, "faint"),
+        *(tag("h3", escape(one["crane"])) + html for one, html in zip(record["support"], shown, strict=True)),
+        id="support",
+    )
+
+
+def _crane(one: dict[str, Any]) -> str:
+    def stated(key: str, digits: int, unit: str) -> str:
+        return _MISSING if one[key] is None else number(one[key], f"{fixed(one[key], digits)} {unit}", key)
+
+    hung = number(one["vertical_load_kn"], f"{fixed(one['vertical_load_kn'], 0)} kN", "vertical_load_kn")
+    moment = number(one["load_moment_knm"], f"{fixed(one['load_moment_knm'], 0)} kNm", "load_moment_knm")
+    where = f"lift {one['load_moment_number']} at {one['radius_m']:.1f} m"
+    slewing = number(one["slewing_knm"], f"{fixed(one['slewing_knm'], 0)} kNm", "slewing_knm")
+    pairs = [
+        ("On the hook", f"{hung} at most: load, rigging and hook block"),
+        ("Load moment", f"{moment} about the slewing axis ({where})"),
+        ("Slewing moment", f"{slewing} from the load alone, at the highest acceleration of the axis"),
+        ("Crane's mass", "–" if one["crane_mass_kg"] is None else f"{fixed(one['crane_mass_kg'] / 1e3, 1)} t"),
+        ("Vertical", stated("vertical_kn", 0, "kN")),
+        ("Overturning", stated("moment_knm", 0, "kNm, the larger of with and without load")),
+    ]
+    if one["kind"] == "mobile":
+        pairs += [
+            ("On an outrigger", stated("outrigger_kn", 0, "kN: 0.65 of the vertical load")),
+            ("Mat pressure", stated("mat_kpa", 0, "kPa") if one["mat_m2"] else "the mat's area is not stated"),
+            (
+                "Mat needed",
+                stated("needed_m2", 2, "m²") if one["permitted_kpa"] else "no permitted pressure stated",
+            ),
+        ]
+        pressure, permitted = one["mat_kpa"], one["permitted_kpa"]
+        if pressure is not None and permitted is not None and pressure > permitted:
+            pairs.append(
+                ("Ground", f"<b>✕ the mat presses {fixed(pressure, 0)} kPa; {permitted:g} kPa are permitted</b>")
+            )
+    return terms(pairs)

@@ -1,0 +1,65 @@
+"""Loads on foundation and ground: from the load, and from the masses that the site file states."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from log_building import tiny_log
+from opened_pages import revision_of
+
+from bimvox.rendering.page.source import Revision
+from bimvox.rendering.report.record import record_of
+from bimvox.rendering.report.support import support, supports_of
+from bimvox.site.config import SiteConfig
+from bimvox.site.config_file import parse_site_config
+from bimvox.site.template import site_toml
+
+
+def revision(kind: str = "hammerhead", **stated: float) -> Revision:
+    log = tiny_log(crane=True)
+    crane = dataclasses.replace(log.plan.site.cranes[0], kind=kind)
+    site = dataclasses.replace(log.plan.site, cranes=(crane,))
+    made = revision_of(dataclasses.replace(log, plan=dataclasses.replace(log.plan, site=site)))
+    config = SiteConfig.model_validate({"model": {"path": "a.ifc"}, "support": [stated] if stated else []})
+    return dataclasses.replace(made, config=config)
+
+
+def test_the_moment_of_the_load_is_the_largest_over_all_samples():
+    made = revision()
+    (found,) = supports_of(made)
+    site, crane = made.plan.site, made.plan.site.cranes[0]
+    hung = {m.order: site.components[m.component].mass_kg + crane.tackle_kg for m in made.motions}
+    radius = {m.order: np.concatenate([m.raising.radius_m, m.loaded.radius_m]).max() for m in made.motions}
+    moments = {order: 9.80665e-3 * hung[order] * radius[order] for order in hung}
+    assert found["load_moment_knm"] == pytest.approx(max(moments.values()))
+    assert found["load_moment_number"] == 1 + max(moments, key=moments.__getitem__)
+    assert found["slewing_knm"] == pytest.approx(
+        max(hung[order] * radius[order] ** 2 for order in hung) * crane.slewing.acceleration / 1e3
+    )
+
+
+def test_nothing_is_invented_that_nobody_states():
+    made = revision("mobile")
+    (found,) = supports_of(made)
+    assert [found[key] for key in ("vertical_kn", "moment_knm", "outrigger_kn", "mat_kpa", "needed_m2")] == [None] * 5
+    assert support(record_of(made)).count("from the manufacturer") == 3
+
+
+def test_outrigger_and_mat_follow_from_what_is_stated():
+    made = revision("mobile", crane_mass_kg=48_000.0, mat_m2=1.0, permitted_kpa=200.0)
+    (found,) = supports_of(made)
+    assert found["vertical_kn"] == pytest.approx((48_000.0 + found["hung_kg"]) * 9.80665e-3)
+    assert found["outrigger_kn"] == pytest.approx(0.65 * found["vertical_kn"])
+    assert found["needed_m2"] == pytest.approx(found["outrigger_kn"] / 200.0)
+    assert "200 kPa are permitted" in support(record_of(made))
+    tower = supports_of(revision(crane_mass_kg=48_000.0, back_moment_knm=1e4))[0]
+    assert (tower["outrigger_kn"], tower["moment_knm"]) == (None, 1e4)
+
+
+def test_the_table_is_written_back_as_it_was_read():
+    text = '[model]\npath = "a.ifc"\n\n[[support]]\ncrane_mass_kg = 48000\nmat_m2 = 1.5\n'
+    config = parse_site_config(text, "a.site.toml")
+    assert parse_site_config(site_toml(config), "b.site.toml").support == config.support
+    assert config.support[0].mat_m2 == 1.5
