@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import accumulate, groupby
+from operator import and_
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +36,8 @@ class Moves:
         moves: The moves.
         ends: (N, 2, 3) float64 slew, radius and height where each starts and ends.
         travel_m: Upper bound of the hook's travel in each.
+        swings: Whether each makes the load swing.
+        overlaps: Whether each may begin before the one before it ends: joint lines that drive different axes.
         runs: Runs of moves along joint lines, or along other lines: first move, one after the last, and which.
     """
 
@@ -42,10 +45,23 @@ class Moves:
         self.crane, self.moves = crane, tuple(moves)
         self.ends = np.array([[axes_of(move.start), axes_of(move.end)] for move in moves])
         self.travel_m = tuple(_travel_m(move) for move in moves)
+        self.swings = tuple(move.swings for move in moves)
+        moving, joint = [move.moving for move in moves], [move.line is Line.JOINT for move in moves]
+        self.overlaps = tuple(
+            n > 0 and joint[n - 1] and joint[n] and not any(map(and_, moving[n - 1], moving[n]))
+            for n in range(len(moves))
+        )
+        self._sides: dict[int, NDArray[np.float64]] = {}
         self.runs: list[tuple[int, int, bool]] = []
         for is_joint, run in groupby(enumerate(moves), key=lambda one: one[1].line is Line.JOINT):
             numbers = [n for n, _ in run]
             self.runs.append((numbers[0], numbers[-1] + 1, is_joint))
+
+    def sides(self, n: int) -> NDArray[np.float64]:
+        """Return (2, 3) float64 what a move along a line that is not a joint line adds before its start, and after."""
+        if n not in self._sides:
+            self._sides[n] = axes_along(self.crane, self.moves[n], _ENDS) - self.ends[n, 0]
+        return self._sides[n]
 
 
 class _Packed(NamedTuple):
@@ -109,6 +125,16 @@ class Course:
         """In order; each starts where the one before ends."""
         return self._moves.moves
 
+    @property
+    def swings(self) -> tuple[bool, ...]:
+        """Whether each move makes the load swing."""
+        return self._moves.swings
+
+    @property
+    def overlaps(self) -> tuple[bool, ...]:
+        """Whether each move may begin before the one before it ends."""
+        return self._moves.overlaps
+
     def axes_at(
         self, time_s: NDArray[np.float64], start_s: Sequence[float], first: int = 0, last: int | None = None
     ) -> NDArray[np.float64]:
@@ -161,7 +187,7 @@ class Course:
         low, high = np.searchsorted(since_s, (0.0, self.duration_s[n])).tolist()
         if low < high:
             axes[low:high] += axes_along(crane, move, self.profiles[n].share_at(since_s[low:high])) - origin
-        before, after = axes_along(crane, move, _ENDS) - origin
+        before, after = self._moves.sides(n)
         axes[:low] += before
         axes[high:] += after
 

@@ -27,6 +27,8 @@ _SHORTEST = Calm(TWO, STRETCH[0])
 """The quickest shaping of a move."""
 _LEFT_SHARE = 0.6
 """A move that leaves more than this share of the permitted residual leaves its load swinging."""
+_ROUNDING_S = 1e-6
+"""A motion is sure to take too long only if it takes longer by this."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,11 +47,8 @@ class Swaying:
 
     def left_by(self, timeline: Timeline, move: int) -> float:
         """Return the amplitude when a move ends, or when the next move that makes the load swing begins."""
-        later = [
-            start
-            for start, other in zip(timeline.start_s[move + 1 :], timeline.moves[move + 1 :], strict=True)
-            if other.swings
-        ]
+        swings = timeline.course.swings[move + 1 :]
+        later = [start for start, other in zip(timeline.start_s[move + 1 :], swings, strict=True) if other]
         until_s = min([timeline.end_s[move], *later[:1]])
         at = min(int(np.searchsorted(self.time_s, until_s)), len(self.time_s) - 1)
         return float(self.swing.amplitude_m[at])
@@ -113,7 +112,7 @@ def steadied(crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None
     pacer = Pacer(crane, moves, pendulum)
     if rules.limit_s < np.inf:
         shortest_s = [pacer.profile(n, _SHORTEST).duration_s for n in range(len(moves))]
-        if busiest_s(moves, shortest_s) >= rules.limit_s:
+        if pacer.least_s(shortest_s) >= rules.limit_s + _ROUNDING_S:
             return None
     plain = rules.blend(pacer.in_sequence())
     if pendulum is None:
@@ -139,7 +138,7 @@ def _fitted(pacer: Pacer, timeline: Timeline, pendulum: Pendulum) -> Timeline | 
     def residual_m(calms: tuple[Calm, ...]) -> NDArray[np.float64]:
         return left_m(overlapping_as(pacer.in_sequence(calms), timeline), pendulum)
 
-    calms = cancelled([move.swings for move in timeline.moves], residual_m)
+    calms = cancelled(timeline.course.swings, residual_m)
     return None if calms is None else pacer.in_sequence(calms)
 
 
@@ -147,14 +146,13 @@ def _slower(
     pacer: Pacer, timeline: Timeline, sway: Swaying, at_s: float | None, pendulum: Pendulum, rules: SwingRules
 ) -> Timeline | None:
     """Return the timeline with stronger shaping and slower rates, until the load nowhere swings too far."""
-    moves = timeline.moves
-    rungs = [0] * len(moves)
+    rungs = [0] * len(timeline.moves)
     while at_s is not None:
         # Rounding corners is expensive: first they stay as they are.
         rough = timeline
         while at_s is not None:
             _climb(rungs, rough, sway, at_s)
-            if rules.limit_s < np.inf and _least_s(pacer, moves, rungs) >= rules.limit_s:
+            if rules.limit_s < np.inf and _least_s(pacer, rungs) >= rules.limit_s + _ROUNDING_S:
                 return None
             in_turn = pacer.in_sequence([LADDER[rung] for rung in rungs])
             rough = overlapping_as(in_turn, timeline)
@@ -175,22 +173,22 @@ def busiest_s(moves: Sequence[Move], lengths_s: Sequence[float]) -> float:
     return max(busy)
 
 
-def _least_s(pacer: Pacer, moves: Sequence[Move], rungs: Sequence[int]) -> float:
+def _least_s(pacer: Pacer, rungs: Sequence[int]) -> float:
     """Return a lower bound of the time of moves at these rungs of the ladder, or higher ones."""
     lengths_s = []
     for n, rung in enumerate(rungs):
         # The first rung is the quickest; from the first slow rung on each takes longer than the one before it.
         calms = LADDER[rung : max(rung, FIRST_SLOW) + 1] if rung else LADDER[:1]
         lengths_s.append(min(pacer.profile(n, calm).duration_s for calm in calms))
-    return busiest_s(moves, lengths_s)
+    return pacer.least_s(lengths_s)
 
 
 def _climb(rungs: list[int], timeline: Timeline, sway: Swaying, at_s: float) -> None:
     """Move the move at fault for the swing at a time one rung up; ``rungs`` are changed in place."""
     begun = [
         n
-        for n, move in enumerate(timeline.moves)
-        if move.swings and timeline.start_s[n] < at_s and rungs[n] + 1 < len(LADDER)
+        for n, swings in enumerate(timeline.course.swings)
+        if swings and timeline.start_s[n] < at_s and rungs[n] + 1 < len(LADDER)
     ]
     if not begun:
         raise PlanningError(
@@ -226,7 +224,7 @@ def swing_fault_s(
         straight_below_m: Height of the hook at which they begin.
     """
     beyond_m, time_s = sway.swing.beyond_m(PLANNED_RESIDUAL_M), sway.time_s
-    swings = [n for n, move in enumerate(timeline.moves) if move.swings]
+    swings = [n for n, swings_load in enumerate(timeline.course.swings) if swings_load]
     first_last = len(timeline.moves) - tail_moves
     is_sideways = bool(swings) and swings[-1] >= first_last
     tail_s = timeline.end_s[swings[-1]] if swings else 0.0

@@ -18,7 +18,7 @@ from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.course import Course, Moves
 from bimvox.motion.load_frame import LoadFrame
-from bimvox.motion.move import Line, Move, no_shorter, share_limits, slowed
+from bimvox.motion.move import Move, no_shorter, share_limits, slowed
 from bimvox.motion.profile import Profile, profile_of
 from bimvox.motion.shaping import Calm, ShapedProfile
 from bimvox.motion.slow_zones import slow_shares
@@ -108,6 +108,17 @@ class Pacer:
         ]
         self._known: dict[tuple[int, Calm], Profile | ShapedProfile] = {}
         self._paced: dict[tuple[int, float], Profile] = {}
+
+    def least_s(self, lengths_s: Sequence[float]) -> float:
+        """Return a lower bound of the time of the moves if each takes a time or longer, however much they overlap.
+
+        No three of them overlap, and none ends before the one before it.
+        """
+        start_s = end_s = ended_s = 0.0
+        for overlaps, length_s in zip(self._packed.overlaps, lengths_s, strict=True):
+            start_s = max(start_s, ended_s) if overlaps else end_s
+            ended_s, end_s = end_s, max(start_s + length_s, end_s)
+        return end_s
 
     def profile(self, n: int, calm: Calm) -> Profile | ShapedProfile:
         """Return the profile of a move with this shaping; the plain one if the move makes nothing swing."""
@@ -210,10 +221,7 @@ def blended(
         pendulum: What hangs on the hook; None if its swing is not checked.
     """
     for later in range(1, len(timeline.moves)):
-        first, second = timeline.moves[later - 1], timeline.moves[later]
-        if first.line is not Line.JOINT or second.line is not Line.JOINT:
-            continue
-        if any(a and b for a, b in zip(first.moving, second.moving, strict=True)):
+        if not timeline.course.overlaps[later]:
             continue
         longest = _longest_s(timeline.start_s, timeline.course.duration_s, later)
         rule = space if last is None or later + 1 < len(timeline.moves) else last

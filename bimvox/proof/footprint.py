@@ -8,8 +8,10 @@ Why this re-proves a lift after a change of the obstructions: Every check of ``v
 that concerns an obstruction is of the form "no cell of it is among these cells", and all of these cells are in the
 footprint. (The only exception is the jib, which turns above everything and has its own test.) Obstructions have no
 triangles that a part may touch, so no contact with them is permitted. A proof that passed with the old cells therefore
-passes with the new ones if no added cell is in the footprint; removed cells cannot make it fail. Its other inputs
-(path, motion, structure, the parts in place and in the yard) are unchanged, or tracked by their own cells.
+passes with the new ones if no added cell is in the footprint. Removed cells can make it fail in one way: if nothing is
+above a part's place any more, its last moves begin later (``gate_of``), and sideways ones before that must keep the
+clearances. Its other inputs (path, motion, structure, the parts in place and in the yard) are unchanged, or tracked by
+their own cells.
 """
 
 from __future__ import annotations

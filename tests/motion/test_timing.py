@@ -1,10 +1,17 @@
 """The lower bound of a motion's time."""
 
 import pytest
+from box_sites import test_crane
+from crane_rooms import crane_room
 from guided_sites import slab_between_beams
 from planned_sites import planned
 
+from bimvox.crane.tower_crane import CranePose
 from bimvox.motion import timing
+from bimvox.motion.drive import drive_path
+from bimvox.motion.move import Move
+from bimvox.motion.steady import busiest_s
+from bimvox.motion.timeline import Pacer
 
 
 @pytest.mark.parametrize(("found_s", "share"), [(1e6, 1.0), (1.0, None)])
@@ -14,3 +21,22 @@ def test_a_bound_is_never_longer_than_the_motion(found_s, share, monkeypatch):
     _, motions = planned(slab_between_beams())
     loaded = motions[0].loaded
     assert loaded.bound_s == pytest.approx(found_s if share is None else share * loaded.duration_s, rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_overlaps_make_a_motion_shorter_than_its_least_time(seed):
+    room = crane_room(seed, rope=False)
+    timeline, _ = drive_path(room.rigged, room.space, room.path, 0, 0.0)
+    pacer, lengths_s = Pacer(room.crane, timeline.moves), timeline.course.duration_s
+    least_s = pacer.least_s(lengths_s)
+    assert busiest_s(timeline.moves, lengths_s) - 1e-9 <= least_s <= timeline.duration_s + 1e-9
+    assert pacer.least_s([1.1 * length_s for length_s in lengths_s]) >= least_s
+
+
+def test_moves_of_one_axis_and_moves_two_apart_do_not_overlap():
+    up, there, down = CranePose(0.0, 10.0, 12.0), CranePose(1.0, 10.0, 12.0), CranePose(1.0, 10.0, 2.0)
+    moves = [Move(CranePose(0.0, 10.0, 2.0), up), Move(up, there), Move(there, down)]
+    assert Pacer(test_crane(), moves).least_s([5.0, 1.0, 5.0]) == 10.0
+    assert Pacer(test_crane(), moves).least_s([2.0, 9.0, 3.0]) == 9.0
+    higher = CranePose(0.0, 10.0, 14.0)
+    assert Pacer(test_crane(), [moves[0], Move(up, higher)]).least_s([5.0, 1.0]) == 6.0
