@@ -11,9 +11,10 @@ from bimvox.site.assign import assigned
 from bimvox.site.build import left_out
 from bimvox.site.component import Component, OrderHints
 from bimvox.site.config import SiteConfig
-from bimvox.site.means import means_of
+from bimvox.site.means import Means, means_of
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import entries_by_id, first_ids, stored_as
+from bimvox.site.rigging import gear_by_crane
 from bimvox.site.site import Site
 
 _OF_THE_FILE = ("first", "zone", "zone_name")
@@ -60,7 +61,7 @@ def compare_parts(
         config: The site file, complete.
         building: The building of the site, see ``bimvox.library.completed_site_file``.
         source: What to call the file.
-        with_ranks: Whether parts must have the ranks of their classes; logs made before these have none.
+        with_ranks: Whether parts must have the ranks of their classes and their gear; logs made before have none.
 
     Raises:
         ConfigError: If the file names a part or a crane that the site does not have.
@@ -83,6 +84,13 @@ def compare_parts(
     for part, other in zip(site.components, lifted_by, strict=True):
         check.about = part.id
         same(check, f"{part.label}: crane", part.crane, other.crane, f"what follows from {source}")
+    if with_ranks:
+        gear = gear_by_crane(config, len(site.cranes))
+        for part in site.components if any(gear) else ():
+            check.about = part.id
+            has_gear = part.lifting.rig is not None or bool(part.lifting.no_gear)
+            good = has_gear or part.means is not Means.CRANE or gear[part.crane] is None
+            check.look(good, f"{part.label}: {source} has gear chosen for it, but it has none")
     check.about = None
 
 

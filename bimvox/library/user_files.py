@@ -78,6 +78,8 @@ def _compare_site(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
         same(check, "the model's georeference", said, own, _YOURS)
     # Logs made before crew times by class do not have predefined types.
     but = ("index", "shape", "mesh") if found.rules.times else ("index", "shape", "mesh", "predefined_type")
+    if not is_of_now and all(part.lifting.rig is None for part in found.components):
+        but = (*but, "lifting")  # made before gear was chosen
     _compare_parts(check, found.components, held.components, but)
     _compare_blockers(check, found, held, ("ground", "crane", "structure"))
     surfaces = {blocker.id: blocker.mesh for blocker in held.blockers}

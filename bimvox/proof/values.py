@@ -249,6 +249,10 @@ def _check_component(check: Check, component: Component, name: str) -> None:
     _finite(check, f"{name}: hook_offset_vox", component.hook_offset_vox, most=_FAR_VOX)
     _finite(check, f"{name}: start_vox", component.start_vox or (), most=_FAR_VOX)
     _finite(check, f"{name}: lifting.points_m", component.lifting.points_m, most=_FAR_M)
+    if (rig := component.lifting.rig) is not None:
+        of_pieces = [(p.rated_kg, p.wll_kg, p.load_kg, p.mass_kg, p.angle_rad, p.length_m, p.made_m) for p in rig.parts]
+        own = (rig.height_m, rig.mass_kg, rig.drop_m, rig.eye_m)
+        _finite(check, f"{name}: lifting.rig", [number for row in (own, *of_pieces) for number in row], most=_HEAVY_KG)
     _finite(check, f"{name}: hook_aside_vox", component.hook_aside_vox, most=0.5)
     _finite(check, f"{name}: mesh.vertices_m", component.mesh.vertices_m, most=_FAR_M)
     check.look(len(component.mesh.faces) > 0, f"{name}: mesh.faces: it has no surface")

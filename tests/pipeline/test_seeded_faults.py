@@ -230,6 +230,7 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
         "timeline",
         r"lift 2 \(right\): .* held still for 1e-09 s; 10 s bring it to rest",
     ),
+    (faults.gear_of_no_mass, "values", r"\(slab\): lifting.rig"),
     (faults.a_sling_that_is_too_weak, "rigging", r"slab: .* carries 1920 kg; its working load limit is 1500 kg in"),
     (faults.a_sling_said_to_carry_more_than_its_tag, "rigging", r"slab: .*, not 1920.4 of 2000.0 kg"),
     (faults.a_shackle_said_to_carry_half, "rigging", r"slab: bow shackle 2 t carries 1920.0 of .* kg, not 900.0 of"),

@@ -10,12 +10,23 @@ from bimvox.bim.building import Building, Role
 from bimvox.crane.outline import highest_point_m
 from bimvox.errors import ConfigError, SelectionError
 from bimvox.grid.labels import Label
+from bimvox.planning.refusal import refused_by_crane
 from bimvox.site import checks
 from bimvox.site.build import PlacedModel, build_site, with_obstructions
 from bimvox.site.component import StoredPose
-from bimvox.site.config import AreasConfig, ComponentConfig, GridConfig, ModelConfig, SiteConfig, ZoneConfig
+from bimvox.site.config import (
+    AreasConfig,
+    ComponentConfig,
+    GridConfig,
+    MeansConfig,
+    ModelConfig,
+    SiteConfig,
+    ZoneConfig,
+)
+from bimvox.site.config_crane import CraneConfig
 from bimvox.site.config_rules import RulesConfig
 from bimvox.site.extent import site_extent
+from bimvox.site.lifting import crane_for, hung_kg
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.site import Site
 
@@ -270,3 +281,41 @@ def test_a_sampling_interval_of_more_samples_than_memory_holds_is_refused(monkey
     assert "0.005 s or more" in str(one.value)
     assert build(config(rules=RulesConfig(sample_period_s=0.005))).rules.sample_period_s == 0.005
     assert build(config(rules=RulesConfig(sample_period_s=0.001)), cranes=()).rules.sample_period_s == 0.001
+
+
+ON_A_MACHINE = CraneConfig(machine="hammerhead-30", base_m=(4.0, 10.0, 0.0))
+
+
+def test_gear_is_chosen_where_the_site_file_does_not_describe_the_rigging():
+    site = build(config(crane=ON_A_MACHINE))
+    kinds = {component.id: component.lifting.rig.kind for component in site.components}
+    assert (kinds["column-0"], kinds["beam-0"], kinds["slab"]) == ("1_leg", "2_legs", "4_legs")
+    slab, crane = site.components[-1], site.cranes[0]
+    rigged = crane_for(site, crane, slab)
+    assert rigged.rigging_mass_kg == slab.lifting.rig.mass_kg
+    assert rigged.sling_m == pytest.approx(slab.lifting.rig.height_m)
+    assert hung_kg(crane, slab) == slab.mass_kg + slab.lifting.rig.mass_kg + crane.hook_block_kg
+
+
+@pytest.mark.parametrize("given", [{"sling_m": 2.0}, {"rigging_mass_kg": 100.0}])
+def test_a_described_rigging_is_that_of_every_part(given):
+    site = build(config(crane=ON_A_MACHINE.model_copy(update=given)))
+    assert {component.lifting.rig for component in site.components} == {None}
+    assert hung_kg(CRANE, site.components[0]) == site.components[0].mass_kg + CRANE.tackle_kg
+
+
+def test_a_part_that_no_gear_carries_is_refused_with_the_strongest_gear():
+    building = frame_house()
+    elements = [replace(e, mass_kg=150_000.0) if e.id == "slab" else e for e in building.elements]
+    means = MeansConfig(heaviest_kg=1e6)
+    site = build(config(crane=ON_A_MACHINE, means=means), replace(building, elements=tuple(elements)))
+    reason = refused_by_crane(site, site.components[-1])
+    assert reason is not None
+    assert reason.startswith("no gear serves its 150000 kg: no shackle carries")
+    assert "the largest, bow shackle 55 t, carries 55 t" in reason
+
+
+def test_what_is_cast_in_place_has_no_gear():
+    site = build(config(crane=ON_A_MACHINE, component=(ComponentConfig(global_id="slab", means="in_situ"),)))
+    assert site.components[-1].lifting.rig is None
+    assert site.components[0].lifting.rig is not None

@@ -1164,6 +1164,10 @@ def with_pieces(log: PlanLog, first: dict[str, Any], last: dict[str, Any] | None
     return with_gear(log, change)
 
 
+def gear_of_no_mass(log: PlanLog) -> PlanLog:
+    return with_pieces(log, {}, {"mass_kg": float("nan")})
+
+
 def a_sling_that_is_too_weak(log: PlanLog) -> PlanLog:
     return with_pieces(log, {"rated_kg": 1500.0, "wll_kg": 1500.0})
 
