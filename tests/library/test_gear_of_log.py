@@ -1,6 +1,6 @@
 import dataclasses
 
-from planned_frame import FILES, FOLDER
+from planned_frame import FILES, planned
 
 from bimvox.library.attached_files import check_attached_files
 from bimvox.log.plan_log import PlanLog
@@ -19,7 +19,7 @@ def about_gear(log: PlanLog) -> list[str]:
 
 
 def test_a_log_whose_site_file_has_gear_chosen_must_have_it():
-    log = read_log(FOLDER / FILES[1])
+    log = read_log(planned() / FILES[1])
     assert all(part.lifting.rig is not None for part in log.plan.site.components)
     assert about_gear(log) == []
 
