@@ -180,7 +180,8 @@ def _lift_text(lift: Lift, component: Component, sling_m: float | None, voxel_si
         **bare,
         "place": place
         and {"delivery": place.delivery, "pose": place.pose.value, "cell_vox": [int(n) for n in place.cell_vox]}
-        | ({"turn": place.turn, "rise_vox": place.rise_vox} if place.turn else {}),
+        | ({"turn": place.turn, "rise_vox": place.rise_vox} if place.turn else {})
+        | ({"stack": place.stack} if place.stack else {}),
         # Where and how the part hangs: lifting points in site metres, and the hook's height above its top.
         "lifting": {
             "points_m": [list(point) for point in component.lifting.points_m],
@@ -215,9 +216,11 @@ def _lift_from_json(record: Any, site: Site, where: str) -> tuple[Lift, bool]:
         cell = decode(IntVec, place.get("cell_vox"), _NO_ARRAYS, f"{where}.place.cell_vox")
         turn = decode(int, place.get("turn", 0), _NO_ARRAYS, f"{where}.place.turn")
         rise = decode(int, place.get("rise_vox", 1), _NO_ARRAYS, f"{where}.place.rise_vox")
+        stack = decode(int, place.get("stack", 0), _NO_ARRAYS, f"{where}.place.stack")
         if not 0 <= turn <= 3 or rise < 1:
             raise DecodeError(f"{where}.place: turned by {turn} quarters after a rise of {rise} cells, {pose.value}")
-        lift = dataclasses.replace(lift, place=yard_place(component, delivery, pose, cell, turn=turn, rise_vox=rise))
+        known = yard_place(component, delivery, pose, cell, turn=turn, rise_vox=rise, stack=stack)
+        lift = dataclasses.replace(lift, place=known)
     return lift, record["carried"]
 
 

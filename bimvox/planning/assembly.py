@@ -264,6 +264,8 @@ class Assembly:
     def _no_place(self, component: Component) -> Obstacle:
         size = "x".join(f"{n * self._site.frame.voxel_size_m:g}" for n in component.shape.size_vox)
         reason = f"the yard has no free place for it ({size} m) within the crane's reach and capacity"
+        if (yard := self._site.rules.yard) is not None and yard.gap_m:
+            reason += f", with {yard.gap_m:g} m around it for the slinger ([yard] gap_m)"
         if (crane := self._site.crane_of(component)) is not None:
             low_m, high_m = allowed_radii_m(crane, component.mass_kg, self._site.rules.highest_utilisation)
             reason += f": the crane carries {component.mass_kg:.0f} kg at radii from {low_m:.1f} to {high_m:.1f} m"

@@ -1,8 +1,9 @@
 """Yard allocation: the place of each part in the yard, by deliveries (truckloads).
 
-Parts are placed in the order in which they are needed. A place keeps a gap to its neighbours, is clear of structures,
-and lies within the crane's reach for the part's mass. The place with the least travel time is used, including the
-travel from the part before; of equally good places the first.
+Parts are placed in the order in which they are needed. A place keeps the slinger's gap to its neighbours, is clear of
+structures, and lies within the crane's reach for the part's mass. A flat part goes under a stack if it can
+(:mod:`bimvox.planning.stacks`). Otherwise the place with the least travel time is used, including the travel from the
+part before; of equally good places the first.
 
 A new delivery begins if the next part does not fit or would overload the truck. It arrives when every earlier lift is
 finished. By then the yard is empty except for places that the site file gives to later parts, so an earlier arrival
@@ -23,6 +24,8 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.crane.kinematics import Axes
+from bimvox.grid.frame import whole_cells
+from bimvox.planning.stacks import Stacks, is_stacked
 from bimvox.planning.travel import Travel
 from bimvox.records.lift import YardPlace, yard_place
 from bimvox.site.collision import HOOK_FORBIDDEN
@@ -32,6 +35,7 @@ from bimvox.site.means import Means
 from bimvox.site.shape import erection_size_vox, turned_hook, turned_shape, turning_columns
 from bimvox.site.site import HeadingRule, Site
 from bimvox.site.transit_clearance import margin_vox
+from bimvox.site.yard_rules import HEADROOM_M
 
 _GAP_VOX = 1
 _SAME_S = 2.0
@@ -53,6 +57,7 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
     given = [index for index in lifted if site.components[index].start_vox is not None]
     places: list[YardPlace | None] = [None] * len(site.components)
     free, delivery, load_kg = _without_given(site, empty, given), 0, list[float]()
+    gap_vox, stacks = _gap_vox(site), Stacks(site, _gap_vox(site))
     times = [_YardTimes(site, travel) for travel in travels]
     before: dict[int, Component] = {}
     borders = sorted({margin_vox(site), margin_vox(site, 0.0)}, reverse=True)
@@ -64,16 +69,24 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
         fresh = _without_given(site, empty, given) if load_kg else free
         if load_kg and 0.0 < site.rules.truckload_kg < sum(load_kg) + component.mass_kg:
             free, delivery, load_kg = fresh, delivery + 1, []
+            stacks = _next_delivery(site, stacks, places)
         if component.start_vox is not None:
             pose, turn = _given(component)
             places[index] = yard_place(component, delivery, pose, component.start_vox, turn=turn)
             given.remove(index)
+            stacks.add(component, (*component.start_vox[:2], *_footprint(component, pose, turn)))
             load_kg.append(component.mass_kg)
             continue
         # Turning takes time and room: a part is turned only if it does not fit otherwise.
         tries = [(free, _preferred(component)), (fresh, _preferred(component))]
         tries += [(free, _turned(component)), (fresh, _turned(component))]
         tries = tries if load_kg else tries[::2]
+        below = None
+        if load_kg and is_stacked(site, component):
+            size = _footprint(component, *_preferred(component)[0])
+            below = stacks.room_below(component, size, fresh)
+            if below.any():
+                tries.insert(0, (below, _preferred(component)))
         own = times[component.crane] if times else None
         rooms = [((border, False), lying) for border, lying in product(borders, tries)]
         if site.rules.heading is HeadingRule.WITH_JIB:
@@ -81,15 +94,31 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
         for (border, turns), (yard, choices) in rooms:
             found = _find(site, component, yard, own, before.get(component.crane), choices, (border, turns, tops))
             if found is not None:
-                if yard is not free:
+                if yard is not free and yard is not below:
                     free, delivery, load_kg = fresh, delivery + 1, []
+                    stacks = _next_delivery(site, stacks, places)
                 (pose, turn), cell = found
-                _take(free, cell, _footprint(component, pose, turn))
+                footprint = _footprint(component, pose, turn)
+                _take(free, cell, footprint, gap_vox)
+                stacks.add(component, (*cell[:2], *footprint))
                 places[index] = yard_place(component, delivery, pose, cell, turn=turn)
                 load_kg.append(component.mass_kg)
                 before[component.crane] = component
                 break
+    stacks.settle(places)
     return _risen(site, order, places)
+
+
+def _next_delivery(site: Site, stacks: Stacks, places: list[YardPlace | None]) -> Stacks:
+    """Settle the stacks of a delivery, and return the empty ones of the next."""
+    stacks.settle(places)
+    return Stacks(site, _gap_vox(site))
+
+
+def _gap_vox(site: Site) -> int:
+    """Return how many columns stay free between two places."""
+    gap_m = 0.0 if site.rules.yard is None else site.rules.yard.gap_m
+    return max(_GAP_VOX, whole_cells(gap_m, site.frame.voxel_size_m))
 
 
 def storage_poses(component: Component) -> tuple[StoredPose, ...]:
@@ -165,7 +194,28 @@ def _open_yard(site: Site) -> NDArray[np.bool_]:
     for blocker in site.blockers:
         if blocker.kind in ("structure", "crane"):
             free[tuple(blocker.cells[blocker.cells[:, 2] > 0, :2].T)] = False
+    if site.rules.yard is not None and site.rules.yard.gap_m > 0.0:
+        free &= ~_within(_beside_people(site), whole_cells(site.rules.yard.gap_m, site.frame.voxel_size_m))
     return free
+
+
+def _beside_people(site: Site) -> NDArray[np.bool_]:
+    """Return (X, Y) the columns with structure, a mast or a finished part that a person on the ground meets."""
+    top = whole_cells(HEADROOM_M, site.frame.voxel_size_m)
+    found = np.zeros(site.shape[:2], np.bool_)
+    own = [blocker.cells for blocker in site.blockers if blocker.kind in ("structure", "crane")]
+    own += [component.shape.cells + np.array(component.target_vox, np.int32) for component in site.components]
+    for cells in own:
+        found[tuple(cells[(cells[:, 2] > 0) & (cells[:, 2] <= top), :2].T)] = True
+    return found
+
+
+def _within(columns: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
+    """Return (X, Y) the columns with a marked column within ``reach`` columns on each axis."""
+    low = np.indices(columns.shape).reshape(2, -1).T
+    first = np.maximum(low - reach, 0)
+    last = np.minimum(low + reach + 1, columns.shape)
+    return ~_clear_of(columns, first, last, 0).reshape(columns.shape)
 
 
 def _without_given(site: Site, empty: NDArray[np.bool_], given: list[int]) -> NDArray[np.bool_]:
@@ -174,7 +224,7 @@ def _without_given(site: Site, empty: NDArray[np.bool_], given: list[int]) -> ND
     for index in given:
         component = site.components[index]
         if component.start_vox is not None:
-            _take(free, component.start_vox, _footprint(component, *_given(component)))
+            _take(free, component.start_vox, _footprint(component, *_given(component)), _gap_vox(site))
     return free
 
 
@@ -183,12 +233,9 @@ def _footprint(component: Component, pose: StoredPose, turn: int) -> tuple[int, 
     return size_x, size_y
 
 
-def _take(free: NDArray[np.bool_], cell: IntVec, footprint: tuple[int, int]) -> None:
+def _take(free: NDArray[np.bool_], cell: IntVec, footprint: tuple[int, int], gap_vox: int) -> None:
     x, y, _ = cell
-    free[
-        max(0, x - _GAP_VOX) : x + footprint[0] + _GAP_VOX,
-        max(0, y - _GAP_VOX) : y + footprint[1] + _GAP_VOX,
-    ] = False
+    free[max(0, x - gap_vox) : x + footprint[0] + gap_vox, max(0, y - gap_vox) : y + footprint[1] + gap_vox] = False
 
 
 class _YardTimes:

@@ -105,6 +105,8 @@ class Between:
                 continue
             planned = lift.status is Status.PLANNED
             lies = not planned or (lift.order > since if motion is None else motion.raised_ns > start_ns)
+            if lift.is_set_otherwise:  # it leaves its stack when it is its turn
+                lies = lift.order > moment.lift.order
             if lies:
                 things.append(stored_thing(self._site, lift, lift.in_yard))
         return tuple(things)

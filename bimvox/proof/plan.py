@@ -27,6 +27,7 @@ from bimvox.proof.shape import check_shape, check_structure
 from bimvox.proof.site_rules import check_no_load, check_rope_margin, check_stored, check_wind, check_zones
 from bimvox.proof.slings import check_slings
 from bimvox.proof.stands import check_stands
+from bimvox.proof.storage import check_gap, check_last_in, check_stacks
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.records.reasons import NOT_ITS_CELLS
@@ -101,6 +102,8 @@ class _Verifier:
             self.checks["rope_margin"] = Check("rope_margin")
         if self.site.cranes and self.site.rules.wind_speed_m_s > 0.0:
             self.checks["wind"] = Check("wind", unit="share of permitted wind")
+        if self.site.rules.yard is not None or any(lift.place is not None and lift.place.stack for lift in self.lifts):
+            self.checks |= {"gap": Check("gap"), "stacks": Check("stacks")}
         self.checks["triangles"].unit = self.checks["slings"].unit = "m"
         self.checks["mass"].unit, self.checks["rigging"].unit = "kg/m3", "share of limit"
         self.checks["reach"].unit = "share of capacity"
@@ -108,6 +111,8 @@ class _Verifier:
     def run(self) -> Verification:
         self._check_complete()
         self._check_deliveries()
+        if "stacks" in self.checks:
+            check_stacks(self.checks["stacks"], self.site, self.lifts)
         if not self.context:
             self.triangles.check_clashes(self.checks["triangles"])
         check_stands(self.checks["stands"], self.site, self.lifts, unheld=self.plan.unheld, proven=self.proven)
@@ -215,6 +220,9 @@ class _Verifier:
         self.marks.move_to(present)
         if not self._resumes(lift):  # otherwise it left the yard on another path, which is proven separately
             self._check_yard(component, place, present)
+            if "stacks" in self.checks:
+                check_gap(self.checks["gap"], self.site, lift, present)
+                check_last_in(self.checks["stacks"], self.site, lift, present)
         self._check_cells(lift, component, path, present)
         self._check_margins(lift, component, path, present)
         self._check_hook(lift, component, path, present)
@@ -274,7 +282,7 @@ class _Verifier:
         check.look(inside, f"{component.id}: stored outside the site")
         if not inside:
             return
-        check.look(place.cell_vox[2] == 1, f"{component.id}: is not stored on the ground")
+        check.look(place.cell_vox[2] == 1 or place.stack > 0, f"{component.id}: is not stored on the ground")
         if component.start_vox is not None:
             check.look(
                 place.cell_vox == component.start_vox,

@@ -63,6 +63,13 @@ _RULES = {
     "highest_utilisation": _Range(0.0, 1.0, with_low=False),
     "crane_separation_m": _Range(0.0, _FAR_M, with_low=False),
 }
+_YARD = {
+    "gap_m": _Range(0.0, 10.0),
+    "stack_parts": _Range(1.0, 100.0),
+    "stack_height_m": _Range(0.0, 10.0, with_low=False),
+    "stack_kg": _Range(0.0, _HEAVY_KG, with_low=False),
+    "dunnage_m": _Range(0.0, 1.0),
+}
 _CRANE = {
     "mast_size_m": _Range(0.0, 100.0, with_low=False),
     "jib_height_m": _Range(0.0, 1e3, with_low=False),
@@ -202,6 +209,9 @@ def _check_rules(check: Check, rules: Rules) -> None:
         for key in fields(own):
             _within(check, f"site.rules.times.{work.name}.{key.name}", getattr(own, key.name), _Range(0.0, _DAY_S))
 
+    if rules.yard is not None:
+        for limit, most in _YARD.items():
+            _within(check, f"site.rules.yard.{limit}", getattr(rules.yard, limit), most)
     if rules.casting is not None:
         _within(check, "site.rules.casting.people", rules.casting.people, _Range(0.0, 1e4, with_low=False))
         _within(check, "site.rules.casting.hand_s", rules.casting.hand_s, _Range(0.0, _DAY_S))
@@ -272,7 +282,12 @@ def _check_lift(check: Check, lift: Lift, name: str) -> None:
         _check_time(check, f"{name}: it leaves a path", left.until_ns)
     if lift.place is not None:
         place = lift.place
-        _finite(check, f"{name}: place.cell_vox", (*place.cell_vox, place.rise_vox, place.delivery), most=_FAR_VOX)
+        _finite(
+            check,
+            f"{name}: place.cell_vox",
+            (*place.cell_vox, place.rise_vox, place.delivery, place.stack),
+            most=_FAR_VOX,
+        )
     if lift.guide is not None:
         _finite(check, f"{name}: guide.poses", lift.guide.poses, most=_FAR_M)
         _finite(check, f"{name}: guide.centre_m", lift.guide.centre_m, most=_FAR_M)

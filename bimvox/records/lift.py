@@ -53,6 +53,7 @@ class YardPlace:
         turn: Its rotation in quarter turns, counter-clockwise.
         rise_vox: How far it is raised before it is turned or, if it is not turned, before transit.
         shift_vox: Reference cell of the part in its final orientation, in plan, relative to ``cell_vox``.
+        stack: Number of its stack in its delivery, from 1; 0 if it lies alone.
     """
 
     delivery: int
@@ -62,6 +63,7 @@ class YardPlace:
     turn: int = 0
     rise_vox: int = 1
     shift_vox: tuple[int, int] = (0, 0)
+    stack: int = 0
 
     @property
     def transit_start_vox(self) -> IntVec:
@@ -92,14 +94,21 @@ def not_lifted(component: Component, order: int) -> Lift:
 
 
 def yard_place(
-    component: Component, delivery: int, pose: StoredPose, cell_vox: IntVec, *, turn: int = 0, rise_vox: int = 1
+    component: Component,
+    delivery: int,
+    pose: StoredPose,
+    cell_vox: IntVec,
+    *,
+    turn: int = 0,
+    rise_vox: int = 1,
+    stack: int = 0,
 ) -> YardPlace:
     """Return the place of a component at a cell, in a pose and turned by quarters."""
     hook = component.hook_offset_vox
     turned = turned_hook(component.shape, hook, turn)
     shift = (turned[0] - hook[0], turned[1] - hook[1])
     shape = stored_shape(component.shape, pose, turn)
-    return YardPlace(delivery, pose, shape, cell_vox, turn % 4, rise_vox, shift)
+    return YardPlace(delivery, pose, shape, cell_vox, turn % 4, rise_vox, shift, stack)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,8 +149,8 @@ class Lift:
         blocked_by: Ids of what blocks it.
         left: Earlier paths of the load, if it was stopped in transit; in order.
         by_other_means: Whether the part of an infeasible lift counts as set by other means than the crane: from its
-            turn on it is in the way and carries what rests on it. It never lies in the yard; ``place`` is where it
-            would.
+            turn on it is in the way and carries what rests on it. Unless it is in a stack, it never lies in the yard;
+            ``place`` is where it would.
         guide: How a crew guides the load on its last moves, which then lead straight down; None if it only hangs on
             its hook.
         clearance_m: The clearance that it keeps in transit if it could not keep the rules', which give way; None: all.
@@ -182,8 +191,12 @@ class Lift:
 
     @property
     def in_yard(self) -> YardPlace | None:
-        """Where its part waits in the yard; None if it never lies there."""
-        return None if self.is_set_otherwise else self.place
+        """Where its part waits in the yard; None if it never lies there.
+
+        A part of a stack lies there until its turn, also if it is set by other means: others lie on it.
+        """
+        stacked = self.place is not None and self.place.stack > 0
+        return self.place if stacked or not self.is_set_otherwise else None
 
     @property
     def number(self) -> int:

@@ -237,7 +237,7 @@ def _with_fixed_digests(site: Site) -> Site:
         replace(first, name="") if first else None,
         *([[replace(crane, name="") for crane in others], lifted_by] if others else []),
         *([[c.hook_aside_vox for c in site.components]] if site.exact_hook else []),
-        # A policy does not depend on log sampling, crew times or truck loads.
+        # A policy does not depend on log sampling, crew times, truck loads or stacks.
         replace(
             site.rules,
             sample_period_s=0.0,
@@ -252,6 +252,7 @@ def _with_fixed_digests(site: Site) -> Site:
             critical_share=0.0,
             swing=SwingRule.SHAPED,
             crane_separation_m=Rules().crane_separation_m,
+            yard=None,
         ),
     )
     fixed = digest_of(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -23,6 +24,7 @@ from bimvox.site.config_project import ProjectConfig
 from bimvox.site.config_rigging import RiggingConfig
 from bimvox.site.config_rules import RulesConfig
 from bimvox.site.config_support import MOST_SUPPORTS, SupportConfig
+from bimvox.site.config_yard import YardConfig
 from bimvox.site.limits import (
     FEW_HANDS_KG,
     ROAD_HEIGHT_M,
@@ -279,6 +281,7 @@ class SiteConfig(Table):
     sequence: SequenceConfig = SequenceConfig()
     means: MeansConfig = MeansConfig()
     rules: RulesConfig = RulesConfig()
+    yard: YardConfig | None = None
     calendar: CalendarConfig = CalendarConfig()
     policy: PolicyConfig = PolicyConfig()
     support: Annotated[tuple[SupportConfig, ...], Field(max_length=MOST_SUPPORTS)] = ()
@@ -322,7 +325,8 @@ class SiteConfig(Table):
     @property
     def rules_in_force(self) -> Rules:
         """The rules; their defaults depend on whether the site has a crane, or one is to be chosen for it."""
-        return self.rules.rules(has_crane=any(crane.kind != "none" for crane in self.cranes) or self.crane is None)
+        rules = self.rules.rules(has_crane=any(crane.kind != "none" for crane in self.cranes) or self.crane is None)
+        return replace(rules, yard=None if self.yard is None else self.yard.rules())
 
     @property
     def one_crane(self) -> CraneConfig | None:

@@ -19,6 +19,8 @@ from bimvox.errors import GridTooLargeError, InputError
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
 from bimvox.site.config import ModelConfig, Polygon, SiteConfig
 from bimvox.site.config_crane import CraneConfig
+from bimvox.site.config_rules import RulesConfig
+from bimvox.site.config_yard import YardConfig
 from bimvox.site.crane_guess import CraneFit, Rigs, compare_cranes, fit_here, guess_crane, hook_above_m
 from bimvox.site.extent import site_extent, top_m
 from bimvox.site.lifting import HangsAt, lifting_by
@@ -28,6 +30,7 @@ from bimvox.site.parts import entries_by_id, is_erected
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, ground_height_m, lowest_m
 from bimvox.site.rigging import gear_by_crane, gear_of_site
 from bimvox.site.yard_guess import yard_need, yards_next_to
+from bimvox.site.yard_rules import TRUCK_KG
 
 VOXEL_SIZES_M = (0.1, 0.2, 0.25, 0.5, 1.0)
 PLANNING_CELLS = 2_500_000
@@ -49,7 +52,9 @@ def guess_site(
         machines: Machines to choose from; empty: the hammerheads of the catalogue.
     """
     model = model.model_copy(update={"yaw_deg": round(math.degrees(dominant_yaw_rad(building)), 12)})
-    return complete_config(SiteConfig(name=name or model.path.stem, model=model), building, machines)
+    rules = RulesConfig(truckload_kg=TRUCK_KG)
+    config = SiteConfig(name=name or model.path.stem, model=model, rules=rules, yard=YardConfig())
+    return complete_config(config, building, machines)
 
 
 def cranes_that_fit(
@@ -178,7 +183,9 @@ def _with_areas_and_crane(
     rough_m = config.model.voxel_size_m or planning_voxel_size_m(config.model_copy(update={"areas": areas}), building)
     if areas.yard is None:
         box = np.stack([construction.min(axis=0), construction.max(axis=0)])
-        candidates: list[tuple[Polygon, ...]] = [(yard,) for yard in yards_next_to(box, yard_need(lifted, rough_m))]
+        gap_m = config.yard.gap_m if config.yard else 0.0
+        need = yard_need(lifted, rough_m, gap_m=gap_m, truckload_kg=config.rules.truckload_kg)
+        candidates: list[tuple[Polygon, ...]] = [(yard,) for yard in yards_next_to(box, need)]
     else:
         candidates = [areas.yard]
     if wants_crane:

@@ -16,6 +16,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.site.casting import FIELD_CASTING, Casting
 from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
+from bimvox.site.yard_rules import YardRules
 from bimvox.sparse import SPARSE, absent_means
 
 GROUND_ID = "ground"
@@ -77,6 +78,7 @@ class Rules:
         times: The crew's times by class of work; None: the same for every part, as in logs made before such times.
         casting: The times of work that the crane does not do; None: not known, as in logs made before such times.
         heading: What keeps the heading of a load while the jib turns. A load with no room to turn keeps its heading.
+        yard: How parts lie in the yard; None: a cell apart and never on each other.
     """
 
     clearance_m: float = 0.0
@@ -102,6 +104,7 @@ class Rules:
     times: TimesByWork | None = field(default=FIELD_TIMES, metadata=absent_means(None))
     casting: Casting | None = field(default=FIELD_CASTING, metadata=absent_means(None))
     heading: HeadingRule = field(default=HeadingRule.KEPT, metadata=SPARSE)
+    yard: YardRules | None = field(default=None, metadata=SPARSE)
 
     def kept_m(self, rule: str, clearance_m: float | None) -> float:
         """Return a clearance of these rules for a lift that keeps ``clearance_m`` if the rule gives way; None: all."""

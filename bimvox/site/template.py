@@ -12,6 +12,7 @@ from bimvox.site.config_crane import CraneConfig, OverrideConfig
 from bimvox.site.config_project import ProjectConfig
 from bimvox.site.config_rigging import RiggingConfig
 from bimvox.site.config_support import SupportConfig
+from bimvox.site.config_yard import YardConfig
 from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.validation import Table
 from bimvox.site.work import Work
@@ -57,6 +58,7 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_note
         _sequence(config, example_ids),
         _means(config),
         _rules(config),
+        _yard(config.yard),
         _calendar(config.calendar),
         _policy(config),
         *(_support(one) for one in config.support),
@@ -292,6 +294,23 @@ def _rules(config: SiteConfig) -> str:
         _key("bundle_s", rules.casting.bundle_s, "crane time of a material lift; it has no path"),
         *(_key(work.value, getattr(rules.casting, work.value)) for work in Work),
     )
+
+
+_YARD = {
+    "gap_m": "free around a part when it is picked, for the slinger",
+    "stack_parts": "most parts in a stack; 1: no stacks",
+    "stack_height_m": "largest height of a stack: slings are attached from the ground",
+    "stack_kg": "largest mass of a stack; the ground decides",
+    "dunnage_m": "between two parts of a stack",
+}
+
+
+def _yard(yard: YardConfig | None) -> str:
+    note = "# How parts lie in the yard: flat ones in stacks, the one that is lifted first on top."
+    if yard is None:
+        lines = (f"# {_key(key, getattr(YardConfig(), key), said)}" for key, said in _YARD.items())
+        return _lines(note, "# Without this table: a cell apart, and never on each other.", "# [yard]", *lines)
+    return _lines(note, "[yard]", *(_key(key, getattr(yard, key), said) for key, said in _YARD.items()))
 
 
 def _default(config: SiteConfig, key: str) -> str:

@@ -36,13 +36,15 @@ class YardNeed:
     area_m2: float
 
 
-def yard_need(components: Sequence[Element], voxel_size_m: float) -> YardNeed:
+def yard_need(
+    components: Sequence[Element], voxel_size_m: float, *, gap_m: float = 0.0, truckload_kg: float = 0.0
+) -> YardNeed:
     """Return the least size of a yard for these parts: it holds the largest part, and about 25 typical ones.
 
-    Parts have their orientation in the building; columns lie along the longer side. Three cells are added to each for
-    the gap and for partly filled cells.
+    If deliveries are limited, it holds two of them, if these are fewer parts. Parts have their orientation in the
+    building; columns lie along the longer side. The gap, at least a cell, and two partly filled cells are added.
     """
-    pad_m = 3 * voxel_size_m
+    pad_m = max(gap_m, voxel_size_m) + 2 * voxel_size_m
     sizes = np.array([np.ptp(element.mesh.bounds_m, axis=0) for element in components])
     erected = np.array([is_erected(element) for element in components])
     lying = np.hypot(sizes[:, 2], sizes[:, :2].max(axis=1)) + pad_m
@@ -55,8 +57,15 @@ def yard_need(components: Sequence[Element], voxel_size_m: float) -> YardNeed:
         width_m=max(float(as_built[:, 0].max()), narrowest) + pad_m,
         depth_m=max(float(as_built[:, 1].max()), narrowest) + pad_m,
         longest_m=(float(lying[erected].max()) if erected.any() else 0.0) + pad_m,
-        area_m2=_PACKING * float(areas.mean()) * min(TYPICAL_PARTS, len(components)),
+        area_m2=_PACKING * float(areas.mean()) * min(TYPICAL_PARTS, _two_loads(components, truckload_kg)),
     )
+
+
+def _two_loads(components: Sequence[Element], truckload_kg: float) -> int:
+    """Return about how many parts come with two deliveries; all if these are not limited."""
+    typical_kg = float(np.mean([element.mass_kg for element in components]))
+    loads = int(np.ceil(2.0 * truckload_kg / typical_kg)) if truckload_kg > 0.0 else len(components)
+    return min(max(2, loads), len(components))
 
 
 def yards_next_to(construction_m: NDArray[np.float64], need: YardNeed) -> list[Polygon]:

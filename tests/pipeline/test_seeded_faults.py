@@ -55,6 +55,8 @@ ALONE: dict[str, faults.Forge] = {
     "reach": faults.a_path_over_a_zone,
     "support": faults.against_the_planners_wish,
     "yard": faults.outside_the_yard,
+    "gap": faults.too_near_for_the_slinger,
+    "stacks": faults.a_stack_on_the_ground_side_by_side,
     "margin": faults.a_path_that_dips_over_the_wall,
     "timeline": faults.a_gap_on_the_clock,
     "axis_limits": faults.a_slower_crane,

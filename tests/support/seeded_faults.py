@@ -74,6 +74,7 @@ from bimvox.site.config import (
     ZoneConfig,
 )
 from bimvox.site.config_rules import RulesConfig
+from bimvox.site.config_yard import YardConfig
 from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.gear_file import gear_catalogue
 from bimvox.site.machine import crane_config
@@ -81,6 +82,7 @@ from bimvox.site.means import Means
 from bimvox.site.shape import shape_of
 from bimvox.site.site import Blocker, HeadingRule, Rules, Site, SwingRule
 from bimvox.site.template import site_toml
+from bimvox.site.yard_rules import YardRules
 
 Forge = Callable[[PlanLog], PlanLog]
 
@@ -164,6 +166,7 @@ def site_file_of(site: Site, **changes: Any) -> bytes:
     """Return the site file that gives this site: rules, crane, zones, areas, extent and what it asks of parts."""
     rules = dataclasses.asdict(site.rules) | {"swing": site.rules.swing.value, "heading": site.rules.heading.value}
     rules |= dict.fromkeys(rules.pop("gives_way"))  # defaults are not written
+    lying = rules.pop("yard")
     size_m = site.frame.voxel_size_m
     (x0, y0, _), (nx, ny, nz) = site.frame.origin_m, site.shape
     built = site.labels[:, :, 0] == Label.CONSTRUCTION_AREA
@@ -180,6 +183,7 @@ def site_file_of(site: Site, **changes: Any) -> bytes:
         component=tuple(filter(None, map(entry_of(site), site.components))),
         sequence=SequenceConfig(storeys=any(part.hints.rank is not None for part in site.components)),
         rules=RulesConfig(**rules),
+        yard=None if lying is None else YardConfig(**lying),
         zone=tuple(
             ZoneConfig(polygon=one) for one in ([] if site.prohibited is None else rows_of(site, site.prohibited))
         ),
@@ -584,6 +588,18 @@ def not_turned_as_the_file_says(log: PlanLog) -> PlanLog:
 
 def a_truck_overloaded(log: PlanLog) -> PlanLog:
     return with_site(log, rules=dataclasses.replace(log.plan.site.rules, truckload_kg=500.0))
+
+
+def too_near_for_the_slinger(log: PlanLog) -> PlanLog:
+    return with_rules(log, yard=YardRules(gap_m=4.0))
+
+
+def a_stack_on_the_ground_side_by_side(log: PlanLog) -> PlanLog:
+    """Two parts are said to be in one stack, but both lie on the ground."""
+    stacked = with_rules(log, yard=YardRules(gap_m=0.0))
+    for name in ("slab", "beam"):
+        stacked = with_lift(stacked, name, place=dataclasses.replace(lift_of(stacked, name).place, stack=1))
+    return stacked
 
 
 def lifts_not_numbered(log: PlanLog) -> PlanLog:

@@ -34,6 +34,8 @@ CHECKS = {
     "wind": "the sail area of every part permits the site's wind speed; where that is a default, less wind is stated",
     "support": "a part is set after the parts that it rests on",
     "yard": "parts in the yard do not collide, one delivery at a time",
+    "gap": "when a part is picked, the slinger can walk around it",
+    "stacks": "stacks keep their limits, each part lies within the next, and nothing lies on what is picked",
     "timeline": "lifts follow each other on one clock without gaps, phases in their order, named by what is done",
     "axis_limits": "no axis exceeds its rate, acceleration or jerk, measured by differences of the samples",
     "axis_range": "the hook stays between minimum radius and jib end, and above the ground",

@@ -1,0 +1,168 @@
+"""The proof that people and stacks are safe in the yard: the slinger's gap, and what lies on what.
+
+It knows nothing of how places were chosen: it reads each place from the log and measures cells and triangles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.proof.moment import Thing, beside, stored_thing
+from bimvox.proof.space import whole_cells
+from bimvox.records.lift import Lift, YardPlace
+from bimvox.records.proof import Check
+from bimvox.site.component import Component, StoredPose
+from bimvox.site.site import GROUND_ID, Site
+from bimvox.site.work import Work, kind_of
+
+_HEAD_M = 2.0
+"""Up to this height above the ground, something is in the way of a person."""
+_EPS = 1e-6
+
+
+def check_gap(check: Check, site: Site, lift: Lift, present: Sequence[Thing]) -> None:
+    """Check that the slinger can walk around a part when it is picked.
+
+    What its own stack consists of does not count, nor do obstructions, which come and go, nor other parts whose place
+    the site file gives, if it gives this part's too.
+    """
+    rules, place = site.rules.yard, lift.place
+    if rules is None or place is None or place.cell_vox[2] < 1:
+        return
+    component = site.components[lift.component]
+    frame, gap_m = site.frame, rules.gap_m
+    own = stored_thing(site, lift, place)
+    reach, head = whole_cells(gap_m, frame), whole_cells(_HEAD_M, frame)
+    low = [own.low[0] - reach, own.low[1] - reach, 1]
+    high = [own.high[0] + reach, own.high[1] + reach, head]
+    exempt = {GROUND_ID} | {blocker.id for blocker in site.blockers if blocker.kind == "obstruction"}
+    if component.start_vox is not None:
+        exempt |= {other.id for other in site.components if other.start_vox is not None}
+    columns = np.unique(own.cells[:, :2], axis=0)
+    check.look(True, "")
+    for thing in beside(present, low, high):
+        if thing.name in exempt:
+            continue
+        cells = thing.cells[(thing.cells[:, 2] >= 1) & (thing.cells[:, 2] <= head)]
+        if place.stack and len(cells) and _lies_under(own, thing):
+            continue
+        apart_m = _apart_vox(columns, cells[:, :2]) * frame.voxel_size_m
+        check.look(
+            apart_m >= gap_m - _EPS,
+            f"{component.label}: when it is picked, {thing.name} is {apart_m:.2f} m away on plan; the slinger needs "
+            f"{gap_m:g} m",
+        )
+
+
+def check_last_in(check: Check, site: Site, lift: Lift, present: Sequence[Thing]) -> None:
+    """Check that nothing lies on a part when it is picked."""
+    place = lift.place
+    if site.rules.yard is None or place is None:
+        return
+    own = stored_thing(site, lift, place)
+    low, high = [own.low[0], own.low[1], own.high[2] + 1], [own.high[0], own.high[1], site.shape[2]]
+    stored = {one.id for one in site.components}
+    columns = {tuple(column) for column in np.unique(own.cells[:, :2], axis=0).tolist()}
+    names = [
+        thing.name
+        for thing in beside(present, low, high)
+        if thing.name in stored
+        and any(tuple(cell[:2]) in columns for cell in thing.cells[thing.cells[:, 2] > own.high[2]].tolist())
+    ]
+    check.look(
+        not names, f"{site.components[lift.component].label}: {', '.join(names[:1])} lies on it when it is picked"
+    )
+
+
+def check_stacks(check: Check, site: Site, lifts: Collection[Lift]) -> None:
+    """Check every stack of every delivery: what it consists of, its limits, and that each part lies on the next."""
+    rules = site.rules.yard
+    stacks: dict[tuple[int, int], list[tuple[Lift, YardPlace]]] = {}
+    for lift in lifts:
+        place = lift.place
+        if place is None:
+            continue
+        name = site.components[lift.component].label
+        if place.stack:
+            stacks.setdefault((place.delivery, place.stack), []).append((lift, place))
+        else:
+            check.look(place.cell_vox[2] == 1, f"{name}: lies {place.cell_vox[2] - 1} cells high, but in no stack")
+    for (delivery, number), members in stacks.items():
+        if rules is None:
+            check.look(False, f"stack {number} of delivery {delivery + 1}: the site's rules have no stacks")
+            continue
+        _check_stack(check, site, f"stack {number} of delivery {delivery + 1}", members)
+
+
+def _check_stack(check: Check, site: Site, name: str, members: list[tuple[Lift, YardPlace]]) -> None:
+    """Check one stack, from the ground up."""
+    rules, size_m = site.rules.yard, site.frame.voxel_size_m
+    assert rules is not None
+    members = sorted(members, key=lambda one: one[1].cell_vox[2])
+    parts = [site.components[lift.component] for lift, _ in members]
+    for part, (_, place) in zip(parts, members, strict=True):
+        fault = _unfit(part, place)
+        check.look(not fault, f"{name}: {part.label} {fault}")
+    check.look(len(parts) <= rules.stack_parts, f"{name}: has {len(parts)} parts, more than {rules.stack_parts}")
+    mass_kg = sum(part.mass_kg for part in parts)
+    check.look(mass_kg <= rules.stack_kg + _EPS, f"{name}: weighs {mass_kg:.0f} kg, more than {rules.stack_kg:.0f} kg")
+    extents_m = [np.ptp(part.mesh.vertices_m[np.unique(part.mesh.faces)], axis=0) for part in parts]
+    height_m = float(sum(extent[2] for extent in extents_m)) + (len(parts) - 1) * rules.dunnage_m
+    most_m = min(rules.stack_height_m, float(extents_m[0][:2].min()))
+    check.look(height_m <= most_m + _EPS, f"{name}: is {height_m:.2f} m high, more than {most_m:.2f} m")
+    check.look(members[0][1].cell_vox[2] == 1, f"{name}: does not stand on the ground")
+    for (under, below), (over, above) in pairwise(members):
+        lower, upper = site.components[under.component].label, site.components[over.component].label
+        free_vox = above.cell_vox[2] - below.cell_vox[2] - int(below.shape.cells[:, 2].max()) - 1
+        wanted = max(1, whole_cells(rules.dunnage_m, site.frame))
+        check.look(
+            free_vox == wanted,
+            f"{name}: {upper} is {free_vox * size_m:.2f} m above {lower}; the dunnage is {wanted * size_m:.2f} m thick",
+        )
+        (low, high), (first, last) = _outline(below), _outline(above)
+        inside = (first >= low).all() and (last <= high).all()
+        check.look(bool(inside), f"{name}: {upper} overhangs {lower}, which it lies on")
+        check.look(over.order < under.order, f"{name}: {upper} lies on {lower}, but is lifted later")
+
+
+def _unfit(part: Component, place: YardPlace) -> str:
+    """Return why a part may not be in a stack; empty if it may."""
+    if part.start_vox is not None:
+        return "has a place of its own in the site file"
+    if place.pose is not StoredPose.AS_BUILT or part.erected:
+        return "is upended, so it may not lie in a stack"
+    size = np.ptp(part.shape.cells, axis=0) + 1
+    if len(part.shape.cells) != int(np.prod(size)):
+        return "does not fill its box, so it gives no level bearing"
+    if kind_of(part) not in (Work.SLAB, Work.BEAM):
+        return f"is no slab or beam, but a {kind_of(part).value}"
+    return ""
+
+
+def _outline(place: YardPlace) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first and last column of a stored part's box."""
+    low = np.array(place.cell_vox[:2], np.int64)
+    return low, low + place.shape.cells[:, :2].max(axis=0)
+
+
+def _lies_under(own: Thing, thing: Thing) -> bool:
+    """Return whether a thing is entirely below a part, and meets its outline."""
+    meets = all(thing.low[axis] <= own.high[axis] and thing.high[axis] >= own.low[axis] for axis in (0, 1))
+    return meets and thing.high[2] < own.low[2]
+
+
+def _apart_vox(columns: NDArray[np.int32], others: NDArray[np.int32]) -> float:
+    """Return the shortest distance on plan between two sets of columns, cells; inf if one is empty."""
+    if not len(columns) or not len(others):
+        return float("inf")
+    low, high = columns.min(axis=0), columns.max(axis=0)
+    others = np.unique(others, axis=0)
+    outside = np.maximum(np.maximum(low - others - 1, others - high - 1), 0)
+    near = others[np.hypot(*outside.T) <= np.hypot(*outside.T).min() + np.hypot(*(high - low + 1))]
+    free = np.maximum(np.abs(columns[:, None] - near[None]) - 1, 0)
+    touching = (np.abs(columns[:, None] - near[None]) == 0).all(axis=2)
+    return 0.0 if touching.any() else float(np.hypot(free[..., 0], free[..., 1]).min())

@@ -1,0 +1,33 @@
+"""The ``[yard]`` table of a site file: how parts lie in the yard."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from bimvox.site.validation import NotNegative, Positive, Table, Whole
+from bimvox.site.yard_rules import USUAL_YARD, YardRules
+
+
+class YardConfig(Table):
+    """How parts lie in the yard. Without this table: one cell apart and never on each other.
+
+    In a stack, the part that is lifted first lies on top. Flat parts that fill their box are stacked: slabs and beams
+    that are not upended, no higher together than the lowest one is wide.
+    """
+
+    gap_m: Annotated[NotNegative, Field(le=10.0)] = USUAL_YARD.gap_m
+    """Free width around a part when it is picked, for the slinger; rounded up to whole cells."""
+    stack_parts: Annotated[Whole, Field(ge=1, le=100)] = USUAL_YARD.stack_parts
+    """Most parts in a stack; 1: no stacks."""
+    stack_height_m: Annotated[Positive, Field(le=10.0)] = USUAL_YARD.stack_height_m
+    """Largest height of a stack."""
+    stack_kg: Positive = USUAL_YARD.stack_kg
+    """Largest mass of a stack."""
+    dunnage_m: Annotated[NotNegative, Field(le=1.0)] = USUAL_YARD.dunnage_m
+    """Between two parts of a stack; at least one cell."""
+
+    def rules(self) -> YardRules:
+        """Return the table as a value for the planner."""
+        return YardRules(**self.model_dump())
