@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from heapq import heappop, heappush
 from operator import itemgetter
@@ -12,9 +12,11 @@ from operator import itemgetter
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Step, Steps
+from bimvox.records.uncertain_end import PERCENTILES, added_ns
 from bimvox.site.config_calendar import CalendarConfig
 from bimvox.site.means import Means
 from bimvox.site.site import Site
+from bimvox.site.work import Work, work_of
 from bimvox.site.working_hours import WorkingHours
 from bimvox.units import NS_PER_S
 
@@ -80,6 +82,14 @@ class WorkTime:
         """Return when the stretch of work begins that a time is in."""
         return self._starts[self._stretch(at_ns)]
 
+    def between(self, at_ns: int, until_ns: int) -> int:
+        """Return the working time between two times."""
+        if until_ns <= at_ns:
+            return 0
+        last = self._stretch(until_ns)
+        spans = zip(self._starts[: last + 1], self._ends[: last + 1], strict=True)
+        return sum(max(0, min(high, until_ns) - max(low, at_ns)) for low, high in spans)
+
     def is_too_long(self, work_ns: int) -> bool:
         """Return whether work is longer than every uninterrupted stretch."""
         return work_ns > self._longest_ns
@@ -110,6 +120,7 @@ class PlanDates:
         too_long: Orders of the lifts that are longer than every uninterrupted stretch of work: they run on beyond it.
         blocks: What is not interrupted, ascending, and when each begins.
         work: The working time.
+        later_ns: Working time that the plan takes longer at each of ``PERCENTILES``; none if nothing is uncertain.
     """
 
     calendar: CalendarConfig
@@ -121,6 +132,7 @@ class PlanDates:
     too_long: tuple[int, ...]
     blocks: tuple[tuple[Block, int], ...] = field(repr=False)
     work: WorkTime = field(repr=False)
+    later_ns: tuple[int, ...] = ()
 
     def at(self, clock_ns: int) -> datetime:
         """Return the local time of a time on the site's clock; it ascends, and is in working hours during a lift."""
@@ -164,6 +176,16 @@ class PlanDates:
         return f"{in_words(self.last)}, {days:,} working day{'' if days == 1 else 's'}"
 
     @property
+    def percentiles(self) -> tuple[tuple[int, datetime], ...]:
+        """Percentile and end of the plan if the times of its lifts are uncertain; none if they are not."""
+        if not self.later_ns:
+            return ()
+        first_ns, last_ns = min(at[0] for at in self._all()), max(at[1] for at in self._all())
+        planned_ns = self.work.between(first_ns, last_ns)
+        ends = (self.work.worked(first_ns, max(0, planned_ns + later_ns)) for later_ns in self.later_ns)
+        return tuple((share, self.moment(end_ns)) for share, end_ns in zip(PERCENTILES, ends, strict=True))
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What a reader of the dates must know."""
         default = " (the default; [calendar] in the site file changes it)" if self.calendar.is_default else ""
@@ -174,10 +196,14 @@ class PlanDates:
                 f"longer than any uninterrupted stretch of work, so that they run on into a break or beyond the shift: "
                 f"lift{'' if len(self.too_long) == 1 else 's'} {numbers}"
             )
+        if ends := self.percentiles:
+            words = ", ".join(f"P{share} {in_words(end)}" for share, end in ends)
+            told.append(f"the end if lifts take as long as [calendar.uncertainty] says, by simulation: {words}")
         return tuple(told)
 
     def document(self) -> dict[str, object]:
         """Return begin, end, working days and notes for the JSON documents."""
+        ends = {f"P{share}": end.isoformat() for share, end in self.percentiles}
         return {
             "begins": self.first.isoformat(),
             "ends": self.last.isoformat(),
@@ -193,6 +219,7 @@ class PlanDates:
                 for number, (begin, end) in sorted(self.deliveries.items())
             ],
             "notes": list(self.notes),
+            **({"percentiles": ends} if ends else {}),
         }
 
     def _all(self) -> Iterator[tuple[int, int]]:
@@ -226,7 +253,14 @@ def dates_of(
     begins = start or calendar.begins
     if begins is None or not motions:
         return None
-    return _Walk(calendar, site, WorkTime(calendar.hours, begins)).over(lifts, motions, steps)
+    dates = _Walk(calendar, site, WorkTime(calendar.hours, begins)).over(lifts, motions, steps)
+    if calendar.uncertainty is None:
+        return dates
+    times: dict[Work, list[int]] = {}
+    for motion in sorted(motions, key=lambda motion: motion.order):
+        start_ns, released_ns = dates.lifts[motion.order]
+        times.setdefault(work_of(site.components[motion.component]), []).append(released_ns - start_ns)
+    return replace(dates, later_ns=added_ns(calendar.uncertainty, times))
 
 
 def blocks_of(site: Site, motions: Iterable[LiftMotion]) -> tuple[Block, ...]:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from bimvox.site.config_uncertainty import UncertaintyConfig
 from bimvox.site.validation import NotNegative, Table, Text, Whole
 from bimvox.site.working_hours import SPAN, WorkingHours, day_of, public_holidays, span_min
 
@@ -55,6 +56,8 @@ class CalendarConfig(Table):
     """People of a crane's erection crew, slinger and signaller included. Default: not stated."""
     unloading_people: People | None = None
     """People who unload a delivery. Default: not stated."""
+    uncertainty: UncertaintyConfig | None = None
+    """How much shorter or longer lifts may take; with it, the end is given as percentiles too."""
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
