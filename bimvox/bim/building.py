@@ -9,6 +9,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.kept import kept
+
 
 class Role(StrEnum):
     """What an element is to the lift planner."""
@@ -66,6 +68,7 @@ class TriangleMesh:
         return self.vertices_m[self.faces]
 
     @property
+    @kept
     def bounds_m(self) -> NDArray[np.float64]:
         """(2, 3) float64: lowest and highest corner of the vertices that a face uses."""
         used = np.zeros(len(self.vertices_m), np.bool_)

@@ -177,7 +177,7 @@ def _prove(
         return refusals(of_motions)
     steps = steps_of(made.site, made.lifts, motions)
     if steps != Steps():
-        of_motions = Verification((*of_motions.checks, verify_steps(made, motions, steps)))
+        of_motions = Verification((*of_motions.checks, verify_steps(made, motions, steps, proven)))
     if not of_motions.verified:
         return refusals(of_motions)
     return Planned(made, motions, Verification((values, *of_plan.checks[1:], *of_motions.checks)))

@@ -39,7 +39,8 @@ def one_way(site: Site, moment: Moment, motion: LiftMotion) -> tuple[EmptyWay, .
     """Return the approach of a site's only crane, with what is on the site when the hook leaves the part before."""
     if motion.approach is None or moment.before is None:
         return ()
-    present = tuple(thing for thing in moment.present if thing not in moment.arrived)
+    arrived = set(moment.arrived)
+    present = tuple(thing for thing in moment.present if thing not in arrived) if arrived else moment.present
     place = moment.lift.place
     if place is not None:
         own = place.shape.cells + np.array(place.cell_vox, np.int32)

@@ -82,23 +82,21 @@ def _check_cells(
     first, last = cells.min(axis=0), cells.max(axis=0)
     dense = np.zeros(last - first + 3, np.bool_)
     dense[tuple((cells - first + 1).T)] = True
-    points = _spread(mesh.triangles_m, frame.voxel_size_m / 2)
-    scaled = (points - np.array(frame.origin_m)) / frame.voxel_size_m
-    border = _BORDER_M / frame.voxel_size_m
+    corners = (mesh.triangles_m - np.array(frame.origin_m)) / frame.voxel_size_m - (first - 1)
+    border, touched, ends = _BORDER_M / frame.voxel_size_m, np.zeros_like(dense), np.full((2, 3), np.inf)
+    ends[0] = -np.inf
     if shape is not None:
-        inside = ((scaled >= border) & (scaled <= np.array(shape) - border)).all(axis=1)
-        points, scaled = points[inside], scaled[inside]
-    touched = np.zeros_like(dense)
-    bare = points[~_covered(dense, touched, scaled - (first - 1), border)]
-    where = f" at ({bare[0][0]:.3f}, {bare[0][1]:.3f}, {bare[0][2]:.3f}) m" if len(bare) else ""
-    check.look(not len(bare), f"{name}: its surface{where} lies outside its cells", samples=len(points))
+        ends = np.array([np.full(3, border), np.array(shape) - border]) - (first - 1)
+    looked, bare, at = _look(dense, touched, corners, ends[0], ends[1], 0.5, border)
+    at_m = np.array(frame.origin_m) + frame.voxel_size_m * (at + first - 1)
+    where = f" at ({at_m[0]:.3f}, {at_m[1]:.3f}, {at_m[2]:.3f}) m" if bare else ""
+    check.look(not bare, f"{name}: its surface{where} lies outside its cells", samples=looked)
     low, high = (mesh.bounds_m - np.array(frame.origin_m)) / frame.voxel_size_m
     if shape is not None:
         low, high = np.clip(low, 0, shape), np.clip(high, 0, shape)
     # A surface at a border of cells may fill the cells on both sides of it, or on one.
     reaches = (first < np.floor(low - border)).any() or (last + 1 > np.floor(high + border) + 1).any()
     check.look(not reaches, f"{name}: its cells reach further than its surface")
-    corners = (mesh.triangles_m - np.array(frame.origin_m)) / frame.voxel_size_m - (first - 1)
     empty = unfilled(dense, touched, mesh, corners, border)
     if len(empty) and may_be_open and not is_matched(corner_numbers(mesh)):
         check.undecided.append(
@@ -126,31 +124,64 @@ def _centre_m(mesh: TriangleMesh) -> NDArray[np.float64] | None:
 
 
 @kernel
-def _covered(
-    dense: NDArray[np.bool_], touched: NDArray[np.bool_], scaled: NDArray[np.float64], border: float
-) -> NDArray[np.bool_]:
-    """Return (N,) whether any cell around each point, a border's width to either side, is set; mark these cells."""
-    covered = np.zeros(scaled.shape[0], np.bool_)
-    nx, ny, nz = dense.shape
-    for n in range(scaled.shape[0]):
-        first_x, last_x = int(np.floor(scaled[n, 0] - border)), int(np.floor(scaled[n, 0] + border))
-        first_y, last_y = int(np.floor(scaled[n, 1] - border)), int(np.floor(scaled[n, 1] + border))
-        first_z, last_z = int(np.floor(scaled[n, 2] - border)), int(np.floor(scaled[n, 2] + border))
-        for x in range(max(first_x, 0), min(last_x, nx - 1) + 1):
-            for y in range(max(first_y, 0), min(last_y, ny - 1) + 1):
-                for z in range(max(first_z, 0), min(last_z, nz - 1) + 1):
-                    if dense[x, y, z]:
-                        covered[n] = touched[x, y, z] = True
-    return covered
+def _look(
+    dense: NDArray[np.bool_],
+    touched: NDArray[np.bool_],
+    corners: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    spacing: float,
+    border: float,
+) -> tuple[int, int, NDArray[np.float64]]:
+    """Look at points over every triangle, its corners included, and mark the cells that they touch.
 
+    Neighbours are at most a spacing apart, but an edge has at most ``_FINEST`` parts.
 
-def _spread(triangles_m: NDArray[np.float64], spacing_m: float) -> NDArray[np.float64]:
-    """Return points over every triangle, corners included, at most ``spacing_m`` apart (or ``_FINEST`` an edge)."""
-    longest = np.linalg.norm(triangles_m - np.roll(triangles_m, 1, axis=1), axis=2).max(axis=1)
-    parts = np.clip(np.ceil(longest / spacing_m), 1, _FINEST).astype(int)
-    found = []
-    for count in np.unique(parts):
-        i, j = np.triu_indices(count + 1)
-        weights = np.stack([i, j - i, count - j], axis=1) / count
-        found.append((weights @ triangles_m[parts == count]).reshape(-1, 3))
-    return np.concatenate(found)
+    Args:
+        dense: (X, Y, Z) the cells of the part.
+        touched: (X, Y, Z) receives those of them around each point, a border's width to either side.
+        corners: (F, 3, 3) the triangles, in cells of the array.
+        low: (3,) points below it do not count.
+        high: (3,) points above it do not count.
+        spacing: In cells.
+        border: In cells.
+
+    Returns:
+        How many points count, how many of them no cell of the part is around, and the (3,) first of these: of the
+        triangles with the fewest parts.
+    """
+    looked, bare, fewest, first = 0, 0, _FINEST + 1, np.zeros(3)
+    at, begins, ends = np.empty(3), np.empty(3, np.int64), np.empty(3, np.int64)
+    for f in range(corners.shape[0]):
+        longest = 0.0
+        for side in range(3):
+            squared = 0.0
+            for k in range(3):
+                squared += (corners[f, (side + 1) % 3, k] - corners[f, side, k]) ** 2
+            longest = max(longest, np.sqrt(squared))
+        parts = int(min(max(np.ceil(longest / spacing), 1), _FINEST))
+        for i in range(parts + 1):
+            for j in range(parts + 1 - i):
+                counts, covered = True, False
+                for k in range(3):
+                    a, b, c = corners[f, 0, k], corners[f, 1, k], corners[f, 2, k]
+                    at[k] = (i * a + j * b + (parts - i - j) * c) / parts
+                    counts &= low[k] <= at[k] <= high[k]
+                    begins[k] = max(int(np.floor(at[k] - border)), 0)
+                    ends[k] = min(int(np.floor(at[k] + border)), dense.shape[k] - 1)
+                if not counts:
+                    continue
+                looked += 1
+                for x in range(begins[0], ends[0] + 1):
+                    for y in range(begins[1], ends[1] + 1):
+                        for z in range(begins[2], ends[2] + 1):
+                            if dense[x, y, z]:
+                                covered = touched[x, y, z] = True
+                if covered:
+                    continue
+                bare += 1
+                if parts < fewest:
+                    fewest = parts
+                    for k in range(3):
+                        first[k] = at[k]
+    return looked, bare, first

@@ -7,8 +7,10 @@ import shapely
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.kept import kept
+from bimvox.proof.bodies.solid import point_numbers
 from bimvox.proof.rigging import rigging_kg
 from bimvox.proof.space import whole_cells
 from bimvox.records.lift import Lift, YardPlace
@@ -95,10 +97,8 @@ def check_rope_margin(
     reach = whole_cells(kept_m, site.frame)
     if reach == 0:
         return
-    near = np.zeros(len(path), np.bool_)
-    for n, (x, y, z) in enumerate((path + np.array(component.hook_offset_vox, np.int32)).tolist()):
-        beside = counts[max(0, x - reach) : x + reach + 1, max(0, y - reach) : y + reach + 1, max(0, z) :]
-        near[n] = bool(beside.any())
+    hooks = path.astype(np.int64) + np.array(component.hook_offset_vox)
+    near: NDArray[np.bool_] = _around_rope(counts, hooks, reach)
     rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)
     leaving = np.logical_and.accumulate(rising & near)
     bad = np.flatnonzero((near & ~leaving)[: gate + 1])
@@ -107,6 +107,19 @@ def check_rope_margin(
         f"{component.id}: at {bad[:1]} its rope is nearer than {kept_m:g} m to something",
         samples=gate + 1,
     )
+
+
+@kernel
+def _around_rope(counts: NDArray[np.uint16], hooks: NDArray[np.int64], reach: int) -> NDArray[np.bool_]:
+    """Return (N,) whether anything is within ``reach`` cells, on each axis in plan, of the columns above hook cells."""
+    near = np.zeros(hooks.shape[0], np.bool_)
+    for n in range(hooks.shape[0]):
+        x, y, z = hooks[n, 0], hooks[n, 1], max(hooks[n, 2], 0)
+        for i in range(max(0, x - reach), min(counts.shape[0], x + reach + 1)):
+            for j in range(max(0, y - reach), min(counts.shape[1], y + reach + 1)):
+                for k in range(z, counts.shape[2]):
+                    near[n] |= counts[i, j, k] != 0
+    return near
 
 
 @kept
@@ -119,7 +132,7 @@ def shown_m2(mesh: TriangleMesh, claimed_m2: float) -> float:
     triangles_m, most_m2 = mesh.triangles_m, claimed_m2 * (1.0 + _SHARE) + _SHARE
     angles = np.arange(0.0, np.pi - 1e-9, _TURN)
     more = [angle for angle in angles if _hull_m2(_from_side(mesh.vertices_m, angle)) > most_m2]
-    if more and _closes(triangles_m):
+    if more and _closes(mesh):
         more = [angle for angle in more if 0.5 * _areas_m2(_from_side(triangles_m, angle)).sum() > most_m2]
     return max(claimed_m2, *(_outlined_m2(_from_side(triangles_m, angle)) for angle in more), 0.0)
 
@@ -150,13 +163,13 @@ def _outlined_m2(flat: NDArray[np.float64]) -> float:
     return float(outline.area - _GRID_M * outline.length)
 
 
-def _closes(triangles_m: NDArray[np.float64]) -> bool:
-    """Return whether every edge belongs to an even number of (N, 3, 3) triangles."""
-    odd: set[frozenset[tuple[float, ...]]] = set()
-    for a, b, c in (tuple(map(tuple, triangle)) for triangle in triangles_m.tolist()):
-        for edge in (frozenset((a, b)), frozenset((b, c)), frozenset((c, a))):
-            odd ^= {edge}
-    return all(len(edge) == 1 for edge in odd)
+def _closes(mesh: TriangleMesh) -> bool:
+    """Return whether every edge belongs to an even number of triangles; corners are the same at exactly one place."""
+    corners = point_numbers(mesh.vertices_m)[mesh.faces]
+    edges = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    edges = edges[edges[:, 0] != edges[:, 1]]  # an edge without a length parts nothing
+    _, times = np.unique(edges[:, 0] * len(mesh.vertices_m) + edges[:, 1], return_counts=True)
+    return not (times % 2).any()
 
 
 def check_stored(check: Check, component: Component, place: YardPlace) -> None:

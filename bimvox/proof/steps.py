@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bimvox.proof.bodies.triangles import TriangleCheck
+from bimvox.proof.proven import ProvenLifts
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check
@@ -20,7 +21,9 @@ _SPANNING = frozenset((Work.BEAM, Work.SLAB, Work.STAIR))
 _ON_GROUND_M = 0.3
 
 
-def verify_steps(plan: LiftPlan, motions: Sequence[LiftMotion], steps: Steps) -> Check:
+def verify_steps(
+    plan: LiftPlan, motions: Sequence[LiftMotion], steps: Steps, proven: ProvenLifts | None = None
+) -> Check:
     """Check every step of work that the crane does not do, and every pause of the crane.
 
     Each step has the time that the rules give it, begins after all earlier lifts and after what it rests on carries,
@@ -30,19 +33,27 @@ def verify_steps(plan: LiftPlan, motions: Sequence[LiftMotion], steps: Steps) ->
         plan: The whole plan.
         motions: All its motions.
         steps: The steps and pauses to prove.
+        proven: Lifts that earlier proofs of the same site proved: what carries a part is not measured again.
     """
     check = Check("steps")
     if plan.site.rules.casting is None or not motions:
         check.look(not steps.steps and not steps.pauses, "steps without times in the rules, or without motions")
         return check
-    _Proof(check, plan, motions, steps, plan.site.rules.casting).run()
+    triangles = (proven or ProvenLifts()).turn_to(plan)
+    _Proof(check, plan, motions, steps, plan.site.rules.casting, triangles).run()
     check.about = None
     return check
 
 
 class _Proof:
     def __init__(
-        self, check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], steps: Steps, casting: Casting
+        self,
+        check: Check,
+        plan: LiftPlan,
+        motions: Sequence[LiftMotion],
+        steps: Steps,
+        casting: Casting,
+        triangles: TriangleCheck,
     ) -> None:
         self.check, self.plan, self.casting = check, plan, casting
         self.site, self.pauses = plan.site, steps.pauses
@@ -50,7 +61,7 @@ class _Proof:
         self.motions = {motion.order: motion for motion in motions}
         self.steps = {step.component: step for step in steps.steps}
         self.given = [step.component for step in steps.steps]
-        self.triangles = TriangleCheck(plan)
+        self.triangles = triangles
 
     def run(self) -> None:
         """Look at everything."""

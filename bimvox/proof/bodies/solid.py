@@ -90,7 +90,7 @@ def solid_of(mesh: TriangleMesh, tolerance_m: float) -> Solid:
         np.zeros((0, 3)),
         _ends(tree.corners_m, tree.faces),
     )
-    return solid._replace(seed_m=_seed(solid, tree.thick_m, _outward(mesh)))
+    return solid._replace(seed_m=_seed(solid, tree.thick_m, tree.outward))
 
 
 class _Tree(NamedTuple):
@@ -104,6 +104,7 @@ class _Tree(NamedTuple):
         spans: Of the nodes.
         thick_m: (F,) float64 thickness of the part under each triangle.
         faces: (F, 3) int64 numbers of the corners.
+        outward: 1.0 if the mesh faces outward, -1.0 if inward.
     """
 
     corners_m: NDArray[np.float64]
@@ -113,6 +114,7 @@ class _Tree(NamedTuple):
     spans: NDArray[np.int64]
     thick_m: NDArray[np.float64]
     faces: NDArray[np.int64]
+    outward: float
 
 
 @kept
@@ -126,10 +128,10 @@ def _tree_of(mesh: TriangleMesh) -> _Tree:
     order, boxes, spans = tree_over(triangles.min(axis=1), triangles.max(axis=1))
     triangles, normals, areas = triangles[order], normals[order], areas[order]
     if not len(triangles):
-        return _Tree(triangles, normals, areas, boxes, spans, areas, np.zeros((0, 3), np.int64))
-    low, high = mesh.bounds_m
-    thick = np.minimum(_thicknesses(triangles, normals, boxes, spans, _outward(mesh)), float((high - low).min()))
-    return _Tree(triangles, normals, areas, boxes, spans, thick, corner_numbers(mesh)[proper][order])
+        return _Tree(triangles, normals, areas, boxes, spans, areas, np.zeros((0, 3), np.int64), 1.0)
+    (low, high), outward = mesh.bounds_m, _outward(mesh)
+    thick = np.minimum(_thicknesses(triangles, normals, boxes, spans, outward), float((high - low).min()))
+    return _Tree(triangles, normals, areas, boxes, spans, thick, corner_numbers(mesh)[proper][order], outward)
 
 
 def _outward(mesh: TriangleMesh) -> float:
@@ -137,11 +139,17 @@ def _outward(mesh: TriangleMesh) -> float:
     return 1.0 if mesh.signed_volume_m3 >= 0.0 else -1.0
 
 
+@kept
 def corner_numbers(mesh: TriangleMesh) -> NDArray[np.int64]:
     """Return (F, 3) the numbers of each triangle's corners; corners closer than 0.1 um have the same number."""
-    _, number = np.unique(mesh.vertices_m.round(7), axis=0, return_inverse=True)
-    merged: NDArray[np.int64] = number.reshape(-1)[mesh.faces].astype(np.int64)
-    return merged
+    return point_numbers(mesh.vertices_m.round(7))[mesh.faces]
+
+
+def point_numbers(points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return (N,) numbers of (N, 3) points, in the order of their coordinates; equal points have the same number."""
+    order, numbers = np.lexsort(points.T[::-1]), np.zeros(len(points), np.int64)
+    numbers[order[1:]] = np.cumsum((points[order[1:]] != points[order[:-1]]).any(axis=1))
+    return numbers
 
 
 def is_matched(faces: NDArray[np.int64]) -> bool:
@@ -201,8 +209,9 @@ def _thicknesses(
     outward: float,
 ) -> NDArray[np.float64]:
     """Return (F,) the least thickness of the part at points spread over each triangle; infinite if no ray hits."""
-    thick, point, slowness = np.empty(corners.shape[0]), np.empty(3), np.empty(3)
-    waiting = np.empty(64, np.int64)
+    thick, body = np.empty(corners.shape[0]), (corners, normals, boxes, spans)
+    slowness, waiting, points = np.empty(3), np.empty(64, np.int64), np.empty((_MOST_PARTS * (_MOST_PARTS + 1) // 2, 3))
+    crossings, nearest = np.empty((points.shape[0], 2), np.int64), np.empty((points.shape[0], 2))
     for f in range(corners.shape[0]):
         for k in range(3):
             slowness[k] = 1.0 / normals[f, k] if normals[f, k] != 0.0 else 0.0
@@ -212,25 +221,25 @@ def _thicknesses(
             for k in range(3):
                 squared += (corners[f, (side + 1) % 3, k] - corners[f, side, k]) ** 2
             longest = max(longest, np.sqrt(squared))
-        parts = int(min(max(np.ceil(longest / _APART_M), 2), _MOST_PARTS))
+        parts, count = int(min(max(np.ceil(longest / _APART_M), 2), _MOST_PARTS)), 0
         for i in range(parts):
             for j in range(parts - i):
                 u, v = (i + 1.0 / 3.0) / parts, (j + 1.0 / 3.0) / parts
                 for k in range(3):
                     a, b, c = corners[f, 0, k], corners[f, 1, k], corners[f, 2, k]
-                    point[k] = a + u * (b - a) + v * (c - a)
-                ahead, thick_ahead, behind, thick_behind = nearest_both_ways(
-                    corners, normals, boxes, spans, point, f, slowness, waiting
-                )
-                # A ray into the part leaves it again: an odd number of crossings. Abutting shells are odd both ways.
-                inward = np.inf
-                if ahead % 2 == 1:
-                    inward = thick_ahead
-                if behind % 2 == 1:
-                    inward = min(inward, thick_behind)
-                if ahead % 2 == 0 and behind % 2 == 0:
-                    inward = thick_behind if outward > 0.0 else thick_ahead
-                thick[f] = min(thick[f], inward)
+                    points[count, k] = a + u * (b - a) + v * (c - a)
+                count += 1
+        nearest_both_ways(body, f, points[:count], slowness, waiting, crossings, nearest)
+        for n in range(count):
+            # A ray into the part leaves it again: an odd number of crossings. Abutting shells are odd both ways.
+            inward = np.inf
+            if crossings[n, 0] % 2 == 1:
+                inward = nearest[n, 0]
+            if crossings[n, 1] % 2 == 1:
+                inward = min(inward, nearest[n, 1])
+            if crossings[n, 0] % 2 == 0 and crossings[n, 1] % 2 == 0:
+                inward = nearest[n, 1] if outward > 0.0 else nearest[n, 0]
+            thick[f] = min(thick[f], inward)
     return thick
 
 

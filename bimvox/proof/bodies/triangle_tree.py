@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel, leaf_kernel
+from bimvox.compiled import inline_kernel, kernel, leaf_kernel
 
 _LEAF = 4
 _SAME_M = 1e-7
@@ -143,62 +143,85 @@ def crossed(
     return crossings, winding, nearest
 
 
-@kernel
+@leaf_kernel
 def nearest_both_ways(
-    corners: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    boxes: NDArray[np.float64],
-    spans: NDArray[np.int64],
-    start: NDArray[np.float64],
+    body: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]],
     own: int,
+    starts: NDArray[np.float64],
     slowness: NDArray[np.float64],
     waiting: NDArray[np.int64],
-) -> tuple[int, float, int, float]:
-    """Return what ``crossed`` finds along the normal of triangle ``own`` and against it: crossings and the nearest.
+    crossings: NDArray[np.int64],
+    nearest: NDArray[np.float64],
+) -> None:
+    """Write what ``crossed`` finds along the normal of triangle ``own`` and against it, from each of several points.
 
-    ``slowness`` is (3,) 1 over each component of the normal, 0 for 0; ``waiting`` is room for 64 nodes.
+    The rays are parallel and go down the tree together: nodes that none of them enters are left out.
+
+    Args:
+        body: Corners, normals, boxes and spans, as for ``crossed``.
+        own: The triangle, which does not count.
+        starts: (P, 3) the points, metres.
+        slowness: (3,) 1 over each component of the normal, 0 for 0.
+        waiting: Room for 64 nodes.
+        crossings: (P, 2) receives how many triangles each ray crosses, ahead and behind.
+        nearest: (P, 2) receives the distance to the nearest of them, metres; infinite if there is none.
     """
-    ray = normals[own]
+    corners, normals, boxes, spans = body
+    x, y, z = normals[own, 0], normals[own, 1], normals[own, 2]
+    for p in range(starts.shape[0]):
+        crossings[p, 0], crossings[p, 1], nearest[p, 0], nearest[p, 1] = 0, 0, np.inf, np.inf
     waiting[0], left = 0, 1
-    ahead, behind, nearest_ahead, nearest_behind = 0, 0, np.inf, np.inf
     while left:
         left -= 1
         node = waiting[left]
-        enters, leaves = -np.inf, np.inf
-        for k in range(3):
-            if slowness[k] != 0.0:
-                one = (boxes[node, 0, k] - _SAME_M - start[k]) * slowness[k]
-                other = (boxes[node, 1, k] + _SAME_M - start[k]) * slowness[k]
-                enters, leaves = max(enters, min(one, other)), min(leaves, max(one, other))
-            elif start[k] < boxes[node, 0, k] - _SAME_M or start[k] > boxes[node, 1, k] + _SAME_M:
-                leaves = -np.inf
-        if enters > leaves:
+        p = 0
+        while p < starts.shape[0] and not _enters(boxes, node, starts, p, slowness):
+            p += 1
+        if p == starts.shape[0]:
             continue
         if spans[node, 2]:
             waiting[left], waiting[left + 1] = spans[node, 2], node + 1
             left += 2
             continue
         for f in range(spans[node, 0], spans[node, 1]):
-            slope = normals[f, 0] * ray[0] + normals[f, 1] * ray[1] + normals[f, 2] * ray[2]
+            slope = normals[f, 0] * x + normals[f, 1] * y + normals[f, 2] * z
             if f == own or abs(slope) < 1e-9:
                 continue
-            above = 0.0
-            for k in range(3):
-                above += normals[f, k] * (corners[f, 0, k] - start[k])
-            way = above / slope
-            if abs(way) <= _SAME_M:
-                continue
-            x, y, z = start[0] + way * ray[0], start[1] + way * ray[1], start[2] + way * ray[2]
-            if not _is_over(corners[f], normals[f], x, y, z):
-                continue
-            if way > 0.0:
-                ahead, nearest_ahead = ahead + 1, min(nearest_ahead, way)
-            else:
-                behind, nearest_behind = behind + 1, min(nearest_behind, -way)
-    return ahead, nearest_ahead, behind, nearest_behind
+            for n in range(p, starts.shape[0]):
+                if n > p and not _enters(boxes, node, starts, n, slowness):
+                    continue
+                above = 0.0
+                for k in range(3):
+                    above += normals[f, k] * (corners[f, 0, k] - starts[n, k])
+                way = above / slope
+                if abs(way) <= _SAME_M:
+                    continue
+                if not _is_over(
+                    corners[f], normals[f], starts[n, 0] + way * x, starts[n, 1] + way * y, starts[n, 2] + way * z
+                ):
+                    continue
+                side = 0 if way > 0.0 else 1
+                crossings[n, side] += 1
+                nearest[n, side] = min(nearest[n, side], abs(way))
 
 
-@leaf_kernel
+@inline_kernel
+def _enters(
+    boxes: NDArray[np.float64], node: int, starts: NDArray[np.float64], p: int, slowness: NDArray[np.float64]
+) -> bool:
+    """Return whether a line through a point meets the box of a node."""
+    enters, leaves = -np.inf, np.inf
+    for k in range(3):
+        if slowness[k] != 0.0:
+            one = (boxes[node, 0, k] - _SAME_M - starts[p, k]) * slowness[k]
+            other = (boxes[node, 1, k] + _SAME_M - starts[p, k]) * slowness[k]
+            enters, leaves = max(enters, min(one, other)), min(leaves, max(one, other))
+        elif starts[p, k] < boxes[node, 0, k] - _SAME_M or starts[p, k] > boxes[node, 1, k] + _SAME_M:
+            return False
+    return enters <= leaves
+
+
+@inline_kernel
 def _is_over(triangle: NDArray[np.float64], normal: NDArray[np.float64], x: float, y: float, z: float) -> bool:
     """Return whether a point in a triangle's plane is on the triangle."""
     for k in range(3):

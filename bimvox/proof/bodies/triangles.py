@@ -76,6 +76,8 @@ class TriangleCheck:
         self._leaning: tuple[int, dict[bytes, Solid]] = (-1, {})
         self._objects: dict[tuple[bool, int], fcl.CollisionObject] = {}
         self._tops: dict[int, fcl.CollisionObject] = {}
+        self._carried: dict[int, tuple[int, ...]] = {}
+        self._guided: tuple[Component, Guide, tuple[NDArray[np.float64], NDArray[np.float64]]] | None = None
 
     def check_moves(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
         """Check that a part overlaps another solid by no more than allowed along a path ((N, 3)) of unit moves."""
@@ -121,7 +123,9 @@ class TriangleCheck:
 
         Its poses are as finely spaced as the positions of ``check_way``: no point of it moves further between two.
         """
-        (low, high), (other_low, other_high) = swept_box_m(component.mesh.vertices_m, guide), self._boxes[other]
+        if self._guided is None or self._guided[0] is not component or self._guided[1] is not guide:
+            self._guided = component, guide, swept_box_m(component.mesh.vertices_m, guide)  # for all around it
+        (low, high), (other_low, other_high) = self._guided[2], self._boxes[other]
         way_m = self._way_out_m(check, component.index, other) if is_near else np.zeros(3)
         if way_m is None:
             check.look(False, f"{component.id}: is guided to its place, but nothing parts it from {self._ids[other]}")
@@ -247,6 +251,11 @@ class TriangleCheck:
         The part is narrowed in plan, so parts next to it do not count. It sinks by so little that only triangles at its
         bottom and at the top of the other can meet.
         """
+        if component.index not in self._carried:
+            self._carried[component.index] = self._carriers(component)
+        return self._carried[component.index]
+
+    def _carriers(self, component: Component) -> tuple[int, ...]:
         rules = self._site.rules
         low, high = self._boxes[component.index]
         tolerance_m = min(rules.contact_tolerance_m, 0.2 * float((high - low)[:2].min()))
@@ -326,11 +335,15 @@ class TriangleCheck:
         """
         moves_m = (np.argwhere(np.ones((3, 3, 3))).astype(np.float64) - 1.0) * FINEST_M
         if self._crosses(first, second)(moves_m).all() and all(
-            fcl.collide(fcl.CollisionObject(_shape_of(_smaller(self._meshes[one]))), self._fixed(other))
-            for one, other in ((first, second), (second, first))
+            self._crosses_smaller(one, other) for one, other in ((first, second), (second, first))
         ):
             return True
         return bool(self._too_deep(first, second, FINEST_M)[1](np.zeros((1, 3)))[0])
+
+    def _crosses_smaller(self, smaller: int, other: int) -> bool:
+        """Return whether the surfaces of two solids cross or touch, the first one made smaller."""
+        near = _near(_smaller(self._meshes[smaller]), *self._boxes[other])
+        return near is not None and bool(fcl.collide(fcl.CollisionObject(_shape_of(near)), self._fixed(other)))
 
     def _check_no_fuller(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
         """Check, if no depth works, that the pair never shares more cells than in the finished building.
@@ -388,11 +401,25 @@ def _shape_of(mesh: TriangleMesh) -> fcl.BVHModel:
     return shape
 
 
+def _near(mesh: TriangleMesh, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> TriangleMesh | None:
+    """Return the triangles of a mesh whose boxes are not apart from another box; None if all are."""
+    inside = np.ones(len(mesh.faces), np.bool_)
+    for at_m, low, high in zip(mesh.vertices_m.T, low_m.tolist(), high_m.tolist(), strict=True):
+        inside &= _reach_into(at_m[mesh.faces], low, high)
+    return TriangleMesh(mesh.vertices_m, mesh.faces[inside]) if inside.any() else None
+
+
+def _reach_into(corners_m: NDArray[np.float64], low_m: float, high_m: float) -> NDArray[np.bool_]:
+    """Return which triangles, by (F, 3) one coordinate of their corners, reach into a range."""
+    one, two, three = corners_m.T
+    lowest, highest = np.minimum(np.minimum(one, two), three), np.maximum(np.maximum(one, two), three)
+    found: NDArray[np.bool_] = (lowest <= high_m + _ROUNDING_M) & (highest >= low_m - _ROUNDING_M)
+    return found
+
+
 def _object_between(mesh: TriangleMesh, low_m: float, high_m: float) -> fcl.CollisionObject:
     """Return the triangles of a mesh that reach into a range of heights; all if none do, as FCL needs at least one."""
-    one, two, three = mesh.vertices_m[:, 2][mesh.faces].T
-    lowest, highest = np.minimum(np.minimum(one, two), three), np.maximum(np.maximum(one, two), three)
-    inside = (lowest <= high_m + _ROUNDING_M) & (highest >= low_m - _ROUNDING_M)
+    inside = _reach_into(mesh.vertices_m[:, 2][mesh.faces], low_m, high_m)
     triangles = mesh.vertices_m[mesh.faces[inside] if inside.any() else mesh.faces]
     return fcl.CollisionObject(
         _shape_of(TriangleMesh(triangles.reshape(-1, 3), np.arange(triangles.size // 3, dtype=np.int32).reshape(-1, 3)))

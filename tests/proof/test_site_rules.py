@@ -1,0 +1,30 @@
+"""What is near a hoist rope, counted in the columns around it."""
+
+import numpy as np
+import pytest
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.proof.site_rules import _around_rope, _closes
+
+
+@pytest.mark.parametrize("reach", [1, 2])
+def test_what_is_near_a_rope_is_in_the_columns_around_it_above_the_hook(reach):
+    rng = np.random.default_rng(3)
+    counts = (rng.random((9, 8, 7)) < 0.02).astype(np.uint16)
+    hooks = rng.integers(-3, 12, (400, 3))
+    columns = np.pad(counts, ((20, 20), (20, 20), (0, 20)))
+    wanted = [
+        columns[x + 20 - reach : x + 21 + reach, y + 20 - reach : y + 21 + reach, max(z, 0) :].any()
+        for x, y, z in hooks.tolist()
+    ]
+    found = _around_rope(counts, hooks, reach)
+    assert found.tolist() == wanted
+    assert 50 < found.sum() < 350
+
+
+def test_a_surface_closes_if_every_edge_belongs_to_an_even_number_of_triangles():
+    corners = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (-0.0, 0.0, -0.0)])
+    faces = [(0, 2, 1), (4, 1, 3), (1, 2, 3), (0, 3, 2), (0, 4, 1)]  # the last one has no area: its edges cancel
+    assert _closes(TriangleMesh(corners, np.array(faces[:4], np.int32)))
+    assert not _closes(TriangleMesh(corners, np.array(faces[:3], np.int32)))
+    assert _closes(TriangleMesh(corners, np.array(faces, np.int32)))
