@@ -66,6 +66,7 @@ LIFT_COLUMNS = {
     "rigging": "gear between hook and part, from the hook down; empty if the site file describes the crane's rigging",
     "rigging_mass_kg": "its mass",
     "leg_angle_deg": "largest angle of the upper sling's legs to the vertical; empty in the same case",
+    "stack": "number of its stack in the delivery, from 1; empty if it lies alone",
     "heading": "`kept` by tag line, or `with jib` and by how much the crew turns it back",
 }
 
@@ -175,6 +176,7 @@ def _lift_records(log: PlanLog, dates: PlanDates | None) -> list[dict[str, Any]]
             None if crane is None else crane.name,
             *(dates.span(lift.order) if dates else (None, None)),
             *_rigging(component, crane),
+            None if lift.place is None else lift.place.stack or None,
             heading_in_words(lift, motion),
         )
         records.append(dict(zip(LIFT_COLUMNS, values, strict=True)))

@@ -11,6 +11,7 @@ from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.identity import identity
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.figures import driven_rates, hook_travel_m
+from bimvox.records.dates import PlanDates, in_words
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.not_lifted import not_lifted_groups
@@ -87,7 +88,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "infeasible": _causes_first(lifts),
         **steps.documents(site),
         "not_lifted": [one.to_dict() for one in not_lifted_groups(site, revision.lifts, revision.motions, steps)],
-        "deliveries": _deliveries(lifts),
+        "deliveries": _deliveries(lifts, revision.dates),
         "verdict": revision.verdict.to_dict(),
         "conditions": list(revision.conditions),
         "proof": proof_record(revision),
@@ -124,6 +125,7 @@ def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_sh
         "global_id": component.global_id,
         "name": component.name,
         "ifc_class": component.ifc_class,
+        "stack": 0 if lift.place is None else lift.place.stack,
         "storey": component.storey,
         "mass_kg": component.mass_kg,
         "mass_source": component.mass_source,
@@ -290,8 +292,9 @@ def _methods(lifts: list[dict[str, Any]]) -> list[dict[str, Any]]:
     ]
 
 
-def _deliveries(lifts: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the deliveries to the yard, each with its lifts."""
+def _deliveries(lifts: list[dict[str, Any]], dates: PlanDates | None) -> list[dict[str, Any]]:
+    """Return the deliveries to the yard, each with its lifts, its stacks, and when it arrives, if dates are known."""
+    arrivals = {} if dates is None else dates.deliveries
     groups: dict[int, list[dict[str, Any]]] = {}
     for lift in lifts:
         if lift["delivery"] is not None and lift["status"] == Status.PLANNED.value:
@@ -303,6 +306,8 @@ def _deliveries(lifts: list[dict[str, Any]]) -> list[dict[str, Any]]:
             "mass_kg": sum(lift["mass_kg"] for lift in group),
             "begins_s": group[0]["begins_s"],
             "ends_s": group[-1]["ends_s"],
+            "stacks": len({lift["stack"] for lift in group} - {0}),
+            "arrives": in_words(dates.moment(arrivals[number][0])) if dates and number in arrivals else None,
         }
         for number, group in sorted(groups.items())
     ]

@@ -232,6 +232,7 @@ def deliveries(record: dict[str, Any]) -> str:
     if not groups:
         return ""
     names = {lift["order"]: named(lift) for lift in record["lifts"]}
+    dated, stacked = any(group["arrives"] for group in groups), any(group["stacks"] for group in groups)
     rows = []
     for group in groups:
         orders = group["orders"]
@@ -244,15 +245,18 @@ def deliveries(record: dict[str, Any]) -> str:
                     number(group["delivery"], str(group["delivery"] + 1), "delivery"),
                     f"{orders[0] + 1} to {orders[-1] + 1} ({len(orders)})",
                     number(group["mass_kg"], tonnes(group["mass_kg"]), "mass_kg"),
+                    *([escape(group["arrives"] or "–")] if dated else []),
                     when,
+                    *([str(group["stacks"] or "–")] if stacked else []),
                     escape(parts + more),
                 ]
             )
         )
+    head = ("No.", "Lifts", "Mass t", *(["Arrives"] if dated else []), "Lifted", *(["Stacks"] if stacked else []))
     return section(
         "Deliveries to the yard",
         paragraph("A delivery arrives when every lift of the earlier ones is done.", "faint"),
-        table(("No.", "Lifts", "Mass t", "Lifted", "Parts"), rows, class_="words"),
+        table((*head, "Parts"), rows, class_="words"),
     )
 
 
