@@ -44,9 +44,9 @@ _FACES = np.array(
 def to_animated_glb(log: PlanLog) -> bytes:
     """Return a plan as binary glTF 2.0 with one animation, ``assembly``, in seconds of the site's clock.
 
-    Nodes are named by the parts' ids and carry GlobalId, class, name, number and order as extras. Parts of later
-    deliveries appear when they arrive; parts that are not lifted stay in the yard. Lying parts are tipped up as in the
-    log.
+    Nodes are named by the parts, name before id, and carry GlobalId, class, name, number and order as extras. Parts of
+    later deliveries appear when they arrive; parts that are not lifted stay in the yard. Lying parts are tipped up as
+    in the log.
     """
     writer = GltfWriter()
     site, tracks = log.plan.site, tracks_of(log)
@@ -92,7 +92,7 @@ def _part(writer: GltfWriter, site: Site, track: LoadTrack, arrives: dict[int, i
     corner_m = site.frame.corner_of(np.array(component.target_vox))
     mesh = writer.mesh(component.mesh.vertices_m - corner_m, component.mesh.faces, STATE_RGB[ConstructionState.UNBUILT])
     node = writer.node(
-        component.id,
+        component.label,
         mesh=mesh,
         extras={
             "global_id": component.global_id,
@@ -119,7 +119,7 @@ def _left(writer: GltfWriter, site: Site, lift: Lift, place: YardPlace, arrives:
     component, size_m = site.components[lift.component], site.frame.voxel_size_m
     boxes = place.shape.boxes.astype(np.float64) * size_m
     node = writer.node(
-        component.id,
+        component.label,
         mesh=writer.mesh(*_boxes(boxes[:, :3], boxes[:, 3:]), STATE_RGB[ConstructionState.UNBUILT]),
         translation_m=site.frame.corner_of(np.array(place.cell_vox)),
         extras=_why(component, lift),
@@ -133,7 +133,7 @@ def _by_other_means(writer: GltfWriter, site: Site, lift: Lift, needed_by_ns: in
     corner_m = site.frame.corner_of(np.array(component.target_vox))
     rgb = STATE_RGB[ConstructionState.ASSEMBLED]
     node = writer.node(
-        component.id,
+        component.label,
         mesh=writer.mesh(component.mesh.vertices_m - corner_m, component.mesh.faces, rgb),
         translation_m=corner_m,
         extras=_why(component, lift) | {"by_other_means": True},

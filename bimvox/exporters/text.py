@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_DECIMALS = 6
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
@@ -14,7 +15,12 @@ def for_xml(text: str) -> str:
 
 
 def for_csv(value: object) -> object:
-    """Return a value for a CSV cell: control characters escaped, an apostrophe before what would be a formula."""
+    """Return a value for a CSV cell: control characters escaped, an apostrophe before what would be a formula.
+
+    Numbers have at most six decimals: micrometres, microseconds and microradians.
+    """
+    if isinstance(value, float):
+        return round(value, _DECIMALS) + 0.0  # no negative zero
     if not isinstance(value, str):
         return value
     return for_xml(f"'{value}" if value.startswith(_FORMULA) else value)

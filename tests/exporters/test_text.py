@@ -87,3 +87,8 @@ def test_two_tables_are_written_both_or_not_at_all(
     assert code == 2, capsys.readouterr().err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mcap", "out.lifts.csv"]
     assert Path("out.lifts.csv").read_text() == "of an earlier plan"
+
+
+@pytest.mark.parametrize(("value", "cell"), [(6.399999999999999, "6.4"), (-1.6e-15, "0.0"), (1e-5, "1e-05"), (7, "7")])
+def test_numbers_in_a_table_have_sensible_digits(value, cell):
+    assert str(for_csv(value)) == cell

@@ -221,7 +221,7 @@ def test_the_animated_glb_moves_every_part_to_its_place(site_folder: Path) -> No
     }
     for track in tracks_of(log):
         component = log.plan.site.components[track.lift.component]
-        sampler = moves[component.id]
+        sampler = moves[component.label]
         times, places = values(sampler["input"])[:, 0], values(sampler["output"])
         assert (np.diff(times) > 0).all()
         target_m = log.plan.site.frame.corner_of(np.array(component.target_vox))
@@ -229,7 +229,7 @@ def test_the_animated_glb_moves_every_part_to_its_place(site_folder: Path) -> No
         drawn = np.stack([np.interp(track.time_ns / 1e9, times, places[:, axis]) for axis in range(3)], axis=1)
         assert np.linalg.norm(drawn - track.corner_m, axis=1).max() < 0.006
     scene = trimesh.load(out)
-    names = {component.id for component in log.plan.site.components}
+    names = {component.label for component in log.plan.site.components}
     assert names | {"jib", "mast"} <= set(scene.graph.nodes)
 
 
