@@ -30,7 +30,6 @@ from bimvox.site.component import Component, StoredPose
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
 from bimvox.site.shape import turned_aside
 from bimvox.site.site import Site
-from bimvox.site.transit_clearance import leaving_upward
 from bimvox.units import NS_PER_S
 
 
@@ -167,9 +166,7 @@ def _motion(
     spans.append((PhaseName.RAISE, _length_ns(raising) + round(TRIAL_LIFT_S * NS_PER_S)))
     spans.append((PhaseName.TURN, round(quarters_of(place.turn) * site.rules.turn_s * NS_PER_S)))
     slew_rad = float(raising.slew_rad[-1])
-    x, y, z = lift.last_moves_vox[0].tolist()
-    leaving = leaving_upward(carrying, place.transit_start_vox, (x, y, z))
-    timeline, needed_m = drive_lift(site, rigged, leaving, lift, slew_rad)
+    timeline, needed_m = drive_lift(site, rigged, carrying, lift, slew_rad)
     loaded = delayed(sampled(timeline, needed_m, rigged), _total(spans))
     spans += carrying_phases(timeline, _length_ns(loaded))
     spans.append((PhaseName.SET, round(crew.brace_s * NS_PER_S)))

@@ -27,7 +27,7 @@ from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.collision import CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import GROUND_ID, HeadingRule, Site
-from bimvox.site.transit_clearance import CLEARANCES, grown_cells, leaving_upward, margin_vox, smaller_clearances_m
+from bimvox.site.transit_clearance import CLEARANCES, grown_cells, margin_vox, smaller_clearances_m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -333,8 +333,7 @@ class Assembly:
         insertion = self._insertion(component, space, transit, avoided)
         if isinstance(insertion, Obstacle):
             return insertion
-        rule = leaving_upward(with_cleared(transit, departure), start, insertion.gate_vox)
-        return Stage(component, place, rule, start, insertion, space, clearance_m)
+        return Stage(component, place, with_cleared(transit, departure), start, insertion, space, clearance_m)
 
     def on_the_way(
         self, index: int, last_vox: NDArray[np.int32], clearance_m: float | None = None

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from bimvox.grid.frame import whole_cells
 from bimvox.site.collision import CollisionSpace
-from bimvox.site.component import IntVec
 from bimvox.site.default_rules import SMALLER_CLEARANCES_M
 from bimvox.site.site import Site
 
@@ -47,33 +46,6 @@ def in_transit(space: CollisionSpace, margin: int) -> CollisionSpace:
         return space
     grown = space.boxes + np.array([-margin] * 3 + [margin] * 3, np.int32)
     return space._replace(boxes=grown)
-
-
-def leaving_upward(space: CollisionSpace, start_vox: IntVec, gate_vox: IntVec) -> CollisionSpace:
-    """Return a collision rule in which a load leaves the cleared placements of its departure only at their top.
-
-    Between two placements it is in the cells of both, and only straight up from the yard may it be so near to others.
-    Where the last moves begin next to the departure, that column is open.
-
-    Args:
-        space: The rule, with the placements of the departure cleared.
-        start_vox: Where the departure starts.
-        gate_vox: Where the last moves begin.
-    """
-    x, y, z = (np.array(start_vox) - space.cleared_low).tolist()
-    inside = all(0 <= n < size for n, size in zip((x, y, z), space.cleared.shape, strict=True))
-    if not inside or not space.cleared[x, y, z]:
-        return space
-    column = space.cleared[x, y, z:]
-    height = len(column) if column.all() else int(np.argmin(column))
-    hook_x, hook_y, hook_z = (np.array(start_vox) + space.hook_offset).tolist()
-    at_gate = (gate_vox[0] - start_vox[0], gate_vox[1] - start_vox[1])
-    floor = space.hook_floor.copy()
-    for beside in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-        u, v = hook_x + beside[0], hook_y + beside[1]
-        if beside != at_gate and 0 <= u < floor.shape[0] and 0 <= v < floor.shape[1]:
-            floor[u, v] = max(floor[u, v], hook_z + height)
-    return space._replace(hook_floor=floor)
 
 
 def grown_cells(cells: NDArray[np.int32], margin: int) -> NDArray[np.int32]:

@@ -144,15 +144,3 @@ def test_a_load_clear_above_the_yard_comes_near_nothing_again_while_its_rope_is_
     assert verify_plan(plan).verified
     assert verify_motions(plan, time_plan(plan, replay(site, preparation, plan))).verified
     assert [(lift.status, lift.clearance_m) for lift in plan.lifts] == [(Status.PLANNED, 0.0)]
-
-
-def test_a_load_leaves_its_place_in_the_yard_straight_up_until_it_is_clear():
-    for reach in ({"transit_clearance_m": 0.5}, {"rope_clearance_m": 0.5}, {"transit_clearance_m": 1.0}):
-        parts = [("a", (2.0, 2.0, 0.0), (3.0, 3.0, 1.0), {"start_vox": (22, 5, 1)})]
-        post = ("post", (12.0, 2.5, 0.0), (12.5, 4.0, 4.0))
-        site = box_site(parts, structure=[post], rules=Rules(**reach), crane=test_crane(base=(13.0, 13.0, 0.0)))
-        preparation = prepare(site)
-        plan = plan_lifts(site, preparation)
-        assert [lift.status for lift in plan.lifts] == [Status.PLANNED]
-        assert verify_plan(plan).verified
-        assert not verify_motions(plan, time_plan(plan, replay(site, preparation, plan))).failures
