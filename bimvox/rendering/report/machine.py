@@ -60,7 +60,10 @@ def _crane(
         ("Override", _overrides(machine["overrides"])),
         ("Luffing", _luffing_words(machine["luffing"])),
         ("Jib", f"{jib}, hook from {machine['min_radius_m']:.4g} m"),
-        ("Rigging", f"{rigging} t, slings {machine['sling_m']:g} m high"),
+        (
+            "Gear of the empty hook" if record["rigs"] else "Rigging",
+            f"{rigging} t, slings {machine['sling_m']:g} m high",
+        ),
         ("Reeving", f"{machine['falls']} falls, hook block {tonnes(machine['hook_block_kg'])} t{gears}"),
         ("Highest rates", _rates(machine)),
         ("Driven", _driven(machine)),
