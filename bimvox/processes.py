@@ -1,35 +1,27 @@
 """Starts and ends child processes: a command run to its end, the environment of workers, and their end.
 
 Used by everything that starts a process; each user has its own way of communicating: the geometry workers use a socket,
-the runs of a fleet and copies of this process use pipes, the paper's jobs and retraining use ``multiprocessing``.
+the runs of a fleet use pipes, the paper's jobs and retraining use ``multiprocessing``.
 """
 
 from __future__ import annotations
 
 import multiprocessing
 import os
-import pickle
-import signal
 import subprocess
 import sys
 import threading
 import time
-import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import IO, NoReturn, TypeVar
-
-T = TypeVar("T")
+from typing import IO
 
 CAN_FORK = hasattr(os, "fork")
 """Whether a process can be forked; Windows cannot."""
 
 _LOOK_EVERY_S = 0.3
-_MOST_S = 30.0
-"""A copy of this process that takes longer than this after its result is asked for is ended."""
 _ROOT = str(Path(__file__).resolve().parents[1])
 
 
@@ -72,57 +64,6 @@ def run_to_end(command: Sequence[str], timeout_s: float) -> Finished | None:
         return None
     said = done.stderr.decode("utf-8", "replace").strip().splitlines()
     return Finished(done.returncode, done.stdout, said[-1] if said else "")
-
-
-@contextmanager
-def in_a_copy(function: Callable[[], T]) -> Iterator[Callable[[], T]]:
-    """Run a function in a copy of this process meanwhile, on another processor; yield what returns its result.
-
-    Where there is no other processor, or a process cannot be copied safely (it can on Linux), or the copy fails, the
-    function runs here when its result is asked for. The copy ends with the context.
-
-    Args:
-        function: Has no effects; its result can be pickled.
-    """
-    if sys.platform != "linux" or processors() < 2:
-        yield function
-        return
-    here, there = multiprocessing.Pipe(duplex=False)
-    try:
-        with warnings.catch_warnings():
-            # Python warns of locks that other threads hold. The copy calls the function alone, and has limited time.
-            warnings.simplefilter("ignore", DeprecationWarning)
-            child = os.fork()
-    except OSError:
-        child = -1
-    if child == 0:
-        _send(function, there)
-    there.close()
-
-    def result() -> T:
-        try:
-            if child > 0 and here.poll(_MOST_S):
-                return pickle.loads(here.recv_bytes())  # type: ignore[no-any-return]
-        except (EOFError, OSError):
-            pass
-        return function()
-
-    try:
-        yield result
-    finally:
-        here.close()
-        if child > 0:
-            with suppress(ProcessLookupError, ChildProcessError):  # a handler of this process may have waited for it
-                os.kill(child, signal.SIGKILL)  # it has ended, or its result is not wanted
-                os.waitpid(child, 0)
-
-
-def _send(function: Callable[[], object], to: Connection) -> NoReturn:
-    """Send the result of a function, and end this process without any of what is done at the end of others."""
-    try:
-        to.send_bytes(pickle.dumps(function(), protocol=5))  # which keeps read-only arrays read-only
-    finally:
-        os._exit(0)
 
 
 def start_connected(

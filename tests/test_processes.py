@@ -7,9 +7,7 @@ import sys
 import time
 from pathlib import Path
 
-import pytest
-
-from bimvox.processes import in_a_copy, processors, python_module, run_to_end
+from bimvox.processes import processors, python_module, run_to_end
 
 PARENT = """
 import os, subprocess, sys
@@ -79,38 +77,3 @@ def test_nothing_else_counts_processors():
     folders = (Path(processors.__code__.co_filename).parent, Path(__file__).parents[1] / "pipeline")
     sources = [path for folder in folders for path in folder.rglob("*.py")]
     assert [path.name for path in sources if "cpu_count" in path.read_text()] == ["processes.py"]
-
-
-def test_a_copy_of_this_process_gives_what_the_function_returns():
-    held = [1, 2, 3]
-    with in_a_copy(lambda: (os.getpid(), held)) as result:
-        held.append(4)  # after it was copied
-        pid, copied = result()
-    if pid == os.getpid():
-        pytest.skip("there is no other processor, or no process can be copied here")
-    assert copied == [1, 2, 3]
-
-
-@pytest.mark.parametrize("fails", [lambda: os._exit(1), lambda: 1 / 0, lambda: lambda: None])
-def test_what_a_copy_cannot_give_is_made_here(fails):
-    here = os.getpid()
-    with in_a_copy(lambda: "here" if os.getpid() == here else fails()) as result:
-        assert result() == "here"
-
-
-def test_an_error_of_the_function_is_raised_here():
-    with in_a_copy(lambda: 1 / 0) as result, pytest.raises(ZeroDivisionError):
-        result()
-
-
-def test_a_copy_ends_with_its_context(tmp_path):
-    with in_a_copy(lambda: (time.sleep(2.0), (tmp_path / "late").touch())):
-        pass
-    time.sleep(2.5)
-    assert not (tmp_path / "late").exists()
-
-
-def test_with_one_processor_nothing_is_copied(monkeypatch):
-    monkeypatch.setattr("bimvox.processes.processors", lambda: 1)
-    with in_a_copy(os.getpid) as result:
-        assert result() == os.getpid()

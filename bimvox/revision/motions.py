@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 from bimvox.errors import MotionError
 from bimvox.motion.shift import joined_on, waiting
 from bimvox.motion.time_plan import time_lift
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.rounds import Refused
-from bimvox.processes import in_a_copy
 from bimvox.records.lift import Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.reasons import NOT_DRIVEN
 from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.request import RevisionRequest
 from bimvox.units import NS_PER_S
-
-_Made = tuple[dict[int, LiftMotion], dict[str, str]]
-
-_MANY = 4
-"""From as many motions on, a copy of this process makes half of them."""
 
 
 def made_in_full(request: RevisionRequest, draft: RevisionDraft) -> RevisionDraft | Refused:
@@ -49,27 +41,17 @@ def made_in_full(request: RevisionRequest, draft: RevisionDraft) -> RevisionDraf
     return replace(draft, motions={order: on_clock[order] for order in sorted(on_clock)}, laid={})
 
 
-def _missing_motions(request: RevisionRequest, draft: RevisionDraft) -> _Made:
-    """Return the motions that a draft left open; of many, half are made in a copy of this process."""
-    missing = draft.motions_to_make
-    if len(missing) < _MANY:
-        return _made(request, draft, missing) if missing else ({}, {})
-    half = len(missing) // 2 + 1  # a copy costs time too
-    with in_a_copy(partial(_made, request, draft, missing[half:])) as others:
-        motions, refused = _made(request, draft, missing[:half])
-        more, more_refused = others()
-    return motions | more, refused | more_refused
-
-
-def _made(request: RevisionRequest, draft: RevisionDraft, orders: Sequence[int]) -> _Made:
-    """Return motions, each timed at its own stage, from time 0 and slew angle 0.
+def _missing_motions(request: RevisionRequest, draft: RevisionDraft) -> tuple[dict[int, LiftMotion], Refused]:
+    """Return the motions that a draft left open, each timed at its own stage, from time 0 and slew angle 0.
 
     Returns:
         Motions by order; and why the crane cannot drive other lifts, by component.
     """
     motions: dict[int, LiftMotion] = {}
     refused: dict[str, str] = {}
-    site, missing = request.site, set(orders)
+    site, missing = request.site, set(draft.motions_to_make)
+    if not missing:
+        return motions, refused
     assembly, before = Assembly(site, request.preparation, one_at_a_time=True), None
     for lift in draft.lifts:
         assembly.skip(lift.component)
