@@ -34,10 +34,8 @@ def write_site(folder: Path) -> Path:
     text = text.replace("jib_height_m = 15", "jib_height_m = 16")
     # Without gaps and stacks, in the yard for one: those tests know where its loads are.
     text = re.sub(r"\[yard\]\n(?:\w+ = .*\n)+", "", text).replace("truckload_kg = 24000", "truckload_kg = 0")
-    text = (
-        text.replace("[-2, -11]", "[-1.5, -11]").replace("[-2, -2]", "[-1.5, -2]")
+    text = text.replace("[-2, -11]", "[-1.5, -11]").replace("[-2, -2]", "[-1.5, -2]")
     text = text.replace("[-5, -4, 0]", "[-4, -4, 0]")
-    )
     site.write_text(text, encoding="utf-8")
     return site
 
