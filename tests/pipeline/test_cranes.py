@@ -151,7 +151,7 @@ def test_init_says_why_smaller_machines_do_not_serve(tmp_path: Path) -> None:
     assert document["crane"] == "flat-top-155"
     reasons = {one["machine"]: one["reason"] for one in document["smaller_cranes"]}
     assert set(reasons) == {"flat-top-75", "hammerhead-30", "hammerhead-45", "flat-top-120"}
-    assert "Gable east 1, storey 2 weighs 5.8 t" in reasons["flat-top-75"]
+    assert "Facade north 1, storey 2 weighs 6.3 t" in reasons["flat-top-75"]
     assert reasons["flat-top-120"].endswith("in the yard's corner; Facade south 1, storey 2 weighs 6.3 t")
     assert f"# flat-top-75 does not serve this site: {reasons['flat-top-75']}\n" in target.read_text()
     assert document["cannot_lift"] == []

@@ -24,6 +24,7 @@ from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.proof.motion import UNITS
 from bimvox.proof.plan import verify_plan
+from bimvox.site.component import USUAL_LIFTING
 
 
 def run(log):
@@ -103,7 +104,8 @@ def test_a_site_without_a_crane_is_proven_too(site_folder):
 
     blockers = tuple(blocker for blocker in record.plan.site.blockers if blocker.kind != "crane")
     rules = dataclasses.replace(record.plan.site.rules, gives_way=())
-    site = dataclasses.replace(record.plan.site, cranes=(), blockers=blockers, rules=rules)
+    parts = tuple(dataclasses.replace(part, lifting=USUAL_LIFTING) for part in record.plan.site.components)
+    site = dataclasses.replace(record.plan.site, cranes=(), blockers=blockers, rules=rules, components=parts)
     site = with_digests(dataclasses.replace(site, labels=labels_of(site)))
     text = site_file_of(site)
     bare = dataclasses.replace(
@@ -125,7 +127,7 @@ def test_content_that_does_not_fit_its_digests_is_caught(site_folder):
     document = run(
         rewritten(site_folder, dataclasses.replace(record, plan=dataclasses.replace(record.plan, site=changed)))
     )
-    assert failed(document) == {"digests"}
+    assert failed(document) == {"digests", "rigging"}
     assert any("geometry" in failure for failure in document["checks"]["digests"]["failures"])
 
 
@@ -250,7 +252,13 @@ def test_a_log_is_compared_with_given_files(site_folder):
     assert document["bound_to"] == ["site"]
     record = read_log(log)
     part = record.plan.site.components[0]
-    light = dataclasses.replace(part, mass_kg=part.mass_kg - 1.0)
+    sling, ends = part.lifting.rig.parts
+    pieces = (
+        dataclasses.replace(sling, load_kg=sling.load_kg - 1.0),
+        dataclasses.replace(ends, load_kg=ends.load_kg * (1.0 - 1.0 / part.mass_kg)),
+    )
+    lifting = dataclasses.replace(part.lifting, rig=dataclasses.replace(part.lifting.rig, parts=pieces))
+    light = dataclasses.replace(part, mass_kg=part.mass_kg - 1.0, lifting=lifting)
     from bimvox.site.build import with_digests
 
     parts = (light, *record.plan.site.components[1:])

@@ -109,7 +109,7 @@ def test_a_segment_carries_what_is_new_and_is_proven_like_any_log(watcher):
     segment = Path(document["segment"])
     log = read_log(segment)
     new = {log.plan.site.components[lift.component].id for lift in log.plan.lifts}
-    assert new == {*document["replanned"], *document["retimed"]}
+    assert new == {*document["replanned"], *document["retimed"], *document["infeasible"]}
     assert len(log.plan.lifts) + len(log.context) == len(watcher.current.plan.lifts)
     assert log.events[0].kind == "replan"
     assert log.events[0].fields["obstructions"] == "box"
@@ -565,7 +565,7 @@ def test_boxes_around_a_component_close_it_in(watcher):
 
 def test_a_moved_box_is_a_change_of_that_box_alone(watcher):
     taken_up(watcher)
-    put(watcher, box_on(watcher, 5, "truck"), box_on(watcher, 2, "stack"))
+    put(watcher, box_on(watcher, 7, "truck"), box_on(watcher, 2, "stack"))
     change(watcher)
     put(watcher, box_on(watcher, 6, "truck"), box_on(watcher, 2, "stack"))
     told = change(watcher)[0]
