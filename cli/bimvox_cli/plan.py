@@ -255,7 +255,8 @@ def _retrained(policy: Mapping[str, Any] | None) -> str | None:
 
 def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
     """Return the figures of a plan as names and values; None if one does not apply."""
-    found = ", ".join(f"{share:.1%} by {method}" for method, share in figures["shares"].items() if share)
+    shares = figures["shares"].items()
+    found = ", ".join(f"{round(share * figures['planned']):,} by {method}" for method, share in shares if share)
     ratio, hours, travel = figures["moves_over_shortest"], figures["crane_hours"], figures["hook_travel_m"]
     critical, swing, wind = figures["critical_lifts"], figures["swing"], figures.get("permitted_wind")
     return [

@@ -88,7 +88,7 @@ def test_a_first_plan_counts_its_remarks_and_no_segment_carries_any(parts, tmp_p
     first = read_contents(read_file(Path(document["segment"])), "log").attachments
     severities = [remark["severity"] for remark in json.loads(first[REMARKS_FILE])]
     assert document["remarks"] == {one: severities.count(one) for one in ("serious", "minor", "note")}
-    put(watcher, box_on(watcher, 5))
+    put(watcher, box_on(watcher, 7))
     (revised,) = change(watcher)
     assert "remarks" not in revised
     assert REMARKS_FILE not in read_contents(read_file(Path(revised["segment"])), "log").attachments
@@ -104,7 +104,7 @@ def change(watcher: Watcher) -> list[dict[str, Any]]:
 
 def test_a_segment_carries_what_is_new_and_is_proven_like_any_log(watcher):
     assert taken_up(watcher)[0]["event"] == "unchanged"
-    put(watcher, box_on(watcher, 5))
+    put(watcher, box_on(watcher, 7))
     (document,) = change(watcher)
     segment = Path(document["segment"])
     log = read_log(segment)
@@ -166,7 +166,7 @@ def test_after_a_kill_the_newest_plan_comes_from_the_segments(watcher, parts):
 @pytest.mark.slow
 def test_the_page_of_a_watched_plan_has_every_revision_whole(watcher):
     taken_up(watcher)
-    put(watcher, box_on(watcher, 5))
+    put(watcher, box_on(watcher, 7))
     change(watcher)
     place = watcher.current.plan.lifts[2].place
     low = watcher.current.plan.site.frame.corner_of(place.cell_vox) + 0.1
@@ -263,7 +263,7 @@ def test_without_the_whole_log_or_with_a_damaged_segment_the_sound_rest_is_resum
 def test_segments_of_an_earlier_plan_are_not_confused_with_those_of_a_new_one(watcher, parts):
     """``bimvox plan`` replaced the log with another plan: the segments are not proven for that plan."""
     taken_up(watcher)
-    put(watcher, box_on(watcher, 5))
+    put(watcher, box_on(watcher, 7))
     change(watcher)
     watcher._whole.hold()  # killed before the whole log was written
     target = watcher._plan.target
@@ -295,7 +295,7 @@ def test_segments_of_an_earlier_plan_are_not_confused_with_those_of_a_new_one(wa
 def test_a_file_missing_at_the_start_of_a_watch_removes_no_obstruction(watcher, parts):
     """The same as if the file is removed during the watch: editors delete and recreate files, networks fail."""
     taken_up(watcher)
-    put(watcher, box_on(watcher, 5))
+    put(watcher, box_on(watcher, 7))
     change(watcher)
     watcher.close()
     watcher.file.unlink()
@@ -314,7 +314,7 @@ def test_a_file_missing_at_the_start_of_a_watch_removes_no_obstruction(watcher, 
 def test_a_full_disk_loses_nothing(watcher, monkeypatch):
     taken_up(watcher)
     before = watcher.current
-    put(watcher, box_on(watcher, 5))
+    put(watcher, box_on(watcher, 7))
     write = bimvox_pipeline.watch.revise.write_atomically
 
     def full(path, data):
@@ -342,7 +342,7 @@ def test_a_jump_of_the_systems_clock_changes_nothing(watcher, monkeypatch):
     now_s = iter([1e10, 0.0, 5e9] * 1000)
     monkeypatch.setattr(time, "time", lambda: next(now_s))
     monkeypatch.setattr(time, "time_ns", lambda: int(next(now_s) * 1e9))
-    put(watcher, box_on(watcher, 5))
+    put(watcher, box_on(watcher, 7))
     (document,) = change(watcher)
     assert document["event"] == "replanned"
     assert 0.0 < document["verdict_ms"] <= document["latency_ms"] < 1e6
@@ -356,7 +356,7 @@ def test_a_jump_of_the_systems_clock_changes_nothing(watcher, monkeypatch):
 def test_many_lifts_come_in_segments_the_first_lifts_first(watcher, monkeypatch):
     taken_up(watcher)
     monkeypatch.setattr(bimvox_pipeline.watch.revise, "_FIRST", 1)
-    put(watcher, box_on(watcher, 2, "a"), box_on(watcher, 5, "b"))
+    put(watcher, box_on(watcher, 2, "a"), box_on(watcher, 7, "b"))
     documents = change(watcher)
     assert [d["event"] for d in documents] == ["replanned", *["continued"] * (len(documents) - 1)]
     assert len(documents) > 1
@@ -378,7 +378,7 @@ def test_many_lifts_come_in_segments_the_first_lifts_first(watcher, monkeypatch)
 def test_a_newer_change_goes_first_and_nothing_is_forgotten(watcher, monkeypatch):
     taken_up(watcher)
     monkeypatch.setattr(bimvox_pipeline.watch.revise, "_FIRST", 1)
-    entries = [box_on(watcher, 2, "a"), box_on(watcher, 5, "b")]
+    entries = [box_on(watcher, 2, "a"), box_on(watcher, 7, "b")]
     put(watcher, *entries)
     parts = watcher.change(state_of(watcher.file))
     first = next(parts)
@@ -423,7 +423,7 @@ def test_an_obstruction_outside_the_site_is_accepted_and_reported(watcher):
     taken_up(watcher)
     watcher.progress = SilentProgress()  # the same as while watching
     far = {"id": "far", "box": {"min": [500.0, 500.0, 0.0], "max": [502.0, 502.0, 2.0]}}
-    for entry in (far, box_on(watcher, 5)):
+    for entry in (far, box_on(watcher, 7)):
         put(watcher, far, entry) if entry is not far else put(watcher, far)
         (document,) = change(watcher)
         (note,) = document["notes"]
@@ -457,7 +457,7 @@ def test_segments_are_next_to_a_log_that_is_a_link_and_are_found_again(watcher, 
     target.rename(elsewhere / target.name)
     target.symlink_to(elsewhere / target.name)
     taken_up(watcher)
-    put(watcher, box_on(watcher, 5))
+    put(watcher, box_on(watcher, 7))
     change(watcher)
     watcher._whole.hold()  # killed before the whole log was written
     again = watcher_in(watcher.file.parent, parts)
@@ -482,7 +482,7 @@ def test_a_mesh_and_a_scan_that_come_later_are_accepted(watcher):
     (document,) = change(watcher)
     assert document["event"] == "rejected"
     assert "scan.ply" in document["message"]
-    low = box_on(watcher, 5)["box"]["min"]
+    low = box_on(watcher, 7)["box"]["min"]
     head = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
     (watcher.file.parent / "scan.ply").write_text(head + " ".join(map(str, low)) + "\n")
     (document,) = change(watcher)
@@ -601,7 +601,7 @@ def test_a_whole_watch_ends_well_and_leaves_the_newest_log(watcher):
     while watcher.is_cold and time.monotonic() < until:
         time.sleep(0.05)
     watcher.file.write_text("{")
-    put(watcher, box_on(watcher, 5))
+    put(watcher, box_on(watcher, 7))
     while watcher.revision < 1 and time.monotonic() < until:
         time.sleep(0.05)
     stop.set()
@@ -692,7 +692,7 @@ def test_retraining_runs_in_parallel_and_its_path_is_used_if_not_longer(watcher)
     watcher._retraining.train = trainings.better
     taken_up(watcher)
     watcher._reviser.propose = fails
-    put(watcher, box_on(watcher, 5))
+    put(watcher, box_on(watcher, 7))
     told = change(watcher)[-1]
     assert told["event"] == "replanned"
     searched = {name for name in told["replanned"] if method_of(watcher, name) == "search"}
@@ -729,7 +729,7 @@ def test_retraining_without_gain_or_with_failure_changes_nothing(watcher):
         )
     ):
         watcher._retraining.train = outcome
-        put(watcher, box_on(watcher, 5 + number))
+        put(watcher, box_on(watcher, 6 + number))
         revision = change(watcher)[-1]["revision"]
         lifts = watcher.current.plan.lifts
         wait_for_training(watcher)
@@ -746,7 +746,7 @@ def test_a_newer_change_ends_the_training(watcher):
     watcher._retraining.train = trainings.endless
     taken_up(watcher)
     watcher._reviser.propose = fails
-    put(watcher, box_on(watcher, 5))
+    put(watcher, box_on(watcher, 7))
     change(watcher)
     process = watcher._retraining._process
     assert process.is_alive()
