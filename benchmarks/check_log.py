@@ -69,13 +69,15 @@ def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
     if read.returncode:
         print(read.stderr)
         return 1
-    lifts = [task for task in json.loads(read.stdout) if not task["is_summary"]]
-    for task in lifts:
+    tasks = [task for task in json.loads(read.stdout) if not task["is_summary"]]  # lifts and deliveries
+    for task in tasks:
         begins, ends = (datetime.fromisoformat(task[key]) for key in ("start", "finish"))
         if duration_text(ends - begins) != duration_text(timedelta(seconds=round(task["duration_s"]))):
             print(f"{task['name']}: {task['duration_s']} s from {begins} to {ends}")
             return 1
-    return int(len(lifts) != len(read_log(log).planned))
+    lifts = [task["text1"] for task in tasks if task["text1"] is not None]
+    record = read_log(log)
+    return int(lifts != [record.plan.site.components[lift.component].id for lift in record.planned])
 
 
 if __name__ == "__main__":
