@@ -139,7 +139,7 @@ def _unfit(part: Component, place: YardPlace) -> str:
     if len(part.shape.cells) != int(np.prod(size)):
         return "does not fill its box, so it gives no level bearing"
     if kind_of(part) not in (Work.SLAB, Work.BEAM):
-        return f"is no slab or beam, but a {kind_of(part).value}"
+        return f"is neither a slab nor a beam, but a {kind_of(part).value}"
     return ""
 
 

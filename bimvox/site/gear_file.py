@@ -9,12 +9,10 @@ from math import radians
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from bimvox.crane.gear import GearFamily, GearKind, GearSize
-from bimvox.errors import ConfigError
-from bimvox.site.nested import UTF8_HINT, toml_values
-from bimvox.site.validation import NotNegative, Positive, Table, Text, first_finding
+from bimvox.site.validation import NotNegative, Positive, Table, Text, table_of
 
 _Ascending = Annotated[tuple[Positive, ...], Field(min_length=1)]
 
@@ -100,15 +98,7 @@ def gear_of(text: bytes, path: Path) -> GearFamily:
 
 @lru_cache(maxsize=64)
 def _gear_of(text: bytes, path: Path) -> GearFamily:
-    try:
-        given = GearConfig.model_validate(toml_values(text.decode("utf-8-sig")))
-    except UnicodeDecodeError as error:
-        raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})", hint=UTF8_HINT) from None
-    except ValidationError as error:
-        found = first_finding(error, GearConfig)
-        raise ConfigError(path, found.key or None, found.message, available=found.available, hint=found.hint) from None
-    except ValueError as error:
-        raise ConfigError(path, None, str(error)) from None
+    given = table_of(text, path, GearConfig)
     choked = 0.8 if given.choked is None and given.kind is GearKind.ROUND_SLING else given.choked or 1.0
     return GearFamily(
         given.name, given.kind, given.about, tuple(map(_size, given.size)), given.lengths_m or (), choked,

@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.luffing import LuffingJib
@@ -16,8 +16,7 @@ from bimvox.crane.rigging import with_luffing_jib, with_reeving
 from bimvox.crane.tower_crane import Reeving, TowerCrane
 from bimvox.errors import ConfigError, InputError
 from bimvox.site.config_crane import LuffAxisConfig, ReevingConfig, SlewingConfig, TravelConfig, chart_of
-from bimvox.site.nested import UTF8_HINT, toml_values
-from bimvox.site.validation import NotNegative, Number, Positive, Table, Text, first_finding, in_radians
+from bimvox.site.validation import NotNegative, Number, Positive, Table, Text, in_radians, table_of
 
 _FOLLOWS = AxisLimits(1.0, 1.0, 1.0)  # replaced by what follows from the jib
 
@@ -121,15 +120,7 @@ def machine_of(text: bytes, path: Path) -> Machine:
 
 @lru_cache(maxsize=64)
 def _machine_of(text: bytes, path: Path) -> Machine:
-    try:
-        given = MachineConfig.model_validate(toml_values(text.decode("utf-8-sig")))
-    except UnicodeDecodeError as error:
-        raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})", hint=UTF8_HINT) from None
-    except ValidationError as error:
-        found = first_finding(error, MachineConfig)
-        raise ConfigError(path, found.key or None, found.message, available=found.available, hint=found.hint) from None
-    except ValueError as error:
-        raise ConfigError(path, None, str(error)) from None
+    given = table_of(text, path, MachineConfig)
     try:
         pairs = sorted(_cranes(given), key=lambda pair: (pair[0], pair[1].falls))
     except InputError as error:

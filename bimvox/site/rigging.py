@@ -30,7 +30,7 @@ def gear_of_site(config: SiteConfig) -> Gear:
 
 
 def gear_by_crane(config: SiteConfig, count: int) -> tuple[Gear | None, ...]:
-    """Return what the rigs of each crane's parts are chosen from; None where the site file describes the rigging.
+    """Return what the rigs of each crane's parts are chosen from; None if the site file describes the rigging.
 
     Args:
         config: The site file.

@@ -6,12 +6,16 @@ import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import degrees, radians
+from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from bimvox.errors import shown
+from bimvox.errors import ConfigError, shown
+from bimvox.site.nested import UTF8_HINT, toml_values
+
+S = TypeVar("S", bound=BaseModel)
 
 
 class Table(BaseModel):
@@ -112,6 +116,28 @@ def first_finding(error: ValidationError, schema: type[BaseModel]) -> Finding:
     if chosen["type"] != "value_error":
         message = f"{message[0].lower()}{message[1:]}, got {shown(chosen['input'])}"
     return Finding(dotted(loc), f"{message}{more}")
+
+
+def table_of(text: bytes, path: Path, schema: type[S]) -> S:
+    """Return the content of a TOML file.
+
+    Args:
+        text: Its bytes.
+        path: Its name, for messages.
+        schema: What it may hold.
+
+    Raises:
+        ConfigError: If it is not TOML, a key is unknown or missing, or a value is not allowed; names file and key.
+    """
+    try:
+        return schema.model_validate(toml_values(text.decode("utf-8-sig")))
+    except UnicodeDecodeError as error:
+        raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})", hint=UTF8_HINT) from None
+    except ValidationError as error:
+        found = first_finding(error, schema)
+        raise ConfigError(path, found.key or None, found.message, available=found.available, hint=found.hint) from None
+    except ValueError as error:
+        raise ConfigError(path, None, str(error)) from None
 
 
 def nearest(word: str, known: Sequence[str]) -> str | None:

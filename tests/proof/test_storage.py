@@ -85,7 +85,7 @@ def test_a_stack_that_does_not_stand_on_the_ground_is_refused(plan):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"ifc_class": "IfcWall"}, "is no slab or beam, but a wall"),
+        ({"ifc_class": "IfcWall"}, "is neither a slab nor a beam, but a wall"),
         ({"erected": True}, "is upended, so it may not lie in a stack"),
         ({"start_vox": (40, 10, 1)}, "has a place of its own in the site file"),
     ],
