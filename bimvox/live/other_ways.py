@@ -108,7 +108,9 @@ def _around(
     path_vox = _path_over(site, crane, barred, lift, aside_m)
     if path_vox is None:
         return None
-    other = replace(lift, path_vox=np.concatenate([path_vox, last_vox[1:]]).astype(np.int32), method=Method.SEARCH)
+    whole_vox: NDArray[np.int32] = np.concatenate([path_vox, last_vox[1:]]).astype(np.int32)
+    whole_vox.flags.writeable = False
+    other = replace(lift, path_vox=whole_vox, method=Method.SEARCH)
     try:
         made = time_lift(site, site.cranes[motion.crane], other, rule, before, motion.start_ns, start_rad, barred)
     except MotionError:
@@ -131,12 +133,10 @@ def _path_over(
     share = np.linspace(0.0, 2.0, 8 * max(site.shape))
     slew, radius = np.interp(share, range(3), np.unwrap(slew)), np.interp(share, range(3), radius)
     on_plan = hook_of(crane, slew, radius, np.zeros_like(slew))
-    columns = (site.frame.cell_of(on_plan) - rule.hook_offset)[:, :2]
-    columns = columns[np.r_[True, (np.diff(columns, axis=0) != 0).any(axis=1)]]
+    columns = _without_repeats((site.frame.cell_of(on_plan) - rule.hook_offset)[:, :2])
     square = np.stack([columns[1:, 0], columns[:-1, 1]], axis=1)  # along x, then along y
     columns = np.stack([columns[:-1], square], axis=1).reshape(-1, 2)
-    columns = np.concatenate([columns, gate[None, :2]])
-    columns = columns[np.r_[True, (np.diff(columns, axis=0) != 0).any(axis=1)]]
+    columns = _without_repeats(np.concatenate([columns, gate[None, :2]]))
     for z in range(top, site.shape[2]):
         up = [(*start[:2], k) for k in range(int(start[2]), z)]
         down = [(*gate[:2], k) for k in range(z - 1, int(gate[2]) - 1, -1)]
@@ -144,6 +144,11 @@ def _path_over(
         if all_free(rule, path_vox):
             return path_vox
     return None
+
+
+def _without_repeats(columns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return (M, 2) the columns of a path, those that equal the one before left out."""
+    return columns[np.r_[True, (np.diff(columns, axis=0) != 0).any(axis=1)]]
 
 
 def _barred(site: Site, rule: CollisionSpace, middle_m: NDArray[np.float64], apart_m: float) -> CollisionSpace:

@@ -59,6 +59,7 @@ def test_other_ways_lead_around_the_middle_of_the_planned_one(portal, ways):
         assert away_m.min() > apart_m - size_m
         assert way.motion.end_ns <= first.motion.end_ns + 60e9
         np.testing.assert_array_equal(way.lift.last_moves_vox, first.lift.last_moves_vox)
+        assert not way.lift.path_vox.flags.writeable
 
 
 def test_the_empty_hook_comes_as_planned(ways):
