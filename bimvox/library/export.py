@@ -16,11 +16,14 @@ from bimvox.files import check_new_folder, check_output, read_input, unwritable,
 from bimvox.grid.voxel_grid import VoxelGrid
 from bimvox.library.arguments import insist, path_of
 from bimvox.library.plan_value import Plan
+from bimvox.library.render import revision_of_plan
 from bimvox.log.dates import log_dates
 from bimvox.log.lift_choice import chosen_lifts
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.progress import Listener, Progress, progress_of
+from bimvox.rendering.page.schema import page_json
+from bimvox.rendering.page.source import PageSource
 
 _THREADS = 2
 
@@ -42,8 +45,8 @@ def export(
     Args:
         what: A plan, the path of a log, or a grid.
         path: The file, for ``ros2`` a new folder.
-        to: A format of ``bimvox.exporters.formats``, such as ``csv``, ``json``, ``glb``, ``ros2``, ``ifc`` or
-            ``msproject``, of a grid ``vti``, ``ply`` or ``glb``; default: the one of the path's suffix.
+        to: A format of ``bimvox.exporters.formats``, such as ``csv``, ``json``, ``page``, ``glb``, ``ros2``,
+            ``ifc`` or ``msproject``, of a grid ``vti``, ``ply`` or ``glb``; default: the one of the path's suffix.
         lifts: Lift numbers from 1, or names, ids or GlobalIds of parts; default: all lifts.
         model: The IFC file that the plan was made from; needed for ``ifc`` alone.
         start: Local date and time from which on work is done, in the hours of the site file's ``[calendar]``; default:
@@ -70,10 +73,35 @@ def export(
         plan = what if isinstance(what, Plan) else Plan(read_log(inputs[0]))
         plan.require_sense("exported")
         told.stage("write")
+        if wanted.name == "page":
+            require_whole_log(target, lifts is not None)
+            write_page_data(PageSource((revision_of_plan(plan),)), target, inputs=inputs)
+            told.finish()
+            return target
         names = [str(one) for one in (lifts if lifts is not None else ())]
         write_lifts(plan.record, wanted, chosen_lifts(plan.record, names), target, begins=start, model=base)
     told.finish()
     return target
+
+
+def require_whole_log(target: Path, partly: bool) -> None:
+    """Check that the data of a page are wanted of a whole log.
+
+    Raises:
+        InputError: If only some lifts, or what can be saved of a damaged log, are wanted.
+    """
+    if partly:
+        hint = "export the lifts to mcap first, then that log to page"
+        raise InputError(f"{target}: the data of the page are those of a whole log", hint=hint)
+
+
+def write_page_data(source: PageSource, target: Path, *, inputs: Iterable[Path] = ()) -> None:
+    """Write the data of a page as one JSON document (``bimvox.rendering.page.schema``), whole or not at all.
+
+    Raises:
+        FileError: If it cannot be written.
+    """
+    write_atomically(target, page_json(source), inputs=inputs)
 
 
 def check_targets(target: Path, wanted: Format, inputs: Iterable[Path]) -> None:

@@ -70,7 +70,7 @@ def render(
         _write_film(what, path, lift, size_px or FILM_PX, told)
     elif isinstance(what, Plan) and suffix in (".html", ".htm"):
         told.stage("page")
-        write_atomically(path, page_of(PageSource((_revision(what),))))
+        write_atomically(path, page_of(PageSource((revision_of_plan(what),))))
     else:
         raise InputError(f"{path}: cannot be drawn", hint="name a .png; of a plan also a .gif, .webp or .html")
     told.finish()
@@ -104,7 +104,8 @@ def _order(plan: Plan, number: int) -> int:
     return number - 1
 
 
-def _revision(plan: Plan) -> Revision:
+def revision_of_plan(plan: Plan) -> Revision:
+    """Return a plan as a page shows it; its log is the one that would be written now."""
     record, stream = plan.record, io.BytesIO()
     write_log(stream, record)
     return Revision(

@@ -24,6 +24,7 @@ _PAGES = {
     "sweep": ("Sweep file", "[many sites](../scale.md#many-sites-seeds-and-what-ifs)"),
     "grid": ("Grid file", "[formats](../formats.md#grid)"),
     "log": ("Log (MCAP)", "[formats](../formats.md#log)"),
+    "page": ("Data of the page", "[formats](../formats.md#log)"),
     "score": ("Score of a policy", "[for researchers](../start/researcher.md#how-to-compare)"),
 }
 """The title of a format's page, and the pages that explain it."""

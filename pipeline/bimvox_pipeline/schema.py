@@ -13,7 +13,7 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
     """Return the schema of a format.
 
     Args:
-        name: ``site``, ``crane``, ``gear``, ``obstructions``, ``sweep``, ``grid``, ``log`` or ``score``.
+        name: ``site``, ``crane``, ``gear``, ``obstructions``, ``sweep``, ``grid``, ``log``, ``page`` or ``score``.
         plain_values: Return the log's schema as a document instead of the text of a ``.proto`` file.
 
     Returns:
@@ -48,11 +48,15 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
         from bimvox_pipeline.log_schema import log_schema, log_schema_json
 
         return log_schema_json() if plain_values else log_schema()
+    if name == "page":
+        from bimvox.rendering.page.schema import page_json_schema
+
+        return page_json_schema()
     if name == "score":
         from bimvox.policy.score_document import score_json_schema
 
         return score_json_schema()
-    hint = "known formats: site, crane, gear, obstructions, sweep, grid, log, score"
+    hint = "known formats: site, crane, gear, obstructions, sweep, grid, log, page, score"
     raise InputError(f"there is no format {name!r}", hint=hint)
 
 

@@ -13,7 +13,7 @@ from bimvox.progress import SilentProgress
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 
 
-@pytest.mark.parametrize("name", ["site", "obstructions", "grid", "score"])
+@pytest.mark.parametrize("name", ["site", "obstructions", "grid", "page", "score"])
 def test_a_schema_is_a_json_document_of_its_draft(name: str) -> None:
     document = schema(name)
     assert isinstance(document, dict)

@@ -64,6 +64,8 @@ def export(
     begins = parsed_begin(start)
     if wanted.name == "ifc" and model is None:
         raise InputError("--to ifc adds the schedule to the building's own file", hint="name that file with --model")
+    if wanted.name == "page":
+        return _export_page(source, target, bool(lifts) or recover, progress)
     progress.stage("read")
     log, lost = _read(source, recover)
     for sentence in lost:
@@ -90,6 +92,23 @@ def export(
     if proof is not None and wanted.name != "ros2":
         document |= {"lost": list(lost), "verified": proof.verified}
     return {**document, "seconds": progress.seconds}
+
+
+def _export_page(source: Path, target: Path, partly: bool, progress: Progress) -> dict[str, Any]:
+    """Write the data of the page that ``bimvox render`` makes of a log: proven again, with the revisions next to it."""
+    from bimvox.library.export import require_whole_log, write_page_data
+    from bimvox.records.lift import NOT_LIFTED
+    from bimvox_pipeline.render.page import source_of_log
+
+    require_whole_log(target, partly)
+    shown = source_of_log(source, proven=True, progress=progress)
+    progress.stage("page")
+    write_page_data(shown, target, inputs=[source])
+    progress.finish()
+    last = shown.revisions[-1]
+    lifts = sum(lift.status not in NOT_LIFTED for lift in last.plan.lifts)
+    proven = last.proof is not None and last.proof.verified
+    return {"out": str(target), "lifts": lifts, "messages": 0, "verified": proven, "seconds": progress.seconds}
 
 
 def _format(source: Path, kind: Kind, to: str | None, out: Path | None) -> Format:

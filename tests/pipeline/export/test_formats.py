@@ -20,8 +20,10 @@ import pytest
 import trimesh
 from bimvox_pipeline.export.export import export
 from bimvox_pipeline.plan import plan
+from bimvox_pipeline.render.page import page_of_log
 from bimvox_pipeline.site import init
 from full_disk import full_disk
+from opened_pages import Opened
 from rosbags.highlevel import AnyReader
 
 from bimvox.errors import FileError, InputError
@@ -31,6 +33,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import tracks_of
 from bimvox.progress import SilentProgress
+from bimvox.rendering.page.schema import PageData
 
 SAMPLES = Path(__file__).parents[3] / "sample_models"
 BEGIN = datetime(2026, 12, 1, 7, 0)
@@ -231,6 +234,20 @@ def test_the_animated_glb_moves_every_part_to_its_place(site_folder: Path) -> No
     scene = trimesh.load(out)
     names = {component.label for component in log.plan.site.components}
     assert names | {"jib", "mast"} <= set(scene.graph.nodes)
+
+
+def test_the_data_of_the_page_are_those_that_the_page_embeds(site_folder: Path) -> None:
+    out = site_folder / "frame.page.json"
+    document = run(site_folder, to="page", out=out)
+    assert document["verified"] is True
+    shown = json.loads(out.read_text())
+    PageData.model_validate_json(out.read_bytes())
+    assert document["lifts"] == len(read_log(site_folder / "frame.mcap").motions)
+    page = page_of_log(site_folder / "frame.mcap", proven=True, progress=SilentProgress())
+    assert Opened(page).document == {key: value for key, value in shown.items() if key != "numbers"}
+    for options in ({"lifts": ["1"]}, {"recover": True}):
+        with pytest.raises(InputError, match="those of a whole log"):
+            run(site_folder, to="page", out=out, **options)
 
 
 def test_a_ros2_bag_holds_joints_paths_and_frames(site_folder: Path) -> None:
