@@ -30,8 +30,8 @@ from bimvox.records.proof import Check
 from bimvox.site.areas import columns_centred_in
 from bimvox.site.build import ground_and_masts, labels_of, with_obstructions
 from bimvox.site.component import IntVec
-from bimvox.site.config import SiteConfig
-from bimvox.site.config_file import SITE_FILE, named_files, parse_site_config
+from bimvox.site.config.file import SITE_FILE, named_files, parse_site_config
+from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.crew_times import UNIFORM_TIMES, times_of
 from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.extent import site_extent

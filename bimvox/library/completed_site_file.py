@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Element, Role, Source, TriangleMesh
 from bimvox.site.component import Component
-from bimvox.site.config import SiteConfig
+from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.guess import complete_with_placed
 from bimvox.site.means import Means
 from bimvox.site.placement import ground_height_m, lowest_m

@@ -20,14 +20,14 @@ from bimvox.progress import Listener, Progress, progress_of
 from bimvox.site import guess
 from bimvox.site.build import PlacedModel, build_site
 from bimvox.site.component import Component
-from bimvox.site.config import ModelConfig, SiteConfig
-from bimvox.site.config_file import SITE_FILE, load_site_config, read_site_file
+from bimvox.site.config.file import SITE_FILE, load_site_config, read_site_file
+from bimvox.site.config.site_config import ModelConfig, SiteConfig
+from bimvox.site.config.template import site_toml
 from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
 from bimvox.site.machine_names import machines_called
 from bimvox.site.placement import place_building
 from bimvox.site.site import Site
-from bimvox.site.template import site_toml
 from bimvox.voxelization.building import voxelize_building
 
 MACHINE = "machine."

@@ -10,7 +10,7 @@ from bimvox.records.proof import Check
 from bimvox.site.assign import assigned
 from bimvox.site.build import left_out
 from bimvox.site.component import Component, OrderHints
-from bimvox.site.config import SiteConfig
+from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.means import Means, means_of
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import entries_by_id, first_ids, stored_as

@@ -18,7 +18,7 @@ from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.progress import Progress
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
-from bimvox.site.config_file import SITE_FILE
+from bimvox.site.config.file import SITE_FILE
 from bimvox.site.nested import toml_values
 from bimvox.site.site import Site
 

@@ -8,8 +8,8 @@ from pydantic import ValidationError
 
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.dates import PlanDates, dates_of
-from bimvox.site.config_calendar import CalendarConfig
-from bimvox.site.config_file import SITE_FILE
+from bimvox.site.config.calendar import CalendarConfig
+from bimvox.site.config.file import SITE_FILE
 from bimvox.site.nested import toml_values
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from bimvox.site.validation import Table, Text, Whole
+from bimvox.site.config.validation import Table, Text, Whole
 
 Count = Annotated[Whole, Field(ge=0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]

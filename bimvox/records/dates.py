@@ -13,7 +13,7 @@ from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Step, Steps
 from bimvox.records.uncertain_end import PERCENTILES, added_ns
-from bimvox.site.config_calendar import CalendarConfig
+from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.means import Means
 from bimvox.site.site import Site
 from bimvox.site.work import Work, work_of

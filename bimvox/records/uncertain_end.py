@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.site.config_uncertainty import UncertaintyConfig
+from bimvox.site.config.uncertainty import UncertaintyConfig
 from bimvox.site.work import Work
 
 PERCENTILES = (50, 80, 95)

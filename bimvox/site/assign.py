@@ -19,7 +19,7 @@ from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import Component
-from bimvox.site.config import SiteConfig
+from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.crew_times import crew_times
 from bimvox.site.site import Rules
 

@@ -18,7 +18,7 @@ from bimvox.site.areas import columns_centred_in
 from bimvox.site.assign import assigned
 from bimvox.site.checks import check_component, check_mast, check_samples, check_yard
 from bimvox.site.component import Component, IntVec
-from bimvox.site.config import SiteConfig
+from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.crane_checks import check_cranes, crane_key
 from bimvox.site.digest import digest_of
 from bimvox.site.lifting import hung

@@ -7,7 +7,7 @@ from importlib import resources
 from pathlib import Path
 
 from bimvox.crane.machine import Machine
-from bimvox.site.machine_file import machine_of
+from bimvox.site.config.machine_file import machine_of
 
 
 @cache

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import Element
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import Component, IntVec, StoredPose
-from bimvox.site.config import SiteConfig
+from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.means import Means
 from bimvox.site.shape import stored_shape
 from bimvox.site.site import Blocker

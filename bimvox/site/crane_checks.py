@@ -9,7 +9,7 @@ from math import hypot
 from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.site.config import SiteConfig
+from bimvox.site.config.site_config import SiteConfig
 
 _SLACK_M = 0.1
 

@@ -17,7 +17,7 @@ from bimvox.crane.machine import Machine
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
-from bimvox.site.config import Polygon
+from bimvox.site.config.site_config import Polygon
 from bimvox.site.parts import centre_of_mass_m
 
 _TYPICAL = 75.0

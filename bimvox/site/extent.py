@@ -15,7 +15,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError
 from bimvox.grid.frame import GridFrame, whole_cells
 from bimvox.site.component import IntVec
-from bimvox.site.config import SiteConfig
+from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.placement import built_bounds_m
 
 MAX_CELLS = 50_000_000

@@ -17,10 +17,10 @@ from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError, InputError
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
-from bimvox.site.config import ModelConfig, Polygon, SiteConfig
-from bimvox.site.config_crane import CraneConfig
-from bimvox.site.config_rules import RulesConfig
-from bimvox.site.config_yard import YardConfig
+from bimvox.site.config.crane import CraneConfig
+from bimvox.site.config.rules import RulesConfig
+from bimvox.site.config.site_config import ModelConfig, Polygon, SiteConfig
+from bimvox.site.config.yard import YardConfig
 from bimvox.site.crane_guess import CraneFit, Rigs, compare_cranes, fit_here, guess_crane, hook_above_m
 from bimvox.site.extent import site_extent, top_m
 from bimvox.site.lifting import HangsAt, lifting_by

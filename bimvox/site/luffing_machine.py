@@ -11,9 +11,9 @@ from bimvox.crane.rigging import with_luffing_jib
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.catalogue import machines_of
-from bimvox.site.config import SiteConfig
-from bimvox.site.config_crane import CraneConfig, LuffAxisConfig, LuffingConfig, TravelConfig
-from bimvox.site.validation import in_radians
+from bimvox.site.config.crane import CraneConfig, LuffAxisConfig, LuffingConfig, TravelConfig
+from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.config.validation import in_radians
 
 _LENGTHS = (
     "pivot_height_m", "pivot_offset_m", "length_m", "tail_radius_m", "tail_low_m", "tail_width_m", "width_m",

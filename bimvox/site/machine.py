@@ -15,8 +15,7 @@ from bimvox.crane.tower_crane import Reeving, TowerCrane
 from bimvox.crane.working_range import UNLIMITED, SlowZone
 from bimvox.errors import ConfigError
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
-from bimvox.site.config import SiteConfig
-from bimvox.site.config_crane import (
+from bimvox.site.config.crane import (
     CraneConfig,
     LuffingConfig,
     OverrideConfig,
@@ -25,8 +24,9 @@ from bimvox.site.config_crane import (
     WorkingRangeConfig,
     chart_of,
 )
+from bimvox.site.config.machine_file import machine_of, reeving_of
+from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.luffing_machine import jib_config, own_luffing_crane, with_jib
-from bimvox.site.machine_file import machine_of, reeving_of
 
 MACHINE_FILE = ".toml"
 """Ends the name of a file that describes a machine."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.site.config import SiteConfig
+from bimvox.site.config.site_config import SiteConfig
 from bimvox.units import METRES_PER_UNIT
 
 Matrix = list[list[float]]

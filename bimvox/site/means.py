@@ -21,7 +21,7 @@ from bimvox.site.upright_box import sizes_m
 
 if TYPE_CHECKING:
     from bimvox.site.component import Component
-    from bimvox.site.config import ComponentConfig, MeansConfig
+    from bimvox.site.config.site_config import ComponentConfig, MeansConfig
 
 _CONCRETE_KG_M3 = (1500.0, 2900.0)
 """Density of concrete and masonry, from lightweight to heavily reinforced."""

@@ -9,7 +9,7 @@ import shapely
 
 from bimvox.bim.building import Element
 from bimvox.site.component import OrderHints
-from bimvox.site.config import SiteConfig
+from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.work import kind_of
 
 

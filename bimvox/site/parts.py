@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import NO_HINTS, Component, IntVec, OrderHints, StoredPose
-from bimvox.site.config import ComponentConfig, SiteConfig
+from bimvox.site.config.site_config import ComponentConfig, SiteConfig
+from bimvox.site.config.validation import nearest
 from bimvox.site.means import LIFTED, Reasoned
 from bimvox.site.sail import sail_area_m2
 from bimvox.site.shape import shape_of
-from bimvox.site.validation import nearest
 
 _UPRIGHT_CLASSES = frozenset({"IfcColumn", "IfcMember", "IfcPile", "Mesh"})
 _SLENDER = 2.0

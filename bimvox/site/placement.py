@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import Building, Element, Role
 from bimvox.bim.site_frame import in_site_frame
 from bimvox.errors import SelectionError
-from bimvox.site.config import SiteConfig
+from bimvox.site.config.site_config import SiteConfig
 
 
 def place_building(config: SiteConfig, building: Building) -> tuple[Building, NDArray[np.float64]]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from bimvox.crane.gear import Gear, GearFamily
 from bimvox.errors import ConfigError
-from bimvox.site.config import SiteConfig
-from bimvox.site.gear_file import gear_catalogue, gear_of
+from bimvox.site.config.gear_file import gear_catalogue, gear_of
+from bimvox.site.config.site_config import SiteConfig
 
 
 def gear_of_site(config: SiteConfig) -> Gear:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Element
-from bimvox.site.config import Polygon
+from bimvox.site.config.site_config import Polygon
 from bimvox.site.parts import is_erected
 
 TYPICAL_PARTS = 25

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bimvox.grid.frame import GridFrame
 from bimvox.site.areas import columns_met_by, columns_met_by_each
 from bimvox.site.component import Component
-from bimvox.site.config import ZoneConfig
+from bimvox.site.config.site_config import ZoneConfig
 from bimvox.site.site import HookHeights
 
 NO_HOOK = frozenset(("prohibited", "public"))

@@ -35,7 +35,7 @@ def cranes(site: Path | None, *, crane: str | None = None, progress: Progress) -
         return {"site": None, "machines": [_machine_document(machine) for machine in machines]}
     from bimvox.bim.read import ReadOptions, read_building
     from bimvox.files import require_input
-    from bimvox.site.config_file import load_site_config
+    from bimvox.site.config.file import load_site_config
     from bimvox.site.guess import complete_config, cranes_that_fit
 
     stated = load_site_config(require_input(site))

@@ -23,15 +23,15 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
         InputError: If there is no such format.
     """
     if name == "site":
-        from bimvox.site.config import site_json_schema
+        from bimvox.site.config.site_config import site_json_schema
 
         return site_json_schema()
     if name == "crane":
-        from bimvox.site.machine_file import machine_json_schema
+        from bimvox.site.config.machine_file import machine_json_schema
 
         return machine_json_schema()
     if name == "gear":
-        from bimvox.site.gear_file import gear_json_schema
+        from bimvox.site.config.gear_file import gear_json_schema
 
         return gear_json_schema()
     if name == "obstructions":

@@ -44,10 +44,10 @@ def init(
     """
     from bimvox.bim.building import Role
     from bimvox.bim.read import read_building
-    from bimvox.site.config import ModelConfig
+    from bimvox.site.config.site_config import ModelConfig
+    from bimvox.site.config.template import site_toml
     from bimvox.site.guess import cranes_that_fit, guess_site
     from bimvox.site.machine_names import machines_called
-    from bimvox.site.template import site_toml
 
     machines = () if crane is None else machines_called(crane)
     require_input(model)

@@ -19,7 +19,7 @@ from bimvox.library.site import load_site
 from bimvox.planning.assembly import prepare
 from bimvox.progress import SilentProgress
 from bimvox.records.proof import Check
-from bimvox.site.config_file import parse_site_config
+from bimvox.site.config.file import parse_site_config
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 

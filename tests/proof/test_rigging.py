@@ -13,7 +13,7 @@ from bimvox.crane.gear import Gear, GearKind
 from bimvox.proof.rigging import check_rigging
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, Lifting
-from bimvox.site.gear_file import gear_catalogue
+from bimvox.site.config.gear_file import gear_catalogue
 from bimvox.site.site import Site
 
 GEAR = Gear(gear_catalogue())

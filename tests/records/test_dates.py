@@ -14,7 +14,7 @@ from two_cranes import two_crane_plan
 
 from bimvox.records.dates import PlanDates, blocks_of, dates_of
 from bimvox.records.steps import Pause, Step, Steps
-from bimvox.site.config_calendar import CalendarConfig
+from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.means import Means
 from bimvox.site.working_hours import DAYS
 

@@ -10,8 +10,8 @@ import seeded_faults as faults
 from bimvox.errors import ConfigError
 from bimvox.log.dates import log_dates
 from bimvox.records.uncertain_end import PERCENTILES, added_ns
-from bimvox.site.config_file import parse_site_config
-from bimvox.site.config_uncertainty import UncertaintyConfig
+from bimvox.site.config.file import parse_site_config
+from bimvox.site.config.uncertainty import UncertaintyConfig
 from bimvox.site.work import Work
 
 H_NS = 3600 * 10**9

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bimvox.site.config_file import load_site_config
+from bimvox.site.config.file import load_site_config
 from bimvox.site.site import Rules
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from bimvox.site.config_file import load_site_config
+from bimvox.site.config.file import load_site_config
 from sample_models.mesh_files import Body, glb_bytes, stl_text
 from sample_models.yard import CONTAINER_M, yard_bodies
 

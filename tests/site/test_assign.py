@@ -9,7 +9,7 @@ from box_sites import box_component, test_crane
 from bimvox.errors import ConfigError
 from bimvox.grid.frame import GridFrame
 from bimvox.site.assign import assigned
-from bimvox.site.config_file import parse_site_config
+from bimvox.site.config.file import parse_site_config
 from bimvox.site.site import Rules
 
 FRAME = GridFrame((0.0, 0.0, -0.5), 0.5)

@@ -14,7 +14,9 @@ from bimvox.planning.refusal import refused_by_crane
 from bimvox.site import checks
 from bimvox.site.build import PlacedModel, build_site, with_obstructions
 from bimvox.site.component import StoredPose
-from bimvox.site.config import (
+from bimvox.site.config.crane import CraneConfig
+from bimvox.site.config.rules import RulesConfig
+from bimvox.site.config.site_config import (
     AreasConfig,
     ComponentConfig,
     GridConfig,
@@ -23,8 +25,6 @@ from bimvox.site.config import (
     SiteConfig,
     ZoneConfig,
 )
-from bimvox.site.config_crane import CraneConfig
-from bimvox.site.config_rules import RulesConfig
 from bimvox.site.extent import site_extent
 from bimvox.site.lifting import crane_for, hung_kg
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet

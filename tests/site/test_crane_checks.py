@@ -6,7 +6,7 @@ import pytest
 from box_sites import test_crane
 
 from bimvox.errors import ConfigError
-from bimvox.site.config_file import parse_site_config
+from bimvox.site.config.file import parse_site_config
 from bimvox.site.crane_checks import check_cranes, crane_key
 
 CONFIG = parse_site_config('[model]\npath = "m.ifc"\n', "s.toml")

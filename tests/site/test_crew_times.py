@@ -11,8 +11,8 @@ from bimvox.errors import ConfigError
 from bimvox.library.attached_files import rules_for
 from bimvox.log.codec import ArrayReader, ArrayWriter, decode, encode
 from bimvox.site.build import with_digests
-from bimvox.site.config_file import parse_site_config
-from bimvox.site.config_rules import RulesConfig
+from bimvox.site.config.file import parse_site_config
+from bimvox.site.config.rules import RulesConfig
 from bimvox.site.crew_times import FIELD_TIMES, CrewTimes, crew_times
 from bimvox.site.digest import digest_of
 from bimvox.site.site import Rules

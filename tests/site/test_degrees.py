@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from bimvox.errors import ConfigError
 from bimvox.site.catalogue import machines_of
-from bimvox.site.config import site_json_schema
-from bimvox.site.config_file import parse_site_config
-from bimvox.site.config_rules import RulesConfig
+from bimvox.site.config.file import parse_site_config
+from bimvox.site.config.rules import RulesConfig
+from bimvox.site.config.site_config import site_json_schema
+from bimvox.site.config.template import site_toml
 from bimvox.site.site import Rules
-from bimvox.site.template import site_toml
 
 
 def read(text):

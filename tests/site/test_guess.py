@@ -13,8 +13,15 @@ from bimvox.crane.reach import allowed_radii_m
 from bimvox.errors import ConfigError, SelectionError
 from bimvox.site.build import PlacedModel, build_site
 from bimvox.site.catalogue import machine_called
-from bimvox.site.config import AreasConfig, ComponentConfig, GridConfig, MeansConfig, ModelConfig, SiteConfig
-from bimvox.site.config_crane import CraneConfig, OverrideConfig
+from bimvox.site.config.crane import CraneConfig, OverrideConfig
+from bimvox.site.config.site_config import (
+    AreasConfig,
+    ComponentConfig,
+    GridConfig,
+    MeansConfig,
+    ModelConfig,
+    SiteConfig,
+)
 from bimvox.site.extent import site_extent
 from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.guess import PLANNING_CELLS, VOXEL_SIZES_M, complete_config, cranes_that_fit, guess_site

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.crane.gear import Gear, GearKind
-from bimvox.site.gear_file import gear_catalogue
+from bimvox.site.config.gear_file import gear_catalogue
 from bimvox.site.lifting import HangsAt, lifting_by, lifting_of
 
 BEAM = box_element("beam", (0, 0, 0), (8, 0.4, 0.6))

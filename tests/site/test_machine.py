@@ -8,9 +8,9 @@ from own_machine import machine_text
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError
-from bimvox.site.config import ModelConfig, SiteConfig
-from bimvox.site.config_crane import CraneConfig, LuffingConfig, OverrideConfig, ReevingConfig
-from bimvox.site.config_file import parse_site_config
+from bimvox.site.config.crane import CraneConfig, LuffingConfig, OverrideConfig, ReevingConfig
+from bimvox.site.config.file import parse_site_config
+from bimvox.site.config.site_config import ModelConfig, SiteConfig
 from bimvox.site.machine import crane_config, crane_of
 
 

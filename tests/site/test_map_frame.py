@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bimvox.site.config_file import parse_site_config
+from bimvox.site.config.file import parse_site_config
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import ifc_to_map, metric_scale, set_out
 

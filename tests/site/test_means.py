@@ -9,7 +9,7 @@ from box_buildings import box_element
 
 from bimvox.bim.building import Casting
 from bimvox.errors import SelectionError
-from bimvox.site.config import ComponentConfig, MeansConfig
+from bimvox.site.config.site_config import ComponentConfig, MeansConfig
 from bimvox.site.means import Means, means_of, nothing_to_lift
 
 BEAM = box_element("beam", (0, 0, 3), (6, 0.3, 3.5), ifc_class="IfcBeam")

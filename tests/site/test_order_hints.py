@@ -2,7 +2,7 @@ import pytest
 from box_buildings import box_element
 
 from bimvox.errors import ConfigError
-from bimvox.site.config import ModelConfig, RanksConfig, SequenceConfig, SiteConfig, ZoneConfig
+from bimvox.site.config.site_config import ModelConfig, RanksConfig, SequenceConfig, SiteConfig, ZoneConfig
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import first_ids
 

@@ -7,7 +7,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.errors import ConfigError
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import StoredPose
-from bimvox.site.config import ComponentConfig, ModelConfig, SiteConfig
+from bimvox.site.config.site_config import ComponentConfig, ModelConfig, SiteConfig
 from bimvox.site.parts import centre_of_mass_m, component_of, entries_by_id, is_erected
 
 FRAME = GridFrame((0.0, 0.0, -0.5), 0.5)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from bimvox.bim.building import Role
 from bimvox.bim.site_frame import in_site_frame
 from bimvox.errors import ConfigError, SelectionError
-from bimvox.site.config import ModelConfig, SiteConfig
+from bimvox.site.config.site_config import ModelConfig, SiteConfig
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, ground_height_m, lowest_m, place_building
 
 

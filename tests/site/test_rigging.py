@@ -4,7 +4,7 @@ import pytest
 
 from bimvox.crane.gear import GearKind
 from bimvox.errors import ConfigError
-from bimvox.site.config_file import named_files, parse_site_config
+from bimvox.site.config.file import named_files, parse_site_config
 from bimvox.site.rigging import gear_by_crane, gear_of_site
 
 OWN = b"""

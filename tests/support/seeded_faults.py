@@ -63,7 +63,9 @@ from bimvox.records.trajectory import Trajectory
 from bimvox.site.build import labels_of, with_digests
 from bimvox.site.casting import FIELD_CASTING, CastTimes
 from bimvox.site.component import Component, Lifting, StoredPose
-from bimvox.site.config import (
+from bimvox.site.config.gear_file import gear_catalogue
+from bimvox.site.config.rules import RulesConfig
+from bimvox.site.config.site_config import (
     AreasConfig,
     ComponentConfig,
     GridConfig,
@@ -73,15 +75,13 @@ from bimvox.site.config import (
     SiteConfig,
     ZoneConfig,
 )
-from bimvox.site.config_rules import RulesConfig
-from bimvox.site.config_yard import YardConfig
+from bimvox.site.config.template import site_toml
+from bimvox.site.config.yard import YardConfig
 from bimvox.site.crew_times import FIELD_TIMES
-from bimvox.site.gear_file import gear_catalogue
 from bimvox.site.machine import crane_config
 from bimvox.site.means import Means
 from bimvox.site.shape import shape_of
 from bimvox.site.site import Blocker, HeadingRule, Rules, Site, SwingRule
-from bimvox.site.template import site_toml
 from bimvox.site.yard_rules import YardRules
 
 Forge = Callable[[PlanLog], PlanLog]

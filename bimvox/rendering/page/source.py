@@ -15,7 +15,7 @@ from bimvox.records.steps import Steps
 from bimvox.records.track import LoadTrack
 from bimvox.remarks.conditions import conditions_of
 from bimvox.rendering.verdict import Verdict, verdict_of
-from bimvox.site.config import SiteConfig
+from bimvox.site.config.site_config import SiteConfig
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -23,7 +23,7 @@ from bimvox.rendering.report.method import about_machine, blind_lifts, method_of
 from bimvox.rendering.report.rigging import gear_list, rigs_of
 from bimvox.rendering.report.site_plan import drawing_of
 from bimvox.rendering.report.support import supports_of
-from bimvox.site.config_project import ProjectConfig
+from bimvox.site.config.project import ProjectConfig
 from bimvox.site.site import Site
 
 FORMAT = 1

@@ -18,7 +18,7 @@ from bimvox.rendering.page.source import Revision
 from bimvox.rendering.plain import escape
 from bimvox.rendering.report.html import number, paragraph, section, tag, terms
 from bimvox.rendering.report.words import fixed
-from bimvox.site.config_support import SupportConfig
+from bimvox.site.config.support import SupportConfig
 from bimvox.site.lifting import hung_kg
 
 G_M_S2 = 9.80665

@@ -13,6 +13,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.errors import InputError, ObstructionFileError
 from bimvox.files import read_input, require_regular, resolved, status_of
+from bimvox.site.config.validation import Point3, Positive, Table, Text, Whole, first_finding
 from bimvox.site.nested import UTF8_HINT, WHERE_HINT, json_values, toml_values
 from bimvox.site.obstructions.obstruction_set import (
     Box,
@@ -26,7 +27,6 @@ from bimvox.site.obstructions.obstruction_set import (
 )
 from bimvox.site.obstructions.point_file import read_points
 from bimvox.site.site import CRANE_ID, GROUND_ID
-from bimvox.site.validation import Point3, Positive, Table, Text, Whole, first_finding
 from bimvox.uncollected import uncollected
 from bimvox.units import metres_per
 

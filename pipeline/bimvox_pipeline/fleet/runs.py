@@ -75,7 +75,7 @@ def digest_of(wish: Wish) -> str:
         BimvoxError: If an input is missing, or too damaged to list its own inputs.
     """
     from bimvox.files import require_input
-    from bimvox.site.config_file import load_site_config
+    from bimvox.site.config.file import load_site_config
 
     require_input(wish.site)
     config = load_site_config(wish.site)

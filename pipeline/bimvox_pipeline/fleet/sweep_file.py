@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError
 
 from bimvox.errors import ConfigError
-from bimvox.site.config_file import read_site_file
+from bimvox.site.config.file import read_site_file
+from bimvox.site.config.validation import Table, Text, Whole, first_finding
 from bimvox.site.nested import UTF8_HINT, WHERE_HINT, toml_values
-from bimvox.site.validation import Table, Text, Whole, first_finding
 from bimvox_pipeline.fleet.runs import Wish
 
 AS_IT_IS = "none"

@@ -24,7 +24,7 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
 
     from bimvox.bim.building import Role
     from bimvox.bim.read import ReadOptions, read_building
-    from bimvox.site.config_file import load_site_config
+    from bimvox.site.config.file import load_site_config
     from bimvox.site.extent import site_extent
     from bimvox.site.guess import complete_config
     from bimvox.site.machine import cranes_of
@@ -86,7 +86,7 @@ def default_site_to_ifc(building: Building) -> list[list[float]] | None:
     """Return the (4, 4) transform that `bimvox init` would give the site; None without elements on the ground."""
     import math
 
-    from bimvox.site.config import ModelConfig, SiteConfig
+    from bimvox.site.config.site_config import ModelConfig, SiteConfig
     from bimvox.site.guess import VOXEL_SIZES_M
     from bimvox.site.placement import built_elements, dominant_yaw_rad, ground_height_m, place_building
 

@@ -17,7 +17,7 @@ from bimvox.rendering.report.page import report_page
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.rigging import gear_list
 from bimvox.site.component import Lifting
-from bimvox.site.gear_file import gear_catalogue
+from bimvox.site.config.gear_file import gear_catalogue
 
 
 def with_rigs(log: PlanLog, apart_m: float) -> PlanLog:

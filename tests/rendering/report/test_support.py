@@ -12,9 +12,9 @@ from opened_pages import revision_of
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.support import support, supports_of
-from bimvox.site.config import SiteConfig
-from bimvox.site.config_file import parse_site_config
-from bimvox.site.template import site_toml
+from bimvox.site.config.file import parse_site_config
+from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.config.template import site_toml
 
 
 def revision(kind: str = "hammerhead", **stated: float) -> Revision:

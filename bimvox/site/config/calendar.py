@@ -7,8 +7,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from bimvox.site.config_uncertainty import UncertaintyConfig
-from bimvox.site.validation import NotNegative, Table, Text, Whole
+from bimvox.site.config.uncertainty import UncertaintyConfig
+from bimvox.site.config.validation import NotNegative, Table, Text, Whole
 from bimvox.site.working_hours import SPAN, WorkingHours, day_of, public_holidays, span_min
 
 DayName = Literal["Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"]

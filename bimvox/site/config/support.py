@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from bimvox.site.validation import NotNegative, Positive, Table, Text
+from bimvox.site.config.validation import NotNegative, Positive, Table, Text
 
 MOST_SUPPORTS = 100
 Mass = Annotated[Positive, Field(le=1e7)]

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from bimvox.site.validation import Table, Text
+from bimvox.site.config.validation import Table, Text
 
 MOST_REVISIONS = 1000
 Words = Annotated[Text, Field(max_length=1000)]

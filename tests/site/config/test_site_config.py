@@ -5,9 +5,9 @@ from dataclasses import asdict
 import pytest
 
 from bimvox.errors import ConfigError
-from bimvox.site.config import ModelConfig, SiteConfig, site_json_schema
-from bimvox.site.config_file import parse_site_config
-from bimvox.site.config_rules import RulesConfig
+from bimvox.site.config.file import parse_site_config
+from bimvox.site.config.rules import RulesConfig
+from bimvox.site.config.site_config import ModelConfig, SiteConfig, site_json_schema
 from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.site import HeadingRule, Rules
 from bimvox.units import METRES_PER_UNIT

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from bimvox.site.validation import NotNegative, Positive, Table, Whole
+from bimvox.site.config.validation import NotNegative, Positive, Table, Whole
 from bimvox.site.yard_rules import USUAL_YARD, YardRules
 
 

@@ -1,8 +1,8 @@
 import pytest
 
 from bimvox.errors import ConfigError
-from bimvox.site.config import SiteConfig
-from bimvox.site.config_file import parse_site_config
+from bimvox.site.config.file import parse_site_config
+from bimvox.site.config.site_config import SiteConfig
 
 
 def read(text: str) -> SiteConfig:

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, Field, model_validator
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.working_range import WorkingRange
-from bimvox.site.validation import (
+from bimvox.site.config.validation import (
     NotNegative,
     Number,
     Point2or3,

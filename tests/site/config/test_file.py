@@ -3,7 +3,7 @@ import time
 import pytest
 
 from bimvox.errors import ConfigError
-from bimvox.site.config_file import load_site_config, parse_site_config
+from bimvox.site.config.file import load_site_config, parse_site_config
 
 MODEL = '[model]\npath = "house.ifc"\n'
 

@@ -11,10 +11,10 @@ from pydantic import ValidationError
 from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES
 from bimvox.errors import ConfigError
 from bimvox.files import read_input, require_regular, resolved, status_of
-from bimvox.site.config import SiteConfig
+from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.config.validation import first_finding
 from bimvox.site.machine import MACHINE_FILE
 from bimvox.site.nested import UTF8_HINT, WHERE_HINT, toml_values
-from bimvox.site.validation import first_finding
 
 SITE_FILE = "site.toml"
 """Name of the site file among the files attached to a log."""

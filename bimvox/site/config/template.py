@@ -6,15 +6,15 @@ import json
 from collections.abc import Sequence
 from datetime import date
 
-from bimvox.site.config import AreasConfig, ComponentConfig, Polygon, SiteConfig, ZoneConfig
-from bimvox.site.config_calendar import DEFAULT_BREAKS, DEFAULT_SHIFT, CalendarConfig
-from bimvox.site.config_crane import CraneConfig, OverrideConfig
-from bimvox.site.config_project import ProjectConfig
-from bimvox.site.config_rigging import RiggingConfig
-from bimvox.site.config_support import SupportConfig
-from bimvox.site.config_yard import YardConfig
+from bimvox.site.config.calendar import DEFAULT_BREAKS, DEFAULT_SHIFT, CalendarConfig
+from bimvox.site.config.crane import CraneConfig, OverrideConfig
+from bimvox.site.config.project import ProjectConfig
+from bimvox.site.config.rigging import RiggingConfig
+from bimvox.site.config.site_config import AreasConfig, ComponentConfig, Polygon, SiteConfig, ZoneConfig
+from bimvox.site.config.support import SupportConfig
+from bimvox.site.config.validation import Table
+from bimvox.site.config.yard import YardConfig
 from bimvox.site.fictitious import FICTITIOUS
-from bimvox.site.validation import Table
 from bimvox.site.work import Work
 
 _HEAD = """\
@@ -38,7 +38,7 @@ _CALENDAR_EXAMPLE = (
 
 
 def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_notes: Sequence[str] = ()) -> str:
-    """Return the text of a site file; :func:`bimvox.site.config_file.load_site_config` reads the same values back.
+    """Return the text of a site file; :func:`bimvox.site.config.file.load_site_config` reads the same values back.
 
     Args:
         config: Its content, with the model's path as it is to be written.

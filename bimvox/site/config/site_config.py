@@ -18,23 +18,13 @@ from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag, mod
 from bimvox.bim.options import MOST_SELECT
 from bimvox.errors import ConfigError, shown
 from bimvox.site.component import StoredPose
-from bimvox.site.config_calendar import CalendarConfig
-from bimvox.site.config_crane import CraneConfig
-from bimvox.site.config_project import ProjectConfig
-from bimvox.site.config_rigging import RiggingConfig
-from bimvox.site.config_rules import RulesConfig
-from bimvox.site.config_support import MOST_SUPPORTS, SupportConfig
-from bimvox.site.config_yard import YardConfig
-from bimvox.site.limits import (
-    FEW_HANDS_KG,
-    ROAD_HEIGHT_M,
-    ROAD_KG,
-    ROAD_LENGTH_M,
-    ROAD_WIDTH_M,
-)
-from bimvox.site.programme import Programme, read_programme
-from bimvox.site.site import Rules
-from bimvox.site.validation import (
+from bimvox.site.config.calendar import CalendarConfig
+from bimvox.site.config.crane import CraneConfig
+from bimvox.site.config.project import ProjectConfig
+from bimvox.site.config.rigging import RiggingConfig
+from bimvox.site.config.rules import RulesConfig
+from bimvox.site.config.support import MOST_SUPPORTS, SupportConfig
+from bimvox.site.config.validation import (
     ONE,
     SEVERAL,
     Flag,
@@ -49,6 +39,16 @@ from bimvox.site.validation import (
     Whole,
     not_below,
 )
+from bimvox.site.config.yard import YardConfig
+from bimvox.site.limits import (
+    FEW_HANDS_KG,
+    ROAD_HEIGHT_M,
+    ROAD_KG,
+    ROAD_LENGTH_M,
+    ROAD_WIDTH_M,
+)
+from bimvox.site.programme import Programme, read_programme
+from bimvox.site.site import Rules
 
 CellSize = Annotated[Positive, Field(le=100.0), AfterValidator(partial(not_below, 1e-3))]
 

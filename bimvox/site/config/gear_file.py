@@ -12,7 +12,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, model_validator
 
 from bimvox.crane.gear import GearFamily, GearKind, GearSize
-from bimvox.site.validation import NotNegative, Positive, Table, Text, table_of
+from bimvox.site.config.validation import NotNegative, Positive, Table, Text, table_of
 
 _Ascending = Annotated[tuple[Positive, ...], Field(min_length=1)]
 

@@ -15,8 +15,8 @@ from bimvox.crane.machine import Machine
 from bimvox.crane.rigging import with_luffing_jib, with_reeving
 from bimvox.crane.tower_crane import Reeving, TowerCrane
 from bimvox.errors import ConfigError, InputError
-from bimvox.site.config_crane import LuffAxisConfig, ReevingConfig, SlewingConfig, TravelConfig, chart_of
-from bimvox.site.validation import NotNegative, Number, Positive, Table, Text, in_radians, table_of
+from bimvox.site.config.crane import LuffAxisConfig, ReevingConfig, SlewingConfig, TravelConfig, chart_of
+from bimvox.site.config.validation import NotNegative, Number, Positive, Table, Text, in_radians, table_of
 
 _FOLLOWS = AxisLimits(1.0, 1.0, 1.0)  # replaced by what follows from the jib
 

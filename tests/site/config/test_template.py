@@ -6,15 +6,22 @@ from box_buildings import frame_house
 from named_cranes import LUFFING_CRANES, MOBILE_CRANES
 
 from bimvox.site.component import StoredPose
-from bimvox.site.config import ComponentConfig, GridConfig, ModelConfig, PolicyConfig, SiteConfig, ZoneConfig
-from bimvox.site.config_calendar import CalendarConfig
-from bimvox.site.config_crane import CraneConfig, OverrideConfig, ReevingConfig, WorkingRangeConfig
-from bimvox.site.config_file import load_site_config, parse_site_config
-from bimvox.site.config_project import ProjectConfig, RevisionConfig
-from bimvox.site.config_rules import RulesConfig
+from bimvox.site.config.calendar import CalendarConfig
+from bimvox.site.config.crane import CraneConfig, OverrideConfig, ReevingConfig, WorkingRangeConfig
+from bimvox.site.config.file import load_site_config, parse_site_config
+from bimvox.site.config.project import ProjectConfig, RevisionConfig
+from bimvox.site.config.rules import RulesConfig
+from bimvox.site.config.site_config import (
+    ComponentConfig,
+    GridConfig,
+    ModelConfig,
+    PolicyConfig,
+    SiteConfig,
+    ZoneConfig,
+)
+from bimvox.site.config.template import site_toml
 from bimvox.site.guess import guess_site
 from bimvox.site.machine import crane_config
-from bimvox.site.template import site_toml
 
 TRIANGLE = ((0.0, 0.0), (10.5, 0.0), (0.1, 1e-7))
 

@@ -10,6 +10,14 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field
 
 from bimvox.site.casting import FIELD_CASTING, Casting, CastTimes
+from bimvox.site.config.validation import (
+    Flag,
+    NotNegative,
+    Number,
+    Positive,
+    Table,
+    not_below,
+)
 from bimvox.site.crew_times import FIELD_TIMES, CrewTimes, TimesByWork
 from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.limits import (
@@ -18,14 +26,6 @@ from bimvox.site.limits import (
     MOST_SUPPORT_GAP_M,
 )
 from bimvox.site.site import HeadingRule, Rules, SwingRule
-from bimvox.site.validation import (
-    Flag,
-    NotNegative,
-    Number,
-    Positive,
-    Table,
-    not_below,
-)
 
 _RULES = Rules()
 

@@ -6,7 +6,7 @@ import pytest
 
 from bimvox.crane.gear import GearKind
 from bimvox.errors import ConfigError
-from bimvox.site.gear_file import gear_catalogue, gear_of
+from bimvox.site.config.gear_file import gear_catalogue, gear_of
 
 OWN = """
 name = "our chains"

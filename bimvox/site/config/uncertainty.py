@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from bimvox.site.validation import Positive, Table, Whole
+from bimvox.site.config.validation import Positive, Table, Whole
 
 
 def _ascending(factors: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from bimvox.site.validation import Positive, Table, Text
+from bimvox.site.config.validation import Positive, Table, Text
 
 
 class RiggingConfig(Table):

@@ -1,0 +1,1 @@
+"""The files that a user writes about a site: read, checked, written."""
