@@ -20,7 +20,7 @@ from bimvox.rendering.page.schema_things import (
     PageStanding,
 )
 from bimvox.rendering.page.source import PageSource
-from bimvox.site.validation import Table
+from bimvox.site.config.validation import Table
 
 Light = Literal["clean", "remarked", "serious", "refused", "plain"]
 

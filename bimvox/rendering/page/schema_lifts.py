@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from bimvox.rendering.page.schema_things import Count, Numbers
-from bimvox.site.validation import Point2, Point3, Table
+from bimvox.site.config.validation import Point2, Point3, Table
 
 
 class PageStep(Table):

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from bimvox.site.validation import Point2, Point3, Table
+from bimvox.site.config.validation import Point2, Point3, Table
 
 Count = Annotated[int, Field(ge=0)]
 Numbers = tuple[Literal["u8", "u16", "u32", "i32", "f32"], Count, Count]
