@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Iterable
 from typing import Any
@@ -10,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.exporters.text import for_csv
+from bimvox.exporters.deliveries import delivery_records
+from bimvox.exporters.text import table
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of, write_log
 from bimvox.records.dates import PlanDates
@@ -85,17 +85,20 @@ def to_csv(log: PlanLog) -> str:
         for lift, samples in _samples(log)
         for row in samples
     )
-    return _table(SAMPLE_COLUMNS, rows)
+    return table(SAMPLE_COLUMNS, rows)
 
 
 def lifts_csv(log: PlanLog, dates: PlanDates | None = None) -> str:
     """Return the lifts as CSV, one per row, columns as in ``LIFT_COLUMNS``."""
     rows = (record | {"blocked_by": " ".join(record["blocked_by"])} for record in _lift_records(log, dates))
-    return _table(LIFT_COLUMNS, (row.values() for row in rows))
+    return table(LIFT_COLUMNS, (row.values() for row in rows))
 
 
 def to_json(log: PlanLog, dates: PlanDates | None = None) -> dict[str, Any]:
-    """Return the lifts as plain values: every lift as in ``LIFT_COLUMNS``, its path, and its samples by column."""
+    """Return the lifts as plain values: every lift as in ``LIFT_COLUMNS``, its path, and its samples by column.
+
+    The deliveries are those of :func:`bimvox.exporters.deliveries.delivery_records`.
+    """
     site = log.plan.site
     samples = {lift.order: rows for lift, rows in _samples(log)}
     columns = list(SAMPLE_COLUMNS)[3:]
@@ -117,6 +120,7 @@ def to_json(log: PlanLog, dates: PlanDates | None = None) -> dict[str, Any]:
             "site_to_ifc": site.site_to_ifc.tolist(),
         },
         "calendar": dates.document() if dates else None,
+        "deliveries": delivery_records(log, dates),
         "lifts": lifts,
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": c.depth_m, "way_out_m": c.way_out_m}
@@ -200,11 +204,3 @@ def _elapsed_s(steps: Steps, lift: Lift, motion: LiftMotion | None) -> tuple[flo
     if step is None:
         return None, None, None
     return step.begins_ns / 1e9, step.ends_ns / 1e9, step.carries_ns / 1e9
-
-
-def _table(columns: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows([for_csv(value) for value in row] for row in rows)
-    return text.getvalue()

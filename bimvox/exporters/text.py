@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import re
+from collections.abc import Iterable
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _DECIMALS = 6
@@ -24,3 +27,12 @@ def for_csv(value: object) -> object:
     if not isinstance(value, str):
         return value
     return for_xml(f"'{value}" if value.startswith(_FORMULA) else value)
+
+
+def table(columns: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """Return a table as CSV: its head, and the rows with values as ``for_csv`` has them."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([for_csv(value) for value in row] for row in rows)
+    return text.getvalue()

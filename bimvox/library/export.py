@@ -40,7 +40,8 @@ def export(
 ) -> Path:
     """Write a plan, some of its lifts, or a grid in another format, whole or not at all, and return its path.
 
-    CSV is two tables: the samples in ``NAME.csv``, one row per lift in ``NAME.lifts.csv``.
+    CSV is three tables: the samples in ``NAME.csv``, one row per lift in ``NAME.lifts.csv``, and each truck in
+    ``NAME.deliveries.csv``.
 
     Args:
         what: A plan, the path of a log, or a grid.
@@ -113,13 +114,14 @@ def check_targets(target: Path, wanted: Format, inputs: Iterable[Path]) -> None:
     if wanted.name == "ros2":
         check_new_folder(target)
         return
-    for path in (target, table_of(target)) if wanted.name == "csv" else (target,):
+    for path in (target, *tables_of(target)) if wanted.name == "csv" else (target,):
         check_output(path, inputs=inputs)
 
 
-def table_of(target: Path) -> Path:
-    """Return the path of the table of lifts next to a CSV file."""
-    return target.with_name(f"{target.stem}.lifts{target.suffix}")
+def tables_of(target: Path) -> tuple[Path, Path]:
+    """Return the paths of the tables of lifts and of deliveries next to a CSV file."""
+    lifts, deliveries = (target.with_name(f"{target.stem}.{name}{target.suffix}") for name in ("lifts", "deliveries"))
+    return lifts, deliveries
 
 
 def write_lifts(
@@ -148,6 +150,7 @@ def write_lifts(
         FileError: If it cannot be written.
     """
     from bimvox.exporters.csv_json import lifts_csv
+    from bimvox.exporters.deliveries import deliveries_csv
     from bimvox.exporters.log import log_bytes, messages_in
 
     if wanted.name == "ros2":
@@ -155,7 +158,10 @@ def write_lifts(
     own = (model, model_bytes(log, model)) if wanted.name == "ifc" and model else None
     dates = log_dates(log, begins)
     data = log_bytes(log, wanted, tuple(orders), begins=begins or DEFAULT_BEGIN, dates=dates, model=own)
-    tables = {table_of(target): lifts_csv(log.extract(orders), dates).encode()} if wanted.name == "csv" else {}
+    tables = {}
+    if wanted.name == "csv":
+        made = (table(log.extract(orders), dates).encode() for table in (lifts_csv, deliveries_csv))
+        tables = dict(zip(tables_of(target), made, strict=True))
     write_together({target: data, **tables}, inputs=[*inputs, *([model] if model else [])])
     return messages_in(data, wanted)
 

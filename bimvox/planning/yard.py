@@ -5,9 +5,10 @@ structures, and lies within the crane's reach for the part's mass. A flat part g
 (:mod:`bimvox.planning.stacks`). Otherwise the place with the least travel time is used, including the travel from the
 part before; of equally good places the first.
 
-A new delivery begins if the next part does not fit or would overload the truck. It arrives when every earlier lift is
-finished. By then the yard is empty except for places that the site file gives to later parts, so an earlier arrival
-could bring no more. Parts of an earlier delivery that could not be lifted go back with the truck.
+A new delivery begins if the next part does not fit into the yard or onto the truck (:mod:`bimvox.planning.truckload`).
+It arrives when every earlier lift is finished. By then the yard is empty except for places that the site file gives to
+later parts, so an earlier arrival could bring no more. Parts of an earlier delivery that could not be lifted go back
+with the truck.
 
 The allocation scans the yard's cells instead of packing rectangles, because yards are polygons with holes (mast,
 structure) and the crane's reach cuts them too. Obstructions are ignored: they come and go, and a lift that one of them
@@ -27,6 +28,7 @@ from bimvox.crane.kinematics import Axes
 from bimvox.grid.frame import whole_cells
 from bimvox.planning.stacks import Stacks, is_stacked
 from bimvox.planning.travel import Travel
+from bimvox.planning.truckload import Truckload
 from bimvox.records.lift import YardPlace, yard_place
 from bimvox.site.collision import HOOK_FORBIDDEN
 from bimvox.site.component import Component, IntVec, StoredPose
@@ -56,7 +58,7 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
     lifted = (index for index in order if site.components[index].means is Means.CRANE)
     given = [index for index in lifted if site.components[index].start_vox is not None]
     places: list[YardPlace | None] = [None] * len(site.components)
-    free, delivery, load_kg = _without_given(site, empty, given), 0, list[float]()
+    free, delivery, load = _without_given(site, empty, given), 0, Truckload(site)
     gap_vox, stacks = _gap_vox(site), Stacks(site, _gap_vox(site))
     times = [_YardTimes(site, travel) for travel in travels]
     before: dict[int, Component] = {}
@@ -66,23 +68,23 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
         component = site.components[index]
         if component.means is not Means.CRANE:
             continue
-        fresh = _without_given(site, empty, given) if load_kg else free
-        if load_kg and 0.0 < site.rules.truckload_kg < sum(load_kg) + component.mass_kg:
-            free, delivery, load_kg = fresh, delivery + 1, []
+        fresh = _without_given(site, empty, given) if load else free
+        if load.is_full_for(component):
+            free, delivery, load = fresh, delivery + 1, Truckload(site)
             stacks = _next_delivery(site, stacks, places)
         if component.start_vox is not None:
             pose, turn = _given(component)
             places[index] = yard_place(component, delivery, pose, component.start_vox, turn=turn)
             given.remove(index)
             stacks.add(component, (*component.start_vox[:2], *_footprint(component, pose, turn)))
-            load_kg.append(component.mass_kg)
+            load.add(component)
             continue
         # Turning takes time and room: a part is turned only if it does not fit otherwise.
         tries = [(free, _preferred(component)), (fresh, _preferred(component))]
         tries += [(free, _turned(component)), (fresh, _turned(component))]
-        tries = tries if load_kg else tries[::2]
+        tries = tries if load else tries[::2]
         below = None
-        if load_kg and is_stacked(site, component):
+        if load and is_stacked(site, component):
             size = _footprint(component, *_preferred(component)[0])
             below = stacks.room_below(component, size, fresh)
             if below.any():
@@ -95,14 +97,14 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
             found = _find(site, component, yard, own, before.get(component.crane), choices, (border, turns, tops))
             if found is not None:
                 if yard is not free and yard is not below:
-                    free, delivery, load_kg = fresh, delivery + 1, []
+                    free, delivery, load = fresh, delivery + 1, Truckload(site)
                     stacks = _next_delivery(site, stacks, places)
                 (pose, turn), cell = found
                 footprint = _footprint(component, pose, turn)
                 _take(free, cell, footprint, gap_vox)
                 stacks.add(component, (*cell[:2], *footprint))
                 places[index] = yard_place(component, delivery, pose, cell, turn=turn)
-                load_kg.append(component.mass_kg)
+                load.add(component)
                 before[component.crane] = component
                 break
     stacks.settle(places)

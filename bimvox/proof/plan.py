@@ -27,7 +27,7 @@ from bimvox.proof.shape import check_shape, check_structure
 from bimvox.proof.site_rules import check_no_load, check_rope_margin, check_stored, check_wind, check_zones
 from bimvox.proof.slings import check_slings
 from bimvox.proof.stands import check_stands
-from bimvox.proof.storage import check_gap, check_last_in, check_stacks
+from bimvox.proof.storage import check_gap, check_last_in, check_stacks, check_truck
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.records.reasons import NOT_ITS_CELLS
@@ -142,17 +142,13 @@ class _Verifier:
         turn_to(self.checks.values(), None)
 
     def _check_deliveries(self) -> None:
-        """Check that deliveries come in order, and that none is heavier than a truck's load, except a single part."""
-        most_kg = self.site.rules.truckload_kg
-        loads: dict[int, list[float]] = {}
+        """Check that deliveries come in order, and that each fits onto a truck."""
+        loads: dict[int, list[Lift]] = {}
         for lift in self.lifts:
             if lift.place is not None:
-                loads.setdefault(lift.place.delivery, []).append(self.site.components[lift.component].mass_kg)
-        for number, masses in loads.items() if most_kg > 0.0 else ():
-            self.checks["yard"].look(
-                len(masses) == 1 or sum(masses) <= most_kg + 1e-6,
-                f"delivery {number} weighs {sum(masses):.0f} kg, more than the {most_kg:.0f} kg of a truckload",
-            )
+                loads.setdefault(lift.place.delivery, []).append(lift)
+        for number, load in loads.items():
+            check_truck(self.checks["yard"], self.site, number, load)
         delivery = 0
         for lift in self.lifts:
             if lift.place is not None:

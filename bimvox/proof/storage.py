@@ -1,4 +1,4 @@
-"""The proof that people and stacks are safe in the yard: the slinger's gap, and what lies on what.
+"""The proof of the yard and its deliveries: the slinger's gap, what lies on what, and what fits onto a truck.
 
 It knows nothing of how places were chosen: it reads each place from the log and measures cells and triangles.
 """
@@ -17,11 +17,14 @@ from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.site import GROUND_ID, Site
+from bimvox.site.upright_box import sizes_m
 from bimvox.site.work import Work, kind_of
 
 _HEAD_M = 2.0
 """Up to this height above the ground, something is in the way of a person."""
 _EPS = 1e-6
+_INLOADER_M = (9.5, 1.5, 3.65)
+"""A panel may stand between the wheels of an inloader instead (data sheets)."""
 
 
 def check_gap(check: Check, site: Site, lift: Lift, present: Sequence[Thing]) -> None:
@@ -76,6 +79,59 @@ def check_last_in(check: Check, site: Site, lift: Lift, present: Sequence[Thing]
     check.look(
         not names, f"{site.components[lift.component].label}: {', '.join(names[:1])} lies on it when it is picked"
     )
+
+
+def check_truck(check: Check, site: Site, number: int, lifts: Sequence[Lift]) -> None:
+    """Check that the parts of a delivery fit onto one truck: their mass, and a bed or an inloader with room for them.
+
+    A single part may be heavier or larger. Where the rules limit no mass, there is no truck.
+    """
+    rules, most_kg = site.rules, site.rules.truckload_kg
+    if most_kg <= 0.0:
+        return
+    parts = [site.components[lift.component] for lift in sorted(lifts, key=lambda lift: lift.order)]
+    mass_kg = sum(part.mass_kg for part in parts)
+    check.look(
+        len(parts) == 1 or mass_kg <= most_kg + _EPS,
+        f"delivery {number} weighs {mass_kg:.0f} kg, more than the {most_kg:.0f} kg of a truckload",
+    )
+    if rules.yard is None or rules.yard.truck_m is None:
+        return
+    vehicles = (rules.yard.truck_m, _INLOADER_M)
+    size = " x ".join(f"{one:g}" for one in rules.yard.truck_m)
+    check.look(
+        len(parts) == 1 or any(_has_room(parts, np.array(bed_m), rules.yard.dunnage_m) for bed_m in vehicles),
+        f"delivery {number}: its {len(parts)} parts do not fit onto a truck of {size} m",
+    )
+
+
+def _has_room(parts: Sequence[Component], bed_m: NDArray[np.float64], dunnage_m: float) -> bool:
+    """Return whether parts fit on a bed in the order of their lifts: in rows, the rows in layers, as on every truck.
+
+    Each lies flat with its longest edge along the bed; a wall, or what does not fit so, stands on its longest edge.
+    """
+    corner, row, layer_m = np.zeros(3), np.zeros(2), 0.0  # where the row begins; its length and width
+    for part in parts:
+        length_m, width_m, height_m = sizes_m(part.mesh)
+        ways = [np.array([length_m, width_m, height_m]), np.array([length_m, height_m, width_m])]
+        if kind_of(part) is Work.WALL:
+            ways.reverse()
+        fitting = [way for way in ways if (way <= bed_m + _EPS).all()]
+        if not fitting:
+            return False
+        box = fitting[0]
+        high_m = max(layer_m, float(box[2]))
+        if (corner + np.array([row[0] + box[0], max(row[1], box[1]), high_m]) <= bed_m + _EPS).all():
+            row, layer_m = np.array([row[0] + box[0], max(row[1], box[1])]), high_m
+        elif (corner + np.array([box[0], row[1] + box[1], high_m]) <= bed_m + _EPS).all():
+            corner[1] += row[1]
+            row, layer_m = box[:2], high_m
+        else:
+            corner = np.array([0.0, 0.0, corner[2] + layer_m + dunnage_m])
+            row, layer_m = box[:2], float(box[2])
+            if (corner + box > bed_m + _EPS).any():
+                return False
+    return True
 
 
 def check_stacks(check: Check, site: Site, lifts: Collection[Lift]) -> None:

@@ -8,13 +8,19 @@ The defaults, with what they rest on:
   on-site instructions for precast T-beams), read as 1.5 m;
 * dunnage, 0.1 m: room for a strop between two parts. Assumed; suppliers ask for bearers straight above each other, near
   the lifting points, but seldom for a thickness;
-* the number and the mass of parts in a stack, 10 and 24 t: a truckload. Assumed; the ground decides.
+* the number and the mass of parts in a stack, 10 and 24 t: a truckload. Assumed; the ground decides;
+* the truck, a flat-bed semi-trailer of 13.6 x 3.0 x 2.8 m: the loading length within the 16.5 m of Directive 96/53/EC;
+  3 m of width instead of its 2.55 m go with a permanent permit and without an escort (German practice); its 4.0 m of
+  height less a deck at 1.2 m;
+* the inloader, which carries panels that stand between its wheels, 9.5 x 1.5 x 3.65 m: data sheets.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
+
+from bimvox.sparse import SPARSE
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +33,7 @@ class YardRules:
         stack_height_m: Largest height of a stack, dunnage included.
         stack_kg: Largest mass of a stack.
         dunnage_m: Thickness of the dunnage between two parts of a stack, rounded up to whole cells.
+        truck_m: Length, width and height that parts may take on a truck; None: its load has no size.
     """
 
     gap_m: float = 0.6
@@ -34,10 +41,15 @@ class YardRules:
     stack_height_m: float = 1.5
     stack_kg: float = 24_000.0
     dunnage_m: float = 0.1
+    truck_m: tuple[float, float, float] | None = field(default=None, metadata=SPARSE)
 
 
 HEADROOM_M: Final = 2.0
 """What is higher above the ground is not in the way of a person; assumed."""
-USUAL_YARD: Final = YardRules()
+TRUCK_M: Final = (13.6, 3.0, 2.8)
+"""Length, width and height that parts may take on a truck."""
+INLOADER_M: Final = (9.5, 1.5, 3.65)
+"""Room for panels in an inloader."""
+USUAL_YARD: Final = YardRules(truck_m=TRUCK_M)
 TRUCK_KG: Final = 24_000.0
 """Payload of a truck in a new site file: 40 t (Directive 96/53/EC) less 16 t of tractor and trailer (assumed)."""

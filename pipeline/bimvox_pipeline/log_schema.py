@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bimvox.exporters.csv_json import LIFT_COLUMNS, SAMPLE_COLUMNS
+from bimvox.exporters.deliveries import DELIVERY_COLUMNS
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import proto_text
 
@@ -43,6 +44,9 @@ def log_schema() -> str:
         "",
         "Columns of the CSV of lifts:",
         *(f"  {name}  {meaning}" for name, meaning in LIFT_COLUMNS.items()),
+        "",
+        "Columns of the CSV of deliveries, a row for each part:",
+        *(f"  {name}  {meaning}" for name, meaning in DELIVERY_COLUMNS.items()),
     ]
     comment = "\n".join(f"// {line}".rstrip() for line in "\n".join(lines).split("\n"))
     return f"{comment}\n\n{proto_text()}"
@@ -57,5 +61,6 @@ def log_schema_json() -> dict[str, object]:
         "attachments": _ATTACHMENTS,
         "csv_samples": SAMPLE_COLUMNS,
         "csv_lifts": LIFT_COLUMNS,
+        "csv_deliveries": DELIVERY_COLUMNS,
         "proto": proto_text(),
     }

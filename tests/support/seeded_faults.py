@@ -82,7 +82,7 @@ from bimvox.site.machine import crane_config
 from bimvox.site.means import Means
 from bimvox.site.shape import shape_of
 from bimvox.site.site import Blocker, HeadingRule, Rules, Site, SwingRule
-from bimvox.site.yard_rules import YardRules
+from bimvox.site.yard_rules import TRUCK_M, YardRules
 
 Forge = Callable[[PlanLog], PlanLog]
 
@@ -167,6 +167,9 @@ def site_file_of(site: Site, **changes: Any) -> bytes:
     rules = dataclasses.asdict(site.rules) | {"swing": site.rules.swing.value, "heading": site.rules.heading.value}
     rules |= dict.fromkeys(rules.pop("gives_way"))  # defaults are not written
     lying = rules.pop("yard")
+    if lying is not None:
+        edges = zip(("truck_length_m", "truck_width_m", "truck_height_m"), lying.pop("truck_m"), strict=True)
+        lying |= dict(edges)
     size_m = site.frame.voxel_size_m
     (x0, y0, _), (nx, ny, nz) = site.frame.origin_m, site.shape
     built = site.labels[:, :, 0] == Label.CONSTRUCTION_AREA
@@ -591,12 +594,12 @@ def a_truck_overloaded(log: PlanLog) -> PlanLog:
 
 
 def too_near_for_the_slinger(log: PlanLog) -> PlanLog:
-    return with_rules(log, yard=YardRules(gap_m=4.0))
+    return with_rules(log, yard=YardRules(gap_m=4.0, truck_m=TRUCK_M))
 
 
 def a_stack_on_the_ground_side_by_side(log: PlanLog) -> PlanLog:
     """Two parts are said to be in one stack, but both lie on the ground."""
-    stacked = with_rules(log, yard=YardRules(gap_m=0.0))
+    stacked = with_rules(log, yard=YardRules(gap_m=0.0, truck_m=TRUCK_M))
     for name in ("slab", "beam"):
         stacked = with_lift(stacked, name, place=dataclasses.replace(lift_of(stacked, name).place, stack=1))
     return stacked

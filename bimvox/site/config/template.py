@@ -302,6 +302,9 @@ _YARD = {
     "stack_height_m": "largest height of a stack: slings are attached from the ground",
     "stack_kg": "largest mass of a stack; the ground decides",
     "dunnage_m": "between two parts of a stack",
+    "truck_length_m": "that parts may take on a truck; a larger part comes alone",
+    "truck_width_m": "the same",
+    "truck_height_m": "the same, above the bed",
 }
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from bimvox.site.config.validation import NotNegative, Positive, Table, Whole
-from bimvox.site.yard_rules import USUAL_YARD, YardRules
+from bimvox.site.yard_rules import TRUCK_M, USUAL_YARD, YardRules
 
 
 class YardConfig(Table):
@@ -27,7 +27,15 @@ class YardConfig(Table):
     """Largest mass of a stack."""
     dunnage_m: Annotated[NotNegative, Field(le=1.0)] = USUAL_YARD.dunnage_m
     """Between two parts of a stack; at least one cell."""
+    truck_length_m: Annotated[Positive, Field(le=100.0)] = TRUCK_M[0]
+    """Length that parts may take on a truck. A larger part comes alone. Panels may come in an inloader instead."""
+    truck_width_m: Annotated[Positive, Field(le=100.0)] = TRUCK_M[1]
+    """Width that parts may take on a truck."""
+    truck_height_m: Annotated[Positive, Field(le=100.0)] = TRUCK_M[2]
+    """Height that parts may take above the bed of a truck."""
 
     def rules(self) -> YardRules:
         """Return the table as a value for the planner."""
-        return YardRules(**self.model_dump())
+        values = self.model_dump()
+        truck_m = (values.pop("truck_length_m"), values.pop("truck_width_m"), values.pop("truck_height_m"))
+        return YardRules(**values, truck_m=truck_m)

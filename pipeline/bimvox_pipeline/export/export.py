@@ -33,7 +33,8 @@ def export(
 ) -> dict[str, Any]:
     """Write a log, some of its lifts, or a grid in another format.
 
-    CSV is two tables: the samples in ``OUT.csv``, one row per lift in ``OUT.lifts.csv``.
+    CSV is three tables: the samples in ``OUT.csv``, one row per lift in ``OUT.lifts.csv``, and each truck in
+    ``OUT.deliveries.csv``.
 
     Args:
         source: The log or grid.
@@ -48,7 +49,7 @@ def export(
     Returns:
         The document of ``bimvox export --json``.
     """
-    from bimvox.library.export import check_targets, table_of, write_lifts
+    from bimvox.library.export import check_targets, tables_of, write_lifts
     from bimvox.log.lift_choice import chosen_lifts
     from bimvox.records.lift import NOT_LIFTED
 
@@ -88,7 +89,7 @@ def export(
     otherwise = {lift.order for lift in log.plan.lifts if lift.status in NOT_LIFTED}
     document: dict[str, Any] = {"out": str(target), "lifts": len(set(chosen) - otherwise), "messages": messages}
     if wanted.name == "csv":
-        document["lifts_table"] = str(table_of(target))
+        document["lifts_table"], document["deliveries_table"] = map(str, tables_of(target))
     if proof is not None and wanted.name != "ros2":
         document |= {"lost": list(lost), "verified": proof.verified}
     return {**document, "seconds": progress.seconds}

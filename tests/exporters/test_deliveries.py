@@ -1,0 +1,71 @@
+"""The list of deliveries: a row for each part, by truck and in the order of loading."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+from datetime import datetime
+
+import seeded_faults as faults
+from log_building import tiny_log
+
+from bimvox.exporters.csv_json import to_json
+from bimvox.exporters.deliveries import DELIVERY_COLUMNS, deliveries_csv, delivery_records
+from bimvox.log.dates import log_dates
+from bimvox.log.plan_log import PlanLog
+
+CALENDAR = b"\n[calendar]\nstart = 2026-03-09\nunloading_s = UNLOADING\n"
+
+
+def dated(unloading_s: int) -> PlanLog:
+    made = faults.log_with_a_cast_beam()
+    calendar = CALENDAR.replace(b"UNLOADING", str(unloading_s).encode())
+    return dataclasses.replace(made, attachments={"site.toml": made.attachments["site.toml"] + calendar})
+
+
+def test_every_part_is_on_one_truck_and_the_first_lifted_is_loaded_first():
+    log = tiny_log()
+    trucks = delivery_records(log)
+    assert [truck["truck"] for truck in trucks] == list(range(1, len(trucks) + 1))
+    parts = [part for truck in trucks for part in truck["parts"]]
+    assert sorted(part["component"] for part in parts) == sorted(one.id for one in log.plan.site.components)
+    for truck in trucks:
+        assert [part["loaded"] for part in truck["parts"]] == list(range(1, truck["parts_on_truck"] + 1))
+        numbers = [part["number"] for part in truck["parts"]]
+        assert numbers == sorted(numbers)
+        assert truck["truck_mass_kg"] == sum(part["mass_kg"] for part in truck["parts"])
+        assert truck["needed"] is None
+
+
+def test_a_truck_is_needed_when_its_unloading_begins_or_at_its_first_lift():
+    log = dated(1800)
+    dates = log_dates(log)
+    (truck, *_) = delivery_records(log, dates)
+    begin_ns, end_ns = dates.deliveries[0]
+    assert (truck["needed"], truck["unloaded"]) == ("2026-03-09T07:00:00", "2026-03-09T07:30:00")
+    assert datetime.fromisoformat(truck["unloaded"]) == dates.moment(end_ns)
+    assert begin_ns == 0
+    log = dated(0)
+    dates = log_dates(log)
+    (truck, *_) = delivery_records(log, dates)
+    first = min(lift.order for lift in log.planned)
+    assert truck["needed"] == truck["unloaded"] == dates.span(first)[0]
+
+
+def test_the_table_and_the_document_say_the_same():
+    log = dated(1800)
+    dates = log_dates(log)
+    rows = list(csv.DictReader(io.StringIO(deliveries_csv(log, dates))))
+    assert list(rows[0]) == list(DELIVERY_COLUMNS)
+    document = to_json(log, dates)["deliveries"]
+    told = [(truck["truck"], truck["needed"], part["global_id"]) for truck in document for part in truck["parts"]]
+    assert [(int(row["truck"]), row["needed"], row["global_id"]) for row in rows] == told
+    assert [float(row["length_m"]) for row in rows] == [
+        round(part["length_m"], 6) for truck in document for part in truck["parts"]
+    ]
+
+
+def test_an_extract_lists_its_own_lifts_only():
+    (truck,) = delivery_records(tiny_log().extract([0]))
+    assert [part["number"] for part in truck["parts"]] == [1]

@@ -1,0 +1,89 @@
+"""Deliveries are cut where the next part has no room on the truck, and the proof finds room for each by itself."""
+
+import dataclasses
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from slab_yards import slab_site
+
+from bimvox.planning.assembly import prepare
+from bimvox.planning.planner import plan_lifts
+from bimvox.planning.truckload import Truckload
+from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import LiftPlan
+from bimvox.site.site import Site
+from bimvox.site.yard_rules import TRUCK_M, YardRules
+
+TRUCK = YardRules(truck_m=TRUCK_M)
+
+
+def site_of(sizes, lying: YardRules = TRUCK, truckload_kg: float = 1e6) -> Site:
+    return slab_site(sizes, lying, crane=False, rules={"truckload_kg": truckload_kg})
+
+
+def loads_of(site: Site) -> list[int]:
+    """Return how many parts each truck brings if they are loaded one after the other."""
+    found, load = [], Truckload(site)
+    for component in site.components:
+        if load.is_full_for(component):
+            found, load = [*found, len(load)], Truckload(site)
+        load.add(component)
+    return [*found, len(load)]
+
+
+@pytest.mark.parametrize(
+    ("size", "each"),
+    [
+        ((6.5, 1.5, 0.5), 16),  # 2 in a row, 2 rows, 4 layers: 4 x 0.5 + 3 x 0.1 = 2.3 m
+        ((7.0, 1.5, 0.5), 8),  # one in a row
+        ((6.5, 1.6, 0.5), 8),  # one row
+        ((13.6, 3.0, 2.8), 1),
+        ((13.7, 0.5, 0.5), 1),  # longer than the truck: alone
+        ((3.5, 3.5, 0.5), 6),  # wider than the truck: in an inloader, 2 in a row, 3 rows
+    ],
+)
+def test_a_truck_takes_rows_and_layers_up_to_its_size(size, each):
+    assert loads_of(site_of((size,) * 20))[0] == each
+
+
+def test_a_truck_is_cut_by_mass_or_by_size_whichever_comes_first():
+    slab = (4.0, 2.0, 0.2)  # 3,840 kg
+    assert loads_of(site_of((slab,) * 7, truckload_kg=24_000.0)) == [6, 1]
+    long = (10.0, 2.0, 0.2)  # too long for an inloader
+    assert loads_of(site_of((long,) * 5, dataclasses.replace(TRUCK, truck_m=(10.0, 2.0, 0.5)))) == [2, 2, 1]
+
+
+def test_without_a_mass_limit_or_a_size_there_is_no_truck():
+    long = ((15.0, 2.0, 0.2),) * 3
+    assert loads_of(site_of(long, truckload_kg=0.0)) == [3]
+    assert loads_of(site_of(long, YardRules())) == [3]
+    assert loads_of(site_of(long)) == [1, 1, 1]
+
+
+def planned(site: Site) -> LiftPlan:
+    return plan_lifts(site, prepare(site))
+
+
+def failures(plan: LiftPlan) -> str:
+    return " ".join(f for check in verify_plan(plan).checks if check.name == "yard" for f in check.failures)
+
+
+def test_a_delivery_that_fits_no_truck_is_refused():
+    plan = planned(site_of(((10.0, 2.0, 0.2),) * 2, YardRules(truck_m=(10.0, 2.0, 0.5))))
+    assert {lift.place.delivery for lift in plan.lifts} == {0}
+    smaller = dataclasses.replace(plan.site.rules, yard=YardRules(truck_m=(10.0, 2.0, 0.4)))
+    forged = dataclasses.replace(plan, site=dataclasses.replace(plan.site, rules=smaller))
+    assert "delivery 0: its 2 parts do not fit onto a truck of 10 x 2 x 0.4 m" in failures(forged)
+
+
+EDGES = st.sampled_from((0.2, 0.5, 1.0, 2.5, 3.5))
+
+
+@given(
+    sizes=st.lists(st.tuples(st.sampled_from((1.0, 3.0, 4.5)), EDGES, EDGES), min_size=1, max_size=5),
+    truck_m=st.tuples(st.sampled_from((4.0, 9.0)), st.sampled_from((1.0, 3.0)), st.sampled_from((0.5, 2.8))),
+)
+def test_the_proof_finds_room_for_every_planned_delivery(sizes, truck_m):
+    plan = planned(site_of(sizes, YardRules(truck_m=truck_m, gap_m=0.0)))
+    assert not failures(plan)
