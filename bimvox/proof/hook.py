@@ -12,7 +12,7 @@ from bimvox.proof.between import EmptyWay, one_way
 from bimvox.proof.crane.jib import check_luffing_jib
 from bimvox.proof.heading import cells_at_any_heading
 from bimvox.proof.lift import LiftProof
-from bimvox.proof.load import check_zone, things_over
+from bimvox.proof.load import things_over
 from bimvox.proof.moment import Moment, Thing, near_and_far
 from bimvox.proof.placements import Placements
 from bimvox.proof.space import positions_of, reference_cells, within
@@ -63,9 +63,7 @@ class HookProof(LiftProof):
         if (at_lines != cells).any():
             placements = Placements(at_lines, way.slack_vox)
         time_s = approach.time_ns[way.sample] / 1e9
-        check_zone(
-            self.checks["zones"], f"{name}, {empty.what}", self.site, self.crane, placements, None, cells, time_s
-        )
+        self.check_zones(f"{name}, {empty.what}", placements, None, cells, time_s)
         if not self.site.rules.rope:
             return
         present = empty.present
