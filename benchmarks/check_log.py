@@ -2,8 +2,8 @@
 
 ``make check-log`` (``LOG=file`` for your own; otherwise the sample frame is planned, by search alone). ``pymcap-cli
 doctor`` checks the container, ``rerun mcap check`` the channels as the viewer Rerun reads them; MPXJ reads the schedule
-as Microsoft Project XML. Readers that are not installed are named and skipped. If one finds a problem, the exit code
-is 1.
+as Microsoft Project XML, and writes it for Primavera, which bimvox reads as a programme. Readers that are not installed
+are named and skipped. If one finds a problem, the exit code is 1.
 """
 
 from __future__ import annotations
@@ -59,13 +59,15 @@ def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
     from bimvox.exporters.lift_schedule import duration_text
     from bimvox.log.reader import read_log
     from bimvox.progress import SilentProgress
+    from bimvox.site.programme import read_programme
 
     if subprocess.run([python, "-c", "import jpype, mpxj"], check=False, capture_output=True).returncode:
         print("not installed: mpxj and jpype1")
         return None
     print(f"mpxj {log.stem}.xml", flush=True)
     export(log, to="msproject", out=folder / "schedule.xml", start="2026-12-01T07:00", progress=SilentProgress())
-    read = subprocess.run([python, READER, folder / "schedule.xml"], check=False, capture_output=True, text=True)
+    xer = folder / "schedule.xer"
+    read = subprocess.run([python, READER, folder / "schedule.xml", xer], check=False, capture_output=True, text=True)
     if read.returncode:
         print(read.stderr)
         return 1
@@ -76,6 +78,11 @@ def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
             print(f"{task['name']}: {task['duration_s']} s from {begins} to {ends}")
             return 1
     lifts = [task["text1"] for task in tasks if task["text1"] is not None]
+    ours = sorted((one.name, f"{one.start:%FT%R}") for one in read_programme(xer.read_bytes(), xer.name, None).tasks)
+    theirs = sorted((task["name"], task["start"][:16]) for task in tasks)
+    if ours != theirs:
+        print(f"{xer.name}: bimvox reads {ours}; MPXJ wrote {theirs}")
+        return 1
     record = read_log(log)
     return int(lifts != [record.plan.site.components[lift.component].id for lift in record.planned])
 

@@ -62,7 +62,7 @@ def check_attached_files(log: PlanLog) -> Check:
             own = f"the attached {SITE_FILE}"
             compare_config(check, site, config, own, undeclared=True, is_of_now=log.is_of_now)
             known |= {MACHINE + name for name in named_files(config)}
-            known |= {PROGRAMME + name for name in (config.sequence.programme,) if name is not None}
+            known |= {PROGRAMME + name for name in (config.programme_name,) if name is not None}
         except (BimvoxError, UnicodeDecodeError) as error:
             check.look(False, f"the attached {SITE_FILE} cannot be used: {error}")
     listed = [name for name in sorted(log.attachments) if name.startswith(OBSTRUCTIONS)]
@@ -99,8 +99,9 @@ def only_as_cells(log: PlanLog) -> tuple[str, ...]:
 
 
 def _config_of(log: PlanLog, text: bytes) -> SiteConfig:
-    """Return the site file that a log carries, with the machines and the programme that it names."""
-    programme = next((data for name, data in log.attachments.items() if name.startswith(PROGRAMME)), None)
+    """Return the site file that a log carries, with its machines and the programme."""
+    programmes = ((name, data) for name, data in sorted(log.attachments.items()) if name.startswith(PROGRAMME))
+    programme = next(((name.removeprefix(PROGRAMME), data) for name, data in programmes), None)
     return parse_site_config(text.decode("utf-8-sig"), SITE_FILE, _machine_files(log), programme)
 
 

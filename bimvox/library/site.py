@@ -82,13 +82,20 @@ class LoadedSite:
         return site_toml(self.config)
 
 
-def load_site(path: Path | str, progress: Listener = None, *, model: Path | str | None = None) -> LoadedSite:
+def load_site(
+    path: Path | str,
+    progress: Listener = None,
+    *,
+    model: Path | str | None = None,
+    programme: Path | str | None = None,
+) -> LoadedSite:
     """Return the site of a site file, without obstructions; its model is read and voxelized.
 
     Args:
         path: The site file (``.site.toml``).
         progress: A ``Progress``, or a function that takes a line of text.
         model: The model; None: where the site file says.
+        programme: The programme whose order is wished; None: the one that the site file names, if any.
 
     Raises:
         ConfigError: If a key is unknown or a value impossible; ``key`` is its place in the file.
@@ -98,7 +105,13 @@ def load_site(path: Path | str, progress: Listener = None, *, model: Path | str 
     told, path = progress_of(progress), path_of("load_site", path, "a site file")
     require_regular(path)
     content = read_site_file(path)
-    config = load_site_config(path, content, model=None if model is None else path_of("load_site", model, "a model"))
+    config = load_site_config(
+        path,
+        content,
+        model=None if model is None else path_of("load_site", model, "a model"),
+        programme=None if programme is None else path_of("load_site", programme, "a programme"),
+    )
+    _ = config.programme  # is refused before the model is read, which takes its time
     given = config.model
     options = ReadOptions(select=given.select, unit=given.unit, up=given.up, assemblies=given.assemblies)
     building = read_building(given.path, options, told.report)
@@ -106,7 +119,7 @@ def load_site(path: Path | str, progress: Listener = None, *, model: Path | str 
     told.stage("site")
     files = {SITE_FILE: content} | {MACHINE + name: data for name, data in config.machine_files.items()}
     if config.programme_file is not None:
-        files[PROGRAMME + str(config.sequence.programme)] = config.programme_file
+        files[PROGRAMME + str(config.programme_name)] = config.programme_file
     return _built(guess.complete_config(config, building), building, files, told)
 
 

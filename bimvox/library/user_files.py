@@ -27,7 +27,13 @@ _OF_THE_SITE = ("shape", "yard", "prohibited", "no_load", "site_to_ifc")
 
 
 def check_user_files(
-    log: PlanLog, site: Path | None, model: Path | None, obstructions: Path | None, progress: Progress
+    log: PlanLog,
+    site: Path | None,
+    model: Path | None,
+    obstructions: Path | None,
+    progress: Progress,
+    *,
+    programme: Path | None = None,
 ) -> Check:
     """Check that the site of a log is that of the given files: parts, shapes, masses, frame, rules, cranes.
 
@@ -37,20 +43,23 @@ def check_user_files(
         model: The model, if it is not where the site file says.
         obstructions: The obstruction file; None: obstructions are not compared.
         progress: Receives the stages.
+        programme: The programme, if it is not the one that the site file names.
 
     Raises:
-        InputError: If a model is given without a site file.
+        InputError: If a model or a programme is given without a site file.
         FileError: If a file is missing or cannot be used.
     """
     check, found = Check("bound"), log.plan.site
     if model is not None and site is None:
         raise InputError("--model needs --site", hint="the site file says how the model is read")
+    if programme is not None and site is None:
+        raise InputError("--programme needs --site", hint="the programme is compared with the log through the site")
     if obstructions is not None:
         wanted = obstructed(found, load_obstructions(require_input(obstructions), found), progress)
         _compare_blockers(check, found, wanted, ("obstruction",))
     if site is None:
         return check
-    _compare_site(check, log, load_site(site, progress, model=model))
+    _compare_site(check, log, load_site(site, progress, model=model, programme=programme))
     return check
 
 

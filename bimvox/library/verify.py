@@ -35,6 +35,7 @@ def verify(
     site: Path | str | None = None,
     model: Path | str | None = None,
     obstructions: Path | str | None = None,
+    programme: Path | str | None = None,
     search: bool = False,
     progress: Listener = None,
 ) -> Verification:
@@ -48,13 +49,14 @@ def verify(
         site: The user's site file: prove that the plan is of it and of its model.
         model: The model, if it is not where the site file says.
         obstructions: The user's obstruction file.
+        programme: The programme that was given to ``bimvox plan``, if any.
         search: Whether to search again that infeasible lifts are infeasible and that no path has fewer moves than
             stated. This uses the planner's search, and takes about as long as planning without a policy.
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
         LogFileError: If the log is missing, damaged, or not a log of bimvox.
-        InputError: If an argument is of another kind, or a model is given without a site file.
+        InputError: If an argument is of another kind, or a model or a programme is given without a site file.
         FileError: If a file of the user is missing or cannot be used.
     """
     told = progress_of(progress)
@@ -63,7 +65,7 @@ def verify(
     else:
         contents, record = read_whole(path_of("verify", plan, "a log, or a plan"), told)
         verdict = prove(contents, record, told)
-    files = (None if file is None else path_of("verify", file) for file in (site, model, obstructions))
+    files = (None if file is None else path_of("verify", file) for file in (site, model, obstructions, programme))
     verdict = prove_further(verdict, record, *files, search=search, progress=told)
     told.finish()
     return verdict
@@ -75,6 +77,7 @@ def prove_further(
     site: Path | None,
     model: Path | None,
     obstructions: Path | None,
+    programme: Path | None,
     *,
     search: bool,
     progress: Progress,
@@ -87,11 +90,12 @@ def prove_further(
         site: See :func:`verify`; so for the others.
         model: The model.
         obstructions: The obstruction file.
+        programme: The programme.
         search: Whether to search.
         progress: Receives the stages.
     """
-    if any(file is not None for file in (site, model, obstructions)):
-        bound = check_user_files(record, site, model, obstructions, progress)
+    if any(file is not None for file in (site, model, obstructions, programme)):
+        bound = check_user_files(record, site, model, obstructions, progress, programme=programme)
         verdict = replace(verdict, checks=(*verdict.checks, bound))
     return with_search(verdict, record, progress) if search else verdict
 

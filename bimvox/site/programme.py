@@ -1,6 +1,6 @@
 """An existing programme of the site: which of its tasks sets a part, and the order of the tasks.
 
-It is Microsoft Project's XML (schema http://schemas.microsoft.com/project). A part has the task that names its
+It is Microsoft Project's XML or Primavera's XER. A part has the task that names its
 GlobalId in any field; otherwise the one that has its name; otherwise the one whose own name, with those of the tasks
 above it, has the name of its storey and its class (``wall``, ``column``, ``slab`` ...). Of several tasks, the earliest.
 """
@@ -8,21 +8,23 @@ above it, has the name of its storey and its class (``wall``, ``column``, ``slab
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from datetime import datetime
 from functools import lru_cache
 from pathlib import Path
 from typing import Protocol
-from xml.etree import ElementTree
 
-from bimvox.bim.task_ranks import Link, task_ranks
+from bimvox.bim.task_ranks import task_ranks
 from bimvox.errors import ConfigError
+from bimvox.site.programme_ms_project import read_ms_project
+from bimvox.site.programme_xer import HEADER, read_xer
 from bimvox.site.work import Part, kind_of
 
 _KEY = "sequence.programme"
-_HINT = "save the programme as Microsoft Project XML"
+_HINT = "save the programme as Microsoft Project XML or Primavera XER"
 _GLOBAL_ID = re.compile(r"(?<![0-9A-Za-z_$])[0-3][0-9A-Za-z_$]{21}(?![0-9A-Za-z_$])")
-_LINKS = {"0": Link.FINISH_FINISH, "1": Link.FINISH_START, "3": Link.START_START}
+_XER = (".xer", HEADER.encode())
 _NAMED = 5
 
 
@@ -44,19 +46,23 @@ class PlannedPart(Part, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ProgrammeTask:
-    """A task without subtasks.
+    """A task, not a summary of tasks.
 
     Attributes:
         name: Its name.
         rank: Its rank among all tasks, from 0; tasks that may run in parallel share one.
         path: Its name after those of the tasks above it.
         ids: GlobalIds in its fields.
+        start: When it starts, local time; None if the programme does not say.
+        finish: When it ends.
     """
 
     name: str
     rank: int
     path: str
     ids: frozenset[str]
+    start: datetime | None = None
+    finish: datetime | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,80 +118,35 @@ class Programme:
 
 
 @lru_cache(maxsize=8)
-def read_programme(data: bytes, file: str, site_file: Path) -> Programme:
+def read_programme(data: bytes, file: str, site_file: Path | None) -> Programme:
     """Return the programme in a file.
 
     Args:
         data: The file's bytes.
         file: Its name.
-        site_file: The site file that names it, for messages.
+        site_file: The site file that names it, for messages; None if it was given without one.
 
     Raises:
-        ConfigError: If it is not Microsoft Project XML in UTF-8, has a document type, or has no tasks.
+        ConfigError: If it is not Microsoft Project XML in UTF-8 or Primavera XER, was cut off, or has no tasks; with
+            the line.
     """
-
-    def wrong(what: str) -> ConfigError:
-        return ConfigError(site_file, _KEY, f"{file}: {what}", hint=_HINT)
-
+    is_xer = Path(file).suffix.lower() == _XER[0] or data.removeprefix(b"\xef\xbb\xbf").startswith(_XER[1])
     try:
-        text = data.decode("utf-8-sig")
-        if "<!DOCTYPE" in text:
-            raise wrong("it has a document type; a programme has none")
-        root = ElementTree.fromstring(text)
-    except (UnicodeDecodeError, ElementTree.ParseError, ValueError) as error:
-        raise wrong(f"not XML: {error}") from None
-    entries = [task for task in _all(root, "Tasks", "Task") if _text(task, "IsNull") != "1"]
-    if not entries or _local(root.tag) != "Project":
-        raise wrong("it has no tasks of Microsoft Project")
-    number = {_text(task, "UID"): n for n, task in enumerate(entries)}
-    nested, above = _nesting(entries)
-    links = []
-    for n, task in enumerate(entries):
-        for link in _all(task, "PredecessorLink"):
-            first, kind = number.get(_text(link, "PredecessorUID")), _LINKS.get(_text(link, "Type") or "1")
-            if first is not None and kind is not None:
-                links.append((first, n, kind))
-    starts = {n: start for n, task in enumerate(entries) if (start := _text(task, "Start"))}
-    names = [_text(task, "Name") or f"task {_text(task, 'ID')}" for task in entries]
-    ranks, notes = task_ranks(names, links, nested, starts)
-    wholes = {whole for whole, _ in nested}
+        table = read_xer(data) if is_xer else read_ms_project(data)
+    except ValueError as error:
+        where = (Path(file), None, str(error)) if site_file is None else (site_file, _KEY, f"{file}: {error}")
+        raise ConfigError(*where, hint=_HINT) from None
+    rows = table.rows
+    names = [row.name for row in rows]
+    nested = [(row.above[-1], n) for n, row in enumerate(rows) if row.above]
+    starts = {n: row.start.isoformat() for n, row in enumerate(rows) if row.start is not None}
+    ranks, notes = task_ranks(names, table.links, nested, starts)
     tasks = tuple(
         ProgrammeTask(
-            names[n], ranks[n], " / ".join(names[m] for m in (*above[n], n)),
-            frozenset(_GLOBAL_ID.findall(" ".join(task.itertext()))),
+            row.name, ranks[n], " / ".join(names[m] for m in (*row.above, n)), frozenset(_GLOBAL_ID.findall(row.words)),
+            row.start, row.finish,
         )
-        for n, task in enumerate(entries)
-        if n not in wholes and _text(task, "Summary") != "1"
+        for n, row in enumerate(rows)
+        if not row.is_summary
     )  # fmt: skip
     return Programme(file, tasks, tuple(f"programme {file}: {note}" for note in notes))
-
-
-def _nesting(entries: Sequence[ElementTree.Element]) -> tuple[list[tuple[int, int]], list[tuple[int, ...]]]:
-    """Return (whole, part) pairs, and per task the tasks above it, from the outline levels."""
-    nested, above, open_ = [], [], list[tuple[int, int]]()
-    for n, task in enumerate(entries):
-        text = _text(task, "OutlineLevel")
-        level = int(text) if text.isdecimal() and len(text) < 9 else 1
-        open_ = [(own, m) for own, m in open_ if own < level]
-        above.append(tuple(m for _, m in open_))
-        if open_:
-            nested.append((open_[-1][1], n))
-        open_.append((level, n))
-    return nested, above
-
-
-def _all(parent: ElementTree.Element, *names: str) -> Iterator[ElementTree.Element]:
-    if not names:
-        yield parent
-        return
-    for child in parent:
-        if _local(child.tag) == names[0]:
-            yield from _all(child, *names[1:])
-
-
-def _text(parent: ElementTree.Element, name: str) -> str:
-    return next(((child.text or "").strip() for child in parent if _local(child.tag) == name), "")
-
-
-def _local(tag: str) -> str:
-    return tag.rpartition("}")[2]

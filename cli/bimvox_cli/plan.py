@@ -43,6 +43,13 @@ def plan(
             envvar="BIMVOX_OBSTRUCTIONS", metavar="FILE", help="Obstructions: JSON, TOML, an IFC file or a mesh."
         ),
     ] = None,
+    programme: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Existing programme, Microsoft Project XML or Primavera XER, instead of the site file's.",
+        ),
+    ] = None,
     policy: PolicyId = None,
     seed: Seed = None,
     steps: Steps = None,
@@ -71,8 +78,9 @@ def plan(
     several sites, as in `bimvox sweep`.
     """
     if len(sites) > 1:
-        if retrain:
-            raise InputError("--retrain works with one site only", hint="plan the sites one by one, or leave it out")
+        if retrain or programme is not None:
+            option = "--retrain" if retrain else "--programme"
+            raise InputError(f"{option} works with one site only", hint="plan the sites one by one, or leave it out")
         from bimvox_pipeline.fleet.command import fleet
         from bimvox_pipeline.fleet.runs import Wish
 
@@ -99,6 +107,7 @@ def plan(
             site,
             out,
             obstructions=obstructions,
+            programme=programme,
             wish=PolicyWish(policy, seed, steps, train),
             retrain=retrain,
             progress=output.progress,

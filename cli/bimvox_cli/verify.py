@@ -29,6 +29,9 @@ def verify(
     obstructions: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The obstruction file that you hold.")
     ] = None,
+    programme: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The programme that was given to plan, if any.")
+    ] = None,
     search: Annotated[
         bool,
         typer.Option(
@@ -47,7 +50,15 @@ def verify(
     from bimvox_pipeline.verify import verify as run
 
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(log, site=site, model=model, obstructions=obstructions, search=search, progress=output.progress)
+        document = run(
+            log,
+            site=site,
+            model=model,
+            obstructions=obstructions,
+            programme=programme,
+            search=search,
+            progress=output.progress,
+        )
     raise typer.Exit(output.result(document, partial(_show, every=remarks)))
 
 

@@ -31,24 +31,25 @@ def plan(
     out: Path | None = None,
     *,
     obstructions: Path | None = None,
+    programme: Path | None = None,
     wish: PolicyWish = PolicyWish(),  # noqa: B008  (immutable)
     retrain: int = 0,
     progress: Progress,
 ) -> dict[str, Any]:
     """Plan a site file with :func:`bimvox.plan`, write the log, and return the document of ``bimvox plan --json``.
 
-    ``out`` is the log; default: the site's name with ``.mcap``, in the current folder. The other arguments are those of
-    :func:`bimvox.plan`, four of them in ``wish``.
+    ``out`` is the log; default: the site's name with ``.mcap``, in the current folder. ``programme`` takes the place of
+    the one that the site file names. The other arguments are those of :func:`bimvox.plan`, four of them in ``wish``.
 
     Raises:
         NoPlanError: If no lift can be planned; nothing is written.
         VerificationError: If a proof fails; nothing is written.
     """
     target = out or default_output(site, ".mcap")
-    inputs = [site, *([obstructions] if obstructions else [])]
+    inputs = [site, *(file for file in (obstructions, programme) if file is not None)]
     check_output(target, inputs=inputs)
     given = None if obstructions is None else read_obstructions(obstructions)  # before the site, which takes its time
-    loaded = load_site(site, progress)
+    loaded = load_site(site, progress, programme=programme)
     check_output(target, inputs=[*inputs, loaded.config.model.path])
     made = plan_site(loaded, obstructions=given, retrain=retrain, progress=progress, **asdict(wish))
     progress.stage("write")

@@ -27,19 +27,20 @@ def verify(
     site: Path | None = None,
     model: Path | None = None,
     obstructions: Path | None = None,
+    programme: Path | None = None,
     search: bool = False,
     progress: Progress,
 ) -> dict[str, Any]:
     """Prove a log again, as :func:`bimvox.verify` does, and return the document of ``bimvox verify --json``.
 
-    ``site``, ``model`` and ``obstructions`` are files that one holds: the log must be of them. With ``search``, what is
-    called infeasible is searched again, and so are the fewest moves.
+    ``site``, ``model``, ``obstructions`` and ``programme`` are files that one holds: the log must be of
+    them. With ``search``, what is called infeasible is searched again, and so are the fewest moves.
 
     Raises:
         LogFileError: If it is damaged or not a bimvox log.
     """
     contents, record = read_whole(log, progress)
-    given = {"site": site, "model": model, "obstructions": obstructions}
+    given = {"site": site, "model": model, "obstructions": obstructions, "programme": programme}
     proof = prove(contents, record, progress)
     proof = prove_further(proof, record, **given, search=search, progress=progress)
     progress.finish()

@@ -6,16 +6,21 @@ from datetime import datetime
 from pathlib import Path
 
 import pytest
+from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
+from bimvox_pipeline.verify import verify
+from xer_files import xer_text
 
 from bimvox.bim.building import Role
 from bimvox.bim.read import read_building
-from bimvox.errors import ConfigError
+from bimvox.errors import ConfigError, FileError, InputError
 from bimvox.exporters.ifc import with_schedule
 from bimvox.exporters.lift_schedule import LiftSchedule, LiftTask
 from bimvox.exporters.ms_project import to_ms_project
 from bimvox.library.attached_files import compare_config
+from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.site import load_site
+from bimvox.log.reader import read_log
 from bimvox.planning.assembly import prepare
 from bimvox.progress import SilentProgress
 from bimvox.records.proof import Check
@@ -79,7 +84,8 @@ def test_a_programme_next_to_the_site_file_is_kept_and_goes_with_the_log(tmp_pat
     assert attached == (tmp_path / "ours.xml").read_bytes()
 
     def differences(programme: bytes | None) -> list[str]:
-        config = parse_site_config(loaded.files["site.toml"].decode(), "site.toml", {}, programme)
+        given = None if programme is None else ("ours.xml", programme)
+        config = parse_site_config(loaded.files["site.toml"].decode(), "site.toml", {}, given)
         check = Check("own_files")
         compare_config(check, site, config, "the attached site.toml")
         return list(check.failures)
@@ -88,3 +94,28 @@ def test_a_programme_next_to_the_site_file_is_kept_and_goes_with_the_log(tmp_pat
     assert any("hints.task" in told for told in differences(attached.replace(columns[0].global_id.encode(), b"other")))
     with pytest.raises(ConfigError, match=r"no such file: ours\.xml"):
         differences(None)
+
+
+def test_a_programme_given_to_plan_is_recorded_and_proven(tmp_path):
+    """It takes the place of the site file's, goes with the log, and is asked for where files are compared."""
+    parts = [part for part in read_building(SAMPLES / "frame.ifc").elements if part.role is Role.COMPONENT]
+    columns = [part for part in parts if part.ifc_class == "IfcColumn"][::-1]
+    tasks = [
+        (str(100 + n), "11", f"set {part.global_id}", f"2026-03-{n + 2:02d} 07:00", f"2026-03-{n + 2:02d} 16:00")
+        for n, part in enumerate(columns)
+    ]
+    given, site_file, log = (tmp_path / name for name in ("ours.xer", "frame.site.toml", "frame.mcap"))
+    given.write_text(xer_text(tasks))
+    init(SAMPLES / "frame.ifc", site_file, progress=SilentProgress())
+    told = SilentProgress()
+    made = plan(site_file, log, programme=given, wish=PolicyWish("none"), progress=told)
+    assert [lift["global_id"] for lift in made["lifts"]][: len(columns)] == [part.global_id for part in columns]
+    assert read_log(log).attachments["programme.ours.xer"] == given.read_bytes()
+    assert verify(log, progress=told)["verified"]
+    assert verify(log, site=site_file, programme=given, progress=told)["verified"]
+    failed = verify(log, site=site_file, progress=told)["checks"]["bound"]
+    assert any("hints" in sentence for sentence in failed["failures"])
+    with pytest.raises(InputError, match="--programme needs --site"):
+        verify(log, programme=given, progress=told)
+    with pytest.raises(FileError, match="overwrite its own input"):
+        plan(site_file, given, programme=given, wish=PolicyWish("none"), progress=told)

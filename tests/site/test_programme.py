@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from xml.sax.saxutils import escape
 
@@ -93,3 +94,22 @@ def test_what_is_not_a_programme_is_refused_by_name(data):
     with pytest.raises(ConfigError, match=r"sequence\.programme: site\.xml: ") as caught:
         read_programme(data, "site.xml", Path("a.site.toml"))
     assert "Microsoft Project XML" in caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        (project(task(1, "a"), "\n", task(2, "b"))[:-40], "line 2: it was cut off"),
+        (b"<Project>\n<Tasks>\n<Task></Tasks></Project>", "line 3: not XML"),
+        (b"<Project>\n\xff</Project>", "line 2: not UTF-8"),
+        (project(task(1, "a", start="soon")), r"task 'a': Start: 'soon' is not a date"),
+    ],
+)
+def test_a_damaged_file_is_refused_with_its_line(data, told):
+    with pytest.raises(ConfigError, match=rf"^site\.xml: {told}"):
+        read_programme(data, "site.xml", None)
+
+
+def test_tasks_have_their_dates():
+    (found,) = read(task(1, "a", start="2026-03-12T07:00:00", more="<Finish>2026-03-12T16:00:00</Finish>")).tasks
+    assert (found.start, found.finish) == (datetime(2026, 3, 12, 7), datetime(2026, 3, 12, 16))

@@ -23,13 +23,16 @@ _MOST_BYTES = 16 << 20
 _MOST_PROGRAMME_BYTES = 256 << 20
 
 
-def load_site_config(path: Path | str, data: bytes | None = None, *, model: Path | None = None) -> SiteConfig:
+def load_site_config(
+    path: Path | str, data: bytes | None = None, *, model: Path | None = None, programme: Path | None = None
+) -> SiteConfig:
     """Return the content of a site file.
 
     Args:
         path: A TOML file.
         data: Its bytes, if they have been read.
         model: The model file, instead of the one that it names.
+        programme: The programme, instead of the one that it names.
 
     Returns:
         The content with ``name`` set and ``model.path`` resolved against the file's folder.
@@ -45,7 +48,11 @@ def load_site_config(path: Path | str, data: bytes | None = None, *, model: Path
         raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})", hint=UTF8_HINT) from None
     config = parse_site_config(text, path)
     config._machine_files = {name: _next_to(path, name, key) for name, key in named_files(config).items()}
-    if (name := config.sequence.programme) is not None:
+    if programme is not None:
+        unreadable = partial(_unreadable, key=None)
+        config._programme_file = read_input(programme, unreadable, most_bytes=_MOST_PROGRAMME_BYTES)
+        config._programme_given = programme.name
+    elif (name := config.sequence.programme) is not None:
         config._programme_file = _next_to(path, name, "sequence.programme", _MOST_PROGRAMME_BYTES)
     model_path = _model_path(path, config.model.path if model is None else model.absolute())
     if status_of(model_path) is None:
@@ -110,7 +117,7 @@ def parse_site_config(
     text: str,
     path: Path | str,
     machine_files: Mapping[str, bytes] | None = None,
-    programme_file: bytes | None = None,
+    programme: tuple[str, bytes] | None = None,
 ) -> SiteConfig:
     """Return the content of a site file's text without reading any file.
 
@@ -118,7 +125,7 @@ def parse_site_config(
         text: The text.
         path: Its name, for messages.
         machine_files: The files of machines that it may name, by name: their bytes.
-        programme_file: The bytes of the programme that it may name.
+        programme: Name and bytes of the programme; one that the text does not name takes the place of its own.
 
     Raises:
         ConfigError: As :func:`load_site_config`, except for the model file.
@@ -134,5 +141,7 @@ def parse_site_config(
         raise ConfigError(path, found.key or None, found.message, available=found.available, hint=found.hint) from None
     config._file = Path(path)
     config._machine_files = machine_files or {}
-    config._programme_file = programme_file
+    if programme is not None:
+        name, config._programme_file = programme
+        config._programme_given = None if name == config.sequence.programme else name
     return config

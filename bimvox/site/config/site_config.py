@@ -236,7 +236,8 @@ class SequenceConfig(Table):
     schedule: Flag = True
     """Whether the order of the tasks is kept, those of the model or of ``programme``."""
     programme: Text | None = None
-    """A programme next to the site file, Microsoft Project XML; its tasks take the place of the model's."""
+    """A programme next to the site file, Microsoft Project XML or Primavera XER; its tasks take the place of the
+    model's."""
 
 
 class PolicyConfig(Table):
@@ -262,6 +263,7 @@ class SiteConfig(Table):
     _file: Path = PrivateAttr(default=Path("site.toml"))
     _machine_files: Mapping[str, bytes] = PrivateAttr(default_factory=dict)
     _programme_file: bytes | None = PrivateAttr(default=None)
+    _programme_given: str | None = PrivateAttr(default=None)
     name: Text | None = None
     """Its name. Default: the file's."""
     project: ProjectConfig | None = None
@@ -297,23 +299,28 @@ class SiteConfig(Table):
         return self._machine_files
 
     @property
+    def programme_name(self) -> str | None:
+        """The name of the programme: the one given in the place of its own, otherwise the one that it names."""
+        return self._programme_given or self.sequence.programme
+
+    @property
     def programme_file(self) -> bytes | None:
-        """The bytes of the programme that it names."""
+        """The bytes of the programme."""
         return self._programme_file
 
     @property
     def programme(self) -> Programme | None:
-        """The programme that it names; None without one.
+        """The programme; None without one.
 
         Raises:
             ConfigError: If the file is missing, or is not a programme.
         """
-        name = self.sequence.programme
+        name = self.programme_name
         if name is None:
             return None
         if self._programme_file is None:
             raise self.error("sequence.programme", f"no such file: {name}", hint="put it next to the site file")
-        return read_programme(self._programme_file, name, self._file)
+        return read_programme(self._programme_file, name, None if self._programme_given else self._file)
 
     @property
     def cranes(self) -> tuple[CraneConfig, ...]:

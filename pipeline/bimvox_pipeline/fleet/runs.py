@@ -80,6 +80,8 @@ def digest_of(wish: Wish) -> str:
     require_input(wish.site)
     config = load_site_config(wish.site)
     files = [wish.site, config.model.path, *(wish.site.parent / name for name in config.machine_files)]
+    if config.sequence.programme is not None:
+        files.append(wish.site.parent / config.sequence.programme)
     if wish.obstructions is not None:
         files += [require_input(wish.obstructions), *_referred(wish.obstructions)]
     plain: dict[str, Any] = {

@@ -88,3 +88,12 @@ def test_the_digest_follows_contents_and_nothing_else(sites: Path, tmp_path_fact
     referring = digest_of(wish)
     (sites / "scan.ply").write_text(f"{ply}1 1 2\n")
     assert digest_of(wish) != referring
+
+
+def test_the_digest_follows_the_programme_of_the_site(sites: Path):
+    site, programme = sites / "paper.site.toml", sites / "ours.xml"
+    site.write_text(site.read_text() + '\n[sequence]\nprogramme = "ours.xml"\n')
+    programme.write_text("one")
+    before = digest_of(Wish(site))
+    programme.write_text("two")
+    assert digest_of(Wish(site)) != before
