@@ -25,7 +25,7 @@ from bimvox.library.obstructions import load_obstructions, rasterise
 from bimvox.library.site import MACHINE, OBSTRUCTIONS, PROGRAMME
 from bimvox.library.site_file_parts import compare_parts, compare_pinned
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.records.proof import Check
 from bimvox.site.areas import columns_centred_in
 from bimvox.site.build import ground_and_masts, labels_of, with_obstructions
@@ -36,6 +36,7 @@ from bimvox.site.crew_times import UNIFORM_TIMES, times_of
 from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
+from bimvox.site.map_frame import map_of_model, on_site
 from bimvox.site.obstructions.file import without_references
 from bimvox.site.site import HookHeights, Rules, Site
 from bimvox.site.work import Work
@@ -99,10 +100,12 @@ def only_as_cells(log: PlanLog) -> tuple[str, ...]:
 
 
 def _config_of(log: PlanLog, text: bytes) -> SiteConfig:
-    """Return the site file that a log carries, with its machines and the programme."""
+    """Return the site file that a log carries, in the site's frame, with its machines and the programme."""
     programmes = ((name, data) for name, data in sorted(log.attachments.items()) if name.startswith(PROGRAMME))
     programme = next(((name.removeprefix(PROGRAMME), data) for name, data in programmes), None)
-    return parse_site_config(text.decode("utf-8-sig"), SITE_FILE, _machine_files(log), programme)
+    config = parse_site_config(text.decode("utf-8-sig"), SITE_FILE, _machine_files(log), programme)
+    to_map = map_of_model(log.metadata.get(GEOREFERENCE, ""), log.plan.site.source)
+    return on_site(config, log.plan.site.site_to_ifc, to_map)
 
 
 def _machine_files(log: PlanLog) -> dict[str, bytes]:

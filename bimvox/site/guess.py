@@ -25,6 +25,7 @@ from bimvox.site.crane_guess import CraneFit, Rigs, compare_cranes, fit_here, gu
 from bimvox.site.extent import site_extent, top_m
 from bimvox.site.lifting import HangsAt, lifting_by
 from bimvox.site.machine import crane_config, cranes_of, machine_config
+from bimvox.site.map_frame import read_from_map
 from bimvox.site.means import Means, means_of, nothing_to_lift
 from bimvox.site.parts import entries_by_id, is_erected
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, ground_height_m, lowest_m
@@ -86,7 +87,7 @@ def complete_config(config: SiteConfig, building: Building, machines: Sequence[M
     """Return a site file with all missing keys filled in.
 
     Args:
-        config: The site file; its own values stay.
+        config: The site file; its own values stay, in the site's frame.
         building: As read, before it is placed on the site.
         machines: Machines to choose from if the site file has no crane; empty: the hammerheads of the catalogue.
 
@@ -95,6 +96,7 @@ def complete_config(config: SiteConfig, building: Building, machines: Sequence[M
         ConfigError: If the site file does not fit the building.
         InputError: If no crane can serve the site.
     """
+    config = read_from_map(config, building)
     placed, lifted = _placed_and_lifted(config, building)
     config = complete_with_placed(config, placed, lifted, machines)
     assert config.model.voxel_size_m is not None

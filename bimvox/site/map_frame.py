@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.building import Building
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.placement import built_bounds_m, place_building
 from bimvox.units import METRES_PER_UNIT
 
 Matrix = list[list[float]]
+_FAR_M = 10_000.0
+"""What is further from the building is not on its site."""
 
 
 def ifc_to_map(georeference: Mapping[str, str | float], unit: str) -> Matrix | None:
@@ -35,6 +42,19 @@ def ifc_to_map(georeference: Mapping[str, str | float], unit: str) -> Matrix | N
     return [[cos, 0.0 - sin, 0.0, east], [sin, cos, 0.0, north], [0.0, 0.0, scale, height], [0.0, 0.0, 0.0, 1.0]]
 
 
+def map_of_model(stated: str, source: Mapping[str, str | float | bool]) -> Matrix | None:
+    """Return the (4, 4) transform from a model's metres to map metres that a log states; None if it states none.
+
+    Args:
+        stated: The map conversion as JSON, as a log's metadata have it.
+        source: ``Site.source``.
+    """
+    with suppress(ValueError, TypeError, AttributeError, KeyError):
+        given = json.loads(stated or "{}")
+        return ifc_to_map(given, str(source.get("unit", "m"))) if isinstance(given, dict) else None
+    return None
+
+
 def metric_scale(stated: float, unit: str) -> float:
     """Return a map conversion's scale as a factor from metres to metres.
 
@@ -45,6 +65,105 @@ def metric_scale(stated: float, unit: str) -> float:
         if 0.9 < scale < 1.1:
             return scale
     return 1.0
+
+
+def read_from_map(config: SiteConfig, building: Building) -> SiteConfig:
+    """Return a site file in the site's frame; one that is in it already stays as it is.
+
+    Args:
+        config: The site file.
+        building: As read.
+
+    Raises:
+        ConfigError: If the model has no map conversion, a crane's foot has a height but the ground has none, or
+            something is more than 10 km from the building.
+    """
+    if config.coordinates == "site":
+        return config
+    to_map = ifc_to_map(building.georeference, building.source.unit)
+    grounded = config
+    if config.model.ground_m is None:
+        for number, crane in enumerate(config.cranes):
+            if crane.base_m is not None and len(crane.base_m) > 2:
+                key = f"crane[{number}].base_m" if len(config.cranes) > 1 else "crane.base_m"
+                hint = "add [model] ground_m, or leave the height out: the crane stands on the ground"
+                raise config.error(key, "a height on the map needs the height of the ground", hint=hint)
+        grounded = config.model_copy(update={"model": config.model.model_copy(update={"ground_m": 0.0})})
+    _, site_to_ifc = place_building(grounded, replace(building, elements=()))
+    found = on_site(config, site_to_ifc, to_map)
+    bounds_m = built_bounds_m(place_building(grounded, building)[0].elements)
+    middle = bounds_m.mean(axis=0)[:2]
+    for (key, given), (_, at) in zip(_points(config), _points(found), strict=True):
+        off_m = float(np.hypot(*(np.array(at[:2]) - middle)))
+        if off_m > _FAR_M:
+            hint = 'coordinates = "map" takes [easting, northing] in metres'
+            raise config.error(key, f"{list(given)} is {off_m / 1000.0:,.0f} km from the building", hint=hint)
+    return found
+
+
+def on_site(config: SiteConfig, site_to_ifc: NDArray[np.float64], ifc_to_map: Matrix | None) -> SiteConfig:
+    """Return a site file whose areas, zones and cranes' feet are in the site's frame, to the micrometre.
+
+    Args:
+        config: The site file.
+        site_to_ifc: (4, 4) transform from the site frame to model coordinates.
+        ifc_to_map: The (4, 4) transform from there to the map; None if the model has none.
+
+    Raises:
+        ConfigError: If the site file is in map coordinates, but there is no such transform.
+    """
+    if config.coordinates == "site":
+        return config
+    if ifc_to_map is None:
+        raise config.error(
+            "coordinates",
+            "the model has no map conversion (IfcMapConversion; in IFC2X3 the property set ePset_MapConversion)",
+            hint='add it to the model, or give site coordinates: coordinates = "site"',
+        )
+    matrix = np.array(ifc_to_map) @ site_to_ifc
+    (a, b), (c, d) = matrix[:2, :2].tolist()
+    east, north, height = matrix[:3, 3].tolist()
+    determinant = a * d - b * c
+
+    def at(point: Sequence[float]) -> tuple[float, ...]:
+        e, n = point[0] - east, point[1] - north
+        plan = ((d * e - b * n) / determinant, (a * n - c * e) / determinant)
+        up = tuple((z - height) / matrix[2, 2] for z in point[2:])
+        return tuple(round(float(value), 6) + 0.0 for value in (*plan, *up))
+
+    def polygon(corners: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
+        return tuple(map(at, corners))
+
+    areas = config.areas
+    moved = areas.model_copy(
+        update={
+            "construction": areas.construction and polygon(areas.construction),
+            "yard": areas.yard and tuple(map(polygon, areas.yard)),
+        }
+    )
+    cranes = [one.model_copy(update={"base_m": one.base_m and at(one.base_m)}) for one in config.cranes]
+    several = isinstance(config.crane, tuple)
+    return config.model_copy(
+        update={
+            "coordinates": "site",
+            "areas": moved,
+            "crane": tuple(cranes) if several else cranes[0] if cranes else None,
+            "zone": tuple(zone.model_copy(update={"polygon": polygon(zone.polygon)}) for zone in config.zone),
+        }
+    )
+
+
+def _points(config: SiteConfig) -> Iterator[tuple[str, Sequence[float]]]:
+    """Yield every point of a site file that may be in map coordinates, with its key."""
+    for corner in config.areas.construction or ():
+        yield "areas.construction", corner
+    for number, polygon in enumerate(config.areas.yard or ()):
+        yield from ((f"areas.yard[{number}]", corner) for corner in polygon)
+    for number, crane in enumerate(config.cranes):
+        if crane.base_m is not None:
+            yield f"crane[{number}].base_m" if len(config.cranes) > 1 else "crane.base_m", crane.base_m
+    for number, zone in enumerate(config.zone):
+        yield from ((f"zone[{number}].polygon", corner) for corner in zone.polygon)
 
 
 def set_out(

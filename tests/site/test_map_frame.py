@@ -2,12 +2,17 @@ import math
 
 import numpy as np
 import pytest
+from box_sites import box_mesh
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bimvox.bim.building import Building, Element, Role, Source
+from bimvox.errors import ConfigError
 from bimvox.site.config.file import parse_site_config
+from bimvox.site.config.template import site_toml
 from bimvox.site.machine import cranes_of
-from bimvox.site.map_frame import ifc_to_map, metric_scale, set_out
+from bimvox.site.map_frame import ifc_to_map, metric_scale, on_site, read_from_map, set_out
+from bimvox.site.placement import place_building
 
 
 def test_no_conversion_is_no_transform() -> None:
@@ -65,3 +70,62 @@ def test_a_surveyor_gets_every_crane_area_and_zone_on_the_map() -> None:
         }
     ]
     assert np.array(found["site_to_map"]) @ [1.0, 2.0, 0.5, 1.0] == pytest.approx([998.0, 2001.0, 4.5, 1.0])
+
+
+MAP_FILE = """
+    coordinates = "map"
+    areas = { construction = [[1000, 2000], [1000, 2010], [995, 2010]], yard = [YARD] }
+    crane = { machine = "flat-top-75", base_m = [998, 2001, 4.5] }
+    zone = [{ kind = "prohibited", polygon = [[1009, 2000], [1009, 2004], [1005, 2004]] }]
+    model = { path = "a.ifc", ground_m = -1.0 }
+""".replace("YARD", "[[1000, 2020], [1000, 2030], [995, 2030]]")
+TO_MAP = {"eastings_m": 1000.0, "northings_m": 2000.0, "height_m": 5.0, "x_axis_yaw_rad": math.pi / 2, "scale": 0.9996}
+
+
+def building(**georeference: float) -> Building:
+    box = Element("a", "a", "IfcBeam", "a", box_mesh((0.0, 0.0, 0.0), (2.0, 1.0, 1.0)), Role.COMPONENT, 1.0, "")
+    return Building((box,), (), Source("a.ifc", "", "IFC4", "m"), georeference=georeference)
+
+
+def test_areas_zones_and_cranes_are_read_in_map_coordinates() -> None:
+    given = parse_site_config(MAP_FILE, "site.toml")
+    found = read_from_map(given, building(**TO_MAP | {"scale": 1.0}))
+    assert found.coordinates == "site"
+    assert found.areas.construction == ((0.0, 0.0), (10.0, 0.0), (10.0, 5.0))
+    assert found.areas.yard == (((20.0, 0.0), (30.0, 0.0), (30.0, 5.0)),)
+    assert found.one_crane is not None
+    assert found.one_crane.base_m == (1.0, 2.0, 0.5)
+    assert found.zone[0].polygon == ((0.0, -9.0), (4.0, -9.0), (4.0, -5.0))
+    assert read_from_map(found, building()) is found
+    assert parse_site_config(site_toml(given), "site.toml").coordinates == "map"
+    assert "coordinates =" not in site_toml(found)
+
+
+@given(yaw_deg=st.floats(-180, 180), model_yaw_rad=st.floats(-3, 3), scale=st.sampled_from([1.0, 0.9996]))
+def test_what_is_read_from_the_map_is_set_out_there_again(yaw_deg: float, model_yaw_rad: float, scale: float) -> None:
+    given = parse_site_config(MAP_FILE.replace("ground_m", f"yaw_deg = {yaw_deg!r}, ground_m"), "site.toml")
+    georeference = TO_MAP | {"x_axis_yaw_rad": model_yaw_rad, "scale": scale}
+    model = building(**georeference)
+    found = read_from_map(given, model)
+    _, site_to_ifc = place_building(found, model)
+    to_map = ifc_to_map(georeference, "m")
+    assert to_map is not None
+    told = set_out(found, cranes_of(found), site_to_ifc, to_map)
+    assert told["cranes"]["flat-top-75"] == pytest.approx([998.0, 2001.0, 4.5], abs=2e-3)
+    for corner, wanted in zip(told["construction"], [[1000, 2000], [1000, 2010], [995, 2010]], strict=True):
+        assert corner[:2] == pytest.approx(wanted, abs=2e-3)
+    assert on_site(given, site_to_ifc, to_map) == found
+
+
+@pytest.mark.parametrize(
+    ("text", "georeference", "key", "words"),
+    [
+        (MAP_FILE, {}, "coordinates", "no map conversion"),
+        (MAP_FILE, TO_MAP | {"eastings_m": 2e5}, "areas.construction", "199 km from the building"),
+        (MAP_FILE.replace(", ground_m = -1.0", ""), TO_MAP, "crane.base_m", "needs the height of the ground"),
+    ],
+)
+def test_what_cannot_be_on_the_map_is_refused(text: str, georeference: dict[str, float], key: str, words: str) -> None:
+    with pytest.raises(ConfigError, match=words) as caught:
+        read_from_map(parse_site_config(text, "site.toml"), building(**georeference))
+    assert caught.value.key == key

@@ -173,6 +173,7 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
         "begins_s": min((track.start_ns for track in revision.tracks), default=0) / 1e9,
         "ends_s": max((track.end_ns for track in revision.tracks), default=0) / 1e9,
         "timed": bool(revision.motions),
+        "critical_share": site.rules.critical_share,
         "elapsed_s": revision.steps.elapsed_ns(revision.motions) / 1e9 if revision.steps.steps else None,
         "paused_s": revision.steps.paused_ns / 1e9,
         "lifts": lifts,

@@ -147,6 +147,8 @@ class PageRevision(Table):
     """When the last one ends."""
     timed: bool
     """Whether a crane moves the loads; otherwise times are nominal."""
+    critical_share: float
+    """Share of the capacity from which a lift is critical."""
     elapsed_s: float | None
     """Elapsed time, if there is work that the crane does not do."""
     paused_s: float

@@ -20,6 +20,7 @@ from bimvox.rendering.report.remarks import remarks
 from bimvox.rendering.report.rigging import rigging
 from bimvox.rendering.report.statement import statement
 from bimvox.rendering.report.support import support
+from bimvox.rendering.report.survey import survey
 from bimvox.rendering.report.titleblock import title_block
 
 
@@ -86,6 +87,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             sections.gantt(record),
             machine(record, cranes),
             drawings(record),
+            survey(record),
             rigging(record),
             statement(record),
             support(record),

@@ -23,6 +23,7 @@ from bimvox.rendering.report.method import about_machine, blind_lifts, method_of
 from bimvox.rendering.report.rigging import gear_list, rigs_of
 from bimvox.rendering.report.site_plan import drawing_of
 from bimvox.rendering.report.support import supports_of
+from bimvox.rendering.report.survey import survey_of
 from bimvox.site.config.project import ProjectConfig
 from bimvox.site.site import Site
 
@@ -42,10 +43,10 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         critical_share: Share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
 
     Returns:
-        ``log, project, site, crane, drawing, method, support, blind, rigs, gear, totals, methods, lifts, critical,
-        infeasible, steps, pauses, not_lifted, deliveries, verdict, conditions, proof, remarks, inputs, clashes,
-        notes``. ``critical`` are orders of lifts, the highest utilisation first; ``infeasible`` orders of lifts,
-        causes first: those blocked only by other infeasible ones come last.
+        ``log, project, site, crane, drawing, method, support, survey, blind, rigs, gear, totals, methods, lifts,
+        critical, infeasible, steps, pauses, not_lifted, deliveries, verdict, conditions, proof, remarks, inputs,
+        clashes, notes``. ``critical`` are orders of lifts, the highest utilisation first; ``infeasible`` orders of
+        lifts, causes first: those blocked only by other infeasible ones come last.
     """
     site = revision.plan.site
     if critical_share is None:
@@ -56,6 +57,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
     rigs = rigs_of(lifts)
     names = {order: rig["name"] for rig in rigs for order in rig["orders"]}
     lifts = [lift | {"rig": names.get(lift["order"])} for lift in lifts]
+    drawing = drawing_of(revision)
     critical = sorted((lift for lift in lifts if lift["critical"]), key=_most_used)
     return {
         "format": FORMAT,
@@ -74,10 +76,11 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
             if site.has_several_cranes
             else {}
         ),
-        "drawing": drawing_of(revision),
+        "drawing": drawing,
         "method": method_of(revision),
         "blind": blind_lifts(revision),
         "support": supports_of(revision),
+        "survey": survey_of(revision, drawing["areas"]),
         "rigs": rigs,
         "gear": gear_list(rigs),
         "totals": _totals(revision, lifts) | _of_cranes(site, lifts),

@@ -266,6 +266,9 @@ class SiteConfig(Table):
     _programme_given: str | None = PrivateAttr(default=None)
     name: Text | None = None
     """Its name. Default: the file's."""
+    coordinates: Literal["site", "map"] = "site"
+    """``map``: areas, zones and the cranes' feet are [easting, northing] in metres, a foot's height that on the map, by
+    the model's map conversion. All else stays in the site's frame."""
     project: ProjectConfig | None = None
     model: ModelConfig
     grid: GridConfig | None = None

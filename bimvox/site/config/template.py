@@ -47,6 +47,7 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_note
     """
     sections = [
         _HEAD + (f"\nname = {_value(config.name)}\n" if config.name else ""),
+        config.coordinates != "site" and _lines(_key("coordinates", config.coordinates, "[easting, northing]")),
         _project(config.project),
         _model(config),
         _grid(config),

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
+import pytest
+
 from bimvox.bim.ifc.georeference import georeference_of
 from bimvox.bim.ifc.properties import Properties
 
@@ -16,6 +20,36 @@ def test_what_exists_already() -> None:
     found = Properties()
     assert found.is_existing(old)
     assert not found.is_existing(new)
+
+
+@pytest.mark.parametrize("owner", ["IfcProject", "IfcSite"])
+@pytest.mark.parametrize(
+    ("unit", "map_unit", "metres"), [("mm", None, 0.001), ("mm", "METRE", 1.0), ("m", "Millimetres", 0.001)]
+)
+def test_ifc2x3_has_its_map_conversion_in_property_sets(
+    owner: str, unit: str, map_unit: str | None, metres: float
+) -> None:
+    made = IfcMaker(schema="IFC2X3", unit=unit)
+    where = made.project if owner == "IfcProject" else made.rooted("IfcSite")
+    crs = {"Name": "EPSG:28992"} | ({"MapUnit": map_unit} if map_unit else {})
+    made.properties(where, "EPset_ProjectedCRS", **crs)
+    values = {"Eastings": 155000.0, "Northings": 463000.0, "OrthogonalHeight": 2.0, "Scale": 1.0}
+    made.properties(where, "ePSet_MapConversion", **values, XAxisAbscissa=0.0, XAxisOrdinate=2.0)
+    found = georeference_of(made.file, 0.001 if unit == "mm" else 1.0)
+    assert found == {
+        "eastings_m": pytest.approx(155000.0 * metres),
+        "northings_m": pytest.approx(463000.0 * metres),
+        "height_m": pytest.approx(2.0 * metres),
+        "x_axis_yaw_rad": pytest.approx(math.pi / 2),
+        "scale": 1.0,
+        "crs": "EPSG:28992",
+    }
+
+
+def test_an_ifc2x3_conversion_without_numbers_is_none() -> None:
+    made = IfcMaker(schema="IFC2X3")
+    made.properties(made.project, "ePset_MapConversion", Eastings="155 km", Northings="")
+    assert "eastings_m" not in georeference_of(made.file, 1.0)
 
 
 def test_georeference_is_plain_metres_radians_and_degrees() -> None:

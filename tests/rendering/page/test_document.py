@@ -55,6 +55,7 @@ def test_golden_numbers_of_the_small_plan(opened):
     assert (first["moves"], first["shortest_moves"], first["method"], first["stored"]) == (17, 15, "policy", "lying_x")
     assert (last["moves"], last["contact_moves"], last["method"], last["stored"]) == (16, 2, "search", "as_built")
     assert (blocked["motion"], blocked["governs"], blocked["proven"]) == (None, None, None)
+    assert revision["critical_share"] == tiny_log().plan.site.rules.critical_share == 0.75
     assert first["governs"]["utilisation"] == pytest.approx(0.6496, abs=1e-4)
     assert first["governs"]["load_kg"] == pytest.approx(4606.370, abs=0.001)
     part = opened.document["parts"][2]

@@ -115,6 +115,10 @@ def test_unpacking_for_old_browsers_gives_the_same(tmp_path):
     assert run(tmp_path, body) is True
 
 
+def test_a_lift_is_critical_from_the_share_that_the_site_says(tmp_path):
+    assert run(tmp_path, "plan.hot") == tiny_log().plan.site.rules.critical_share
+
+
 def test_search_and_sorting(tmp_path):
     body = """({
       beam: plan.matching("BEAM").map((lift) => lift.order),

@@ -1,7 +1,7 @@
 // Details of the chosen part and of the whole plan.
 import { byId, el, fill, terms } from "./dom.mjs";
 import { cranesOf } from "./cranes.mjs";
-import { HOT, HOW } from "./plan.mjs";
+import { HOW } from "./plan.mjs";
 import { extent } from "./overlays.mjs";
 import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, elapsed, fixed, metres, nameOf, percent, point, span, tonnes, whole } from "./words.mjs";
 
@@ -122,7 +122,7 @@ export class Details {
     const parts = [];
     if (use) {
       const share = use.utilisation ?? 1;
-      const bar = el("div", { class: share >= HOT ? "hot" : null });
+      const bar = el("div", { class: share >= app.plan.hot ? "hot" : null });
       bar.style.width = `${Math.min(100, share * 100)}%`;
       parts.push(
         el("h3", {}, "Capacity"),

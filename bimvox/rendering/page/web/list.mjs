@@ -1,6 +1,6 @@
 // The list of lifts: search, sorting, and current states.
 import { byId, el, fill } from "./dom.mjs";
-import { HOT, HOW, sorted } from "./plan.mjs";
+import { HOW, sorted } from "./plan.mjs";
 import { STATES, classWords, counted, nameOf, percent, shortClock } from "./words.mjs";
 
 const GLYPHS = ["", "•", "▲", "✓", "✓"];
@@ -53,7 +53,7 @@ export class LiftList {
       el("td", {}, state),
       el("td", {}, String(lift.number)),
       el("td", {}, button),
-      el("td", { class: use !== null && use >= HOT ? "hot" : null }, bad ? "" : percent(use)),
+      el("td", { class: use !== null && use >= plan.hot ? "hot" : null }, bad ? "" : percent(use)),
       el("td", {}, bad ? "✕" : motion ? shortClock(motion.length_s) : "–"),
     ); // prettier-ignore
     this.rows.set(lift.part, { row, state, button });

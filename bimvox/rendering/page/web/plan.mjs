@@ -3,9 +3,6 @@ import { classWords, nameOf } from "./words.mjs";
 
 export const [AWAY, UNBUILT, IN_TRANSIT, ARRIVED, ASSEMBLED] = [0, 1, 2, 3, 4];
 
-/** Share of the capacity from which a lift is marked as critical. */
-export const HOT = 0.9;
-
 export class Plan {
   /**
    * @param revision A revision's record.
@@ -14,6 +11,8 @@ export class Plan {
    */
   constructor(revision, parts, motions) {
     this.revision = revision;
+    /** Share of the capacity from which a lift is critical. */
+    this.hot = revision.critical_share;
     this.parts = parts;
     this.lifts = revision.lifts;
     this.motions = motions;
