@@ -20,7 +20,7 @@ from bimvox.motion.swept import samples_are_free
 from bimvox.site.collision import CollisionSpace
 
 _ENDS = np.array([0.0, 1.0])
-_BLOCK = 32
+_BLOCK = 64
 """Samples that are computed before they are checked."""
 
 
@@ -210,25 +210,39 @@ def _add_lines(
     end: int,
 ) -> None:
     """Add to axes ((N, 3), in place) the movement along joint lines, from move ``begin`` to the one before ``end``."""
-    count = time_s.shape[0]
+    room = np.empty((2, time_s.shape[0]))
     for n in range(begin, end):
-        first, last = packed.ends[n, 0], packed.ends[n, 1]
-        base_s, apart_s, whole_s = packed.times_s[n, 0], packed.times_s[n, 1], packed.times_s[n, 2]
-        low = _first_from(time_s, begins_s[n], 0.0)
-        high = _first_from(time_s, begins_s[n], whole_s)
-        since_s = time_s[low:high] - begins_s[n]
-        shares = np.zeros(high - low)
-        starts_s = packed.start_s[packed.piece_of[n] : packed.piece_of[n + 1]]
-        states = packed.state[packed.piece_of[n] : packed.piece_of[n + 1]]
-        for part in range(packed.part_of[n], packed.part_of[n + 1]):
-            add_shares(shares, since_s, starts_s, states, base_s, packed.parts[part])
-            since_s = time_s[low:high] - begins_s[n] - (part + 1 - packed.part_of[n]) * apart_s
+        _add_line(axes, time_s, begins_s[n], packed, n, room)
+
+
+@leaf_kernel
+def _add_line(
+    axes: NDArray[np.float64],
+    time_s: NDArray[np.float64],
+    begin_s: float,
+    packed: _Packed,
+    n: int,
+    room: NDArray[np.float64],
+) -> None:
+    """Add to axes the movement of one move along a joint line; ``room`` is (2, N or more) float64 to work in."""
+    count = time_s.shape[0]
+    base_s, apart_s, whole_s = packed.times_s[n, 0], packed.times_s[n, 1], packed.times_s[n, 2]
+    low = _first_from(time_s, begin_s, 0.0)
+    high = _first_from(time_s, begin_s, whole_s)
+    since_s, shares = room[0, : high - low], room[1, : high - low]
+    for i in range(low, high):
+        since_s[i - low], shares[i - low] = time_s[i] - begin_s, 0.0
+    starts_s = packed.start_s[packed.piece_of[n] : packed.piece_of[n + 1]]
+    states = packed.state[packed.piece_of[n] : packed.piece_of[n + 1]]
+    for part in range(packed.part_of[n], packed.part_of[n + 1]):
+        later_s = (part - packed.part_of[n]) * apart_s
+        add_shares(shares, since_s, later_s, starts_s, states, base_s, packed.parts[part])
+    for k in range(3):
+        first, last = packed.ends[n, 0, k], packed.ends[n, 1, k]
         for i in range(low, high):
-            for k in range(3):
-                axes[i, k] += first[k] + shares[i - low] * (last[k] - first[k]) - first[k]
+            axes[i, k] += first + shares[i - low] * (last - first) - first
         for i in range(high, count):
-            for k in range(3):
-                axes[i, k] += first[k] + (last[k] - first[k]) - first[k]
+            axes[i, k] += first + (last - first) - first
 
 
 @kernel
@@ -249,13 +263,15 @@ def _lines_are_free(
     count = axes.shape[0]
     blocks = (count + _BLOCK - 1) // _BLOCK
     from_block = min(_first_from(time_s, begins_s[end - 1], 0.0), count - 1) // _BLOCK
+    room = np.empty((2, _BLOCK + 1))
     for n in range(blocks):
         first = (from_block + n) % blocks * _BLOCK
         last = min(first + _BLOCK + 1, count)  # the first of the next block too: the load is free up to there
         for i in range(first, last):
             for k in range(3):
                 axes[i, k] = packed.ends[begin, 0, k]
-        _add_lines(axes[first:last], time_s[first:last], begins_s, packed, begin, end)
+        for move in range(begin, end):
+            _add_line(axes[first:last], time_s[first:last], begins_s[move], packed, move, room)
         if not samples_are_free(space, load, axes[first:last]):
             return False
     return True

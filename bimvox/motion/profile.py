@@ -72,7 +72,7 @@ class Profile:
     def share_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the share driven at ascending times: 0 before the start, 1 after the end."""
         share = np.zeros(len(time_s))
-        add_shares(share, time_s, self.start_s, self.state, self.duration_s, 1.0)
+        add_shares(share, time_s, 0.0, self.start_s, self.state, self.duration_s, 1.0)
         return share
 
     @property
@@ -85,15 +85,16 @@ class Profile:
 def add_shares(
     shares: NDArray[np.float64],
     time_s: NDArray[np.float64],
+    later_s: float,
     start_s: NDArray[np.float64],
     state: NDArray[np.float64],
     duration_s: float,
     size: float,
 ) -> None:
-    """Add ``size`` times the share driven at ascending times to ``shares`` ((N,), in place)."""
+    """Add ``size`` times the share driven at ascending times, this much later, to ``shares`` ((N,), in place)."""
     piece, last = 0, start_s.shape[0] - 1
     for i in range(time_s.shape[0]):
-        at_s = time_s[i]
+        at_s = time_s[i] - later_s
         if at_s >= duration_s:
             shares[i] += size
             continue

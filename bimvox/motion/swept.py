@@ -21,6 +21,9 @@ SNAP_VOX = 1e-6
 
 _FINEST_VOX = 1.0 / 16.0
 _NOWHERE = (0, 0, 0, -1, -1, -1)
+_STRETCHES = (64, 8)
+"""Samples that are checked together first; where they may meet something, in fewer, and then one by one."""
+_ROUNDING_VOX = 1e-9
 
 
 @leaf_kernel
@@ -120,7 +123,46 @@ def line_is_free(
     return True
 
 
-@kernel
+@leaf_kernel
+def _stretch_is_free(
+    space: CollisionSpace,
+    load: LoadFrame,
+    axes: NDArray[np.float64],
+    first: int,
+    last: int,
+    sway_x_vox: float,
+    sway_y_vox: float,
+) -> bool:
+    """Return whether the box around samples, both ends included, and a swing to either side is free as a whole.
+
+    Then each sample is, and what is between them. Otherwise they may still be.
+    """
+    size = load.voxel_size_m
+    slew0, slew1 = axes[first, 0], axes[first, 0]
+    r0, r1 = axes[first, 1], axes[first, 1]
+    z0, z1 = axes[first, 2], axes[first, 2]
+    for i in range(first + 1, last + 1):
+        slew0, slew1 = min(slew0, axes[i, 0]), max(slew1, axes[i, 0])
+        r0, r1 = min(r0, axes[i, 1]), max(r1, axes[i, 1])
+        z0, z1 = min(z0, axes[i, 2]), max(z1, axes[i, 2])
+    r0, r1 = r0 / size, r1 / size
+    c0, s0 = np.cos(slew0), np.sin(slew0)
+    c1, s1 = (c0, s0) if slew1 == slew0 else (np.cos(slew1), np.sin(slew1))
+    # Twice the bulge of the outer arc: a patch between two samples inside it has a bulge of its own.
+    wider = r1 * (slew1 - slew0) ** 2 / 4.0 + _ROUNDING_VOX
+    wider_x, wider_y = wider + sway_x_vox, wider + sway_y_vox
+    around = _around(
+        load.axis_x + min(r0 * c0, r0 * c1, r1 * c0, r1 * c1) - wider_x,
+        load.axis_y + min(r0 * s0, r0 * s1, r1 * s0, r1 * s1) - wider_y,
+        (z0 - load.zero_height_m) / size - _ROUNDING_VOX,
+        load.axis_x + max(r0 * c0, r0 * c1, r1 * c0, r1 * c1) + wider_x,
+        load.axis_y + max(r0 * s0, r0 * s1, r1 * s0, r1 * s1) + wider_y,
+        (z1 - load.zero_height_m) / size + _ROUNDING_VOX,
+    )
+    return range_is_free(space, around)
+
+
+@leaf_kernel
 def samples_are_free(space: CollisionSpace, load: LoadFrame, axes: NDArray[np.float64]) -> bool:
     """Return whether a motion is free between its samples, as long as no axis reverses between two of them.
 
@@ -132,10 +174,29 @@ def samples_are_free(space: CollisionSpace, load: LoadFrame, axes: NDArray[np.fl
         load: How hook poses and reference cells correspond.
         axes: (N, 3) slew, radius, height; close together, each axis monotone from sample to sample.
     """
+    last = axes.shape[0] - 1
+    for begin in range(0, last, _STRETCHES[0]):
+        end = min(begin + _STRETCHES[0], last)
+        if _stretch_is_free(space, load, axes, begin, end, 0.0, 0.0):
+            continue
+        for first in range(begin, end, _STRETCHES[1]):
+            until = min(first + _STRETCHES[1], end)
+            if _stretch_is_free(space, load, axes, first, until, 0.0, 0.0):
+                continue
+            if not _each_is_free(space, load, axes, first, until):
+                return False
+    return True
+
+
+@leaf_kernel
+def _each_is_free(
+    space: CollisionSpace, load: LoadFrame, axes: NDArray[np.float64], first_sample: int, last_sample: int
+) -> bool:
+    """Return the same between each two neighbours of the samples from one to another."""
     size = load.voxel_size_m
     last = _NOWHERE
-    c1, s1 = np.cos(axes[0, 0]), np.sin(axes[0, 0])
-    for i in range(1, axes.shape[0]):
+    c1, s1 = np.cos(axes[first_sample, 0]), np.sin(axes[first_sample, 0])
+    for i in range(first_sample + 1, last_sample + 1):
         slew0, slew1 = axes[i - 1, 0], axes[i, 0]
         r0, r1 = axes[i - 1, 1] / size, axes[i, 1] / size
         z0, z1 = (axes[i - 1, 2] - load.zero_height_m) / size, (axes[i, 2] - load.zero_height_m) / size
@@ -181,11 +242,61 @@ def swaying_is_free(
         looked_at: (N,) which samples are checked.
         both_sides: Whether it may be on the other side as well.
     """
+    count = axes.shape[0]
+    for begin in range(0, count, _STRETCHES[0]):
+        end = min(begin + _STRETCHES[0], count)
+        if _stretch_sways_free(space, load, axes, sway_vox, looked_at, begin, end):
+            continue
+        for first in range(begin, end, _STRETCHES[1]):
+            until = min(first + _STRETCHES[1], end)
+            if _stretch_sways_free(space, load, axes, sway_vox, looked_at, first, until):
+                continue
+            hit = _first_hit(space, load, axes, sway_vox, looked_at, both_sides, first, until)
+            if hit >= 0:
+                return hit
+    return -1
+
+
+@leaf_kernel
+def _stretch_sways_free(
+    space: CollisionSpace,
+    load: LoadFrame,
+    axes: NDArray[np.float64],
+    sway_vox: NDArray[np.float64],
+    looked_at: NDArray[np.bool_],
+    begin: int,
+    end: int,
+) -> bool:
+    """Return whether the box around the samples from one to the one before another, and their swings, is free.
+
+    The sample before them counts too; if none of them is looked at, the answer is yes.
+    """
+    first, last = end, begin
+    widest_x, widest_y = 0.0, 0.0
+    for i in range(max(begin - 1, 0), end):
+        if looked_at[i]:
+            first, last = min(first, i), i
+            widest_x, widest_y = max(widest_x, abs(sway_vox[i, 0])), max(widest_y, abs(sway_vox[i, 1]))
+    return last < first or _stretch_is_free(space, load, axes, first, last, widest_x, widest_y)
+
+
+@leaf_kernel
+def _first_hit(
+    space: CollisionSpace,
+    load: LoadFrame,
+    axes: NDArray[np.float64],
+    sway_vox: NDArray[np.float64],
+    looked_at: NDArray[np.bool_],
+    both_sides: bool,
+    begin: int,
+    end: int,
+) -> int:
+    """Return the first sample from one to the one before another at which a swinging load may meet something, or -1."""
     size = load.voxel_size_m
     last = _NOWHERE
     was_x, was_y, was_z = 0.0, 0.0, 0.0
     slew, cos, sin = np.nan, 1.0, 0.0
-    for i in range(axes.shape[0]):
+    for i in range(max(begin - 1, 0), end):
         if not looked_at[i]:
             continue
         if axes[i, 0] != slew:
@@ -201,7 +312,7 @@ def swaying_is_free(
             x1, y1, z1 = max(x1, a1), max(y1, b1), max(z1, c1)
         was_x, was_y, was_z = x, y, z
         around = _around(x0, y0, z0, x1, y1, z1)
-        if around != last:
+        if i >= begin and around != last:
             if not _all_free(space, around):
                 return i
             last = around

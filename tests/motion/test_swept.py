@@ -9,7 +9,15 @@ from bimvox.crane.tower_crane import CranePose
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.motion.load_frame import axes_of_cells, cells_of_axes
 from bimvox.motion.move import Line, Move, axes_along, axes_of
-from bimvox.motion.swept import box_is_free, line_is_free, samples_are_free
+from bimvox.motion.swept import (
+    _each_is_free,
+    _first_hit,
+    _stretch_is_free,
+    box_is_free,
+    line_is_free,
+    samples_are_free,
+    swaying_is_free,
+)
 
 
 def random_move(room, seed):
@@ -65,6 +73,39 @@ def test_between_samples_any_order_of_the_axes_is_covered(room_seed, seed):
         for shares in rng.random((200, 3)):
             (at,) = cells_of_axes(room.load, (pair[0] + shares * (pair[1] - pair[0]))[None])
             assert load_is_clear(room, at)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.integers(0, 40), st.integers(0, 10_000), st.integers(2, 400), st.floats(0.0, 0.5))
+def test_stretches_of_samples_tell_the_same_as_each_sample(room_seed, seed, count, share):
+    """A stretch of samples that is free as a whole has only free samples; the first hit is the same."""
+    room, rng = crane_room(room_seed), np.random.default_rng(seed)
+    axes = axes_along(room.crane, random_move(room, seed), share + np.linspace(0.0, 0.2, count))
+    space, load = room.space, room.load
+    assert samples_are_free(space, load, axes) == _each_is_free(space, load, axes, 0, count - 1)
+    begin, end = sorted(rng.integers(0, count, 2).tolist())
+    if _stretch_is_free(space, load, axes, begin, end, 0.0, 0.0):
+        assert _each_is_free(space, load, axes, begin, end)
+    sway_vox = rng.uniform(-1.0, 1.0, (count, 2)) * rng.random()
+    looked_at = rng.random(count) < rng.choice([0.5, 0.9, 1.0])
+    for both_sides in (False, True):
+        first_hit = _first_hit(space, load, axes, sway_vox, looked_at, both_sides, 0, count)
+        assert swaying_is_free(space, load, axes, sway_vox, looked_at, both_sides) == first_hit
+
+
+def test_a_stretch_around_a_corner_counts_the_bulge_of_its_arc():
+    """The box of the ends of an arc does not hold its middle."""
+    room = crane_room(0, blocks=0)
+    axes = np.stack([np.linspace(-0.5, 0.5, 30), np.full(30, 8.0), np.full(30, 9.0)], axis=1)
+    assert samples_are_free(room.space, room.load, axes)
+    cells = cells_of_axes(room.load, axes)
+    ends_x, middle_x = cells[0, 0], cells[15, 0]
+    assert middle_x > ends_x + 1.0
+    occupied = room.occupied.copy()
+    occupied[int(middle_x) + int(room.space.boxes[:, 3].max()) :] = True
+    space = room.space._replace(table=summed_area_table(occupied))
+    assert not _stretch_is_free(space, room.load, axes, 0, 29, 0.0, 0.0)
+    assert not samples_are_free(space, room.load, axes)
 
 
 def test_straight_up_a_shaft_of_the_loads_own_width_is_free():
