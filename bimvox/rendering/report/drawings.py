@@ -115,6 +115,7 @@ def _legend(drawing: dict[str, Any]) -> str:
     names |= {"obstruction": "obstruction"} if drawing["obstructions"] else {}
     names |= {"structure": "existing structure"} if drawing["structure"]["plan"] else {}
     names |= {"below": "exclusion zone below the loads (no person)"} if drawing["below_loads"] else {}
+    names |= {"falling": "reach of a falling load"} if drawing["falling_loads"] else {}
     names |= {"oversail": "swept by the jib"} if drawing["cranes"] else {}
     items = (
         tag("li", element("svg", element("rect", width=28, height=12, class_=f"area {key}"), viewBox="0 0 28 12",
@@ -135,6 +136,7 @@ def _plan(drawing: dict[str, Any], *, detail: bool = False) -> tuple[str, int]:
     parts += [] if detail else _grid(sheet, ("x", "y"))
     areas = drawing["areas"]
     parts += [sheet.path(areas[kind], f"area {kind}") for kind in ("construction", "yard") if kind in areas]
+    parts.append(sheet.path(drawing["falling_loads"], "area falling"))
     parts.append(sheet.path(drawing["below_loads"], "area below"))
     parts += [sheet.path(areas[kind], f"area {kind}", _tip(words)) for kind, words in _ZONES.items() if kind in areas]
     parts.append(sheet.path(drawing["structure"]["plan"], "area structure"))

@@ -18,15 +18,13 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.labels import Label
 from bimvox.records.lift import Status
-from bimvox.records.motion import LiftMotion
 from bimvox.rendering.page.source import Revision
-from bimvox.site.component import StoredPose
+from bimvox.rendering.report.exclusion import below_load, fall_zone
 from bimvox.site.site import Blocker, Site
 
 Outline = list[list[list[float]]]
@@ -47,15 +45,15 @@ def drawing_of(revision: Revision) -> dict[str, Any]:
     Returns:
         ``extent_m`` (lowest and highest corner of the site), ``north`` (``kind`` and angle from the site's +x axis,
         or None), ``areas`` with ``areas_m2``, ``obstructions``, ``structure``, ``storeys``, ``stored`` parts,
-        ``cranes`` with their radii and capacities, ``below_loads`` (where a load hangs above) and
-        ``distances_m`` on plan.
+        ``cranes`` with their radii and capacities, ``below_loads`` (where a load hangs above),
+        ``falling_loads`` (what one may reach when it falls) and ``distances_m`` on plan.
     """
     site = revision.plan.site
     low = np.array(site.frame.origin_m)
     high = low + np.array(site.shape) * site.frame.voxel_size_m
     building = _union(_hull(component.mesh, PLAN) for component in site.components)
     yard, storeys = _columns(site, site.yard), _storeys(site)
-    areas, below = _areas(site, yard), _below_loads(revision)
+    areas, (below, falling) = _areas(site, yard), _hanging(revision)
     return {
         "extent_m": [_rounded(low), _rounded(high)],
         "north": _north(revision),
@@ -69,7 +67,8 @@ def drawing_of(revision: Revision) -> dict[str, Any]:
         "stored": _stored(revision),
         "cranes": [_crane(crane, storeys) for crane in site.cranes],
         "below_loads": _outline(below),
-        "areas_m2": _sizes(site, areas, below),
+        "falling_loads": _outline(falling),
+        "areas_m2": _sizes(site, areas, below, falling),
         "distances_m": _distances(site, building, yard),
     }
 
@@ -92,13 +91,15 @@ def _areas(site: Site, yard: BaseGeometry) -> dict[str, BaseGeometry]:
     }
 
 
-def _sizes(site: Site, areas: dict[str, BaseGeometry], below: BaseGeometry) -> dict[str, float]:
-    """Return the areas below loads and below the jib, and how much of them is outside construction area and yard."""
+def _sizes(site: Site, areas: dict[str, BaseGeometry], below: BaseGeometry, falling: BaseGeometry) -> dict[str, float]:
+    """Return the areas of loads and below the jib, and how much of them is outside construction area and yard."""
     own = areas["construction"].union(areas["yard"])
     sweeps = (shapely.Point(c.base_m[:2]).buffer(outline_of(c).jib_end_m, quad_segs=64) for c in site.cranes)
     sizes = {
         "below_loads": below.area,
         "below_outside": below.difference(own).area,
+        "falling": falling.area,
+        "falling_outside": falling.difference(own).area,
         "oversail": _union(sweeps).difference(own).area,
     }
     return {name: round(float(size), 1) for name, size in sizes.items()}
@@ -166,28 +167,11 @@ def _crane(crane: TowerCrane, storeys: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _below_loads(revision: Revision) -> BaseGeometry:
-    """Return where a load hangs above: circles round the hook that hold the load at any heading."""
-    orders = {lift.order: lift for lift in revision.plan.lifts}
-    zones = []
-    for motion in revision.motions:
-        hook = _hook(revision.plan.site, motion)
-        mesh = revision.plan.site.components[motion.component].mesh
-        vertices = mesh.vertices_m[np.unique(mesh.faces)]
-        reach_m = float(np.hypot(*(vertices[:, :2] - hook[-1]).T).max())
-        place = orders[motion.order].place
-        if place is not None and place.pose is not StoredPose.AS_BUILT:  # it is upended
-            reach_m = max(reach_m, float(np.linalg.norm(np.ptp(vertices, axis=0))))
-        line = shapely.LineString(hook) if len(hook) > 1 else shapely.Point(hook[0])
-        zones.append(line.simplify(0.05).buffer(reach_m, quad_segs=6))
-    return _union(zones)
-
-
-def _hook(site: Site, motion: LiftMotion) -> NDArray[np.float64]:
-    """Return (N, 2) positions of the hook while it carries the load."""
-    crane = site.cranes[motion.crane]
-    parts = [hook_of(crane, t.slew_rad, t.radius_m, t.height_m)[:, :2] for t in (motion.raising, motion.loaded)]
-    return np.concatenate(parts)
+def _hanging(revision: Revision) -> tuple[BaseGeometry, BaseGeometry]:
+    """Return where a load hangs above, and what it may reach when it falls; empty without a crane."""
+    site, driven = revision.plan.site, {motion.order for motion in revision.motions}
+    tracks = [track for track in revision.tracks if track.lift.order in driven]
+    return _union(below_load(site, track) for track in tracks), _union(fall_zone(site, track) for track in tracks)
 
 
 def _distances(site: Site, building: BaseGeometry, yard: BaseGeometry) -> list[dict[str, Any]]:

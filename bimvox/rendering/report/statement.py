@@ -162,7 +162,12 @@ def _below(record: dict[str, Any]) -> str:
         return ""
     own = number(found["below_loads"], f"{fixed(found['below_loads'], 0)} m²", "below_loads_m2")
     outside = number(found["below_outside"], f"{fixed(found['below_outside'], 0)} m²", "below_outside_m2")
-    return f"nobody below a load: {own} in the plan drawing, {outside} of it outside construction area and yard"
+    reach = number(found["falling"], f"{fixed(found['falling'], 0)} m²", "falling_m2")
+    beyond = number(found["falling_outside"], f"{fixed(found['falling_outside'], 0)} m²", "falling_outside_m2")
+    return (
+        f"nobody below a load: {own} in the plan drawing, {outside} of it outside construction area and yard. A "
+        f"falling load may reach {reach}, {beyond} of it outside: only who slings, guides or fixes the load is there"
+    )
 
 
 def _oversail(record: dict[str, Any]) -> str:
