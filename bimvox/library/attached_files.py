@@ -22,8 +22,9 @@ from bimvox.library.compare import equal, same, same_blockers, same_cells, same_
 from bimvox.library.completed_site_file import building_of, completed
 from bimvox.library.held_loads import compare_held
 from bimvox.library.obstructions import load_obstructions, rasterise
-from bimvox.library.site import MACHINE, OBSTRUCTIONS, PROGRAMME
+from bimvox.library.site import MACHINE, OBSTRUCTIONS
 from bimvox.library.site_file_parts import compare_parts, compare_pinned
+from bimvox.log.dates import attached_programme
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.records.proof import Check
@@ -38,6 +39,7 @@ from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import map_of_model, on_site
 from bimvox.site.obstructions.file import without_references
+from bimvox.site.programme import ATTACHED
 from bimvox.site.site import HookHeights, Rules, Site
 from bimvox.site.work import Work
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
@@ -63,7 +65,7 @@ def check_attached_files(log: PlanLog) -> Check:
             own = f"the attached {SITE_FILE}"
             compare_config(check, site, config, own, undeclared=True, is_of_now=log.is_of_now)
             known |= {MACHINE + name for name in named_files(config)}
-            known |= {PROGRAMME + name for name in (config.programme_name,) if name is not None}
+            known |= {ATTACHED + name for name in (config.programme_name,) if name is not None}
         except (BimvoxError, UnicodeDecodeError) as error:
             check.look(False, f"the attached {SITE_FILE} cannot be used: {error}")
     listed = [name for name in sorted(log.attachments) if name.startswith(OBSTRUCTIONS)]
@@ -101,9 +103,7 @@ def only_as_cells(log: PlanLog) -> tuple[str, ...]:
 
 def _config_of(log: PlanLog, text: bytes) -> SiteConfig:
     """Return the site file that a log carries, in the site's frame, with its machines and the programme."""
-    programmes = ((name, data) for name, data in sorted(log.attachments.items()) if name.startswith(PROGRAMME))
-    programme = next(((name.removeprefix(PROGRAMME), data) for name, data in programmes), None)
-    config = parse_site_config(text.decode("utf-8-sig"), SITE_FILE, _machine_files(log), programme)
+    config = parse_site_config(text.decode("utf-8-sig"), SITE_FILE, _machine_files(log), attached_programme(log))
     to_map = map_of_model(log.metadata.get(GEOREFERENCE, ""), log.plan.site.source)
     return on_site(config, log.plan.site.site_to_ifc, to_map)
 

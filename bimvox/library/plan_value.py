@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import InputError, MissingPackageError
+from bimvox.log.dates import all_remarks
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.figures import PlanFigures, plan_figures
 from bimvox.planning.assembly import Preparation
@@ -174,7 +175,7 @@ class Plan:
     @property
     def remarks(self) -> tuple[Remark, ...]:
         """What a person should look at although the plan is proven, the gravest first; each with kind and severity."""
-        return self.record.remarks or ()
+        return all_remarks(self.record)
 
     @property
     def figures(self) -> PlanFigures:

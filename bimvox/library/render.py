@@ -12,7 +12,7 @@ from bimvox.grid.voxel_grid import VoxelGrid
 from bimvox.library.arguments import insist, path_of, pixels, whole
 from bimvox.library.plan_value import Plan
 from bimvox.library.site import LoadedSite
-from bimvox.log.dates import log_dates
+from bimvox.log.dates import all_remarks, log_dates
 from bimvox.log.recorder import tracks_of, write_log
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.rendering.draw.camera import View
@@ -117,7 +117,7 @@ def revision_of_plan(plan: Plan) -> Revision:
         motions=record.motions,
         tracks=tracks_of(record),
         proof=plan.verdict,
-        remarks=record.remarks or (),
+        remarks=all_remarks(record),
         metadata=record.metadata,
         dates=log_dates(record),
     )

@@ -27,13 +27,12 @@ from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
 from bimvox.site.machine_names import machines_called
 from bimvox.site.placement import place_building
+from bimvox.site.programme import ATTACHED
 from bimvox.site.site import Site
 from bimvox.voxelization.building import voxelize_building
 
 MACHINE = "machine."
 """Begins the name of a machine's file among the files attached to a log."""
-PROGRAMME = "programme."
-"""Begins the name of a programme's file among the files attached to a log."""
 OBSTRUCTIONS = "obstructions."
 """Begins the name of an obstruction file among the files attached to a log."""
 
@@ -119,7 +118,7 @@ def load_site(
     told.stage("site")
     files = {SITE_FILE: content} | {MACHINE + name: data for name, data in config.machine_files.items()}
     if config.programme_file is not None:
-        files[PROGRAMME + str(config.programme_name)] = config.programme_file
+        files[ATTACHED + str(config.programme_name)] = config.programme_file
     return _built(guess.complete_config(config, building), building, files, told)
 
 

@@ -11,6 +11,7 @@ from operator import itemgetter
 
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
+from bimvox.records.programme_dates import TaskDates
 from bimvox.records.steps import Step, Steps
 from bimvox.records.uncertain_end import PERCENTILES, added_ns
 from bimvox.site.config.calendar import CalendarConfig
@@ -121,6 +122,7 @@ class PlanDates:
         blocks: What is not interrupted, ascending, and when each begins.
         work: The working time.
         later_ns: Working time that the plan takes longer at each of ``PERCENTILES``; none if nothing is uncertain.
+        programme: The tasks of the programme, each with the dates of its parts; none without a programme.
     """
 
     calendar: CalendarConfig
@@ -133,6 +135,7 @@ class PlanDates:
     blocks: tuple[tuple[Block, int], ...] = field(repr=False)
     work: WorkTime = field(repr=False)
     later_ns: tuple[int, ...] = ()
+    programme: tuple[TaskDates, ...] = ()
 
     def at(self, clock_ns: int) -> datetime:
         """Return the local time of a time on the site's clock; it ascends, and is in working hours during a lift."""
@@ -147,6 +150,12 @@ class PlanDates:
     def moment(self, after_ns: int) -> datetime:
         """Return the local time of nanoseconds after ``begins``, to the second, rounded half up."""
         return self.begins + timedelta(seconds=(after_ns + NS_PER_S // 2) // NS_PER_S)
+
+    @property
+    def spans(self) -> dict[int, tuple[datetime, datetime]]:
+        """Start and end of each lift and step, local time, by order."""
+        every = [*self.lifts.items(), *((order, at[:2]) for order, at in self.steps.items())]
+        return {order: (self.moment(begin_ns), self.moment(end_ns)) for order, (begin_ns, end_ns) in sorted(every)}
 
     def span(self, order: int) -> tuple[str | None, str | None]:
         """Return start and end of a lift or step, local time as ISO 8601 has it; None if it has none."""
@@ -220,6 +229,7 @@ class PlanDates:
             ],
             "notes": list(self.notes),
             **({"percentiles": ends} if ends else {}),
+            **({"programme": [task.document() for task in self.programme]} if self.programme else {}),
         }
 
     def _all(self) -> Iterator[tuple[int, int]]:

@@ -21,6 +21,9 @@ from bimvox.site.programme_ms_project import read_ms_project
 from bimvox.site.programme_xer import HEADER, read_xer
 from bimvox.site.work import Part, kind_of
 
+ATTACHED = "programme."
+"""Begins the name of a programme's file among the files attached to a log."""
+
 _KEY = "sequence.programme"
 _HINT = "save the programme as Microsoft Project XML or Primavera XER"
 _GLOBAL_ID = re.compile(r"(?<![0-9A-Za-z_$])[0-3][0-9A-Za-z_$]{21}(?![0-9A-Za-z_$])")

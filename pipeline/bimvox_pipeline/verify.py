@@ -10,6 +10,7 @@ from typing import Any
 from bimvox.crane.identity import identity
 from bimvox.library.attached_files import only_as_cells
 from bimvox.library.verify import prove, prove_further, read_whole
+from bimvox.log.dates import all_remarks
 from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.shown import other_version
@@ -51,7 +52,7 @@ def verify(
         "cranes": [identity(crane) for crane in record.plan.site.cranes],
         "checks": _as_json(proof.checks),
         "conditions": _conditions(contents, record),
-        "remarks": [remark.to_dict() for remark in record.remarks or ()],
+        "remarks": [remark.to_dict() for remark in all_remarks(record)],
         "not_current": _lifts_as_json(record, proof.not_current),
         "lifts": len(record.planned),
         "infeasible_lifts": len(infeasible_among(record.plan.lifts)),

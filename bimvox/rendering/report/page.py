@@ -16,6 +16,7 @@ from bimvox.rendering.report import sections
 from bimvox.rendering.report.drawings import drawings
 from bimvox.rendering.report.html import section, tag
 from bimvox.rendering.report.machine import machine
+from bimvox.rendering.report.programme import programme
 from bimvox.rendering.report.remarks import remarks
 from bimvox.rendering.report.rigging import rigging
 from bimvox.rendering.report.statement import statement
@@ -93,6 +94,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             support(record),
             section("Figures", tag("div", plots, "plots")) if plots else "",
             sections.deliveries(record),
+            programme(record),
             sections.proof(record),
             sections.inputs(record),
             sections.notes(record),

@@ -213,4 +213,6 @@ def _judged(read: Read, proven: bool, progress: Progress) -> Judged:
     record, proof = require_sense(read.record, read.file), None
     if proven:
         proof = prove_plan(record, progress) if read.contents is None else prove(read.contents, record, progress)
-    return Judged(proof, record.remarks or ())
+    from bimvox.log.dates import all_remarks
+
+    return Judged(proof, all_remarks(record))
