@@ -32,6 +32,7 @@ PART_COLUMNS = {
     "number": "number of the part's lift, from 1",
     "status": "planned or infeasible",
     "stack": "number of its stack in the yard, from 1; empty if it lies alone",
+    "rack": "number of its rack in the yard, from 1; empty if it stands in none",
 }
 DELIVERY_COLUMNS = TRUCK_COLUMNS | PART_COLUMNS
 
@@ -69,6 +70,7 @@ def delivery_records(log: PlanLog, dates: PlanDates | None = None) -> list[dict[
                 lift.number,
                 lift.status.value,
                 None if lift.place is None else lift.place.stack or None,
+                None if lift.place is None else abs(lift.place.rack) or None,
             )
             for loaded, (lift, part) in enumerate(zip(load, parts, strict=True), start=1)
         ]

@@ -181,7 +181,8 @@ def _lift_text(lift: Lift, component: Component, sling_m: float | None, voxel_si
         "place": place
         and {"delivery": place.delivery, "pose": place.pose.value, "cell_vox": [int(n) for n in place.cell_vox]}
         | ({"turn": place.turn, "rise_vox": place.rise_vox} if place.turn else {})
-        | ({"stack": place.stack} if place.stack else {}),
+        | ({"stack": place.stack} if place.stack else {})
+        | ({"rack": place.rack} if place.rack else {}),
         # Where and how the part hangs: lifting points in site metres, and the hook's height above its top.
         "lifting": {
             "points_m": [list(point) for point in component.lifting.points_m],
@@ -217,9 +218,10 @@ def _lift_from_json(record: Any, site: Site, where: str) -> tuple[Lift, bool]:
         turn = decode(int, place.get("turn", 0), _NO_ARRAYS, f"{where}.place.turn")
         rise = decode(int, place.get("rise_vox", 1), _NO_ARRAYS, f"{where}.place.rise_vox")
         stack = decode(int, place.get("stack", 0), _NO_ARRAYS, f"{where}.place.stack")
+        rack = decode(int, place.get("rack", 0), _NO_ARRAYS, f"{where}.place.rack")
         if not 0 <= turn <= 3 or rise < 1:
             raise DecodeError(f"{where}.place: turned by {turn} quarters after a rise of {rise} cells, {pose.value}")
-        known = yard_place(component, delivery, pose, cell, turn=turn, rise_vox=rise, stack=stack)
+        known = yard_place(component, delivery, pose, cell, turn=turn, rise_vox=rise, stack=stack, rack=rack)
         lift = dataclasses.replace(lift, place=known)
     return lift, record["carried"]
 

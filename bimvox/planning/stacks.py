@@ -53,22 +53,45 @@ class _Stack:
         return list(dict.fromkeys((x - left, y - front, *size) for left, front in shifts))
 
 
-class Stacks:
-    """The stacks of one delivery, and where its other parts lie.
+class Taken:
+    """The places of one delivery.
 
     Args:
-        site: The site.
         gap_vox: Columns that stay free between two places.
     """
 
-    def __init__(self, site: Site, gap_vox: int) -> None:
-        self._site, self._gap_vox = site, gap_vox
+    def __init__(self, gap_vox: int) -> None:
+        self._gap_vox = gap_vox
+        self._places: list[Rectangle] = []
+
+    def add(self, place: Rectangle) -> None:
+        """Add a place."""
+        self._places.append(place)
+
+    def replace(self, before: Rectangle, place: Rectangle) -> None:
+        """Take a place instead of another one."""
+        self._places[self._places.index(before)] = place
+
+    def is_apart(self, own: Rectangle, besides: Rectangle) -> bool:
+        """Return whether a place keeps the gap to all others but one."""
+        return all(other == besides or are_apart(own, other, self._gap_vox) for other in self._places)
+
+
+class Stacks:
+    """The stacks of one delivery.
+
+    Args:
+        site: The site.
+        taken: The places of the delivery.
+    """
+
+    def __init__(self, site: Site, taken: Taken) -> None:
+        self._site, self._taken = site, taken
         rules, size_m = site.rules.yard, site.frame.voxel_size_m
         self._dunnage_vox = 0 if rules is None else max(_LEAST_VOX, whole_cells(rules.dunnage_m, size_m))
         # Above its stack, a part still has its clearance in transit below and above it.
         self._highest_vox = site.shape[2] - 2 * margin_vox(site)
         self._stacks: list[_Stack] = []
-        self._taken: list[Rectangle] = []
         self._offered: dict[Rectangle, _Stack] = {}
 
     def room_below(self, component: Component, size: tuple[int, int], free: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -93,10 +116,14 @@ class Stacks:
             for own in stack.around(size):
                 x, y, width, depth = own
                 inside = x >= 0 and y >= 0 and x + width <= free.shape[0] and y + depth <= free.shape[1]
-                if not inside or not free[x : x + width, y : y + depth].all() or not self._is_apart(own, stack.lowest):
+                if (
+                    not inside
+                    or not free[x : x + width, y : y + depth].all()
+                    or not self._taken.is_apart(own, stack.lowest)
+                ):
                     continue
                 # Apart from each other too, so that the part fits into each and nowhere between them.
-                if all(_are_apart(own, other, _LEAST_VOX) for other in self._offered):
+                if all(are_apart(own, other, _LEAST_VOX) for other in self._offered):
                     room[x : x + width, y : y + depth] = True
                     self._offered[own] = stack
                     break
@@ -107,11 +134,11 @@ class Stacks:
         stack = self._offered.get(place)
         self._offered.clear()
         if stack is not None:
-            self._taken[self._taken.index(stack.lowest)] = place
+            self._taken.replace(stack.lowest, place)
             stack.lowest = place
             stack.members.append(component)
             return
-        self._taken.append(place)
+        self._taken.add(place)
         if is_stacked(self._site, component):
             self._stacks.append(_Stack([component], place))
 
@@ -130,9 +157,6 @@ class Stacks:
     def _top_vox(self, members: Sequence[Component]) -> int:
         """Return the layer above a stack, which stands on the first."""
         return 1 + sum(one.shape.size_vox[2] for one in members) + (len(members) - 1) * self._dunnage_vox
-
-    def _is_apart(self, own: Rectangle, besides: Rectangle) -> bool:
-        return all(other == besides or _are_apart(own, other, self._gap_vox) for other in self._taken)
 
 
 def is_stacked(site: Site, component: Component) -> bool:
@@ -158,7 +182,8 @@ def _width_m(component: Component) -> float:
     return float(np.ptp(component.mesh.bounds_m[:, :2], axis=0).min())
 
 
-def _are_apart(one: Sequence[int], other: Sequence[int], gap_vox: int) -> bool:
+def are_apart(one: Sequence[int], other: Sequence[int], gap_vox: int) -> bool:
+    """Return whether two rectangles have at least this many columns between them, along an axis."""
     return any(
         one[axis] >= other[axis] + other[axis + 2] + gap_vox or other[axis] >= one[axis] + one[axis + 2] + gap_vox
         for axis in (0, 1)

@@ -26,7 +26,8 @@ _KG = 1e-6
 class Truckload:
     """The parts on one truck so far.
 
-    A single part may be heavier or larger: it comes alone, by a special transport.
+    A heavier part comes alone. A larger one comes with the delivery by a special transport, and takes no room on its
+    truck.
 
     Args:
         site: The site.
@@ -36,8 +37,8 @@ class Truckload:
         self._most_kg = site.rules.truckload_kg
         yard = site.rules.yard
         beds = () if yard is None or yard.truck_m is None or not self._most_kg else (yard.truck_m, INLOADER_M)
-        self._beds = [_Bed(size, yard.dunnage_m) for size in beds if yard is not None]
-        self._has_beds = bool(beds)
+        self._empty = [_Bed(size, yard.dunnage_m) for size in beds if yard is not None]
+        self._beds = self._empty
         self._mass_kg, self._parts = 0.0, 0
 
     def __len__(self) -> int:
@@ -49,14 +50,18 @@ class Truckload:
             return False
         if self._mass_kg + component.mass_kg > self._most_kg + _KG:
             return True
-        return self._has_beds and not any(bed.with_part(_ways_m(component)) for bed in self._beds)
+        return self._takes_room(component) and not any(bed.with_part(_ways_m(component)) for bed in self._beds)
 
     def add(self, component: Component) -> None:
         """Load a part."""
-        loaded = (bed.with_part(_ways_m(component)) for bed in self._beds)
-        self._beds = [bed for bed in loaded if bed is not None]
+        if self._takes_room(component):
+            loaded = (bed.with_part(_ways_m(component)) for bed in self._beds)
+            self._beds = [bed for bed in loaded if bed is not None]
         self._mass_kg += component.mass_kg
         self._parts += 1
+
+    def _takes_room(self, component: Component) -> bool:
+        return any(bed.with_part(_ways_m(component)) for bed in self._empty)
 
 
 @dataclass(frozen=True, slots=True)

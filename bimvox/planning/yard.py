@@ -2,8 +2,8 @@
 
 Parts are placed in the order in which they are needed. A place keeps the slinger's gap to its neighbours, is clear of
 structures, and lies within the crane's reach for the part's mass. A flat part goes under a stack if it can
-(:mod:`bimvox.planning.stacks`). Otherwise the place with the least travel time is used, including the travel from the
-part before; of equally good places the first.
+(:mod:`bimvox.planning.stacks`), a wall into a rack (:mod:`bimvox.planning.racks`). Otherwise the place with the least
+travel time is used, including the travel from the part before; of equally good places the first.
 
 A new delivery begins if the next part does not fit into the yard or onto the truck (:mod:`bimvox.planning.truckload`).
 It arrives when every earlier lift is finished. By then the yard is empty except for places that the site file gives to
@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,8 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.crane.kinematics import Axes
 from bimvox.grid.frame import whole_cells
-from bimvox.planning.stacks import Stacks, is_stacked
+from bimvox.planning.racks import Racks, is_racked
+from bimvox.planning.stacks import Rectangle, Stacks, Taken, is_stacked
 from bimvox.planning.travel import Travel
 from bimvox.planning.truckload import Truckload
 from bimvox.records.lift import YardPlace, yard_place
@@ -58,8 +60,7 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
     lifted = (index for index in order if site.components[index].means is Means.CRANE)
     given = [index for index in lifted if site.components[index].start_vox is not None]
     places: list[YardPlace | None] = [None] * len(site.components)
-    free, delivery, load = _without_given(site, empty, given), 0, Truckload(site)
-    gap_vox, stacks = _gap_vox(site), Stacks(site, _gap_vox(site))
+    now = _Delivery(site, 0, _without_given(site, empty, given))
     times = [_YardTimes(site, travel) for travel in travels]
     before: dict[int, Component] = {}
     borders = sorted({margin_vox(site), margin_vox(site, 0.0)}, reverse=True)
@@ -68,53 +69,94 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
         component = site.components[index]
         if component.means is not Means.CRANE:
             continue
-        fresh = _without_given(site, empty, given) if load else free
-        if load.is_full_for(component):
-            free, delivery, load = fresh, delivery + 1, Truckload(site)
-            stacks = _next_delivery(site, stacks, places)
+        fresh = _without_given(site, empty, given) if now.load else now.free
+        if now.load.is_full_for(component):
+            now.settle(places)
+            now = _Delivery(site, now.number + 1, fresh)
         if component.start_vox is not None:
             pose, turn = _given(component)
-            places[index] = yard_place(component, delivery, pose, component.start_vox, turn=turn)
+            places[index] = yard_place(component, now.number, pose, component.start_vox, turn=turn)
             given.remove(index)
-            stacks.add(component, (*component.start_vox[:2], *_footprint(component, pose, turn)))
-            load.add(component)
+            now.stacks.add(component, (*component.start_vox[:2], *_footprint(component, pose, turn)))
+            now.load.add(component)
             continue
-        # Turning takes time and room: a part is turned only if it does not fit otherwise.
-        tries = [(free, _preferred(component)), (fresh, _preferred(component))]
-        tries += [(free, _turned(component)), (fresh, _turned(component))]
-        tries = tries if load else tries[::2]
-        below = None
-        if load and is_stacked(site, component):
-            size = _footprint(component, *_preferred(component)[0])
-            below = stacks.room_below(component, size, fresh)
-            if below.any():
-                tries.insert(0, (below, _preferred(component)))
         own = times[component.crane] if times else None
-        rooms = [((border, False), lying) for border, lying in product(borders, tries)]
+        racked, alone = now.rooms(component, fresh)
+        rooms = [((border, False), room) for some in (racked, alone) for border, room in product(borders, some)]
         if site.rules.heading is HeadingRule.WITH_JIB:
-            rooms.insert(0, ((borders[0], True), tries[0]))
-        for (border, turns), (yard, choices) in rooms:
-            found = _find(site, component, yard, own, before.get(component.crane), choices, (border, turns, tops))
+            rooms.insert(0, ((borders[0], True), (*racked, *alone)[0]))
+        for (border, turns), room in rooms:
+            clearance = (border, turns, tops)
+            found = _find(site, component, room.columns, own, before.get(component.crane), room.lyings, clearance)
             if found is not None:
-                if yard is not free and yard is not below:
-                    free, delivery, load = fresh, delivery + 1, Truckload(site)
-                    stacks = _next_delivery(site, stacks, places)
+                if room.is_fresh:
+                    now.settle(places)
+                    now = _Delivery(site, now.number + 1, fresh)
                 (pose, turn), cell = found
-                footprint = _footprint(component, pose, turn)
-                _take(free, cell, footprint, gap_vox)
-                stacks.add(component, (*cell[:2], *footprint))
-                places[index] = yard_place(component, delivery, pose, cell, turn=turn)
-                load.add(component)
+                now.add(component, (*cell[:2], *_footprint(component, pose, turn)), room.side)
+                places[index] = yard_place(component, now.number, pose, cell, turn=turn)
                 before[component.crane] = component
                 break
-    stacks.settle(places)
+    now.settle(places)
     return _risen(site, order, places)
 
 
-def _next_delivery(site: Site, stacks: Stacks, places: list[YardPlace | None]) -> Stacks:
-    """Settle the stacks of a delivery, and return the empty ones of the next."""
-    stacks.settle(places)
-    return Stacks(site, _gap_vox(site))
+class _Room(NamedTuple):
+    """Where a part may lie: (X, Y) columns, and how.
+
+    In a rack, ``side`` is that of the frame; 0: in none. ``is_fresh``: only if it comes with the next delivery.
+    """
+
+    columns: NDArray[np.bool_]
+    lyings: tuple[Lying, ...]
+    is_fresh: bool = False
+    side: int = 0
+
+
+class _Delivery:
+    """What one delivery brings, and what it leaves free."""
+
+    def __init__(self, site: Site, number: int, free: NDArray[np.bool_]) -> None:
+        self._site, self._gap_vox = site, _gap_vox(site)
+        self.number, self.free, self.load = number, free, Truckload(site)
+        taken = Taken(self._gap_vox)
+        self.stacks, self.racks = Stacks(site, taken), Racks(site, taken)
+
+    def rooms(self, component: Component, fresh: NDArray[np.bool_]) -> tuple[list[_Room], list[_Room]]:
+        """Return where a part may lie in racks, and where otherwise, the best first; ``fresh`` is an empty yard."""
+        preferred, turned = _preferred(component), _turned(component)
+        alone = [_Room(self.free, preferred), _Room(self.free, turned)]
+        if self.load:
+            # Turning takes time and room: a part is turned only if it does not fit otherwise.
+            alone = [alone[0], _Room(fresh, preferred, True), alone[1], _Room(fresh, turned, True)]
+        if not is_racked(self._site, component):
+            if self.load and is_stacked(self._site, component):
+                below = self.stacks.room_below(component, _footprint(component, *preferred[0]), fresh)
+                alone = [*([_Room(below, preferred)] if below.any() else []), *alone]
+            return [], alone
+        racked = []
+        behind = self.racks.room_behind(component, _footprint(component, *preferred[0]), fresh)
+        if behind.any():
+            racked.append(_Room(behind, preferred, side=1))
+        for room in alone:
+            for lying, side in product(room.lyings, (1, -1)):
+                free = self.racks.room_for_new(component, _footprint(component, *lying), room.columns, side)
+                racked.append(_Room(free, (lying,), room.is_fresh, side))
+        return racked, alone
+
+    def add(self, component: Component, place: Rectangle, side: int) -> None:
+        """Take a place for a part."""
+        if side:
+            place = self.racks.add(component, place, side)
+        else:
+            self.stacks.add(component, place)
+        _take(self.free, place[:2], place[2:], self._gap_vox)
+        self.load.add(component)
+
+    def settle(self, places: list[YardPlace | None]) -> None:
+        """Write stacks and racks into the places of this delivery, which is complete."""
+        self.stacks.settle(places)
+        self.racks.settle(places)
 
 
 def _gap_vox(site: Site) -> int:
@@ -226,7 +268,7 @@ def _without_given(site: Site, empty: NDArray[np.bool_], given: list[int]) -> ND
     for index in given:
         component = site.components[index]
         if component.start_vox is not None:
-            _take(free, component.start_vox, _footprint(component, *_given(component)), _gap_vox(site))
+            _take(free, component.start_vox[:2], _footprint(component, *_given(component)), _gap_vox(site))
     return free
 
 
@@ -235,8 +277,8 @@ def _footprint(component: Component, pose: StoredPose, turn: int) -> tuple[int, 
     return size_x, size_y
 
 
-def _take(free: NDArray[np.bool_], cell: IntVec, footprint: tuple[int, int], gap_vox: int) -> None:
-    x, y, _ = cell
+def _take(free: NDArray[np.bool_], corner: tuple[int, int], footprint: tuple[int, int], gap_vox: int) -> None:
+    x, y = corner
     free[max(0, x - gap_vox) : x + footprint[0] + gap_vox, max(0, y - gap_vox) : y + footprint[1] + gap_vox] = False
 
 

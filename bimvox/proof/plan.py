@@ -22,6 +22,7 @@ from bimvox.proof.marks import Marks, hits
 from bimvox.proof.mass import check_mass
 from bimvox.proof.moment import Moment, Thing, beside, cells_in_common, moments, near_and_far, passed_by
 from bimvox.proof.proven import ProvenLifts
+from bimvox.proof.racks import check_racks, rack_of
 from bimvox.proof.rigging import check_rigging, rigging_kg
 from bimvox.proof.shape import check_shape, check_structure
 from bimvox.proof.site_rules import check_no_load, check_rope_margin, check_stored, check_wind, check_zones
@@ -104,6 +105,12 @@ class _Verifier:
             self.checks["wind"] = Check("wind", unit="share of permitted wind")
         if self.site.rules.yard is not None or any(lift.place is not None and lift.place.stack for lift in self.lifts):
             self.checks |= {"gap": Check("gap"), "stacks": Check("stacks")}
+        self.racks: dict[tuple[int, int], list[str]] = {}
+        for lift in self.lifts:
+            if (rack := rack_of(lift)) is not None:
+                self.racks.setdefault(rack, []).append(self._name(lift))
+        if self.racks or (self.site.rules.yard is not None and self.site.rules.yard.rack_parts > 0):
+            self.checks["racks"] = Check("racks")
         self.checks["triangles"].unit = self.checks["slings"].unit = "m"
         self.checks["mass"].unit, self.checks["rigging"].unit = "kg/m3", "share of limit"
         self.checks["reach"].unit = "share of capacity"
@@ -113,6 +120,8 @@ class _Verifier:
         self._check_deliveries()
         if "stacks" in self.checks:
             check_stacks(self.checks["stacks"], self.site, self.lifts)
+        if "racks" in self.checks:
+            check_racks(self.checks["racks"], self.site, self.lifts)
         if not self.context:
             self.triangles.check_clashes(self.checks["triangles"])
         check_stands(self.checks["stands"], self.site, self.lifts, unheld=self.plan.unheld, proven=self.proven)
@@ -217,7 +226,8 @@ class _Verifier:
         if not self._resumes(lift):  # otherwise it left the yard on another path, which is proven separately
             self._check_yard(component, place, present)
             if "stacks" in self.checks:
-                check_gap(self.checks["gap"], self.site, lift, present)
+                mates = self.racks.get(rack_of(lift) or (-1, 0), ())
+                check_gap(self.checks["gap"], self.site, lift, present, mates)
                 check_last_in(self.checks["stacks"], self.site, lift, present)
         self._check_cells(lift, component, path, present)
         self._check_margins(lift, component, path, present)

@@ -27,11 +27,11 @@ _INLOADER_M = (9.5, 1.5, 3.65)
 """A panel may stand between the wheels of an inloader instead (data sheets)."""
 
 
-def check_gap(check: Check, site: Site, lift: Lift, present: Sequence[Thing]) -> None:
+def check_gap(check: Check, site: Site, lift: Lift, present: Sequence[Thing], rack: Collection[str] = ()) -> None:
     """Check that the slinger can walk around a part when it is picked.
 
-    What its own stack consists of does not count, nor do obstructions, which come and go, nor other parts whose place
-    the site file gives, if it gives this part's too.
+    What its own stack or rack consists of does not count, nor do obstructions, which come and go, nor other parts whose
+    place the site file gives, if it gives this part's too. ``rack``: the ids of the parts in its rack.
     """
     rules, place = site.rules.yard, lift.place
     if rules is None or place is None or place.cell_vox[2] < 1:
@@ -42,7 +42,7 @@ def check_gap(check: Check, site: Site, lift: Lift, present: Sequence[Thing]) ->
     reach, head = whole_cells(gap_m, frame), whole_cells(_HEAD_M, frame)
     low = [own.low[0] - reach, own.low[1] - reach, 1]
     high = [own.high[0] + reach, own.high[1] + reach, head]
-    exempt = {GROUND_ID} | {blocker.id for blocker in site.blockers if blocker.kind == "obstruction"}
+    exempt = {GROUND_ID, *rack} | {blocker.id for blocker in site.blockers if blocker.kind == "obstruction"}
     if component.start_vox is not None:
         exempt |= {other.id for other in site.components if other.start_vox is not None}
     columns = np.unique(own.cells[:, :2], axis=0)
@@ -84,7 +84,8 @@ def check_last_in(check: Check, site: Site, lift: Lift, present: Sequence[Thing]
 def check_truck(check: Check, site: Site, number: int, lifts: Sequence[Lift]) -> None:
     """Check that the parts of a delivery fit onto one truck: their mass, and a bed or an inloader with room for them.
 
-    A single part may be heavier or larger. Where the rules limit no mass, there is no truck.
+    A single part may be heavier; a part that fits neither comes by a special transport. Where the rules limit no mass,
+    there is no truck.
     """
     rules, most_kg = site.rules, site.rules.truckload_kg
     if most_kg <= 0.0:
@@ -97,11 +98,12 @@ def check_truck(check: Check, site: Site, number: int, lifts: Sequence[Lift]) ->
     )
     if rules.yard is None or rules.yard.truck_m is None:
         return
-    vehicles = (rules.yard.truck_m, _INLOADER_M)
+    vehicles, dunnage_m = (rules.yard.truck_m, _INLOADER_M), rules.yard.dunnage_m
+    loaded = [part for part in parts if any(_has_room([part], np.array(bed_m), dunnage_m) for bed_m in vehicles)]
     size = " x ".join(f"{one:g}" for one in rules.yard.truck_m)
     check.look(
-        len(parts) == 1 or any(_has_room(parts, np.array(bed_m), rules.yard.dunnage_m) for bed_m in vehicles),
-        f"delivery {number}: its {len(parts)} parts do not fit onto a truck of {size} m",
+        not loaded or any(_has_room(loaded, np.array(bed_m), dunnage_m) for bed_m in vehicles),
+        f"delivery {number}: its {len(loaded)} parts do not fit onto a truck of {size} m",
     )
 
 

@@ -69,6 +69,8 @@ _YARD = {
     "stack_height_m": _Range(0.0, 10.0, with_low=False),
     "stack_kg": _Range(0.0, _HEAVY_KG, with_low=False),
     "dunnage_m": _Range(0.0, 1.0),
+    "rack_parts": _Range(0.0, 100.0),
+    "rack_depth": _Range(0.0, 2.0),
 }
 _CRANE = {
     "mast_size_m": _Range(0.0, 100.0, with_low=False),

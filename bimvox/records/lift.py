@@ -54,6 +54,8 @@ class YardPlace:
         rise_vox: How far it is raised before it is turned or, if it is not turned, before transit.
         shift_vox: Reference cell of the part in its final orientation, in plan, relative to ``cell_vox``.
         stack: Number of its stack in its delivery, from 1; 0 if it lies alone.
+        rack: Number of its rack in its delivery, from 1; 0 if it stands in none. Below zero, the rack's frame is on the
+            lower side along the axis across the wall, otherwise on the higher side.
     """
 
     delivery: int
@@ -64,6 +66,7 @@ class YardPlace:
     rise_vox: int = 1
     shift_vox: tuple[int, int] = (0, 0)
     stack: int = 0
+    rack: int = 0
 
     @property
     def transit_start_vox(self) -> IntVec:
@@ -102,13 +105,14 @@ def yard_place(
     turn: int = 0,
     rise_vox: int = 1,
     stack: int = 0,
+    rack: int = 0,
 ) -> YardPlace:
     """Return the place of a component at a cell, in a pose and turned by quarters."""
     hook = component.hook_offset_vox
     turned = turned_hook(component.shape, hook, turn)
     shift = (turned[0] - hook[0], turned[1] - hook[1])
     shape = stored_shape(component.shape, pose, turn)
-    return YardPlace(delivery, pose, shape, cell_vox, turn % 4, rise_vox, shift, stack)
+    return YardPlace(delivery, pose, shape, cell_vox, turn % 4, rise_vox, shift, stack, rack)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

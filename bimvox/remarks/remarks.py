@@ -17,11 +17,12 @@ from bimvox.remarks.guided import guided
 from bimvox.remarks.machine import machines
 from bimvox.remarks.overlaps import overlaps
 from bimvox.remarks.rules import rules
+from bimvox.remarks.storage import storage
 from bimvox.remarks.subject import Subject
 from bimvox.remarks.transport import transport
 
 _FAMILIES = (
-    machines, crane_feet, floating, overlaps, density, transport, carried_low, high_utilisation, guided,
+    machines, crane_feet, floating, overlaps, density, transport, storage, carried_low, high_utilisation, guided,
     earlier, rules, assumptions,
 )  # fmt: skip
 """Every rule, in the order in which its remarks are listed within a severity."""

@@ -57,6 +57,7 @@ ALONE: dict[str, faults.Forge] = {
     "yard": faults.outside_the_yard,
     "gap": faults.too_near_for_the_slinger,
     "stacks": faults.a_stack_on_the_ground_side_by_side,
+    "racks": faults.a_beam_in_a_rack,
     "margin": faults.a_path_that_dips_over_the_wall,
     "timeline": faults.a_gap_on_the_clock,
     "axis_limits": faults.a_slower_crane,
@@ -332,7 +333,7 @@ def switch_off(name: str, patch: pytest.MonkeyPatch) -> None:
 def test_the_good_log_is_proven_and_every_check_has_a_fault(good: PlanLog, tmp_path: Path):
     document = proven(good, tmp_path)
     assert document["verified"] is True, failed(document)
-    asked_for = {"margin", "motion_margin", "gap", "stacks"}  # by the rules of other sites
+    asked_for = {"margin", "motion_margin", "gap", "stacks", "racks"}  # by the rules of other sites
     assert set(document["checks"]) | asked_for == {*ALONE, *WITH_OTHERS, "load_poses", "commands"}
 
 

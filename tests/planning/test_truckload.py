@@ -39,7 +39,7 @@ def loads_of(site: Site) -> list[int]:
         ((7.0, 1.5, 0.5), 8),  # one in a row
         ((6.5, 1.6, 0.5), 8),  # one row
         ((13.6, 3.0, 2.8), 1),
-        ((13.7, 0.5, 0.5), 1),  # longer than the truck: alone
+        ((13.7, 0.5, 0.5), 20),  # longer than the truck: each by a special transport
         ((3.5, 3.5, 0.5), 6),  # wider than the truck: in an inloader, 2 in a row, 3 rows
     ],
 )
@@ -58,7 +58,7 @@ def test_without_a_mass_limit_or_a_size_there_is_no_truck():
     long = ((15.0, 2.0, 0.2),) * 3
     assert loads_of(site_of(long, truckload_kg=0.0)) == [3]
     assert loads_of(site_of(long, YardRules())) == [3]
-    assert loads_of(site_of(long)) == [1, 1, 1]
+    assert loads_of(site_of(long)) == [3]  # each by a special transport
 
 
 def planned(site: Site) -> LiftPlan:

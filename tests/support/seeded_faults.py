@@ -605,6 +605,11 @@ def a_stack_on_the_ground_side_by_side(log: PlanLog) -> PlanLog:
     return stacked
 
 
+def a_beam_in_a_rack(log: PlanLog) -> PlanLog:
+    racked = with_rules(log, yard=YardRules(gap_m=0.0, rack_parts=1, rack_depth=0.0, truck_m=TRUCK_M))
+    return with_lift(racked, "beam", place=dataclasses.replace(lift_of(racked, "beam").place, rack=1))
+
+
 def lifts_not_numbered(log: PlanLog) -> PlanLog:
     last = log.plan.lifts[-1]
     spoiled = with_lift(log, log.plan.site.components[last.component].id, order=last.order + 1)

@@ -129,6 +129,7 @@ def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_sh
         "name": component.name,
         "ifc_class": component.ifc_class,
         "stack": 0 if lift.place is None else lift.place.stack,
+        "rack": 0 if lift.place is None else abs(lift.place.rack),
         "storey": component.storey,
         "mass_kg": component.mass_kg,
         "mass_source": component.mass_source,
@@ -310,6 +311,7 @@ def _deliveries(lifts: list[dict[str, Any]], dates: PlanDates | None) -> list[di
             "begins_s": group[0]["begins_s"],
             "ends_s": group[-1]["ends_s"],
             "stacks": len({lift["stack"] for lift in group} - {0}),
+            "racks": len({lift["rack"] for lift in group} - {0}),
             "arrives": in_words(dates.moment(arrivals[number][0])) if dates and number in arrivals else None,
         }
         for number, group in sorted(groups.items())

@@ -232,7 +232,8 @@ def deliveries(record: dict[str, Any]) -> str:
     if not groups:
         return ""
     names = {lift["order"]: named(lift) for lift in record["lifts"]}
-    dated, stacked = any(group["arrives"] for group in groups), any(group["stacks"] for group in groups)
+    dated = any(group["arrives"] for group in groups)
+    stored = [name for name in ("stacks", "racks") if any(group[name] for group in groups)]
     rows = []
     for group in groups:
         orders = group["orders"]
@@ -247,12 +248,19 @@ def deliveries(record: dict[str, Any]) -> str:
                     number(group["mass_kg"], tonnes(group["mass_kg"]), "mass_kg"),
                     *([escape(group["arrives"] or "–")] if dated else []),
                     when,
-                    *([str(group["stacks"] or "–")] if stacked else []),
+                    *(str(group[name] or "–") for name in stored),
                     escape(parts + more),
                 ]
             )
         )
-    head = ("No.", "Lifts", "Mass t", *(["Arrives"] if dated else []), "Lifted", *(["Stacks"] if stacked else []))
+    head = (
+        "No.",
+        "Lifts",
+        "Mass t",
+        *(["Arrives"] if dated else []),
+        "Lifted",
+        *(name.capitalize() for name in stored),
+    )
     return section(
         "Deliveries to the yard",
         paragraph("A delivery arrives when every lift of the earlier ones is done.", "faint"),

@@ -36,6 +36,7 @@ CHECKS = {
     "yard": "parts in the yard do not collide, one delivery at a time",
     "gap": "when a part is picked, the slinger can walk around it",
     "stacks": "stacks keep their limits, each part lies within the next, and nothing lies on what is picked",
+    "racks": "walls in racks stand so that the first lifted is outermost, and each rack's frame has room",
     "timeline": "lifts follow each other on one clock without gaps, phases in their order, named by what is done",
     "axis_limits": "no axis exceeds its rate, acceleration or jerk, measured by differences of the samples",
     "axis_range": "the hook stays between minimum radius and jib end, and above the ground",

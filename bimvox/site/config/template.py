@@ -302,8 +302,10 @@ _YARD = {
     "stack_parts": "most parts in a stack; 1: no stacks",
     "stack_height_m": "largest height of a stack: slings are attached from the ground",
     "stack_kg": "largest mass of a stack; the ground decides",
-    "dunnage_m": "between two parts of a stack",
-    "truck_length_m": "that parts may take on a truck; a larger part comes alone",
+    "dunnage_m": "between two parts of a stack or rack",
+    "rack_parts": "most walls in a rack; 0: no racks",
+    "rack_depth": "depth of its frame behind the last wall, share of the wall's height",
+    "truck_length_m": "that parts may take on a truck; a larger part comes by a special transport",
     "truck_width_m": "the same",
     "truck_height_m": "the same, above the bed",
 }

@@ -26,9 +26,13 @@ class YardConfig(Table):
     stack_kg: Positive = USUAL_YARD.stack_kg
     """Largest mass of a stack."""
     dunnage_m: Annotated[NotNegative, Field(le=1.0)] = USUAL_YARD.dunnage_m
-    """Between two parts of a stack; at least one cell."""
+    """Between two parts of a stack or rack; at least one cell."""
+    rack_parts: Annotated[Whole, Field(ge=0, le=100)] = USUAL_YARD.rack_parts
+    """Most walls that stand one behind the other in a rack; 0: no racks."""
+    rack_depth: Annotated[NotNegative, Field(le=2.0)] = USUAL_YARD.rack_depth
+    """Depth of a rack's frame behind the last wall, as a share of the highest wall's height; at least one cell."""
     truck_length_m: Annotated[Positive, Field(le=100.0)] = TRUCK_M[0]
-    """Length that parts may take on a truck. A larger part comes alone. Panels may come in an inloader instead."""
+    """Length on a truck. A larger part comes by a special transport, panels may come in an inloader."""
     truck_width_m: Annotated[Positive, Field(le=100.0)] = TRUCK_M[1]
     """Width that parts may take on a truck."""
     truck_height_m: Annotated[Positive, Field(le=100.0)] = TRUCK_M[2]
