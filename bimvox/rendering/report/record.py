@@ -20,6 +20,7 @@ from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.method import about_machine, blind_lifts, method_of
+from bimvox.rendering.report.out_of_service import out_of_service
 from bimvox.rendering.report.rigging import gear_list, rigs_of
 from bimvox.rendering.report.site_plan import drawing_of
 from bimvox.rendering.report.support import supports_of
@@ -43,10 +44,10 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         critical_share: Share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
 
     Returns:
-        ``log, project, site, crane, drawing, method, support, survey, blind, rigs, gear, totals, methods, lifts,
-        critical, infeasible, steps, pauses, not_lifted, deliveries, verdict, conditions, proof, remarks, inputs,
-        clashes, notes``. ``critical`` are orders of lifts, the highest utilisation first; ``infeasible`` orders of
-        lifts, causes first: those blocked only by other infeasible ones come last.
+        ``log, project, site, crane, drawing, method, support, out_of_service, survey, blind, rigs, gear, totals,
+        methods, lifts, critical, infeasible, steps, pauses, not_lifted, deliveries, verdict, conditions, proof,
+        remarks, inputs, clashes, notes``. ``critical`` are orders of lifts, the highest utilisation first;
+        ``infeasible`` orders of lifts, causes first: those blocked only by other infeasible ones come last.
     """
     site = revision.plan.site
     if critical_share is None:
@@ -80,6 +81,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "method": method_of(revision),
         "blind": blind_lifts(revision),
         "support": supports_of(revision),
+        "out_of_service": out_of_service(revision),
         "survey": survey_of(revision, drawing["areas"]),
         "rigs": rigs,
         "gear": gear_list(rigs),

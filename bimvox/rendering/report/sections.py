@@ -72,9 +72,12 @@ def _dates(calendar: dict[str, Any] | None) -> str:
 
 
 def _elapsed(totals: dict[str, Any]) -> str:
-    """Return the elapsed time, if there is work that the crane does not do."""
+    """Return the elapsed time, if the crane pauses for work that it does not do, or work goes on without it."""
     if totals["elapsed_s"] is None:
         return ""
+    if not totals["paused_s"]:
+        more = totals["elapsed_s"] - totals["total_s"] > 1.0
+        return number(totals["elapsed_s"], elapsed(totals["elapsed_s"]), "elapsed_s") if more else ""
     paused = number(totals["paused_s"], elapsed(totals["paused_s"]), "paused_s")
     return (
         f"{number(totals['elapsed_s'], elapsed(totals['elapsed_s']), 'elapsed_s')}, in which the crane pauses {paused}"

@@ -7,6 +7,7 @@ from typing import Any
 
 from bimvox.rendering.plain import escape
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
+from bimvox.rendering.report.out_of_service import in_words
 from bimvox.rendering.report.titleblock import BLANK, stated
 from bimvox.rendering.report.words import fixed, named, percent, span, tonnes
 from bimvox.rendering.words import counted
@@ -91,7 +92,7 @@ def _limits(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Critical lifts", f"from {share} of the capacity: {critical or 'none'}"),
         ("Permitted use", _permitted(record)),
         ("Chart from", "; ".join(f"{escape(one['name'])}: {stated(one['about'])}" for one in _cranes(record))),
-        ("Out of service", f"position of the jib, free slewing, wind: {BLANK}"),
+        ("Out of service", in_words(record["out_of_service"])),
         ("Foundation", stated(project["foundation"])),
         ("Ground", stated(project["ground"])),
         ("Emergency", stated(project["emergency"])),

@@ -30,9 +30,9 @@ def supports_of(revision: Revision) -> list[dict[str, Any]]:
     """Return the loads of each crane that lifts something; None for what follows from masses that nobody states.
 
     Returns:
-        ``crane, kind, hung_kg, vertical_load_kn, load_moment_knm, load_moment_number, radius_m, slewing_knm``,
-        the stated ``crane_mass_kg, back_moment_knm, mat_m2, permitted_kpa``, and from them ``vertical_kn, moment_knm,
-        outrigger_kn, mat_kpa, needed_m2``.
+        ``crane, kind, hung_kg, hook_m`` (highest hook above the foot), ``vertical_load_kn, load_moment_knm,
+        load_moment_number, radius_m, slewing_knm``, what is stated (``SupportConfig``), and from it ``vertical_kn,
+        moment_knm, outrigger_kn, mat_kpa, needed_m2``.
     """
     site, given = revision.plan.site, revision.config.support if revision.config else ()
     found = []
@@ -53,6 +53,7 @@ def supports_of(revision: Revision) -> list[dict[str, Any]]:
             "load_moment_knm": hung[worst] * radius_m[worst] * G_M_S2 / 1e3,
             "load_moment_number": worst + 1,
             "radius_m": radius_m[worst],
+            "hook_m": crane.highest_hook_m - crane.base_m[2],
             "slewing_knm": inertia_kg_m2 * crane.slewing.acceleration / 1e3,
         }
         found.append(loads | _with_crane(loads, stated or SupportConfig()))
@@ -111,6 +112,8 @@ def _crane(one: dict[str, Any]) -> str:
         ("Vertical", stated("vertical_kn", 0, "kN")),
         ("Overturning", stated("moment_knm", 0, "kNm, the larger of with and without load")),
     ]
+    if one["kind"] != "mobile":
+        pairs.append(("Ties", _ties(one)))
     if one["kind"] == "mobile":
         pairs += [
             ("On an outrigger", stated("outrigger_kn", 0, "kN: 0.65 of the vertical load")),
@@ -126,3 +129,16 @@ def _crane(one: dict[str, Any]) -> str:
                 ("Ground", f"<b>✕ the mat presses {fixed(pressure, 0)} kPa; {permitted:g} kPa are permitted</b>")
             )
     return terms(pairs)
+
+
+def _ties(one: dict[str, Any]) -> str:
+    """Return whether the crane stands without ties, as far as that is stated."""
+    hook = number(one["hook_m"], f"{one['hook_m']:.1f} m", "hook_m")
+    free_m = one["free_standing_m"]
+    if free_m is None:
+        return f"highest hook {hook} above the foot; free-standing height {_MISSING}"
+    limit = number(free_m, f"{free_m:g} m", "free_standing_m")
+    stands = f"highest hook {hook} above the foot, free-standing up to {limit}"
+    if one["hook_m"] <= free_m:
+        return f"none needed: {stands}"
+    return f"<b>✕ needed: {stands}; number, heights and loads of the ties: from the manufacturer</b>"

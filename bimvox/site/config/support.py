@@ -21,6 +21,8 @@ class SupportConfig(Table):
     """Mass of the crane as erected, with ballast and counterweight, without hook block and rigging."""
     back_moment_knm: Annotated[NotNegative, Field(le=1e7)] | None = None
     """Moment of its own masses towards the counterweight, without a load. Default: not stated."""
+    free_standing_m: Annotated[Positive, Field(le=1000.0)] | None = None
+    """Highest hook above the foot up to which the crane stands without ties."""
     mat_m2: Annotated[Positive, Field(le=1e4)] | None = None
     """Area of the mat under an outrigger, or of the foundation under a tower crane."""
     permitted_kpa: Annotated[Positive, Field(le=1e6)] | None = None

@@ -17,6 +17,7 @@ from bimvox.rendering.report.gantt import LIFTS_A_CHART, gantt_chart
 from bimvox.rendering.report.grouped_gantt import ROWS
 from bimvox.rendering.report.page import Figure, Figures, report_page
 from bimvox.rendering.report.record import record_of
+from bimvox.rendering.report.sections import heading
 
 
 def page_of(log, proof=None, *, critical_share: float = 0.75, figures: Figures | None = None) -> bytes:
@@ -212,3 +213,16 @@ def test_a_lift_beyond_the_chart_is_critical_above_all():
     read = ReadReport(page_of(log))
     assert len(read.record["critical"]) == len(log.motions)
     assert "beyond" in read.text
+
+
+@pytest.mark.parametrize(
+    ("elapsed_s", "paused_s", "words"),
+    [(None, 0.0, None), (100.0, 0.0, None), (3700.0, 0.0, ">1:01:40<"), (3700.0, 3600.0, "in which the crane pauses")],
+)
+def test_elapsed_time_is_told_only_if_it_says_something(elapsed_s, paused_s, words):
+    record = record_of(revision_of(tiny_log(crane=True)))
+    record["totals"] |= {"elapsed_s": elapsed_s, "paused_s": paused_s, "total_s": 100.0}
+    html = heading(record)
+    assert ("<dt>Elapsed</dt>" in html) == (words is not None)
+    assert words is None or words in html
+    assert "0:00:00" not in html

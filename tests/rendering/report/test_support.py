@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -63,3 +64,13 @@ def test_the_table_is_written_back_as_it_was_read():
     config = parse_site_config(text, "a.site.toml")
     assert parse_site_config(site_toml(config), "b.site.toml").support == config.support
     assert config.support[0].mat_m2 == 1.5
+
+
+@pytest.mark.parametrize(("free_m", "words"), [(None, "from the"), (60.0, "none needed"), (5.0, "✕ needed")])
+def test_ties_follow_from_the_stated_free_standing_height(free_m, words):
+    made = revision(**({} if free_m is None else {"free_standing_m": free_m}))
+    record = record_of(made)
+    crane = made.plan.site.cranes[0]
+    assert record["support"][0]["hook_m"] == pytest.approx(crane.highest_hook_m - crane.base_m[2])
+    (ties,) = re.findall(r"<dt>Ties</dt><dd>(.*?)</dd>", support(record))
+    assert words in ties
