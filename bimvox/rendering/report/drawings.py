@@ -147,7 +147,8 @@ def _plan(drawing: dict[str, Any], *, detail: bool = False) -> tuple[str, int]:
         parts.append(_label(sheet.at(one["box_m"][0][:2]), one["id"][:24], 0.0, 10.0))
     for crane in drawing["cranes"]:
         parts += _crane_on_plan(sheet, crane, _free_direction(drawing, crane))
-    parts += [_dimension(sheet, one) for one in drawing["distances_m"]]
+    if detail or not drawing["cranes"]:  # at the scale of the whole sweep they would cover each other
+        parts += [_dimension(sheet, one) for one in drawing["distances_m"]]
     if detail:
         parts = _clipped(sheet, parts)
         parts += _grid(sheet, ("x", "y"))
@@ -203,7 +204,11 @@ def _crane_on_plan(sheet: Sheet, crane: dict[str, Any], towards_rad: float) -> l
     mast = [(x - half, y - half), (x + half, y - half), (x + half, y + half), (x - half, y + half)]
     parts.append(sheet.path([mast], "mast", _tip(crane["name"])))
     words = f"{crane['name'][:28]} ({fixed(x, 2)}, {fixed(y, 2)})"
-    parts.append(_label(sheet.at((x, y - half)), words, 0.0, 12.0, "middle"))
+    # A name that would begin outside the sheet begins at the mast.
+    foot, wide = sheet.at((x, y - half)), 6.0 * len(words)
+    inside = _MARGIN_PX + wide / 2.0 < foot[0] < sheet.size_px[0] - _MARGIN_PX - wide / 2.0
+    anchor = "middle" if inside else "start" if foot[0] < sheet.size_px[0] / 2.0 else "end"
+    parts.append(_label(foot, words, 0.0, 12.0, anchor))
     return parts
 
 

@@ -17,7 +17,7 @@ from report_reading import ReadReport
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.grid.labels import Label
-from bimvox.rendering.report.drawings import drawings
+from bimvox.rendering.report.drawings import _crane_on_plan, drawings, sheet_for
 from bimvox.rendering.report.page import report_page
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.site_plan import drawing_of
@@ -164,3 +164,17 @@ def test_names_stay_text_and_a_site_without_a_crane_is_drawn():
     read = ReadReport(report_page(record, ()))
     assert read.record["drawing"]["cranes"] == []
     assert "Drawings" in read.text
+
+
+@pytest.mark.parametrize(("x_m", "anchor"), [(0.0, "middle"), (-49.0, "start"), (49.0, "end")])
+def test_the_name_of_a_crane_near_the_border_begins_inside_the_sheet(x_m, anchor):
+    crane = {"name": "crane", "base_m": [x_m, 0.0, 0.0], "mast_m": 2.0, "tail_m": 5.0, "jib_m": [20.0, 19.0, 21.0]}
+    sheet = sheet_for((-50.0, -50.0), (50.0, 50.0), (1030.0, 640.0))
+    label = _crane_on_plan(sheet, crane | {"rings": [], "slew_rad": None}, 0.0)[-1]
+    assert f'text-anchor="{anchor}"' in label
+
+
+def test_distances_are_drawn_where_they_do_not_cover_each_other():
+    whole, detail, *_ = svgs(drawn()[1])
+    assert "dimension" not in whole
+    assert detail.count('class="dimension"') == 3
