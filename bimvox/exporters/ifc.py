@@ -59,9 +59,12 @@ class _Writer:
             self._rooted("IfcRelDeclares", "declares", RelatingContext=project, RelatedDefinitions=[plan])
         cranes = [self._crane(number, crane) for number, crane in enumerate(schedule.cranes)]
         tasks = [self._task(task) for task in schedule.tasks]
+        before = [self._preparation(one) for one in schedule.preparations]
         if self.old:
             for task, entity in zip(schedule.tasks, tasks, strict=True):
-                self._timed(control, task, entity)
+                self._timed(control, task, entity, task.component)
+            for one, entity in zip(schedule.preparations, before, strict=True):
+                self._timed(control, one, entity, one.name)
         else:
             whole = self._summary()
             self._rooted("IfcRelAssignsToControl", "controls", RelatedObjects=[whole], RelatingControl=control)
@@ -69,19 +72,10 @@ class _Writer:
                 self._rooted(
                     "IfcRelAssignsToControl", "hours", RelatedObjects=[whole], RelatingControl=self._calendar()
                 )
-            before = [self._preparation(one) for one in schedule.preparations]
             if before or tasks:
                 self._rooted("IfcRelNests", "nests", RelatingObject=whole, RelatedObjects=[*before, *tasks])
-            for one, entity in zip(schedule.preparations, before, strict=True):
-                waiting = next((n for n, task in enumerate(schedule.tasks) if task.number == one.first), None)
-                if waiting is not None:
-                    self._rooted(
-                        "IfcRelSequence",
-                        f"sequence {one.name}",
-                        RelatingProcess=entity,
-                        RelatedProcess=tasks[waiting],
-                        SequenceType="FINISH_START",
-                    )
+        self._prepare(before, tasks)
+        self._crews([*zip(schedule.preparations, before, strict=True), *zip(schedule.tasks, tasks, strict=True)])
         for task, entity in zip(schedule.tasks, tasks, strict=True):
             product = self._product(task)
             self._rooted(
@@ -98,6 +92,41 @@ class _Writer:
                     RelatingProcess=entity,
                 )
         self._sequence(tasks)
+
+    def _prepare(self, before: Sequence[Any], tasks: Sequence[Any]) -> None:
+        """Add the link from each preparation to the lift that waits for it."""
+        for one, entity in zip(self.schedule.preparations, before, strict=True):
+            waiting = next((n for n, task in enumerate(self.schedule.tasks) if task.number == one.first), None)
+            if waiting is None:
+                continue
+            lag_s = float(round(self.schedule.tasks[waiting].start_s) - round(one.finish_s))
+            self._rooted(
+                "IfcRelSequence",
+                f"sequence {one.name}",
+                RelatingProcess=entity,
+                RelatedProcess=tasks[waiting],
+                SequenceType="FINISH_START",
+                **({"TimeLag": lag_s} if self.old else {}),
+            )
+
+    def _crews(self, work: Sequence[tuple[Preparation | LiftTask, Any]]) -> None:
+        """Add the crews as resources, each assigned to what it does."""
+        for crew in dict.fromkeys(one.crew for one, _ in work if one.crew is not None):
+            people = f"{crew.people:g} people"
+            more: dict[str, Any] = {}
+            if not self.old:
+                usage = self.file.create_entity("IfcResourceTime", ScheduleUsage=crew.people)  # 4.0: four at once
+                more = {"Usage": usage, "PredefinedType": "SITE"}
+            resource = self._rooted("IfcCrewResource", f"crew {crew.name}", Name=crew.name, Description=people, **more)
+            for one, entity in work:
+                if one.crew == crew:
+                    key = one.component if isinstance(one, LiftTask) else one.name
+                    self._rooted(
+                        "IfcRelAssignsToProcess",
+                        f"crew {crew.name} {key}",
+                        RelatedObjects=[resource],
+                        RelatingProcess=entity,
+                    )
 
     def _sequence(self, tasks: Sequence[Any]) -> None:
         linked: set[str] = set()
@@ -133,11 +162,13 @@ class _Writer:
 
     def _preparation(self, one: Preparation) -> Any:
         """Return the task of the crane's set-up, or of the unloading of a delivery."""
+        shared = {"Name": one.name, "IsMilestone": False}
+        if self.old:
+            return self._rooted("IfcTask", f"preparation {one.name}", TaskId=one.name.partition(":")[0], **shared)
         return self._rooted(
             "IfcTask",
             f"preparation {one.name}",
-            Name=one.name,
-            IsMilestone=False,
+            **shared,
             TaskTime=self._task_time(*self.schedule.times(one), one.work_s),
             PredefinedType="LOGISTIC",
         )
@@ -189,19 +220,19 @@ class _Writer:
             ScheduleFinish=finish.isoformat(),
         )
 
-    def _timed(self, control: Any, task: LiftTask, entity: Any) -> None:
+    def _timed(self, control: Any, task: LiftTask | Preparation, entity: Any, key: str) -> None:
         """Add a task's times to IFC2X3, where they are a separate entity, linked by the relation to the schedule."""
         start, finish = self.schedule.times(task)
         times = self._rooted(
             "IfcScheduleTimeControl",
-            f"times {task.component}",
+            f"times {key}",
             ScheduleStart=self._date(start),
             ScheduleFinish=self._date(finish),
             ScheduleDuration=(finish - start).total_seconds() / self._seconds_per_unit(),
         )
         self._rooted(
             "IfcRelAssignsTasks",
-            f"assigns {task.component}",
+            f"assigns {key}",
             RelatedObjects=[entity],
             RelatingControl=control,
             TimeForTask=times,

@@ -134,20 +134,56 @@ def test_ms_project_has_set_up_deliveries_levels_and_crews():
     assert hours[0] == duration_text(4 * (finish - start))
 
 
-def test_ifc_has_set_up_and_deliveries(tmp_path):
-    columns = [str(column.GlobalId) for column in ifcopenshell.open(MODEL).by_type("IfcColumn")]
+@pytest.mark.parametrize("name", ["frame.ifc", "frame_ifc2x3_mm.ifc"])
+def test_ifc_has_set_up_deliveries_and_crews(tmp_path, name):
+    model = MODEL.with_name(name)
+    columns = [str(column.GlobalId) for column in ifcopenshell.open(model).by_type("IfcColumn")]
     made = crewed()
     tasks = tuple(
         dataclasses.replace(task, component=column, global_id=column)
         for task, column in zip(made.tasks, columns, strict=False)
     )
     path = tmp_path / "out.ifc"
-    path.write_bytes(with_schedule(MODEL, MODEL.read_bytes(), dataclasses.replace(made, tasks=tasks)))
+    path.write_bytes(with_schedule(model, model.read_bytes(), dataclasses.replace(made, tasks=tasks)))
     written, logger = ifcopenshell.open(path), ifcopenshell.validate.json_logger()
     ifcopenshell.validate.validate(written, logger, express_rules=True)
     assert list(logger.statements) == []
-    kinds = [one.PredefinedType for one in written.by_type("IfcTask")]
-    assert kinds.count("LOGISTIC") == len(made.preparations) > 1
+    by_name = {one.Name: one for one in written.by_type("IfcTask")}
+    assert {one.name for one in made.preparations} < by_name.keys() and len(made.preparations) > 1
+    if written.schema == "IFC2X3":
+        timed = {link.RelatedObjects[0].Name: link.TimeForTask for link in written.by_type("IfcRelAssignsTasks")}
+        for one in made.preparations:
+            begin, end = timed[one.name].ScheduleStart, timed[one.name].ScheduleFinish
+            read = [
+                datetime(
+                    at.DateComponent.YearComponent, at.DateComponent.MonthComponent, at.DateComponent.DayComponent,
+                    at.TimeComponent.HourComponent, at.TimeComponent.MinuteComponent,
+                    int(at.TimeComponent.SecondComponent),
+                )
+                for at in (begin, end)
+            ]  # fmt: skip
+            assert tuple(read) == made.times(one)
+    else:
+        assert [one.PredefinedType for one in by_name.values()].count("LOGISTIC") == len(made.preparations)
+        usage = {one.Name: one.Usage.ScheduleUsage for one in written.by_type("IfcCrewResource")}
+        assert usage == {"Erection crew": 4.0, "Casting crew": 8.0, "Unloading crew": 2.0}
+    links = [
+        link for link in written.by_type("IfcRelAssignsToProcess") if link.RelatedObjects[0].is_a("IfcCrewResource")
+    ]
+    assert {(link.RelatedObjects[0].Name, link.RelatingProcess.Name) for link in links} == {
+        (one.crew.name, one.name) for one in (*made.preparations, *tasks) if one.crew is not None
+    }
+    assert {one.Description for one in written.by_type("IfcCrewResource")} == {"4 people", "8 people", "2 people"}
+    waits = {
+        (link.RelatingProcess.Name, link.RelatedProcess.Name)
+        for link in written.by_type("IfcRelSequence")
+        if link.RelatingProcess.Name in {one.name for one in made.preparations}
+    }
+    assert waits == {
+        (one.name, next(task.name for task in tasks if task.number == one.first))
+        for one in made.preparations
+        if any(task.number == one.first for task in tasks)
+    }
 
 
 @pytest.mark.parametrize("name", ["frame.ifc", "frame_ifc2x3_mm.ifc"])

@@ -114,6 +114,8 @@ def test_ifc2x3_has_no_task_times_and_gets_its_own(store: Path, tmp_path: Path) 
     found = {}
     for relation in file.by_type("IfcRelAssignsTasks"):
         (task,) = relation.RelatedObjects
+        if task.Name.startswith("Unload delivery"):
+            continue
         when = relation.TimeForTask.ScheduleStart
         day, time = when.DateComponent, when.TimeComponent
         found[int(task.TaskId) - 1] = datetime(
