@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from datetime import datetime
 from typing import Any
 
 import numpy as np
 
+from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Status
 from bimvox.rendering.page.blob import Blob, rounded
 from bimvox.rendering.page.changes import changes
@@ -149,6 +151,14 @@ def _standing_records(site: Site, shapes: Shapes, blob: Blob) -> list[dict[str, 
     return records
 
 
+def _blocks(dates: PlanDates) -> list[list[float]]:
+    """Return begin and end of each block of lifts on the site's clock, and its local begin after 1970, seconds."""
+    return [
+        [block.begins_ns / 1e9, block.ends_ns / 1e9, (dates.moment(start_ns) - datetime(1970, 1, 1)).total_seconds()]
+        for block, start_ns in dates.blocks
+    ]
+
+
 def _revision_record(revision: Revision, before: Revision | None, motions: _Motions, blob: Blob) -> dict[str, Any]:
     site = revision.plan.site
     driven = {motion.order: motion for motion in revision.motions}
@@ -176,6 +186,7 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
         "critical_share": site.rules.critical_share,
         "elapsed_s": revision.steps.elapsed_ns(revision.motions) / 1e9 if revision.steps.steps else None,
         "paused_s": revision.steps.paused_ns / 1e9,
+        **({"dates": _blocks(revision.dates)} if revision.dates else {}),
         "lifts": lifts,
         "obstructions": [boxes_record(blocker, blob) for blocker in obstructions(site)],
         "obstruction_notes": _named(site, site.obstruction_notes),

@@ -153,6 +153,8 @@ class PageRevision(Table):
     """Elapsed time, if there is work that the crane does not do."""
     paused_s: float
     """How long the crane pauses."""
+    dates: tuple[tuple[float, float, float], ...] = ()
+    """Of each block of lifts: begin and end, crane time, and its begin in local time, seconds after 1970."""
     lifts: tuple[PageLift, ...]
     """All lifts in their order."""
     obstructions: tuple[PageStanding, ...]

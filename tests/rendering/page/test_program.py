@@ -28,7 +28,7 @@ import { opened, unpack } from "%(web)s/container.mjs";
 import { gunzip } from "%(web)s/inflate.mjs";
 import { axesAt, hookOf, loadAt, motionOf, storedAt, wayOf } from "%(web)s/motion.mjs";
 import { Plan, sorted } from "%(web)s/plan.mjs";
-import { clock, nameOf, plain, shortClock, span } from "%(web)s/words.mjs";
+import { clock, localDate, nameOf, plain, shortClock, span } from "%(web)s/words.mjs";
 const packed = readFileSync(process.argv[2], "utf8");
 const asked = JSON.parse(readFileSync(process.argv[3], "utf8"));
 const { document: page, numbers } = await unpack(packed);
@@ -142,6 +142,7 @@ def test_search_and_sorting(tmp_path):
 
 def test_times_in_words(tmp_path):
     body = "[clock(0), clock(3723.4), shortClock(288), shortClock(3723), span(30.25), span(252), span(41207)]"
+    assert run(tmp_path, "[localDate(1773385950)]") == ["Fri 13 Mar 2026 07:12"]
     assert run(tmp_path, body) == ["0:00:00", "1:02:03", "4:48", "1:02:03", "30.3 s", "4 min 12 s", "11 h 27 min"]
 
 

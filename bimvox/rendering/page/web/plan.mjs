@@ -1,5 +1,5 @@
 // One revision of the plan: times of the lifts, states of the parts, and lists of lifts.
-import { classWords, nameOf } from "./words.mjs";
+import { classWords, localDate, nameOf } from "./words.mjs";
 
 export const [AWAY, UNBUILT, IN_TRANSIT, ARRIVED, ASSEMBLED] = [0, 1, 2, 3, 4];
 
@@ -23,6 +23,14 @@ export class Plan {
     for (const lift of this.lifts) this.ofPart[lift.part] = lift;
     this.begins = revision.begins_s;
     this.ends = revision.ends_s;
+  }
+
+  /** Date and time on the site at a time; between blocks of lifts that of the block's end. Null without a calendar. */
+  dateAt(time) {
+    const blocks = this.revision.dates ?? [];
+    if (!blocks.length) return null;
+    const [begins, ends, at] = blocks[Math.max(0, blocks.findLastIndex(([start]) => start <= time))];
+    return localDate(at + Math.min(Math.max(time, begins), ends) - begins);
   }
 
   motionOf(lift) {

@@ -7,6 +7,12 @@ export function clock(seconds) {
   return `${Math.floor(whole / 3600)}:${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}`;
 }
 
+/** `Fri 13 Mar 2026 07:12`, of seconds after 1970, local time */
+export const localDate = (seconds) =>
+  new Date(seconds * 1000)
+    .toLocaleString("en-GB", { timeZone: "UTC", weekday: "short", day: "numeric", month: "short", year: "numeric", hour: "2-digit", minute: "2-digit" })
+    .replaceAll(",", "");
+
 /** `4:48`, `1:02:03` */
 export const shortClock = (seconds) => clock(seconds).replace(/^0:0?/, "");
 
