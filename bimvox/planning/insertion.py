@@ -318,7 +318,7 @@ class _Inserter:
         if centre_m is None:
             return NoGuide(top_m, 0.0)
         own, gap_m = self.component.index, max(self.gap_m, LEAST_GAP_M)
-        pairs = [Pair(*self.contacts.pair_m(own, n), self._way_out_m(n)) for n in self.near]
+        pairs = [Pair(*self.contacts.guided_pair_m(own, n), self._way_out_m(n)) for n in self.near]
         if around:
             asides_m = np.concatenate([np.zeros((1, 3)), gap_m * np.eye(3), -gap_m * np.eye(3)])
             wide_m = (self.contacts.triangles_m(own)[None] + asides_m[:, None, None]).reshape(-1, 3, 3)

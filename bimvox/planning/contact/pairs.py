@@ -113,6 +113,18 @@ class Contacts:
         depths_m = pair_depths_m(first, second, self._thickness_m, self._tolerance_m)
         return self.eroded_m(first, depths_m[0]), self.eroded_m(second, depths_m[1])
 
+    def guided_pair_m(self, first: int, second: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the triangles that test the contact of two solids while one is guided: only the thicker is eroded.
+
+        The proof grants the skin of the thicker part. Eroding both lets tilted sheets slip through each other.
+        """
+        depths_m = pair_depths_m(first, second, self._thickness_m, self._tolerance_m)
+        bears = (self._thickness_m[first], -first) > (self._thickness_m[second], -second)
+        return (
+            self.eroded_m(first, depths_m[0] if bears else 0.0),
+            self.eroded_m(second, 0.0 if bears else depths_m[1]),
+        )
+
     def meets_on_move(
         self,
         moving: int,

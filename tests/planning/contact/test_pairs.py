@@ -1,11 +1,15 @@
 from dataclasses import replace
 
+import fcl
 import numpy as np
 import pytest
 from box_sites import box_site
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.planning.contact.pairs import Contacts
+from bimvox.planning.contact.triangle_object import collision_object
+from bimvox.proof.bodies.overlap import overlaps_m
+from bimvox.proof.bodies.solid import solid_of
 
 
 def test_parts_that_share_or_touch_cells_are_neighbours():
@@ -64,6 +68,25 @@ def test_moves_meet_only_beyond_the_tolerance():
     assert contacts.meets_on_move(0, np.zeros(3), 1, 0, 1, 0.5, 4).any()
     assert not contacts.meets_on_move(0, np.array([0.009, 0, 0]), 1, 2, 1, 0.5, 4).any()
     assert contacts.meets_on_move(0, np.array([0.011, 0, 0]), 1, 2, 1, 0.5, 4).any()
+
+
+@pytest.mark.parametrize(
+    ("deep_m", "straight", "guided"), [(0.001, False, False), (0.002, False, True), (0.0029, True, True)]
+)
+def test_a_guided_sheet_may_use_up_the_skin_of_one_sheet_only(deep_m, straight, guided):
+    """As in the proof: gutters of sheet steel were guided into each other, and refused."""
+    site = box_site([("a", (1.0, 1.0, 0.0), (1.003, 3.0, 2.0)), ("b", (1.003, 1.5, 0.5), (1.006, 2.5, 1.5))])
+    contacts, into_m = Contacts(site), np.array([deep_m, 0.0, 0.0])
+
+    def meets(first_m, second_m, offset_m):
+        return bool(fcl.collide(collision_object(first_m + offset_m), collision_object(second_m)))
+
+    assert meets(*contacts.pair_m(0, 1), into_m) == straight
+    assert meets(*contacts.guided_pair_m(0, 1), into_m) == guided
+    assert meets(*contacts.guided_pair_m(1, 0), -into_m) == guided
+    thick, thin = (solid_of(component.mesh, site.rules.contact_tolerance_m) for component in site.components)
+    proven_m = overlaps_m(thick, thin, -into_m[None])
+    assert np.isnan(proven_m[0, 0]) == (not guided)
 
 
 def test_a_part_drawn_inside_another_is_listed_and_may_leave_as_deep_as_it_is_drawn():
