@@ -7,15 +7,15 @@ and in proportion to the highest.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.grid.frame import whole_cells
-from bimvox.planning.stacks import Rectangle, Taken, are_apart
+from bimvox.planning.stacks import Rectangle, Taken, are_apart, columns_of, height_m, is_stored_as_built, width_m
 from bimvox.records.lift import YardPlace
-from bimvox.site.component import Component, StoredPose
+from bimvox.site.component import Component
 from bimvox.site.site import Site
 from bimvox.site.work import Work, kind_of
 from bimvox.site.yard_rules import RACKED_THINNESS, YardRules
@@ -30,7 +30,6 @@ class _Rack:
     members: list[Component]  # in the order of their lifts: the outermost first
     last: Rectangle  # of the last wall
     room: Rectangle  # of everything, with the frame
-    heights_m: list[float] = field(default_factory=list)
 
 
 class Racks:
@@ -69,12 +68,10 @@ class Racks:
                 continue
             for own in self._behind(rack, size):
                 whole = _around(rack.room, self._with_frame(own, rack, component))
-                if not _is_inside(whole, free.shape) or not self._taken.is_apart(whole, rack.room):
-                    continue
-                if not free[_columns(whole)].all():
+                if not self._taken.fits(whole, rack.room, free):
                     continue
                 if all(are_apart(own, other, _LEAST_VOX) for other in self._offered):
-                    room[_columns(own)] = True
+                    room[columns_of(own)] = True
                     self._offered[own] = (rack, whole)
                     break
         return room
@@ -148,7 +145,7 @@ class Racks:
         return (low[0], low[1], size[0], size[1])
 
     def _deep_vox(self, component: Component, members: list[Component]) -> int:
-        highest_m = max(_height_m(one) for one in (*members, component))
+        highest_m = max(height_m(one) for one in (*members, component))
         return max(_LEAST_VOX, whole_cells(self._rules.rack_depth * highest_m, self._size_m))
 
 
@@ -158,11 +155,9 @@ def is_racked(site: Site, component: Component) -> bool:
     return (
         rules is not None
         and rules.rack_parts > 0
-        and not component.erected
-        and component.start_vox is None
-        and component.stored_pose in (None, StoredPose.AS_BUILT)
+        and is_stored_as_built(component)
         and kind_of(component) is Work.WALL
-        and _height_m(component) >= RACKED_THINNESS * float(np.ptp(component.mesh.bounds_m[:, :2], axis=0).min())
+        and height_m(component) >= RACKED_THINNESS * width_m(component)
     )
 
 
@@ -171,19 +166,7 @@ def thin_axis(size: tuple[int, ...]) -> int:
     return 0 if size[0] < size[1] else 1
 
 
-def _height_m(component: Component) -> float:
-    return float(np.ptp(component.mesh.bounds_m[:, 2]))
-
-
 def _around(one: Rectangle, other: Rectangle) -> Rectangle:
     low = min(one[0], other[0]), min(one[1], other[1])
     high = max(one[0] + one[2], other[0] + other[2]), max(one[1] + one[3], other[1] + other[3])
     return (*low, high[0] - low[0], high[1] - low[1])
-
-
-def _is_inside(one: Rectangle, shape: tuple[int, ...]) -> bool:
-    return one[0] >= 0 and one[1] >= 0 and one[0] + one[2] <= shape[0] and one[1] + one[3] <= shape[1]
-
-
-def _columns(one: Rectangle) -> tuple[slice, slice]:
-    return slice(one[0], one[0] + one[2]), slice(one[1], one[1] + one[3])

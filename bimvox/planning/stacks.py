@@ -35,14 +35,14 @@ class _Stack:
 
     def takes(self, component: Component, size: tuple[int, int], rules: YardRules) -> bool:
         members = [*self.members, component]
-        height_m = sum(_height_m(one) for one in members) + (len(members) - 1) * rules.dunnage_m
+        whole_m = sum(height_m(one) for one in members) + (len(members) - 1) * rules.dunnage_m
         return (
             len(members) <= rules.stack_parts
             and component.crane == members[0].crane
             and size[0] >= self.lowest[2]
             and size[1] >= self.lowest[3]
             and sum(one.mass_kg for one in members) <= rules.stack_kg
-            and height_m <= min(rules.stack_height_m, _width_m(component)) + _ROUNDING
+            and whole_m <= min(rules.stack_height_m, width_m(component)) + _ROUNDING
         )
 
     def around(self, size: tuple[int, int]) -> list[Rectangle]:
@@ -72,9 +72,14 @@ class Taken:
         """Take a place instead of another one."""
         self._places[self._places.index(before)] = place
 
-    def is_apart(self, own: Rectangle, besides: Rectangle) -> bool:
-        """Return whether a place keeps the gap to all others but one."""
-        return all(other == besides or are_apart(own, other, self._gap_vox) for other in self._places)
+    def fits(self, own: Rectangle, besides: Rectangle, free: NDArray[np.bool_]) -> bool:
+        """Return whether a place is in the free yard (X, Y), and keeps the gap to all others but one."""
+        inside = own[0] >= 0 and own[1] >= 0 and own[0] + own[2] <= free.shape[0] and own[1] + own[3] <= free.shape[1]
+        return (
+            inside
+            and bool(free[columns_of(own)].all())
+            and all(other == besides or are_apart(own, other, self._gap_vox) for other in self._places)
+        )
 
 
 class Stacks:
@@ -114,17 +119,11 @@ class Stacks:
             ):
                 continue
             for own in stack.around(size):
-                x, y, width, depth = own
-                inside = x >= 0 and y >= 0 and x + width <= free.shape[0] and y + depth <= free.shape[1]
-                if (
-                    not inside
-                    or not free[x : x + width, y : y + depth].all()
-                    or not self._taken.is_apart(own, stack.lowest)
-                ):
+                if not self._taken.fits(own, stack.lowest, free):
                     continue
                 # Apart from each other too, so that the part fits into each and nowhere between them.
                 if all(are_apart(own, other, _LEAST_VOX) for other in self._offered):
-                    room[x : x + width, y : y + depth] = True
+                    room[columns_of(own)] = True
                     self._offered[own] = stack
                     break
         return room
@@ -165,21 +164,33 @@ def is_stacked(site: Site, component: Component) -> bool:
     return (
         rules is not None
         and rules.stack_parts > 1
-        and not component.erected
-        and component.start_vox is None
-        and component.stored_pose in (None, StoredPose.AS_BUILT)
+        and is_stored_as_built(component)
         and len(component.shape.cells) == int(np.prod(component.shape.size_vox))
-        and _height_m(component) <= _width_m(component)
+        and height_m(component) <= width_m(component)
         and kind_of(component) in _STACKED
     )
 
 
-def _height_m(component: Component) -> float:
+def is_stored_as_built(component: Component) -> bool:
+    """Return whether a part lies in the yard as it is set, at a place that the planner chooses."""
+    return (
+        not component.erected and component.start_vox is None and component.stored_pose in (None, StoredPose.AS_BUILT)
+    )
+
+
+def height_m(component: Component) -> float:
+    """Return the height of a part as it is set."""
     return float(np.ptp(component.mesh.bounds_m[:, 2]))
 
 
-def _width_m(component: Component) -> float:
+def width_m(component: Component) -> float:
+    """Return the smaller size of a part on plan."""
     return float(np.ptp(component.mesh.bounds_m[:, :2], axis=0).min())
+
+
+def columns_of(place: Rectangle) -> tuple[slice, slice]:
+    """Return the columns of a rectangle, as an index."""
+    return slice(place[0], place[0] + place[2]), slice(place[1], place[1] + place[3])
 
 
 def are_apart(one: Sequence[int], other: Sequence[int], gap_vox: int) -> bool:
