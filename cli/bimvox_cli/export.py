@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -11,6 +12,9 @@ from bimvox.exporters.formats import formats_in_words
 from bimvox_cli import complete
 from bimvox_cli.options import Json, Quiet, Verbose
 from bimvox_cli.output import facts, open_output
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
 # Its parameters are the command's options.
@@ -73,4 +77,9 @@ def export(
             start=start,
             progress=output.progress,
         )
-    raise typer.Exit(output.result(document, facts))
+    raise typer.Exit(output.result(document, _show))
+
+
+def _show(console: Console, document: Mapping[str, Any]) -> None:
+    """Print the facts; messages are those of a format that has any."""
+    facts(console, {key: value for key, value in document.items() if key != "messages" or value})

@@ -14,7 +14,8 @@ class YardConfig(Table):
     """How parts lie in the yard. Without this table: one cell apart and never on each other.
 
     In a stack, the part that is lifted first lies on top. Flat parts that fill their box are stacked: slabs and beams
-    that are not upended, no higher together than the lowest one is wide.
+    that are not upended, no higher together than the lowest one is wide. In a rack, thin upright walls stand one behind
+    the other, the one that is lifted first outermost.
     """
 
     gap_m: Annotated[NotNegative, Field(le=10.0)] = USUAL_YARD.gap_m
