@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import degrees, radians
 from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -105,7 +105,8 @@ def first_finding(error: ValidationError, schema: type[BaseModel]) -> Finding:
         where = f"did you mean {near!r}? " if near else ""
         return Finding(dotted(loc), f"unknown key{more}", known, f"{where}known here: {', '.join(known)}")
     if chosen["type"] == "missing":
-        return Finding(dotted(loc), f"is missing{more}", hint="add it")
+        only = _only_values(schema, loc)
+        return Finding(dotted(loc), f"is missing{more}", hint=f"add it: {only}" if only else "add it")
     if chosen["type"] in _EXPECTED:
         return Finding(dotted(loc), f"expected {_EXPECTED[chosen['type']]}, got {shown(chosen['input'])}{more}")
     if chosen["type"] in ("too_short", "too_long"):
@@ -156,15 +157,26 @@ def dotted(loc: Sequence[int | str]) -> str:
 
 def _known_keys(schema: type[BaseModel], loc: Sequence[int | str]) -> tuple[str, ...]:
     """Return the names that the schema allows at a location."""
+    model = _model_in(_annotation(schema, loc))
+    return tuple(model.model_fields) if model else ()
+
+
+def _only_values(schema: type[BaseModel], loc: Sequence[int | str]) -> str:
+    """Return the values that the schema allows at a location if it names them one by one; else nothing."""
+    annotation = _annotation(schema, loc)
+    return " or ".join(map(repr, get_args(annotation))) if get_origin(annotation) is Literal else ""
+
+
+def _annotation(schema: type[BaseModel], loc: Sequence[int | str]) -> Any:
+    """Return what the schema says of a location; None if it knows none."""
     here: Any = schema
     for step in loc:
         if isinstance(step, str):
             model = _model_in(here)
             if model is None or step not in model.model_fields:
-                return ()
+                return None
             here = model.model_fields[step].annotation
-    model = _model_in(here)
-    return tuple(model.model_fields) if model else ()
+    return here
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:

@@ -108,7 +108,7 @@ def test_the_digest_is_of_the_content_not_of_the_file():
     ("value", "key", "said"),
     [
         ({"version": 1}, "obstructions", "missing"),
-        ({"obstructions": []}, "version", "missing"),
+        ({"obstructions": []}, "version", "add it: 1"),
         (file_of(version=2), "version", "1"),
         (file_of(unit="yd"), "unit", "'m', 'mm' or 'ft'"),
         (file_of(obstruction=[]), "obstruction", "did you mean 'obstructions'"),
