@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from bimvox.errors import ConfigError, shown
-from bimvox.site.nested import UTF8_HINT, toml_values
+from bimvox.site.nested import UTF8_HINT, WHERE_HINT, toml_values
 
 S = TypeVar("S", bound=BaseModel)
 
@@ -138,7 +138,7 @@ def table_of(text: bytes, path: Path, schema: type[S]) -> S:
         found = first_finding(error, schema)
         raise ConfigError(path, found.key or None, found.message, available=found.available, hint=found.hint) from None
     except ValueError as error:
-        raise ConfigError(path, None, str(error)) from None
+        raise ConfigError(path, None, str(error), hint=WHERE_HINT) from None
 
 
 def nearest(word: str, known: Sequence[str]) -> str | None:

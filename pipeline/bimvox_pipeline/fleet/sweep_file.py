@@ -7,12 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from bimvox.errors import ConfigError
 from bimvox.site.config.file import read_site_file
-from bimvox.site.config.validation import Table, Text, Whole, first_finding
-from bimvox.site.nested import UTF8_HINT, WHERE_HINT, toml_values
+from bimvox.site.config.validation import Table, Text, Whole, table_of
 from bimvox_pipeline.fleet.runs import Wish
 
 AS_IT_IS = "none"
@@ -73,17 +72,7 @@ def load_sweep(path: Path) -> tuple[Wish, ...]:
         ConfigError: If the file cannot be read, is not TOML, has an unknown key or an impossible value, a pattern
             matches no file, or no run is named.
     """
-    try:
-        values = toml_values(read_site_file(path).decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})", hint=UTF8_HINT) from None
-    except ValueError as error:
-        raise ConfigError(path, None, str(error), hint=WHERE_HINT) from None
-    try:
-        config = SweepConfig.model_validate(values)
-    except ValidationError as error:
-        found = first_finding(error, SweepConfig)
-        raise ConfigError(path, found.key or None, found.message, available=found.available, hint=found.hint) from None
+    config = table_of(read_site_file(path), path, SweepConfig)
     wishes = [*_crossed(config, path), *_listed(config, path)]
     if not wishes:
         raise ConfigError(path, None, "names no runs", hint='name sites, as in sites = ["my.site.toml"]')
