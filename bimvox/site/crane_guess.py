@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import Element
 from bimvox.crane.fit import Ground, distances_m, fit_crane, fit_most, served
-from bimvox.crane.fit_luffing import BuiltHeights, built_heights, highest_hooks_m
-from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.fit_luffing import built_heights, highest_hooks_m
+from bimvox.crane.load_chart import LoadChart, capacity_kg
 from bimvox.crane.machine import Machine
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
@@ -107,6 +107,7 @@ def guess_crane(
     top_m: float,
     machines: Sequence[Machine],
     rigs: Rigs | None = None,
+    most_used: float = 1.0,
 ) -> tuple[TowerCrane, int]:
     """Return a crane for a site, and how many parts it cannot set: the first machine that meets one of these, in order.
 
@@ -123,11 +124,12 @@ def guess_crane(
         top_m: Height that the load's top must reach.
         machines: The machines to choose from, ascending by size.
         rigs: The gear of the parts; None: they hang on the machine's usual rigging.
+        most_used: Share of the load chart that may be used.
 
     Raises:
         InputError: If no mast has a place.
     """
-    site = _site(components, footprint_m, yards, top_m, rigs)
+    site = _Site(components, footprint_m, yards, top_m, rigs, most_used)
     for strict in (True, False):
         for machine in machines:
             if (crane := site.serving(machine, strict=strict)) is not None:
@@ -152,9 +154,10 @@ def compare_cranes(
     top_m: float,
     machines: Sequence[Machine],
     rigs: Rigs | None = None,
+    most_used: float = 1.0,
 ) -> Iterator[CraneFit]:
     """Yield how each of the machines serves a site; the arguments are those of :func:`guess_crane`."""
-    site = _site(components, footprint_m, yards, top_m, rigs)
+    site = _Site(components, footprint_m, yards, top_m, rigs, most_used)
     for machine in machines:
         crane = site.serving(machine, strict=True) or site.serving(machine, strict=False)
         if crane is None and (found := site.most(machine)) is not None:
@@ -168,27 +171,13 @@ def fit_here(
     top_m: float,
     crane: TowerCrane,
     rigs: Rigs | None = None,
+    most_used: float = 1.0,
 ) -> CraneFit:
     """Return how a crane serves a site from where it stands."""
-    site = _site(components, np.zeros((2, 2)), yards, top_m, rigs)
+    site = _Site(components, np.zeros((2, 2)), yards, top_m, rigs, most_used)
     length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
     jib = Machine(crane.machine or crane.name, crane.kind, "", (length_m,), (crane,))
     return site.fit(jib, crane)
-
-
-def _site(
-    components: Sequence[Element],
-    footprint_m: NDArray[np.float64],
-    yards: Sequence[Polygon],
-    top_m: float,
-    rigs: Rigs | None,
-) -> _Site:
-    places = np.array([_hook_m(element) for element in components])
-    masses = np.array([element.mass_kg for element in components])
-    if rigs is not None:
-        masses = masses + rigs.mass_kg
-    built = built_heights(np.array([element.mesh.bounds_m for element in components]))
-    return _Site(components, places, masses, footprint_m, [np.array(yard) for yard in yards], top_m, built, rigs)
 
 
 class _Site:
@@ -196,31 +185,32 @@ class _Site:
 
     Args:
         components: The parts.
-        places: (N, 2) hook positions of the parts, metres.
-        masses: (N,) their masses, kg; with their gear if that is known.
-        footprint: (2, 2) the building's bounding box on plan.
-        yards: (K, 2) corners of each yard.
+        footprint_m: (2, 2) the building's bounding box on plan.
+        yards: Polygons of the yard.
         top_m: Height that the load's top must reach.
-        built: Heights of the finished building.
         rigs: The gear of the parts; None: the machine's usual rigging.
+        most_used: Share of the load chart that may be used.
     """
 
     def __init__(
         self,
         components: Sequence[Element],
-        places: NDArray[np.float64],
-        masses: NDArray[np.float64],
-        footprint: NDArray[np.float64],
-        yards: Sequence[NDArray[np.float64]],
+        footprint_m: NDArray[np.float64],
+        yards: Sequence[Polygon],
         top_m: float,
-        built: BuiltHeights,
         rigs: Rigs | None,
+        most_used: float,
     ) -> None:
-        self._components, self._places, self._masses = components, places, masses
-        self._yards, self._top_m, self._built, self._rigs = yards, top_m, built, rigs
-        (x0, y0), (x1, y1) = footprint
-        self._middles = np.array([yard.mean(axis=0) for yard in yards]).reshape(-1, 2)
-        self._ground = Ground(([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], *yards))
+        self._components, self._top_m, self._rigs, self._most_used = components, top_m, rigs, most_used
+        self._places = np.array([_hook_m(element) for element in components])
+        self._masses = np.array([element.mass_kg for element in components])
+        if rigs is not None:
+            self._masses = self._masses + rigs.mass_kg
+        self._yards = [np.array(yard) for yard in yards]
+        self._built = built_heights(np.array([element.mesh.bounds_m for element in components]))
+        (x0, y0), (x1, y1) = footprint_m
+        self._middles = np.array([yard.mean(axis=0) for yard in self._yards]).reshape(-1, 2)
+        self._ground = Ground(([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], *self._yards))
 
     @cached_property
     def _columns(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -239,7 +229,7 @@ class _Site:
             points += [yard, yard.mean(axis=0, keepdims=True)]
             loads += [np.full(len(yard), self._at_corner(strict=strict)), np.array([heaviest])]
         for usual in machine.cranes:
-            crane = self._in_gear(usual)
+            crane = self._as_used(usual)
             if crane.chart.capacity_kg[0] < heaviest + crane.tackle_kg:
                 continue
             try:
@@ -253,11 +243,14 @@ class _Site:
                 )
             except InputError:
                 continue
-            return _on_usual_rigging(found, usual)
+            return _as_stated(found, usual)
         return None
 
-    def _in_gear(self, crane: TowerCrane) -> TowerCrane:
-        """Return a crane whose slings are as high as the highest gear, and whose loads contain their gear."""
+    def _as_used(self, crane: TowerCrane) -> TowerCrane:
+        """Return a crane with the permitted share of its chart and the highest gear; loads contain their gear."""
+        if self._most_used != 1.0:
+            permitted = tuple(self._most_used * kg for kg in crane.chart.capacity_kg)
+            crane = replace(crane, chart=LoadChart(crane.chart.radius_m, permitted))
         if self._rigs is None:
             return crane
         return replace(crane, rigging_mass_kg=0.0, sling_m=max(crane.sling_m, self._rigs.height_m))
@@ -270,12 +263,12 @@ class _Site:
         """Return how many parts a machine serves and reaches at most, and the machine with that jib on that base."""
         best = None
         for usual in machine.cranes:
-            crane = self._in_gear(usual)
+            crane = self._as_used(usual)
             found = fit_most(
                 self._places, self._masses, self._middles, self._height_m(crane), crane=crane, ground=self._ground
             )
             if found is not None and (best is None or found[1:] > best[:2]):
-                best = (*found[1:], _on_usual_rigging(found[0], usual))
+                best = (*found[1:], _as_stated(found[0], usual))
         return best
 
     def _height_m(self, crane: TowerCrane) -> float:
@@ -286,13 +279,13 @@ class _Site:
         who = (machine.name, machine.kind, machine.load_moment_tm)
         if crane is None:
             return CraneFit(*who, max(machine.jibs_m), None, len(self._masses), (), "", 0.0, 0.0)
-        usual, crane = crane, self._in_gear(crane)
+        usual, crane = crane, self._as_used(crane)
         able = self._served(crane, self._places)
         from_yard = np.full_like(able, not len(self._middles))
         for middle in self._middles:
             from_yard |= self._served(crane, np.broadcast_to(middle, self._places.shape))
         radii = distances_m(_base(crane), self._places)[0]
-        used = (self._masses + crane.tackle_kg) / np.maximum(capacity_kg(crane.chart, radii), 1e-9)
+        used = (self._masses + crane.tackle_kg) / np.maximum(capacity_kg(usual.chart, radii), 1e-9)
         done = able & from_yard
         in_yard = float(distances_m(_base(crane), self._middles).min(initial=np.inf))
         by_moment = np.argsort(-self._masses * np.maximum(radii, 1.0), kind="stable")
@@ -335,14 +328,15 @@ class _Site:
             return f"reaches {crane.jib_length_m:.1f} m of the {radius_m:.1f} m needed"
         if radius_m > high_m:
             carries = max(0.0, capacity_kg(crane.chart, radius_m) - crane.tackle_kg)
-            return f"carries {carries / 1000.0:.1f} t at {radius_m:.1f} m"
+            share = "" if self._most_used == 1.0 else f" with {100.0 * self._most_used:g} % of its chart"
+            return f"carries {carries / 1000.0:.1f} t at {radius_m:.1f} m{share}"
         assert crane.luffing is not None
         highest = float(highest_hooks_m(crane.luffing, np.array([radius_m]))[0])
         return f"its hook reaches {highest:.1f} m of the {self._height_m(crane):.1f} m needed at {radius_m:.1f} m"
 
 
-def _on_usual_rigging(crane: TowerCrane, usual: TowerCrane) -> TowerCrane:
-    return replace(crane, rigging_mass_kg=usual.rigging_mass_kg, sling_m=usual.sling_m)
+def _as_stated(crane: TowerCrane, usual: TowerCrane) -> TowerCrane:
+    return replace(crane, chart=usual.chart, rigging_mass_kg=usual.rigging_mass_kg, sling_m=usual.sling_m)
 
 
 def _base(crane: TowerCrane) -> NDArray[np.float64]:

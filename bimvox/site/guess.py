@@ -75,12 +75,13 @@ def cranes_that_fit(
     size_m = config.model.voxel_size_m or VOXEL_SIZES_M[0]
     footprint, yards = built_bounds_m(placed.elements)[:, :2], config.areas.yard or ()
     height_m = top_m(placed) + 2 * size_m
-    rigs, cranes = rigs_of(config, lifted), cranes_of(config)
+    rigs, cranes, most_used = rigs_of(config, lifted), cranes_of(config), config.rules.highest_utilisation
     own = None
     if cranes:
         chosen = rigs if gear_by_crane(config, 1)[0] is not None else None
-        own = fit_here(lifted, yards, height_m, cranes[0], chosen)
-    return own, tuple(compare_cranes(lifted, footprint, yards, height_m, machines or catalogue(), rigs))
+        own = fit_here(lifted, yards, height_m, cranes[0], chosen, most_used)
+    fits = compare_cranes(lifted, footprint, yards, height_m, machines or catalogue(), rigs, most_used)
+    return own, tuple(fits)
 
 
 def complete_config(config: SiteConfig, building: Building, machines: Sequence[Machine] = ()) -> SiteConfig:
@@ -192,13 +193,19 @@ def _with_areas_and_crane(
         candidates = [areas.yard]
     if wants_crane:
         able = machines or machines_of("hammerhead")
-        wanted = _Wanted(lifted, footprint, top_m(building) + 2 * rough_m, rigs_of(config, lifted))
+        wanted = _Wanted(
+            lifted, footprint, top_m(building) + 2 * rough_m, rigs_of(config, lifted), config.rules.highest_utilisation
+        )
         yards, crane = _best_with_crane(candidates, wanted, able)
         chosen: CraneConfig | tuple[CraneConfig, ...] | None = (
             crane_config(crane) if machine_called(crane.name) is None else machine_config(crane)
         )
     else:
-        yards = max(candidates, key=lambda these: min((_reached(crane, these, lifted) for crane in cranes), default=0))
+        most_used = config.rules.highest_utilisation
+        yards = max(
+            candidates,
+            key=lambda these: min((_reached(crane, these, lifted, most_used) for crane in cranes), default=0),
+        )
         chosen = config.crane
     return config.model_copy(update={"areas": areas.model_copy(update={"yard": yards}), "crane": chosen})
 
@@ -210,6 +217,7 @@ class _Wanted(NamedTuple):
     footprint_m: NDArray[np.float64]
     top_m: float
     rigs: Rigs
+    most_used: float
 
 
 def rigs_of(config: SiteConfig, lifted: Sequence[Element]) -> Rigs:
@@ -239,7 +247,9 @@ def _best_with_crane(
     failed: InputError | None = None
     for yards in candidates:
         try:
-            crane, unserved = guess_crane(wanted.lifted, wanted.footprint_m, yards, wanted.top_m, machines, wanted.rigs)
+            crane, unserved = guess_crane(
+                wanted.lifted, wanted.footprint_m, yards, wanted.top_m, machines, wanted.rigs, wanted.most_used
+            )
         except InputError as error:
             failed = error
             continue
@@ -253,9 +263,9 @@ def _best_with_crane(
     return best[1], best[2]
 
 
-def _reached(crane: TowerCrane, yards: tuple[Polygon, ...], lifted: list[Element]) -> int:
+def _reached(crane: TowerCrane, yards: tuple[Polygon, ...], lifted: list[Element], most_used: float) -> int:
     """Return how many corners of a yard a given crane reaches with a typical part."""
-    low_m, high_m = allowed_radii_m(crane, float(np.median([element.mass_kg for element in lifted])))
+    low_m, high_m = allowed_radii_m(crane, float(np.median([element.mass_kg for element in lifted])), most_used)
     radii = np.hypot(*(np.concatenate([np.array(yard) for yard in yards]) - np.array(crane.base_m[:2])).T)
     return int(((radii >= low_m) & (radii <= high_m)).sum())
 

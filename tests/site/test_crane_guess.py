@@ -84,6 +84,21 @@ def test_a_part_that_the_yard_cannot_hand_over_says_so():
     assert fit_here(lifted, (), 10.0, crane).serves
 
 
+def test_only_the_permitted_share_of_the_chart_counts():
+    machines, lifted = machines_of("hammerhead"), parts(1000.0, 3500.0)
+    free, _ = guess_crane(lifted, HALL, YARD, 10.0, machines)
+    half, unserved = guess_crane(lifted, HALL, YARD, 10.0, machines, most_used=0.5)
+    sizes = {machine.name: machine.load_moment_tm for machine in machines}
+    assert (unserved, sizes[half.name] > sizes[free.name]) == (0, True)
+    assert half.chart in [crane.chart for crane in machine_called(half.name).cranes]  # the crane keeps its whole chart
+    fit = fit_here(lifted, YARD, 10.0, half, most_used=0.5)
+    assert fit.serves
+    assert 0.0 < fit.utilisation <= 0.5
+    assert fit.utilisation == fit_here(lifted, YARD, 10.0, half).utilisation
+    (row,) = compare_cranes(lifted, HALL, YARD, 10.0, [machine_called(free.name)], most_used=0.3)
+    assert "with 30 % of its chart" in row.reason
+
+
 def test_a_low_boom_is_named_with_the_height():
     (row,) = compare_cranes(parts(500.0), HALL, YARD, 60.0, (machine_called("mobile-60t"),))
     assert not row.serves
