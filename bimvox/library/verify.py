@@ -22,6 +22,7 @@ from bimvox.progress import Listener, Progress, progress_of
 from bimvox.proof.carried_out import check_carried_out
 from bimvox.proof.coverage import with_coverage
 from bimvox.proof.over_time import not_current, verify_motions_over_time, verify_plan_over_time
+from bimvox.proof.proven import ProvenLifts
 from bimvox.proof.steps import verify_steps
 from bimvox.proof.values import check_values
 from bimvox.records.proof import Verification
@@ -157,11 +158,12 @@ def prove_plan(record: PlanLog, progress: Progress, told: Steps | None = None) -
     values = check_values(record.plan, record.motions, record.context)
     if not values.passed:
         return Verification((values,))
-    of_plan = verify_plan_over_time(record.plan, record.motions, record.context).checks
+    proven = ProvenLifts()
+    of_plan = verify_plan_over_time(record.plan, record.motions, record.context, proven=proven).checks
     progress.stage("motions")
-    of_motions = verify_motions_over_time(record.plan, record.motions, record.context).checks
+    of_motions = verify_motions_over_time(record.plan, record.motions, record.context, proven=proven).checks
     steps = told or record.steps
-    of_steps = () if steps == Steps() else (verify_steps(record.plan, record.motions, steps),)
+    of_steps = () if steps == Steps() else (verify_steps(record.plan, record.motions, steps, proven),)
     checks = (values, *with_coverage(record.plan, (*of_plan, *of_motions, *of_steps)))
     if record.carried_out is not None and Verification(checks).verified:
         checks += check_carried_out(record.plan, record.motions, record.carried_out)

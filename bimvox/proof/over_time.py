@@ -14,6 +14,7 @@ from dataclasses import replace
 from bimvox.proof.clock import check_clock
 from bimvox.proof.motion import verify_motions, verify_together
 from bimvox.proof.plan import verify_plan
+from bimvox.proof.proven import ProvenLifts
 from bimvox.proof.space import ALWAYS_NS
 from bimvox.proof.stops import check_stops
 from bimvox.records.lift import Lift, LiftPlan, Status
@@ -29,6 +30,7 @@ def verify_plan_over_time(
     context: Collection[Lift] = (),
     *,
     known_shapes: set[int] | None = None,
+    proven: ProvenLifts | None = None,
 ) -> Verification:
     """Check every planned lift of a plan, each path against the obstructions when the load began to follow it.
 
@@ -37,9 +39,10 @@ def verify_plan_over_time(
         motions: Motions of its lifts; they give the times.
         context: Lifts of the same plan that it does not carry.
         known_shapes: See ``verify_plan``.
+        proven: See ``verify_plan``; lifts whose obstructions changed under way are not added.
     """
     if not plan.history and not any(lift.left for lift in plan.lifts):
-        return verify_plan(plan, context, known_shapes=known_shapes)
+        return verify_plan(plan, context, known_shapes=known_shapes, proven=proven)
     starts = {motion.order: begins_ns(plan.site, motion) for motion in motions}
     epochs = Check("epochs")
     _check_epochs(epochs, plan, motions, context)
@@ -60,7 +63,11 @@ def verify_plan_over_time(
 
 
 def verify_motions_over_time(
-    plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()
+    plan: LiftPlan,
+    motions: Sequence[LiftMotion],
+    context: Collection[Lift] = (),
+    *,
+    proven: ProvenLifts | None = None,
 ) -> Verification:
     """Check the motions of a plan, each moment against the obstructions at that time.
 
@@ -68,12 +75,13 @@ def verify_motions_over_time(
         plan: The plan; assumed to be proven by ``verify_plan_over_time``.
         motions: One per planned lift, in order.
         context: Lifts of the same plan that it does not carry.
+        proven: See ``verify_motions``; only of a plan whose obstructions did not change.
     """
     clock = Check("timeline")
     check_clock(clock, plan, motions, context)
     check_stops(clock, plan, motions)
     if not plan.history:
-        return _together([verify_motions(plan, motions, context), Verification((clock,))])
+        return _together([verify_motions(plan, motions, context, proven=proven), Verification((clock,))])
     found = []
     known = motions if plan.site.has_several_cranes else None
     for from_ns, until_ns, site in epochs_of(plan):
