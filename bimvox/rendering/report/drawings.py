@@ -145,10 +145,14 @@ def _plan(drawing: dict[str, Any], *, detail: bool = False) -> tuple[str, int]:
     for one in drawing["obstructions"]:
         parts += [sheet.path(one["outline"], "area obstruction", _tip(one["id"]))]
         parts.append(_label(sheet.at(one["box_m"][0][:2]), one["id"][:24], 0.0, 10.0))
+    labels = []
     for crane in drawing["cranes"]:
-        parts += _crane_on_plan(sheet, crane, _free_direction(drawing, crane))
+        towards_rad = _free_direction(drawing, crane)
+        parts += _crane_on_plan(sheet, crane, towards_rad)
+        labels += _crane_labels(sheet, crane, towards_rad)
     if detail or not drawing["cranes"]:  # at the scale of the whole sweep they would cover each other
         parts += [_dimension(sheet, one) for one in drawing["distances_m"]]
+    parts += labels  # last, so that no line covers them
     if detail:
         parts = _clipped(sheet, parts)
         parts += _grid(sheet, ("x", "y"))
@@ -188,13 +192,11 @@ def _elevation(drawing: dict[str, Any], axis: int) -> tuple[str, int]:
 
 
 def _crane_on_plan(sheet: Sheet, crane: dict[str, Any], towards_rad: float) -> list[str]:
-    """Return mast, jib, sweep of the counter-jib, and the radii with their capacities."""
+    """Return mast, jib, sweep of the counter-jib, and the radii."""
     (x, y, _), half = crane["base_m"], crane["mast_m"] / 2.0
     parts = [_circle(sheet, crane["base_m"], crane["tail_m"], "tail", _tip("sweep of the counter-jib"))]
     for radius_m, mass_kg in crane["rings"]:
         parts.append(_circle(sheet, crane["base_m"], radius_m, "ring", _tip(f"{radius_m:g} m: {tonnes(mass_kg)} t")))
-        at = sheet.at((x + radius_m * cos(towards_rad), y + radius_m * sin(towards_rad)))
-        parts.append(_label(at, f"{radius_m:g} m: {fixed(mass_kg / 1000.0, 2)} t", 0.0, -2.0, "middle", "halo ringed"))
     ends = [(x - crane["tail_m"] * cos(towards_rad), y - crane["tail_m"] * sin(towards_rad))]
     ends.append((x + crane["jib_m"][0] * cos(towards_rad), y + crane["jib_m"][0] * sin(towards_rad)))
     parts.append(_line(sheet.at(ends[0]), sheet.at(ends[1]), "jib"))
@@ -202,7 +204,16 @@ def _crane_on_plan(sheet: Sheet, crane: dict[str, Any], towards_rad: float) -> l
         end = (x + crane["jib_m"][0] * cos(angle), y + crane["jib_m"][0] * sin(angle))
         parts.append(_line(sheet.at((x, y)), sheet.at(end), "range"))
     mast = [(x - half, y - half), (x + half, y - half), (x + half, y + half), (x - half, y + half)]
-    parts.append(sheet.path([mast], "mast", _tip(crane["name"])))
+    return [*parts, sheet.path([mast], "mast", _tip(crane["name"]))]
+
+
+def _crane_labels(sheet: Sheet, crane: dict[str, Any], towards_rad: float) -> list[str]:
+    """Return the capacities at the radii, next to the jib, and the crane's name with its coordinates."""
+    (x, y, _), half, parts = crane["base_m"], crane["mast_m"] / 2.0, []
+    for radius_m, mass_kg in crane["rings"]:
+        at = sheet.at((x + radius_m * cos(towards_rad), y + radius_m * sin(towards_rad)))
+        words = f"{radius_m:g} m: {fixed(mass_kg / 1000.0, 2)} t"
+        parts.append(_label(at, words, 4.0, -3.0, "start", "halo ringed"))
     words = f"{crane['name'][:28]} ({fixed(x, 2)}, {fixed(y, 2)})"
     # A name that would begin outside the sheet begins at the mast.
     foot, wide = sheet.at((x, y - half)), 6.0 * len(words)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -61,4 +62,5 @@ def _row(remark: dict[str, Any], lift: dict[str, Any] | None) -> str:
         part = f"<b>{escape(named(lift))}</b> {tag('code', escape(lift['global_id']))}"
         first = number(lift["order"], str(lift["number"]), "order")
     kind = escape(remark["kind"].replace("_", " "))
-    return row([first, part, kind, escape(remark["text"])], data_severity=remark["severity"], data_kind=remark["kind"])
+    words = re.sub(r"(?<=\d) m2\b", " m²", remark["text"])
+    return row([first, part, kind, escape(words)], data_severity=remark["severity"], data_kind=remark["kind"])

@@ -105,7 +105,7 @@ def rigging(record: dict[str, Any]) -> str:
         paragraph(about),
         paragraph(said, "reserved") if said else "",
         tag("div", table(columns, map(_row, rigs), class_="words", id_="rigs"), "wide"),
-        tag("div", "".join(map(_figure, rigs)), "pictures"),
+        tag("div", "".join(map(_figure, rigs)), "pictures rigs"),
         "<h3>Gear for the site</h3>",
         paragraph(
             "Of each piece the most that one lift of a crane needs. Check the certificates on the site.", "faint"

@@ -41,12 +41,12 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
         return number(totals[key], fixed(totals[key], 0), key)
 
     nominal = "" if totals["timed_by"] == "crane" else " (nominal: no crane, 1 s per move)"
-    hours = number(totals["total_s"], f"{fixed(totals['total_s'] / 3600, 2)} h", "total_s")
+    whole = number(totals["total_s"], span(totals["total_s"]), "total_s")
     critical_words = f"{count('critical')} ({percent(record['critical_share'], 0)} of the capacity or more)"
     heaviest = number(totals["heaviest_kg"], tonnes(totals["heaviest_kg"]), "heaviest_kg")
     return [
         ("Lifts", f"{count('planned')} of {count('lifts')} parts planned, {count('infeasible')} infeasible"),
-        ("Total time", f"{hours} = {span(totals['total_s'])}{nominal}"),
+        ("Total time", f"{whole}{nominal}"),
         ("Dates", _dates(totals["calendar"])),
         ("Elapsed", _elapsed(totals)),
         ("Load in transit", number(totals["carrying_s"] or None, span(totals["carrying_s"]), "carrying_s")),
@@ -99,7 +99,8 @@ def _method(found: dict[str, Any]) -> str:
     name = found["method"]
     lifts = number(found["lifts"], fixed(found["lifts"], 0), f"lifts_{name}")
     share = number(found["share"], percent(found["share"], 1), f"share_{name}")
-    return f"{lifts} by {escape(METHODS.get(name, name))} ({share})"
+    by = "" if name == "greedy" else "by "
+    return f"{lifts} {by}{escape(METHODS.get(name, name))} ({share})"
 
 
 def infeasible(record: dict[str, Any], pictures: Sequence[tuple[tuple[int, ...], str]]) -> str:

@@ -32,6 +32,14 @@ _STEPS = (
     ("set", "Align, fix, brace on the hook"),
     ("release", "Take off slings and tag lines"),
 )
+_ON_SITE = {
+    "communication": "Communication",
+    "emergency": "Emergency plan",
+    "emergency_contact": "Emergency contact",
+    "rescue_plan": "Rescue from the crane",
+    "hospital": "Nearest hospital",
+    "assembly_point": "Assembly point",
+}
 _LISTED = 40
 
 
@@ -95,8 +103,7 @@ def _limits(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Out of service", in_words(record["out_of_service"])),
         ("Foundation", stated(project["foundation"])),
         ("Ground", stated(project["ground"])),
-        ("Emergency", stated(project["emergency"])),
-        ("Communication", BLANK),
+        *((words, stated(project[key])) for key, words in _ON_SITE.items()),
         ("Slings, shackles", _gear(record)),
     ]
 

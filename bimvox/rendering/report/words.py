@@ -82,8 +82,8 @@ def span(seconds: float) -> str:
 
 
 def tonnes(kg: float) -> str:
-    """Return a mass in tonnes to the kilogram: ``2.413``."""
-    return fixed(kg / 1000.0, 3)
+    """Return a mass in tonnes with sensible digits: ``0.047``, ``2.41``, ``380.6``."""
+    return fixed(kg / 1000.0, 3 if abs(kg) < 999.5 else 2 if abs(kg) < 99_995.0 else 1)
 
 
 def named(lift: dict[str, Any]) -> str:

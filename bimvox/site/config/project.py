@@ -55,7 +55,17 @@ class ProjectConfig(Table):
     slinger: Words | None = None
     """Who slings the loads and gives the signals."""
     emergency: Words | None = None
-    """Telephone numbers, rescue of the operator, place of assembly."""
+    """What to do in an emergency, or the document that says it."""
+    emergency_contact: Words | None = None
+    """Whom to call first, with telephone number."""
+    rescue_plan: Words | None = None
+    """How the operator is brought down from the crane, and who does it."""
+    hospital: Words | None = None
+    """Nearest hospital with an emergency department: name, address."""
+    assembly_point: Words | None = None
+    """Where everybody meets after an alarm."""
+    communication: Words | None = None
+    """How operator and signaller communicate: radio channel, hand signals."""
     foundation: Words | None = None
     """Foundation, ties or outriggers of the crane: document and loads."""
     ground: Words | None = None

@@ -17,7 +17,7 @@ from report_reading import ReadReport
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.grid.labels import Label
-from bimvox.rendering.report.drawings import _crane_on_plan, drawings, sheet_for
+from bimvox.rendering.report.drawings import _crane_labels, drawings, sheet_for
 from bimvox.rendering.report.page import report_page
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.site_plan import drawing_of
@@ -170,7 +170,7 @@ def test_names_stay_text_and_a_site_without_a_crane_is_drawn():
 def test_the_name_of_a_crane_near_the_border_begins_inside_the_sheet(x_m, anchor):
     crane = {"name": "crane", "base_m": [x_m, 0.0, 0.0], "mast_m": 2.0, "tail_m": 5.0, "jib_m": [20.0, 19.0, 21.0]}
     sheet = sheet_for((-50.0, -50.0), (50.0, 50.0), (1030.0, 640.0))
-    label = _crane_on_plan(sheet, crane | {"rings": [], "slew_rad": None}, 0.0)[-1]
+    label = _crane_labels(sheet, crane | {"rings": []}, 0.0)[-1]
     assert f'text-anchor="{anchor}"' in label
 
 
@@ -178,3 +178,12 @@ def test_distances_are_drawn_where_they_do_not_cover_each_other():
     whole, detail, *_ = svgs(drawn()[1])
     assert "dimension" not in whole
     assert detail.count('class="dimension"') == 3
+
+
+def test_no_line_of_the_plan_covers_the_labels_of_the_crane():
+    for plan in svgs(drawn()[1])[:2]:
+        labels = [one.start() for one in re.finditer(r'class="label halo ringed"', plan)]
+        lines = [one.start() for one in re.finditer(r'class="(jib|ring|tail|mast|dimension|area [a-z]+)"', plan)]
+        assert labels
+        assert lines
+        assert min(labels) > max(lines)

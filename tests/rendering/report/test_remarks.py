@@ -107,3 +107,8 @@ def test_hostile_words_are_only_text():
     read = ReadReport(page)
     assert f"{EVIL}\\x1b[31m\\u202e" in read.text
     assert read.record["remarks"][0]["text"] == words
+
+
+def test_square_metres_are_written_with_their_sign():
+    read = ReadReport(page_of((Remark("low_wind", Severity.MINOR, "its sail area is 15.5 m2; m2 is a name"),)))
+    assert "its sail area is 15.5 m²; m2 is a name" in read.text

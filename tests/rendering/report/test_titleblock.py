@@ -63,3 +63,21 @@ def test_hostile_project_data_stay_text():
     read = report_of(PROJECT.replace('"North quay"', f"'{hostile}'").replace('"A. Planner"', f"'{hostile}'"))
     assert read.text.count("window.hacked") >= 2
     assert "img" not in read.tags
+
+
+def test_emergency_and_communication_come_from_the_site_file_and_are_blank_otherwise():
+    keys = {
+        "communication": ("Communication", "channel 7"),
+        "emergency": ("Emergency plan", "HSE-12"),
+        "emergency_contact": ("Emergency contact", "555-0100"),
+        "rescue_plan": ("Rescue from the crane", "rope team, 15 minutes"),
+        "hospital": ("Nearest hospital", "Quay Clinic"),
+        "assembly_point": ("Assembly point", "Gate 2"),
+    }
+    given = "".join(f"{key} = '{words}'\n" for key, (_, words) in keys.items())
+    stated, blank = (
+        " ".join(report_of(PROJECT.replace("[model]", more + "[model]")).text.split()) for more in (given, "")
+    )
+    for name, words in keys.values():
+        assert f"{name} {words}" in stated
+        assert f"{name} {NOT_STATED}" in blank
