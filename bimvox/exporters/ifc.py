@@ -20,7 +20,7 @@ from bimvox.errors import IfcError
 from bimvox.exporters.lift_schedule import CraneResource, LiftSchedule, LiftTask, Preparation, duration_text, time_text
 
 CRANE_SET = "bimvox_Crane"
-"""Name of the property set that describes a crane; IFC has no class for cranes."""
+"""Name of the property set that describes a crane; IFC has no class of products for cranes."""
 
 _NAMESPACE = uuid.UUID("6f0d7a0e-6a0b-5b67-9d3c-1f2b8f4e7c11")
 
@@ -57,7 +57,10 @@ class _Writer:
         self._rooted("IfcRelAggregates", "plan", RelatingObject=plan, RelatedObjects=[control])
         if not self.old:
             self._rooted("IfcRelDeclares", "declares", RelatingContext=project, RelatedDefinitions=[plan])
-        cranes = [self._crane(number, crane) for number, crane in enumerate(schedule.cranes)]
+        cranes = [
+            self._crane_resource(number, crane, self._crane(number, crane))
+            for number, crane in enumerate(schedule.cranes)
+        ]
         tasks = [self._task(task) for task in schedule.tasks]
         before = [self._preparation(one) for one in schedule.preparations]
         if self.old:
@@ -85,12 +88,7 @@ class _Writer:
                 RelatingProduct=product,
             )
             if cranes and task.crane is not None:
-                self._rooted(
-                    "IfcRelAssignsToProcess",
-                    f"crane {task.component}",
-                    RelatedObjects=[cranes[task.crane]],
-                    RelatingProcess=entity,
-                )
+                self._works_at(cranes[task.crane], entity, f"crane {task.component}")
         self._sequence(tasks)
 
     def _prepare(self, before: Sequence[Any], tasks: Sequence[Any]) -> None:
@@ -121,12 +119,23 @@ class _Writer:
             for one, entity in work:
                 if one.crew == crew:
                     key = one.component if isinstance(one, LiftTask) else one.name
-                    self._rooted(
-                        "IfcRelAssignsToProcess",
-                        f"crew {crew.name} {key}",
-                        RelatedObjects=[resource],
-                        RelatingProcess=entity,
-                    )
+                    self._works_at(resource, entity, f"crew {crew.name} {key}")
+
+    def _crane_resource(self, number: int, crane: CraneResource, element: Any) -> Any:
+        """Return a crane as a resource, with the crane that stands on the site."""
+        own = f" {number + 1}" if number else ""
+        more = {} if self.old else {"PredefinedType": "ERECTING"}
+        resource = self._rooted("IfcConstructionEquipmentResource", f"equipment{own}", Name=crane.name, **more)
+        self._rooted(
+            "IfcRelAssignsToResource",
+            f"equipment is{own}",
+            RelatedObjects=[element],
+            RelatingResource=resource,
+        )
+        return resource
+
+    def _works_at(self, resource: Any, entity: Any, key: str) -> None:
+        self._rooted("IfcRelAssignsToProcess", key, RelatedObjects=[resource], RelatingProcess=entity)
 
     def _sequence(self, tasks: Sequence[Any]) -> None:
         linked: set[str] = set()

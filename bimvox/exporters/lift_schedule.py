@@ -10,6 +10,7 @@ from math import floor
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
+from bimvox.records.crews import Crew, casting_crew, erection_crews, unloading_crew
 from bimvox.records.dates import PlanDates
 from bimvox.records.motion import LiftMotion
 from bimvox.records.not_lifted import HOW
@@ -22,14 +23,6 @@ from bimvox.units import elapsed
 
 DEFAULT_BEGIN = datetime(2000, 1, 3, 7, 0, 0)
 """Start of the first lift if none is given: a Monday long past. Files hold no wall-clock time."""
-
-
-@dataclass(frozen=True, slots=True)
-class Crew:
-    """People who work together."""
-
-    name: str
-    people: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +165,7 @@ def schedule_of(
     """
     site, steps = log.plan.site, log.steps
     motions = {motion.order: motion for motion in log.motions}
-    erection = _erection_crews(site, dates)
+    erection = erection_crews(site, dates.calendar) if dates else ()
     tasks = [_step_task(site, step, dates) for step in steps.steps if step.order in orders]
     paused = {pause.order: steps.starting_ns(pause.at_ns) for pause in steps.pauses}
     for track in tracks_of(log):
@@ -203,15 +196,6 @@ def schedule_of(
     )  # fmt: skip
 
 
-def _erection_crews(site: Site, dates: PlanDates | None) -> tuple[Crew, ...]:
-    """Return the crew of each crane; none if the site file does not say how many people it has."""
-    people = dates.calendar.erection_people if dates else None
-    if people is None:
-        return ()
-    names = ["Erection crew"] if not site.has_several_cranes else [f"Erection crew, {one.name}" for one in site.cranes]
-    return tuple(Crew(name, float(people)) for name in names)
-
-
 def _preparations(log: PlanLog, orders: Collection[int], dates: PlanDates) -> tuple[Preparation, ...]:
     """Return the set-up of the crane and the unloading of the deliveries of chosen lifts."""
     lifts = sorted((lift for lift in log.planned if lift.order in orders), key=lambda lift: lift.order)
@@ -220,8 +204,7 @@ def _preparations(log: PlanLog, orders: Collection[int], dates: PlanDates) -> tu
         begin_ns, end_ns = dates.setup
         work_s = dates.calendar.setup_h * 3600.0
         found.append(Preparation("Set up the crane", begin_ns / 1e9, end_ns / 1e9, work_s, lifts[0].number))
-    people = dates.calendar.unloading_people
-    crew = None if people is None else Crew("Unloading crew", float(people))
+    crew = unloading_crew(dates.calendar)
     for number, (begin_ns, end_ns) in sorted(dates.deliveries.items()):
         own = [lift for lift in lifts if lift.place is not None and lift.place.delivery == number]
         if not own:
@@ -265,9 +248,7 @@ def _step_task(site: Site, step: Step, dates: PlanDates | None) -> LiftTask:
         work_s=(step.ends_ns - step.begins_ns) / 1e9 if dates else None,
         storey=component.storey,
         kind=kind_of(component).value,
-        crew=Crew("Casting crew", site.rules.casting.people)
-        if component.means is Means.IN_SITU and site.rules.casting is not None
-        else None,
+        crew=casting_crew(site) if component.means is Means.IN_SITU else None,
     )
 
 

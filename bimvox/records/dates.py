@@ -9,6 +9,7 @@ from datetime import datetime, timedelta
 from heapq import heappop, heappush
 from operator import itemgetter
 
+from bimvox.records.crews import CrewHours, crew_hours
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.programme_dates import TaskDates
@@ -123,6 +124,7 @@ class PlanDates:
         work: The working time.
         later_ns: Working time that the plan takes longer at each of ``PERCENTILES``; none if nothing is uncertain.
         programme: The tasks of the programme, each with the dates of its parts; none without a programme.
+        crews: The hours of each crew; none if the size of none is known.
     """
 
     calendar: CalendarConfig
@@ -136,6 +138,7 @@ class PlanDates:
     work: WorkTime = field(repr=False)
     later_ns: tuple[int, ...] = ()
     programme: tuple[TaskDates, ...] = ()
+    crews: tuple[CrewHours, ...] = ()
 
     def at(self, clock_ns: int) -> datetime:
         """Return the local time of a time on the site's clock; it ascends, and is in working hours during a lift."""
@@ -229,6 +232,7 @@ class PlanDates:
             ],
             "notes": list(self.notes),
             **({"percentiles": ends} if ends else {}),
+            **({"crews": [crew.document() for crew in self.crews]} if self.crews else {}),
             **({"programme": [task.document() for task in self.programme]} if self.programme else {}),
         }
 
@@ -264,6 +268,12 @@ def dates_of(
     if begins is None or not motions:
         return None
     dates = _Walk(calendar, site, WorkTime(calendar.hours, begins)).over(lifts, motions, steps)
+    set_by_crane = {motion.order: (motion.component, dates.lifts[motion.order]) for motion in motions}
+    cast = [
+        dates.steps[step.order][:2] for step in steps.steps if site.components[step.component].means is Means.IN_SITU
+    ]
+    unloaded = list(dates.deliveries.values())
+    dates = replace(dates, crews=crew_hours(site, calendar, set_by_crane, cast, unloaded, dates.work))
     if calendar.uncertainty is None:
         return dates
     times: dict[Work, list[int]] = {}

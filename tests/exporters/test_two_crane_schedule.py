@@ -46,11 +46,16 @@ def test_an_ifc_holds_both_cranes_and_who_lifts_what(written):
     assert issues(written) == []
     cranes = {crane.Name: crane for crane in written.by_type("IfcTransportElement")}
     assert set(cranes) == {"west", "east"}
+    machines = {
+        relation.RelatedObjects[0]: relation.RelatingResource for relation in written.by_type("IfcRelAssignsToResource")
+    }
+    assert {one.Name for one in written.by_type("IfcConstructionEquipmentResource")} == {"west", "east"}
     for number, name in enumerate(("west", "east")):
+        assert machines[cranes[name]].Name == name
         lifted = [
             relation.RelatingProcess.Name
             for relation in written.by_type("IfcRelAssignsToProcess")
-            if cranes[name] in relation.RelatedObjects
+            if machines[cranes[name]] in relation.RelatedObjects
         ]
         assert lifted == [f"Lift {order}" for order, crane, *_ in SPANS if crane == number]
         (properties,) = [

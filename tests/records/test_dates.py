@@ -21,7 +21,9 @@ from bimvox.site.working_hours import DAYS
 MONDAY = date(2026, 3, 9)
 S, H = 10**9, 3600 * 10**9
 SITE = SimpleNamespace(
-    has_several_cranes=False, components=[SimpleNamespace(means=means) for means in (Means.IN_SITU, Means.BY_HAND)]
+    has_several_cranes=False,
+    components=[SimpleNamespace(means=means, crane=0) for means in (Means.IN_SITU, Means.BY_HAND)],
+    rules=SimpleNamespace(casting=SimpleNamespace(people=8.0)),
 )
 
 
@@ -34,7 +36,13 @@ def lifts_of(lengths_s, delivery=None):
         lifts.append(SimpleNamespace(order=order, place=place))
         motions.append(
             SimpleNamespace(
-                order=order, start_ns=at_ns, work_starts_ns=at_ns, hooked_ns=at_ns, released_ns=ends_ns, end_ns=ends_ns
+                order=order,
+                component=0,
+                start_ns=at_ns,
+                work_starts_ns=at_ns,
+                hooked_ns=at_ns,
+                released_ns=ends_ns,
+                end_ns=ends_ns,
             )
         )
         at_ns = ends_ns

@@ -13,6 +13,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.rendering.page.assets import source_hash
 from bimvox.rendering.plain import escape
 from bimvox.rendering.report import sections
+from bimvox.rendering.report.crews import crews
 from bimvox.rendering.report.drawings import drawings
 from bimvox.rendering.report.html import section, tag
 from bimvox.rendering.report.machine import machine
@@ -94,6 +95,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             support(record),
             section("Figures", tag("div", plots, "plots")) if plots else "",
             sections.deliveries(record),
+            crews(record),
             programme(record),
             sections.proof(record),
             sections.inputs(record),
