@@ -126,11 +126,13 @@ def _legend(drawing: dict[str, Any]) -> str:
 
 
 def _plan(drawing: dict[str, Any], *, detail: bool = False) -> tuple[str, int]:
-    """Return the plan and its scale: with the whole sweep of the jib, or of the site alone."""
+    """Return the plan and its scale: with the sweep of the jib and the reach of falling loads, or of the site."""
     (x0, y0, _), (x1, y1, _) = drawing["extent_m"]
     for crane in () if detail else drawing["cranes"]:
         (x, y, _), reach = crane["base_m"], crane["jib_m"][0]
         x0, y0, x1, y1 = min(x0, x - reach), min(y0, y - reach), max(x1, x + reach), max(y1, y + reach)
+    for x, y in () if detail else (at for ring in drawing["falling_loads"] for at in ring):
+        x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x), max(y1, y)
     sheet = sheet_for((x0, y0), (x1, y1), _MOST_PX["plan"])
     parts = [_circle(sheet, crane["base_m"], crane["jib_m"][0], "area oversail") for crane in drawing["cranes"]]
     parts += [] if detail else _grid(sheet, ("x", "y"))

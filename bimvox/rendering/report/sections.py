@@ -62,7 +62,7 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
             number(highest, f"{percent(highest, 1)} of the capacity", "highest_utilisation") if highest else "",
         ),
         ("Paths found", ", ".join(_method(method) for method in record["methods"])),
-        ("Moves / fewest", number(ratio, fixed(ratio, 3), "moves_ratio") if ratio else ""),
+        ("Length of paths", f"{number(ratio, fixed(ratio, 3), 'moves_ratio')} of the shortest" if ratio else ""),
     ]
 
 

@@ -187,3 +187,14 @@ def test_no_line_of_the_plan_covers_the_labels_of_the_crane():
         assert labels
         assert lines
         assert min(labels) > max(lines)
+
+
+def test_the_reach_of_a_falling_load_is_not_cut_off_by_the_sheet():
+    drawing = drawn()[0] | {"falling_loads": [[[-300.0, -200.0], [400.0, -200.0], [400.0, 500.0]]]}
+    plan = svgs(drawings({"drawing": drawing}))[0]
+    width, height = (float(one) for one in re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', plan).groups())
+    (outline,) = re.findall(r'd="M([^"]*)Z" class="area falling"', plan)
+    for corner in outline.split("L"):
+        x, y = (float(one) for one in corner.split())
+        assert 0.0 < x < width
+        assert 0.0 < y < height
