@@ -218,10 +218,11 @@ def _crane_labels(sheet: Sheet, crane: dict[str, Any], towards_rad: float) -> li
         parts.append(_label(at, words, 4.0, -3.0, "start", "halo ringed"))
     words = f"{crane['name'][:28]} ({fixed(x, 2)}, {fixed(y, 2)})"
     # A name that would begin outside the sheet begins at the mast.
-    foot, wide = sheet.at((x, y - half)), 6.0 * len(words)
+    below = towards_rad <= pi  # away from the labels along the jib
+    foot, wide = sheet.at((x, y - half if below else y + half)), 6.0 * len(words)
     inside = _MARGIN_PX + wide / 2.0 < foot[0] < sheet.size_px[0] - _MARGIN_PX - wide / 2.0
     anchor = "middle" if inside else "start" if foot[0] < sheet.size_px[0] / 2.0 else "end"
-    parts.append(_label(foot, words, 0.0, 12.0, anchor))
+    parts.append(_label(foot, words, 0.0, 12.0 if below else -5.0, anchor))
     return parts
 
 

@@ -198,3 +198,12 @@ def test_the_reach_of_a_falling_load_is_not_cut_off_by_the_sheet():
         x, y = (float(one) for one in corner.split())
         assert 0.0 < x < width
         assert 0.0 < y < height
+
+
+@pytest.mark.parametrize(("towards_rad", "above"), [(math.pi / 2.0, False), (1.5 * math.pi, True)])
+def test_the_name_of_a_crane_is_on_the_other_side_of_the_mast_than_its_jib(towards_rad, above):
+    crane = {"name": "crane", "base_m": [0.0, 0.0, 0.0], "mast_m": 2.0, "rings": []}
+    sheet = sheet_for((-50.0, -50.0), (50.0, 50.0), (1030.0, 640.0))
+    (label,) = _crane_labels(sheet, crane, towards_rad)
+    y = float(re.search(r' y="([\d.]+)"', label).group(1))
+    assert (y < sheet.at((0.0, 0.0))[1]) is above
