@@ -14,7 +14,7 @@ from bimvox.records.crews import Crew, casting_crew, erection_crews, unloading_c
 from bimvox.records.dates import PlanDates
 from bimvox.records.motion import LiftMotion
 from bimvox.records.not_lifted import HOW
-from bimvox.records.steps import Step, Steps
+from bimvox.records.steps import Step, Steps, cured_ns
 from bimvox.records.track import LoadTrack
 from bimvox.site.means import Means
 from bimvox.site.site import Site
@@ -62,7 +62,7 @@ class LiftTask:
         finish_s: When it ends.
         crane: Its crane: index into ``LiftSchedule.cranes``; None for a step.
         method: The method of work, in words.
-        waits_for: Numbers of the steps that it waits for.
+        waits_for: Numbers of the steps, and of the lifts whose joints cure, that it waits for.
         work_s: Working time of a step, nights and breaks left out; None if it is all of its time.
         storey: Name of the part's storey, if any.
         kind: Class of the part, for example ``wall``.
@@ -135,7 +135,7 @@ class LiftSchedule:
         links = [(n, True) for n in lifts if self.tasks[n].crane == task.crane][-1:]
         if lifts and self.tasks[lifts[-1]].crane != task.crane:
             links.append((lifts[-1], False))
-        return (*links, *waits)
+        return tuple(dict.fromkeys((*links, *waits)))
 
     def times(self, task: LiftTask | Preparation) -> tuple[datetime, datetime]:
         """Return start and finish to the second, both rounded half up, so that adjoining tasks still adjoin."""
@@ -168,6 +168,12 @@ def schedule_of(
     erection = erection_crews(site, dates.calendar) if dates else ()
     tasks = [_step_task(site, step, dates) for step in steps.steps if step.order in orders]
     paused = {pause.order: steps.starting_ns(pause.at_ns) for pause in steps.pauses}
+    carries: dict[int, list[int]] = {}
+    for one in steps.steps:
+        carries.setdefault(one.carries_ns, []).append(one.order + 1)
+    for motion in motions.values():
+        if (cured_at_ns := cured_ns(site, steps, motion)) is not None:
+            carries.setdefault(cured_at_ns, []).append(motion.number)
     for track in tracks_of(log):
         lift = track.lift
         if lift.order not in orders:
@@ -182,7 +188,7 @@ def schedule_of(
                 f"{component.mass_kg:.0f} kg, {lift.moves} moves, path by {lift.method.value if lift.method else '?'}",
                 *_span_s(track, motions.get(lift.order), steps, dates),
                 component.crane,
-                waits_for=tuple(one.order + 1 for one in steps.steps if one.carries_ns == paused.get(lift.order)),
+                waits_for=tuple(sorted(carries.get(paused.get(lift.order, -1), ()))),
                 storey=component.storey,
                 kind=kind_of(component).value,
                 crew=erection[component.crane] if erection else None,

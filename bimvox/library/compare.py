@@ -32,7 +32,7 @@ def same_fields(check: Check, name: str, found: Any, wanted: Any, source: str, *
 
 def same_rules(check: Check, found: Rules, wanted: Rules, source: str) -> None:
     """Check each rule, and each of the times by class of work."""
-    several = ("times", "casting")
+    several = ("times", "casting", "curing")
     same_fields(check, "rules.", found, wanted, source, but=several)
     for name in several:
         own, other = getattr(found, name), getattr(wanted, name)

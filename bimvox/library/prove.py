@@ -176,7 +176,7 @@ def _prove(
     if not of_motions.verified:
         return refusals(of_motions)
     steps = steps_of(made.site, made.lifts, motions)
-    if steps != Steps():
+    if steps != Steps() or made.site.rules.curing is not None:
         of_motions = Verification((*of_motions.checks, verify_steps(made, motions, steps, proven)))
     if not of_motions.verified:
         return refusals(of_motions)

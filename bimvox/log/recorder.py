@@ -43,6 +43,7 @@ from bimvox.log.voxels import voxel_grid
 from bimvox.motion.commands import commands
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
+from bimvox.records.steps import Steps
 from bimvox.records.track import LoadTrack
 from bimvox.site.site import Site
 
@@ -204,7 +205,7 @@ def own_attachments(
     yield topics.PLAN_FILE, plan_to_json(record.plan, record.context)
     if record.motions:
         yield topics.MOTION_FILE, motions_to_json(record.motions)
-    if record.steps.steps:
+    if record.steps != Steps():
         yield topics.STEPS_FILE, steps_to_json(record.steps)
     if record.carried_out is not None:
         yield topics.CARRIED_OUT_FILE, carried_out_to_json(record.carried_out)

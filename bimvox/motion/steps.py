@@ -1,4 +1,4 @@
-"""When work that the crane does not do is done, and where the crane must pause for it.
+"""When work that the crane does not do is done, when joints have cured, and where the crane must pause for either.
 
 Work at a part begins when all earlier lifts of the sequence are set and what it rests on carries. One crew casts and
 another one sets parts by hand, each one part after the other. Meanwhile the crane does the lifts that do not rest on
@@ -17,8 +17,8 @@ from bimvox.grid.frame import whole_cells
 from bimvox.grid.labels import Label
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.records.steps import Pause, Step, Steps
-from bimvox.site.casting import work_and_wait_s
+from bimvox.records.steps import Pause, Step, Steps, cured_ns
+from bimvox.site.casting import curing_s, work_and_wait_s
 from bimvox.site.component import Component
 from bimvox.site.means import Means
 from bimvox.site.site import Site
@@ -28,7 +28,7 @@ _NOWHERE = 2**30
 
 
 def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -> Steps:
-    """Return the steps and pauses of a plan; none if it has no motions or its rules have no times for them.
+    """Return the steps and pauses of a plan; none if it has no motions or its rules ask for none.
 
     Args:
         site: The site.
@@ -36,7 +36,9 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
         motions: The motions of all planned lifts.
     """
     by_order = {motion.order: motion for motion in motions}
-    if site.rules.casting is None or not by_order or not any(lift.is_set_otherwise for lift in lifts):
+    casting = site.rules.casting
+    works = casting is not None and any(lift.is_set_otherwise for lift in lifts)
+    if not by_order or not (works or site.rules.curing is not None):
         return Steps()
     resting = Resting(site, lifts)
     steps: list[Step] = []
@@ -45,6 +47,7 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
     free_ns = dict.fromkeys(Means, 0)
     last_ns: int | None = None
     for lift in sorted(lifts, key=lambda lift: lift.order):
+        component = site.components[lift.component]
         under = resting.on(lift.component, held=lift.order in by_order)
         ready_ns = max((carries_ns[other] for other in under if other in carries_ns), default=0)
         so_far = Steps((), tuple(pauses))
@@ -59,10 +62,11 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
             if wait_ns > 0:
                 pauses.append(Pause(lift.order, at_ns, wait_ns))
             last_ns = max(last_ns or 0, motion.released_ns)
-        elif lift.is_set_otherwise:
-            component = site.components[lift.component]
+            if (carries_at_ns := cured_ns(site, Steps((), tuple(pauses)), motion)) is not None:
+                carries_ns[lift.component] = carries_at_ns
+        elif lift.is_set_otherwise and casting is not None:
             means = component.means
-            work_s, wait_s = work_and_wait_s(site.rules.casting, component, means, component.mass_kg)
+            work_s, wait_s = work_and_wait_s(casting, component, means, component.mass_kg)
             begins_ns = max(ready_ns, 0 if last_ns is None else so_far.ending_ns(last_ns))
             if means is not Means.CRANE:
                 begins_ns = max(begins_ns, free_ns[means])
@@ -88,8 +92,14 @@ def may_pause(plan: LiftPlan) -> frozenset[int]:
     """Return the orders of the lifts before which the cranes may have to pause, whatever their motions."""
     lifts = sorted(plan.lifts, key=lambda lift: lift.order)
     first = next((lift.order for lift in lifts if lift.status is Status.PLANNED), len(lifts))
-    later = {lift.component for lift in lifts if lift.order > first and lift.is_set_otherwise}
-    if plan.site.rules.casting is None or not later:
+    rules, parts = plan.site.rules, plan.site.components
+    later = {
+        lift.component
+        for lift in lifts
+        if (rules.casting is not None and lift.order > first and lift.is_set_otherwise)
+        or (lift.status is Status.PLANNED and curing_s(rules.curing, parts[lift.component]))
+    }
+    if not later:
         return frozenset()
     resting = Resting(plan.site, lifts)
     return frozenset(

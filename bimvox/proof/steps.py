@@ -36,11 +36,11 @@ def verify_steps(
         proven: Lifts that earlier proofs of the same site proved: what carries a part is not measured again.
     """
     check = Check("steps")
-    if plan.site.rules.casting is None or not motions:
+    if (plan.site.rules.casting is None and plan.site.rules.curing is None) or not motions:
         check.look(not steps.steps and not steps.pauses, "steps without times in the rules, or without motions")
         return check
     triangles = (proven or ProvenLifts()).turn_to(plan)
-    _Proof(check, plan, motions, steps, plan.site.rules.casting, triangles).run()
+    _Proof(check, plan, motions, steps, triangles).run()
     check.about = None
     return check
 
@@ -52,13 +52,13 @@ class _Proof:
         plan: LiftPlan,
         motions: Sequence[LiftMotion],
         steps: Steps,
-        casting: Casting,
         triangles: TriangleCheck,
     ) -> None:
-        self.check, self.plan, self.casting = check, plan, casting
+        self.check, self.plan, self.casting = check, plan, plan.site.rules.casting
         self.site, self.pauses = plan.site, steps.pauses
         self.lifts = sorted(plan.lifts, key=lambda lift: lift.order)
         self.motions = {motion.order: motion for motion in motions}
+        self.cured_ns = {motion.component: self._cured_ns(motion) for motion in motions}
         self.steps = {step.component: step for step in steps.steps}
         self.given = [step.component for step in steps.steps]
         self.triangles = triangles
@@ -66,6 +66,7 @@ class _Proof:
     def run(self) -> None:
         """Look at everything."""
         wanted = [lift.component for lift in self.lifts if lift.is_set and lift.status is not Status.PLANNED]
+        wanted = [] if self.casting is None else wanted
         self.check.look(
             self.given == wanted, f"there are {len(self.given)} steps; {len(wanted)} parts are not set by the crane"
         )
@@ -85,9 +86,15 @@ class _Proof:
         """Return elapsed time at a moment on the site's clock at which no pause is, or before the pause then."""
         return at_ns + sum(pause.length_ns for pause in self.pauses if pause.at_ns < at_ns)
 
+    def _cured_ns(self, motion: LiftMotion) -> int | None:
+        """Return the elapsed time from which the joints of a lifted part carry what rests on it; None: at once."""
+        curing = self.site.rules.curing
+        hours = 0.0 if curing is None else getattr(curing, f"{work_of(self.site.components[motion.component]).value}_h")
+        return self._elapsed_ns(motion.released_ns) + round(hours * 3600e9) if hours else None
+
     def _check_step(self, part: Component, step: Step, before: Step | None) -> None:
         name, look = f"lift {step.order + 1} ({part.label})", self.check.look
-        work_s, wait_s = _asked_s(self.casting, part)
+        work_s, wait_s = (0.0, 0.0) if self.casting is None else _asked_s(self.casting, part)
         spent_s, waited_s = (step.ends_ns - step.begins_ns) / 1e9, (step.carries_ns - step.ends_ns) / 1e9
         look(spent_s >= work_s - 1e-6, f"{name}: the work takes {spent_s:g} s; the rules ask for {work_s:g} s")
         good = waited_s >= wait_s - 1e-6
@@ -123,13 +130,20 @@ class _Proof:
                     f"{name}: it is there at {at_ns / 1e9:.3f} s of elapsed time; {self.site.components[other].label} "
                     f"under it carries from {step.carries_ns / 1e9:.3f} s",
                 )
+            cured_ns = self.cured_ns.get(other)
+            if cured_ns is not None and self._order(self.site.components[other]) < own:
+                self.check.look(
+                    at_ns >= cured_ns - _ROUNDING_NS,
+                    f"{name}: it is there at {at_ns / 1e9:.3f} s of elapsed time; the joints of "
+                    f"{self.site.components[other].label} under it have cured at {cured_ns / 1e9:.3f} s",
+                )
 
     def _order(self, part: Component) -> int:
         return next(lift.order for lift in self.lifts if lift.component == part.index)
 
     def _check_pauses(self) -> None:
         """Check that a pause is before a lift, with no load on any hook, and ends when some work carries."""
-        carries_ns = {step.carries_ns for step in self.steps.values()}
+        carries_ns = {step.carries_ns for step in self.steps.values()} | set(self.cured_ns.values())
         for pause in self.pauses:
             motion = self.motions.get(pause.order)
             self.check.about = None if motion is None else self.site.components[motion.component].id

@@ -216,6 +216,9 @@ def _check_rules(check: Check, rules: Rules) -> None:
             _within(check, f"site.rules.yard.{limit}", getattr(rules.yard, limit), most)
         for edge_m in rules.yard.truck_m or ():
             _within(check, "site.rules.yard.truck_m", edge_m, _Range(0.0, 100.0, with_low=False))
+    if rules.curing is not None:
+        for own_h in fields(rules.curing):
+            _within(check, f"site.rules.curing.{own_h.name}", getattr(rules.curing, own_h.name), _Range(0.0, 2e4))
     if rules.casting is not None:
         _within(check, "site.rules.casting.people", rules.casting.people, _Range(0.0, 1e4, with_low=False))
         _within(check, "site.rules.casting.hand_s", rules.casting.hand_s, _Range(0.0, _DAY_S))

@@ -13,7 +13,7 @@ from bimvox.records.crews import CrewHours, crew_hours
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.programme_dates import TaskDates
-from bimvox.records.steps import Step, Steps
+from bimvox.records.steps import Step, Steps, cured_ns
 from bimvox.records.uncertain_end import PERCENTILES, added_ns
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.means import Means
@@ -344,7 +344,10 @@ class _Walk:
             self.starts_ns.append(start_ns)
             for motion in sorted((of_order[order] for order in item.orders), key=lambda motion: motion.released_ns):
                 self.lifts[motion.order] = at = self._lift(motion, start_ns - item.begins_ns)
-                self._released.append((planned.ending_ns(motion.released_ns), at[1]))
+                released_ns = planned.ending_ns(motion.released_ns)
+                self._released.append((released_ns, at[1]))
+                if (cured_at_ns := cured_ns(self.site, planned, motion)) is not None:
+                    heappush(self._waits, (cured_at_ns, at[1] + cured_at_ns - released_ns))
             end_ns, clock_ns = start_ns + item.ends_ns - item.begins_ns, item.ends_ns
         long = (block for block in blocks if self.work.is_too_long(block.ends_ns - block.begins_ns))
         return PlanDates(

@@ -13,7 +13,9 @@ from itertools import accumulate
 from typing import Any
 
 from bimvox.records.motion import LiftMotion
+from bimvox.site.casting import curing_s
 from bimvox.site.site import Site
+from bimvox.units import NS_PER_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,3 +117,15 @@ class Steps:
 
     def _paused_ns(self, count: int) -> int:
         return list(accumulate((pause.length_ns for pause in self.pauses[:count]), initial=0))[-1]
+
+
+def cured_ns(site: Site, steps: Steps, motion: LiftMotion) -> int | None:
+    """Return the elapsed time from which the joints of a lifted part carry what rests on it; None: from its release.
+
+    Args:
+        site: The site.
+        steps: All pauses before the release.
+        motion: The motion of the part.
+    """
+    cures_s = curing_s(site.rules.curing, site.components[motion.component])
+    return steps.ending_ns(motion.released_ns) + round(cures_s * NS_PER_S) if cures_s else None

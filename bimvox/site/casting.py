@@ -63,6 +63,20 @@ class Casting:
     other: CastTimes
 
 
+@dataclass(frozen=True, slots=True)
+class Curing:
+    """Hours from the release of a lifted part until its joints carry what rests on it, by class of work."""
+
+    footing_h: float = 0.0
+    column_h: float = 0.0
+    wall_h: float = 0.0
+    beam_h: float = 0.0
+    slab_h: float = 0.0
+    stair_h: float = 0.0
+    steel_h: float = 0.0
+    other_h: float = 0.0
+
+
 FIELD_CASTING = Casting(
     people=8.0,
     hand_s=300.0,
@@ -91,6 +105,12 @@ def work_and_wait_s(casting: Casting, part: Part, means: Means, mass_kg: float) 
         return 0.0, 0.0
     own = times_of(casting, cast_work(part))
     return 3600.0 * own.hours_m3 * mass_kg / CONCRETE_KG_M3 / casting.people, 3600.0 * own.wait_h
+
+
+def curing_s(curing: Curing | None, part: Part) -> float:
+    """Return how long the joints of a lifted part cure until they carry what rests on it, seconds; 0 without a rule."""
+    hours: float = 0.0 if curing is None else getattr(curing, f"{work_of(part).value}_h")
+    return 3600.0 * hours
 
 
 def cast_work(part: Part) -> Work:

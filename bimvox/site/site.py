@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
-from bimvox.site.casting import FIELD_CASTING, Casting
+from bimvox.site.casting import FIELD_CASTING, Casting, Curing
 from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
 from bimvox.site.yard_rules import YardRules
@@ -77,6 +77,7 @@ class Rules:
         gives_way: Names of the rules that are defaults: a lift that cannot keep them is planned with what it can keep.
         times: The crew's times by class of work; None: the same for every part, as in logs made before such times.
         casting: The times of work that the crane does not do; None: not known, as in logs made before such times.
+        curing: How long the joints of lifted parts cure until they carry what rests on these; None: they carry at once.
         heading: What keeps the heading of a load while the jib turns. A load with no room to turn keeps its heading.
         yard: How parts lie in the yard; None: a cell apart and never on each other.
     """
@@ -105,6 +106,7 @@ class Rules:
     casting: Casting | None = field(default=FIELD_CASTING, metadata=absent_means(None))
     heading: HeadingRule = field(default=HeadingRule.KEPT, metadata=SPARSE)
     yard: YardRules | None = field(default=None, metadata=SPARSE)
+    curing: Curing | None = field(default=None, metadata=SPARSE)
 
     def kept_m(self, rule: str, clearance_m: float | None) -> float:
         """Return a clearance of these rules for a lift that keeps ``clearance_m`` if the rule gives way; None: all."""

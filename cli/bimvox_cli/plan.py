@@ -212,14 +212,14 @@ def _verdict(document: Mapping[str, Any], others: int) -> str:
 
 
 def _elapsed(document: Mapping[str, Any]) -> str | None:
-    """Return elapsed time, if work that the crane does not do makes it longer than crane time."""
+    """Return elapsed time, if other work or curing makes it longer than crane time."""
     hours, pauses = document["figures"]["elapsed_hours"], document["pauses"]
-    if hours is None or not document["steps"]:
+    if hours is None or not (document["steps"] or pauses):
         return None
     paused_s = sum(pause["length_s"] for pause in pauses)
     times = "once" if len(pauses) == 1 else f"{len(pauses):,} times"
     waits = f"; the crane pauses {times}, {elapsed(paused_s)} in all" if pauses else ""
-    first_s = min(step["begins_s"] for step in document["steps"])
+    first_s = min((step["begins_s"] for step in document["steps"]), default=0.0)
     before = f"; work before the first lift begins {elapsed(-first_s)} earlier" if first_s < 0.0 else ""
     return f"{elapsed(3600.0 * hours)}{waits}{before}"
 

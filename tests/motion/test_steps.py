@@ -15,7 +15,7 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Pause, Step, Steps
-from bimvox.site.casting import FIELD_CASTING, CastTimes
+from bimvox.site.casting import FIELD_CASTING, CastTimes, Curing
 from bimvox.site.component import OrderHints
 from bimvox.site.means import Means
 from bimvox.site.site import Rules
@@ -34,10 +34,10 @@ CASTING = dataclasses.replace(FIELD_CASTING, people=2.0, beam=CastTimes(10.0, 50
 
 
 @cache
-def portal(casting=CASTING, **means: Means) -> tuple[LiftPlan, tuple[LiftMotion, ...]]:
+def portal(casting=CASTING, curing=None, **means: Means) -> tuple[LiftPlan, tuple[LiftMotion, ...]]:
     """Return the plan of a portal with a block next to it, of which some parts are not lifted."""
     crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
-    site = box_site(PORTAL, crane=crane, shape=(40, 30, 24), rules=Rules(casting=casting))
+    site = box_site(PORTAL, crane=crane, shape=(40, 30, 24), rules=Rules(casting=casting, curing=curing))
     parts = (
         dataclasses.replace(
             one,
@@ -114,6 +114,30 @@ def test_a_part_that_is_set_by_other_means_waits_for_what_it_rests_on():
     steps, of, _ = steps_by_name(made, time_plan(made, replay(site, preparation, made)))
     assert of["slab"].begins_ns == of["slab"].carries_ns == of["beam"].carries_ns
     assert not steps.pauses
+
+
+def test_the_crane_waits_until_joints_have_cured_and_goes_on_meanwhile():
+    plan, motions = portal(None, Curing(column_h=20.0))
+    steps, _, order = steps_by_name(plan, motions)
+    of = {name: next(one for one in motions if one.order == order[name]) for name in ORDER}
+    cured_ns = of["right"].released_ns + 20 * H
+    assert order["right"] < order["aside"] < order["beam"]  # nothing waits but what rests on a column
+    assert steps == Steps((), (Pause(order["beam"], of["beam"].start_ns, cured_ns - of["beam"].start_ns),))
+    assert may_pause(plan) & {order["aside"], order["beam"]} == {order["beam"]}
+    both, _, _ = steps_by_name(*portal(None, Curing(column_h=20.0, beam_h=3.0)))
+    carries_ns = both.ending_ns(of["beam"].released_ns) + 3 * H
+    assert [(one.order, one.length_ns) for one in both.pauses[1:]] == [
+        (order["slab"], carries_ns - Steps((), both.pauses[:1]).starting_ns(of["slab"].start_ns))
+    ]
+
+
+def test_what_is_cast_on_lifted_parts_waits_for_their_joints():
+    steps, of, order = steps_by_name(*portal(curing=Curing(column_h=20.0), beam=Means.IN_SITU))
+    right = next(
+        one for one in portal(curing=Curing(column_h=20.0), beam=Means.IN_SITU)[1] if one.order == order["right"]
+    )
+    assert of["beam"].begins_ns == right.released_ns + 20 * H
+    assert [one.order for one in steps.pauses] == [order["slab"]]
 
 
 def test_rules_without_such_times_and_plans_without_such_work_have_no_steps():

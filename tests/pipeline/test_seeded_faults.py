@@ -733,6 +733,25 @@ def test_steps_that_do_not_fit_the_plan_are_refused(cast_beam: PlanLog, tmp_path
     assert any(re.search(says, failure) for failure in document["checks"]["steps"]["failures"])
 
 
+@pytest.fixture(scope="module")
+def cures() -> PlanLog:
+    return faults.log_that_cures()
+
+
+def test_pauses_for_curing_are_verified(cures: PlanLog, tmp_path: Path):
+    document = proven(cures, tmp_path)
+    assert document["verified"], failed(document)
+    assert document["checks"]["steps"]["samples"]
+
+
+@pytest.mark.parametrize("name", faults.NOT_CURED)
+def test_what_rests_on_joints_that_have_not_cured_is_refused(cures: PlanLog, tmp_path: Path, name: str):
+    change, says = faults.NOT_CURED[name]
+    document = proven(faults.telling(change)(cures), tmp_path)
+    assert failed(document) == {"steps"}
+    assert any(re.search(says, failure) for failure in document["checks"]["steps"]["failures"])
+
+
 def test_steps_are_those_of_the_plan(cast_beam: PlanLog, tmp_path: Path):
     document = proven(cast_beam, tmp_path)
     assert document["verified"], failed(document)

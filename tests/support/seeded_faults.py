@@ -61,7 +61,7 @@ from bimvox.records.reasons import LOAD_IS_HELD
 from bimvox.records.steps import Steps
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.build import labels_of, with_digests
-from bimvox.site.casting import FIELD_CASTING, CastTimes
+from bimvox.site.casting import FIELD_CASTING, CastTimes, Curing
 from bimvox.site.component import Component, Lifting, StoredPose
 from bimvox.site.config.gear_file import gear_catalogue
 from bimvox.site.config.rules import RulesConfig
@@ -1791,10 +1791,15 @@ def log_with_a_cast_beam() -> PlanLog:
     return log_cast("beam")
 
 
-def log_cast(*names: str) -> PlanLog:
+def log_that_cures() -> PlanLog:
+    """Return the log of a portal whose beam waits until the joints of the columns have cured."""
+    return log_cast(rules=Rules(curing=Curing(column_h=20.0)))
+
+
+def log_cast(*names: str, rules: Rules | None = None) -> PlanLog:
     """Return the log of a portal of which parts are cast in place."""
     crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
-    site = box_site(PARTS, structure=[WALL], crane=crane, shape=(40, 30, 24))
+    site = box_site(PARTS, structure=[WALL], crane=crane, shape=(40, 30, 24), rules=rules or Rules())
     parts = (
         dataclasses.replace(one, means=Means.IN_SITU, means_reason="the site file says so") if one.id in names else one
         for one in site.components
@@ -1878,6 +1883,17 @@ NOT_ITS_STEPS: dict[str, tuple[Callable[[Steps], Steps], str]] = {
     ),
 }
 """Steps and pauses that do not fit the plan, each with what the refusal says."""
+NOT_CURED: dict[str, tuple[Callable[[Steps], Steps], str]] = {
+    "a shorter pause": (
+        lambda steps: with_pause(steps, length_ns=-(10**12)),
+        r"lift 3 \(beam\): it is there at .* s of elapsed time; the joints of (left|right) under it have cured at",
+    ),
+    "a longer pause": (
+        lambda steps: with_pause(steps, length_ns=10**12),
+        "the pause before lift 3 ends when nothing begins to carry",
+    ),
+}
+"""Pauses that do not fit the joints of the plan, each with what the refusal says."""
 
 
 def everything_unheld(log: PlanLog) -> PlanLog:

@@ -11,6 +11,7 @@ import numpy as np
 
 from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Status
+from bimvox.records.steps import Steps
 from bimvox.rendering.page.blob import Blob, rounded
 from bimvox.rendering.page.changes import changes
 from bimvox.rendering.page.crane import crane_record
@@ -184,7 +185,7 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
         "ends_s": max((track.end_ns for track in revision.tracks), default=0) / 1e9,
         "timed": bool(revision.motions),
         "critical_share": site.rules.critical_share,
-        "elapsed_s": revision.steps.elapsed_ns(revision.motions) / 1e9 if revision.steps.steps else None,
+        "elapsed_s": revision.steps.elapsed_ns(revision.motions) / 1e9 if revision.steps != Steps() else None,
         "paused_s": revision.steps.paused_ns / 1e9,
         **({"dates": _blocks(revision.dates)} if revision.dates else {}),
         "lifts": lifts,

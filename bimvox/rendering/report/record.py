@@ -15,6 +15,7 @@ from bimvox.records.dates import PlanDates, in_words
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.not_lifted import not_lifted_groups
+from bimvox.records.steps import Steps
 from bimvox.remarks.carrying import least_height_m
 from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
@@ -258,7 +259,7 @@ def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
         "timed_by": "crane" if revision.motions else "nominal",
         "total_s": max(ends) - min(begins) if begins else 0.0,
         "calendar": revision.dates.document() if revision.dates else None,
-        "elapsed_s": revision.steps.elapsed_ns(revision.motions) / 1e9 if revision.steps.steps else None,
+        "elapsed_s": revision.steps.elapsed_ns(revision.motions) / 1e9 if revision.steps != Steps() else None,
         "paused_s": revision.steps.paused_ns / 1e9,
         "carrying_s": sum(carried),
         "hook_travel_m": sum(lift["hook_travel_m"] or 0.0 for lift in lifts) if revision.motions else None,

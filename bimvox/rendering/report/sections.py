@@ -72,7 +72,7 @@ def _dates(calendar: dict[str, Any] | None) -> str:
 
 
 def _elapsed(totals: dict[str, Any]) -> str:
-    """Return the elapsed time, if the crane pauses for work that it does not do, or work goes on without it."""
+    """Return the elapsed time, if the crane pauses, or work goes on without it."""
     if totals["elapsed_s"] is None:
         return ""
     if not totals["paused_s"]:

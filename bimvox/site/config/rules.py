@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field
 
-from bimvox.site.casting import FIELD_CASTING, Casting, CastTimes
+from bimvox.site.casting import FIELD_CASTING, Casting, CastTimes, Curing
 from bimvox.site.config.validation import (
     Flag,
     NotNegative,
@@ -137,6 +137,30 @@ class CastingConfig(Table):
         return replace(FIELD_CASTING, **own)
 
 
+Cures = Annotated[NotNegative, Field(le=2e4)]
+
+
+class CuringConfig(Table):
+    """Hours, nights included, from the release of a lifted part until its joints carry what rests on it."""
+
+    footing_h: Cures = 0.0
+    """Footings, piles, base slabs."""
+    column_h: Cures = 0.0
+    """Columns, upright slender parts."""
+    wall_h: Cures = 0.0
+    """Walls, thin upright parts."""
+    beam_h: Cures = 0.0
+    """Beams, long parts."""
+    slab_h: Cures = 0.0
+    """Slabs, planks, roofs, flat parts."""
+    stair_h: Cures = 0.0
+    """Flights, ramps, landings."""
+    steel_h: Cures = 0.0
+    """All parts of steel."""
+    other_h: Cures = 0.0
+    """All others."""
+
+
 class RulesConfig(Table):
     """The rules of the site; clearances are rounded up to whole cells."""
 
@@ -159,6 +183,8 @@ class RulesConfig(Table):
     """How long the crew takes, by class of work."""
     casting: CastingConfig = CastingConfig()
     """How long work takes that the crane does not do."""
+    curing: CuringConfig | None = None
+    """Grout and other joints of lifted parts. Default: they carry at once."""
     bracing_s: Pause | None = None
     """One ``brace_s`` for all classes, instead of ``times``."""
     release_s: Pause | None = None
@@ -192,6 +218,7 @@ class RulesConfig(Table):
         """Return the rules as a value for the planner, those that the file does not give by their defaults."""
         own: dict[str, object] = {"swing": SwingRule(self.swing), "heading": HeadingRule(self.heading)}
         own |= {"times": self.times.times(), "casting": self.casting.casting()}
+        own["curing"] = None if self.curing is None else Curing(**self.curing.model_dump())
         own["sling_angle_rad"] = math.radians(self.sling_angle_deg)
         given = self.model_dump(exclude={"sling_angle_deg"}) | own
         left = tuple(key for key in DEFAULT_RULES if given[key] is None)

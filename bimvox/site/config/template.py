@@ -10,6 +10,7 @@ from bimvox.site.config.calendar import DEFAULT_BREAKS, DEFAULT_SHIFT, CalendarC
 from bimvox.site.config.crane import CraneConfig, OverrideConfig
 from bimvox.site.config.project import ProjectConfig
 from bimvox.site.config.rigging import RiggingConfig
+from bimvox.site.config.rules import CuringConfig
 from bimvox.site.config.site_config import AreasConfig, ComponentConfig, Polygon, SiteConfig, ZoneConfig
 from bimvox.site.config.support import SupportConfig
 from bimvox.site.config.validation import Table
@@ -294,7 +295,15 @@ def _rules(config: SiteConfig) -> str:
         _key("bundle_kg", rules.casting.bundle_kg, "heavier bundles of such parts are material lifts of the crane"),
         _key("bundle_s", rules.casting.bundle_s, "crane time of a material lift; it has no path"),
         *(_key(work.value, getattr(rules.casting, work.value)) for work in Work),
+        *_curing(rules.curing),
     )
+
+
+def _curing(curing: CuringConfig | None) -> tuple[str | None, ...]:
+    if curing is None:
+        return ()
+    title = ("", "# Hours until the joints of lifted parts carry what rests on these.", "[rules.curing]")
+    return (*title, *(_key(key, getattr(curing, key)) for key in type(curing).model_fields))
 
 
 _YARD = {
