@@ -28,15 +28,27 @@ def rack_of(lift: Lift) -> tuple[int, int] | None:
     return None if place is None or not place.rack else (place.delivery, abs(place.rack))
 
 
-def check_racks(check: Check, site: Site, lifts: Collection[Lift]) -> None:
-    """Check every rack of every delivery, and that nothing stands in or too near to its frame."""
+def frames_of(site: Site, lifts: Collection[Lift]) -> dict[tuple[int, int], Span]:
+    """Return the columns of each rack's frame, by delivery and number of the rack; none if the rules have no racks."""
+    if site.rules.yard is None or site.rules.yard.rack_parts < 1:
+        return {}
+    return {key: _frame(site, members) for key, members in _racks(lifts).items()}
+
+
+def _racks(lifts: Collection[Lift]) -> dict[tuple[int, int], list[tuple[Lift, YardPlace]]]:
+    """Return what stands in each rack, in the order of the lifts."""
     racks: dict[tuple[int, int], list[tuple[Lift, YardPlace]]] = {}
     for lift in sorted(lifts, key=lambda lift: lift.order):
         if lift.place is not None and (key := rack_of(lift)) is not None:
             racks.setdefault(key, []).append((lift, lift.place))
+    return racks
+
+
+def check_racks(check: Check, site: Site, lifts: Collection[Lift]) -> None:
+    """Check every rack of every delivery, and that nothing stands in or too near to its frame."""
     check.look(True, "")
     frames: dict[tuple[int, int], Span] = {}
-    for key, members in racks.items():
+    for key, members in _racks(lifts).items():
         name = f"rack {key[1]} of delivery {key[0] + 1}"
         if site.rules.yard is None or site.rules.yard.rack_parts < 1:
             check.look(False, f"{name}: the site's rules have no racks")

@@ -20,6 +20,8 @@ _MOST_PX = {"plan": (1030.0, 640.0), "front": (1030.0, 300.0), "side": (1030.0, 
 """What fits a landscape A4 page."""
 _MARGIN_PX = 46.0
 _GRID_M = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+FIRST = 1
+"""The delivery whose parts are drawn in the plans; each has its own drawing of the yard."""
 _ZONES = {
     "prohibited": "no hook above",
     "no_load": "no load above",
@@ -111,7 +113,8 @@ def _legend(drawing: dict[str, Any]) -> str:
     names = {"building": "building, by storey", "construction": "construction area", "yard": "yard"}
     names |= {kind: words for kind, words in _ZONES.items() if kind in drawing["areas"]}
     deliveries = len({one["delivery"] for one in drawing["stored"]})
-    names |= {"stored": f"parts in the yard, deliveries: {deliveries}"}
+    names |= {"stored": f"parts in the yard, delivery {FIRST} of {deliveries}"} if deliveries else {}
+    names |= {"frame": "frame of a rack"} if any(one["delivery"] == FIRST for one in drawing["frames"]) else {}
     names |= {"obstruction": "obstruction"} if drawing["obstructions"] else {}
     names |= {"structure": "existing structure"} if drawing["structure"]["plan"] else {}
     names |= {"below": "exclusion zone below the loads (no person)"} if drawing["below_loads"] else {}
@@ -143,7 +146,8 @@ def _plan(drawing: dict[str, Any], *, detail: bool = False) -> tuple[str, int]:
     parts += [sheet.path(areas[kind], f"area {kind}", _tip(words)) for kind, words in _ZONES.items() if kind in areas]
     parts.append(sheet.path(drawing["structure"]["plan"], "area structure"))
     parts += [sheet.path(one["plan"], "area building", _tip(_storey(one))) for one in drawing["storeys"]]
-    parts += [_box(sheet, one) for one in drawing["stored"]]
+    parts += [frame_box(sheet, one) for one in drawing["frames"] if one["delivery"] == FIRST]
+    parts += [stored_box(sheet, one) for one in drawing["stored"] if one["delivery"] == FIRST]
     for one in drawing["obstructions"]:
         parts += [sheet.path(one["outline"], "area obstruction", _tip(one["id"]))]
         parts.append(_label(sheet.at(one["box_m"][0][:2]), one["id"][:24], 0.0, 10.0))
@@ -159,7 +163,7 @@ def _plan(drawing: dict[str, Any], *, detail: bool = False) -> tuple[str, int]:
         parts = _clipped(sheet, parts)
         parts += _grid(sheet, ("x", "y"))
     parts += [*_scale_bar(sheet), _north(sheet, drawing["north"])]
-    return _drawn(sheet, "Plan of building and yard" if detail else "Plan", parts), sheet.scale
+    return drawn(sheet, "Plan of building and yard" if detail else "Plan", parts), sheet.scale
 
 
 def _clipped(sheet: Sheet, parts: Sequence[str]) -> list[str]:
@@ -190,7 +194,7 @@ def _elevation(drawing: dict[str, Any], axis: int) -> tuple[str, int]:
     ground = [sheet.at((left, 0.0)), sheet.at((right, 0.0))]
     parts.append(_line(ground[0], ground[1], "ground"))
     parts += _scale_bar(sheet)
-    return _drawn(sheet, f"Elevation, {'xy'[axis]} and z", parts), sheet.scale
+    return drawn(sheet, f"Elevation, {'xy'[axis]} and z", parts), sheet.scale
 
 
 def _crane_on_plan(sheet: Sheet, crane: dict[str, Any], towards_rad: float) -> list[str]:
@@ -311,10 +315,19 @@ def _dimension(sheet: Sheet, one: dict[str, Any]) -> str:
     return element("g", _tip(f"{one['name']}: {words}"), line, *dots, _label(middle, words, 4.0, -3.0, "start"))
 
 
-def _box(sheet: Sheet, one: dict[str, Any]) -> str:
+def stored_box(sheet: Sheet, one: dict[str, Any]) -> str:
+    """Return the outline of a part in the yard."""
+    return _box(sheet, one, "stored", f"lift {one['number']}, delivery {one['delivery']}")
+
+
+def frame_box(sheet: Sheet, one: dict[str, Any]) -> str:
+    """Return the outline of a rack's frame."""
+    return _box(sheet, one, "frame", f"frame of rack {one['rack']}, delivery {one['delivery']}")
+
+
+def _box(sheet: Sheet, one: dict[str, Any], kind: str, words: str) -> str:
     (x0, y0), (x1, y1) = one["box_m"]
-    tip = _tip(f"lift {one['number']}, delivery {one['delivery']}")
-    return sheet.path([[(x0, y0), (x1, y0), (x1, y1), (x0, y1)]], "area stored", tip)
+    return sheet.path([[(x0, y0), (x1, y0), (x1, y1), (x0, y1)]], f"area {kind}", _tip(words))
 
 
 def _storey(one: dict[str, Any]) -> str:
@@ -341,8 +354,8 @@ def _tip(words: str) -> str:
     return element("title", escape(words))
 
 
-def _drawn(sheet: Sheet, title: str, parts: Sequence[str]) -> str:
+def drawn(sheet: Sheet, title: str, parts: Sequence[str]) -> str:
     """Return a drawing that is as large on paper as its scale says."""
     width, height = sheet.size_px
-    drawn = picture(width, height, f"{title}, 1 : {sheet.scale}", parts, "scaled")
-    return drawn.replace("<svg ", f'<svg width="{width:.2f}" height="{height:.2f}" ', 1)
+    svg = picture(width, height, f"{title}, 1 : {sheet.scale}", parts, "scaled")
+    return svg.replace("<svg ", f'<svg width="{width:.2f}" height="{height:.2f}" ', 1)

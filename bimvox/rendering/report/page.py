@@ -24,6 +24,7 @@ from bimvox.rendering.report.statement import statement
 from bimvox.rendering.report.support import support
 from bimvox.rendering.report.survey import survey
 from bimvox.rendering.report.titleblock import title_block
+from bimvox.rendering.report.yard import yard_drawings
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +96,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             support(record),
             section("Figures", tag("div", plots, "plots")) if plots else "",
             sections.deliveries(record),
+            yard_drawings(record),
             crews(record),
             programme(record),
             sections.proof(record),

@@ -22,6 +22,7 @@ from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.labels import Label
+from bimvox.proof.racks import frames_of
 from bimvox.records.lift import Status
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.exclusion import below_load, fall_zone
@@ -45,7 +46,7 @@ def drawing_of(revision: Revision) -> dict[str, Any]:
     Returns:
         ``extent_m`` (lowest and highest corner of the site), ``north`` (``kind`` and angle from the site's +x axis,
         or None), ``areas`` with ``areas_m2``, ``obstructions``, ``structure``, ``storeys``, ``stored`` parts,
-        ``cranes`` with their radii and capacities, ``below_loads`` (where a load hangs above),
+        ``frames`` of racks, ``cranes`` with their radii and capacities, ``below_loads`` (where a load hangs above),
         ``falling_loads`` (what one may reach when it falls) and ``distances_m`` on plan.
     """
     site = revision.plan.site
@@ -65,6 +66,7 @@ def drawing_of(revision: Revision) -> dict[str, Any]:
         },
         "storeys": storeys,
         "stored": _stored(revision),
+        "frames": _frames(revision),
         "cranes": [_crane(crane, storeys) for crane in site.cranes],
         "below_loads": _outline(below),
         "falling_loads": _outline(falling),
@@ -145,6 +147,21 @@ def _stored(revision: Revision) -> list[dict[str, Any]]:
             {"number": lift.number, "delivery": lift.place.delivery + 1, "box_m": [_rounded(low), _rounded(high)]}
         )
     return found
+
+
+def _frames(revision: Revision) -> list[dict[str, Any]]:
+    """Return the boxes of the frames of racks, with delivery and number."""
+    site = revision.plan.site
+    size_m, origin = site.frame.voxel_size_m, np.array(site.frame.origin_m[:2])
+    lifts = [lift for lift in revision.lifts if lift.status is Status.PLANNED]
+    return [
+        {
+            "delivery": delivery + 1,
+            "rack": rack,
+            "box_m": [_rounded(origin + low * size_m), _rounded(origin + (high + 1) * size_m)],
+        }
+        for (delivery, rack), (low, high) in sorted(frames_of(site, lifts).items())
+    ]
 
 
 def _crane(crane: TowerCrane, storeys: list[dict[str, Any]]) -> dict[str, Any]:
