@@ -57,6 +57,14 @@ Verbose = Annotated[
         "--verbose", "-v", envvar="BIMVOX_VERBOSE", help="Print every stage with its time, and a fault with its place."
     ),
 ]
+Programme = Annotated[
+    Path | None,
+    typer.Option(
+        "--programme",
+        metavar="FILE",
+        help="Existing programme, Microsoft Project XML or Primavera XER, instead of the site file's.",
+    ),
+]
 Seed = Annotated[
     int | None,
     typer.Option(

@@ -13,7 +13,7 @@ from bimvox.errors import InputError, listed
 from bimvox.units import clock, elapsed
 from bimvox_cli.crane_fields import crane_fields
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
-from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps, Train, Verbose
+from bimvox_cli.options import Json, PolicyId, Programme, Quiet, Seed, Steps, Train, Verbose
 from bimvox_cli.output import fields, open_output, rows, spent
 from bimvox_cli.remarks import Remarks, show_remarks, verdict
 
@@ -43,13 +43,7 @@ def plan(
             envvar="BIMVOX_OBSTRUCTIONS", metavar="FILE", help="Obstructions: JSON, TOML, an IFC file or a mesh."
         ),
     ] = None,
-    programme: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Existing programme, Microsoft Project XML or Primavera XER, instead of the site file's.",
-        ),
-    ] = None,
+    programme: Programme = None,
     policy: PolicyId = None,
     seed: Seed = None,
     steps: Steps = None,

@@ -12,7 +12,7 @@ import typer
 
 from bimvox.records.remark import number_in_words
 from bimvox_cli import failure
-from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps, Train, Verbose
+from bimvox_cli.options import Json, PolicyId, Programme, Quiet, Seed, Steps, Train, Verbose
 from bimvox_cli.output import Output, console_on, open_output
 
 if TYPE_CHECKING:
@@ -80,6 +80,7 @@ def watch(
             "needs bimvox[live].",
         ),
     ] = None,
+    programme: Programme = None,
     policy: PolicyId = None,
     seed: Seed = None,
     steps: Steps = None,
@@ -106,6 +107,7 @@ def watch(
             obstructions,
             site=site,
             out=out,
+            programme=programme,
             wish=PolicyWish(policy, seed, steps, train),
             how=WatchWish(once, poll, simulate, retrain, serve, traffic),
             progress=output.progress,

@@ -9,6 +9,8 @@ import pytest
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
 from bimvox_pipeline.verify import verify
+from bimvox_pipeline.watch.watch import watch
+from bimvox_pipeline.watch.wish import WatchWish
 from xer_files import xer_text
 
 from bimvox.bim.building import Role
@@ -115,6 +117,13 @@ def test_a_programme_given_to_plan_is_recorded_and_proven(tmp_path):
     assert verify(log, site=site_file, programme=given, progress=told)["verified"]
     failed = verify(log, site=site_file, progress=told)["checks"]["bound"]
     assert any("hints" in sentence for sentence in failed["failures"])
+    other, once = tmp_path / "other.mcap", WatchWish(once=True)
+    other.write_bytes(log.read_bytes())
+    for out, theirs, event in ((log, given, "unchanged"), (other, None, "planned")):  # the log is not of the site alone
+        watched = watch(tmp_path / "none.json", site=site_file, out=out, programme=theirs, how=once, progress=told)
+        assert next(watched)["event"] == event
+    with pytest.raises(FileError, match="overwrite its own input"):
+        next(watch(tmp_path / "none.json", site=site_file, out=given, programme=given, progress=told))
     with pytest.raises(InputError, match="--programme needs --site"):
         verify(log, programme=given, progress=told)
     with pytest.raises(FileError, match="overwrite its own input"):

@@ -52,6 +52,7 @@ def watch(
     *,
     site: Path,
     out: Path | None = None,
+    programme: Path | None = None,
     wish: PolicyWish = PolicyWish(),  # noqa: B008  (immutable)
     how: WatchWish = WatchWish(),  # noqa: B008  (immutable)
     progress: Progress,
@@ -63,6 +64,7 @@ def watch(
         site: The site file.
         out: The log; default: the site's name with ``.mcap``, in the current folder. If it exists and belongs to this
             site, the watch continues from its plan and the segments after it.
+        programme: Takes the place of the one that the site file names, as in ``bimvox plan``.
         wish: Which policy is wished, and its training.
         how: How the file is read, and what happens to the plan meanwhile.
         progress: Receives the stages of the first plan.
@@ -73,9 +75,10 @@ def watch(
     target = out or default_output(site, ".mcap")
     traffic = None if how.traffic is None else traffic_of(how)
     server = None if how.serve is None else server_at(how.serve, progress)
-    check_output(target, inputs=[site, obstructions])
-    loaded = load_site(site, progress)
-    check_output(target, inputs=[site, obstructions, loaded.config.model.path])
+    inputs = [site, obstructions, *([] if programme is None else [programme])]
+    check_output(target, inputs=inputs)
+    loaded = load_site(site, progress, programme=programme)
+    check_output(target, inputs=[*inputs, loaded.config.model.path])
     preparation = prepared(loaded.site, progress)
     chosen = policy_of(loaded, loaded.site, preparation, wish, progress)
     if traffic is not None:
