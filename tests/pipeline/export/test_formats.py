@@ -82,11 +82,13 @@ def test_ifc_has_one_task_per_lift_to_the_second_and_all_its_content(site_folder
     tracks = tracks_of(log)
     assert len(tasks) == len(tracks) == 8
     (crane,) = file.by_type("IfcTransportElement")
+    (link,) = file.by_type("IfcRelAssignsToResource")
+    assert link.RelatedObjects == (crane,)
     for task, track in zip(tasks, tracks, strict=True):
         component = log.plan.site.components[track.lift.component]
         (product,) = ifcopenshell.util.sequence.get_task_outputs(task)
         assert product.GlobalId == component.global_id
-        assert ifcopenshell.util.sequence.get_task_inputs(task) == {crane}
+        assert set(ifcopenshell.util.sequence.get_task_resources(task)) == {link.RelatingResource}
         start = datetime.fromisoformat(task.TaskTime.ScheduleStart)
         finish = datetime.fromisoformat(task.TaskTime.ScheduleFinish)
         assert (start, finish) == dated(log)[track.lift.order]

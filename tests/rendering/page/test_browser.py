@@ -121,6 +121,29 @@ def test_the_first_frame_is_a_picture_of_the_site(seen):
     assert seen.text("#proof") == "✓ proven"
 
 
+def test_the_first_view_holds_jib_counter_jib_and_yard(seen):
+    ends = seen.page.evaluate(
+        """() => {
+          const { scene, camera, plan, time } = window.page;
+          const m = camera.matrix(100);
+          return scene.cranes.flatMap((crane, n) => crane.ends(scene._poseOf(plan, n, time))).map(([x, y, z]) => {
+            const w = m[3] * x + m[7] * y + m[11] * z + m[15];
+            return [(m[0] * x + m[4] * y + m[8] * z + m[12]) / w, (m[1] * x + m[5] * y + m[9] * z + m[13]) / w];
+          });
+        }"""
+    )
+    assert len(ends) == 2
+    assert all(abs(value) <= 1.0 for end in ends for value in end), ends
+
+
+def test_following_from_above_does_not_look_along_the_rope(seen):
+    seen.page.keyboard.press("1")
+    seen.wait("window.page.camera.elevation > 80 && !window.page.camera.glide")
+    seen.page.keyboard.press("4")
+    seen.wait("window.page.camera.elevation < 60 && !window.page.camera.glide")
+    seen.page.keyboard.press("4")
+
+
 def test_every_lift_is_in_the_list_with_the_numbers_of_the_log(seen):
     log = tiny_log()
     rows = seen.page.eval_on_selector_all("#list tbody tr", "(rows) => rows.map((row) => row.innerText)")

@@ -72,6 +72,18 @@ export class Crane {
     this.record.blocks.forEach((block, n) => set(this.rowOf(n), block.joint, block.rgb));
   }
 
+  /** The ends of jib and counter-jib. */
+  ends([slew, radius]) {
+    const { base_m, jib_height_m, jib_length_m, luffing, blocks } = this.record;
+    const [x, y] = base_m;
+    const at = (along, height) => [x + along * Math.cos(slew), y + along * Math.sin(slew), height];
+    let tail = Math.min(0, ...blocks.filter((block) => block.joint === SLEWING).map((block) => block.centre_m[0]));
+    for (let n = 0; n < this.joints.length; n++) if (this.joints[n] === SLEWING) tail = Math.min(tail, this.points[3 * n]);
+    if (!luffing) return [at(jib_length_m, jib_height_m), at(tail, jib_height_m)];
+    const rise = Math.sqrt(Math.max(0, luffing.length_m ** 2 - (radius - luffing.pivot_offset_m) ** 2));
+    return [at(radius, luffing.pivot_height_m + rise), at(tail, luffing.pivot_height_m)];
+  }
+
   /** Pivot and attitude of a luffing jib: slewing after luffing, about -y by the luff angle. */
   jibAt(slew, radius, turn) {
     const jib = this.record.luffing;

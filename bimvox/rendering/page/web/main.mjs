@@ -19,6 +19,7 @@ import { PHASES, clock, metres } from "./words.mjs";
 
 const MOST_PIXELS = 2;
 const FOLLOW_M = 28;
+const FOLLOW_DEG = 50;
 const SAY_MS = 1500;
 
 class App {
@@ -295,14 +296,16 @@ class App {
     if (name === "follow") {
       this.following = follow;
       document.querySelector('[data-view="follow"]').setAttribute("aria-pressed", String(follow));
-      if (follow) this.camera.go({ distance: Math.min(this.camera.distance, FOLLOW_M) }, now);
+      // From straight above, jib and hook block hide the load.
+      const { distance, elevation } = this.camera;
+      if (follow) this.camera.go({ distance: Math.min(distance, FOLLOW_M), elevation: Math.min(elevation, FOLLOW_DEG) }, now);
       this.changed();
       return;
     }
     const [azimuth, elevation] = this.document.site.view_deg;
     const square = Math.round(azimuth / 90) * 90;
     const turns = { top: [square, 89.9], front: [square, 4], iso: [azimuth, elevation], fit: [this.camera.azimuth, this.camera.elevation] };
-    const [low, high] = this.scene ? this.scene.bounds(this.plan) : [[0, 0, 0], [10, 10, 10]];
+    const [low, high] = this.scene ? this.scene.bounds(this.plan, this.time) : [[0, 0, 0], [10, 10, 10]];
     const to = this._uncovered(this.camera.fitting(low, high, ...turns[name]));
     if (atOnce) Object.assign(this.camera, to);
     else this.camera.go(to, now);

@@ -139,9 +139,7 @@ export class Scene {
     const motion = lift && plan.motionOf(lift);
     const since = lift ? time - lift.begins_s : 0;
     this.cranes.forEach((crane, n) => {
-      const own = plan.liftOf(n, time);
-      const driven = own && plan.motionOf(own);
-      const pose = driven && driven.kind === "crane" ? axesAt(driven, time - own.begins_s) : crane.parked;
+      const pose = this._poseOf(plan, n, time);
       if (n === (motion?.crane ?? 0)) this.hook = hookOf(crane.record.base_m, pose);
       crane.pose(pose, layers.crane);
     });
@@ -346,8 +344,15 @@ export class Scene {
     return null;
   }
 
-  /** The bounding box of parts at their places and in the yard, obstructions and masts. */
-  bounds(plan) {
+  /** Slew, radius and height of a crane at a time. */
+  _poseOf(plan, n, time) {
+    const own = plan.liftOf(n, time);
+    const driven = own && plan.motionOf(own);
+    return driven && driven.kind === "crane" ? axesAt(driven, time - own.begins_s) : this.cranes[n].parked;
+  }
+
+  /** The bounding box of parts at their places and in the yard, and of the cranes as they stand at a time. */
+  bounds(plan, time) {
     const low = [Infinity, Infinity, Infinity];
     const high = [-Infinity, -Infinity, -Infinity];
     const take = (a, b) => {
@@ -362,10 +367,11 @@ export class Scene {
       take(part.target_m, sum(part.target_m, part.size_m));
       if (lift.start_m) take(lift.start_m, sum(lift.start_m, lift.start_size_m));
     }
-    for (const crane of this.cranes) {
+    this.cranes.forEach((crane, n) => {
       const { base_m, jib_height_m, mast_size_m } = crane.record;
       take(base_m, [base_m[0], base_m[1], jib_height_m + mast_size_m]);
-    }
+      for (const end of crane.ends(this._poseOf(plan, n, time))) take(end, end);
+    });
     return [low, high];
   }
 }
