@@ -8,7 +8,7 @@ of the site, and all have about the same work on every storey.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.site.component import Component
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.crew_times import crew_times
+from bimvox.site.lifting import hung_kg
 from bimvox.site.site import Rules
 
 _ROUNDS = 200
@@ -34,6 +35,7 @@ def assigned(
     yard: NDArray[np.bool_],
     frame: GridFrame,
     rules: Rules,
+    on_its_slings: Callable[[Component], Component] = lambda component: component,
 ) -> list[Component]:
     """Return the components, each with the index of the crane that lifts it.
 
@@ -46,6 +48,7 @@ def assigned(
         yard: (X, Y) columns of the yard.
         frame: Frame of the grid.
         rules: Rules of the site.
+        on_its_slings: Returns a component of a crane with its gear on that crane; default: as given.
 
     Raises:
         ConfigError: If a part is assigned to a crane that the site does not have.
@@ -60,7 +63,8 @@ def assigned(
         from_yard_m = _distances_m(crane, yard_m)
         for n, component in enumerate(components):
             start_m = from_yard_m if component.start_vox is None else _distances_m(crane, _start_m(component, frame))
-            radii_m = allowed_radii_m(crane, component.mass_kg, rules.highest_utilisation)
+            more_kg = hung_kg(crane, on_its_slings(replace(component, crane=k))) - crane.tackle_kg
+            radii_m = allowed_radii_m(crane, more_kg, rules.highest_utilisation)
             excess_m[n, k] = _excess_m(crane, radii_m, places_m[n], start_m)
     can = excess_m <= _SLACK_M
     for n in range(len(components)):

@@ -100,7 +100,7 @@ def build_site(
         own = own if one.means is Means.CRANE else None
         return hung(one, elements[one.id], crane, rules.sling_angle_rad, frame, own)
 
-    lifted = list(map(on_its_slings, assigned(config, components, cranes, yard, frame, rules)))
+    lifted = list(map(on_its_slings, assigned(config, components, cranes, yard, frame, rules, on_its_slings)))
     prohibited, no_load = (columns_without(kinds, config.zone, frame, columns) for kinds in (NO_HOOK, NO_LOAD))
     site = Site(
         name=config.name or "site",

@@ -1,6 +1,7 @@
 """Which crane lifts which part."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -64,6 +65,23 @@ def test_a_part_that_one_crane_alone_reaches_is_its():
 def test_what_is_too_heavy_for_one_goes_to_the_other():
     weak = dataclasses.replace(WEST, chart=dataclasses.replace(WEST.chart, capacity_kg=(900.0, 900.0, 800.0)))
     assert set(crane_numbers(row(12), cranes=(weak, EAST))) == {1}
+
+
+def test_the_gear_of_a_part_counts_not_the_usual_rigging():
+    def heavy(component):
+        rig = SimpleNamespace(mass_kg=5_000.0 if component.crane == 0 else 0.0)
+        return dataclasses.replace(component, lifting=dataclasses.replace(component.lifting, rig=rig))
+
+    near = row(1)
+    config = parse_site_config(PLAIN, "s.toml")
+    limit = dataclasses.replace(WEST.chart, capacity_kg=(5_000.0, 4_500.0, 4_000.0))
+    weak = dataclasses.replace(WEST, chart=limit)
+    long = dataclasses.replace(
+        EAST, jib_length_m=90.0, chart=dataclasses.replace(EAST.chart, radius_m=(5.0, 20.0, 95.0))
+    )
+    (usual,) = assigned(config, near, (weak, long), YARD, FRAME, Rules())
+    (found,) = assigned(config, near, (weak, long), YARD, FRAME, Rules(), heavy)
+    assert (usual.crane, found.crane) == (0, 1)
 
 
 def test_the_site_file_goes_before_everything():
