@@ -675,7 +675,15 @@ def test_segment_names_sort_and_are_found(tmp_path):
     assert list(segments_on_disk(log)) == [0, 2, 10_000]
 
 
-def wait_for_training(watcher: Watcher, limit_s: float = 120.0) -> None:
+@pytest.fixture
+def may_end(tmp_path, monkeypatch) -> Path:
+    """Return a file whose existence lets a training end."""
+    monkeypatch.setenv(trainings.MAY_END, str(tmp_path / "may_end"))
+    return tmp_path / "may_end"
+
+
+def wait_for_training(watcher: Watcher, may_end: Path, limit_s: float = 120.0) -> None:
+    may_end.touch()
     until = time.monotonic() + limit_s
     while not watcher.wants_another_look():
         assert time.monotonic() < until
@@ -687,7 +695,7 @@ def fails(transit: Any) -> None:
 
 
 @pytest.mark.slow
-def test_retraining_runs_in_parallel_and_its_path_is_used_if_not_longer(watcher):
+def test_retraining_runs_in_parallel_and_its_path_is_used_if_not_longer(watcher, may_end):
     watcher.retrain(100)
     watcher._retraining.train = trainings.better
     taken_up(watcher)
@@ -698,7 +706,7 @@ def test_retraining_runs_in_parallel_and_its_path_is_used_if_not_longer(watcher)
     searched = {name for name in told["replanned"] if method_of(watcher, name) == "search"}
     assert searched
     before = {lift.component: lift.moves for lift in watcher.current.plan.lifts}
-    wait_for_training(watcher)
+    wait_for_training(watcher, may_end)
     (told,) = change(watcher)
     assert told["event"] == "retrained"
     assert told["policy"] == "better"
@@ -718,7 +726,7 @@ def method_of(watcher: Watcher, name: str) -> str:
 
 
 @pytest.mark.slow
-def test_retraining_without_gain_or_with_failure_changes_nothing(watcher):
+def test_retraining_without_gain_or_with_failure_changes_nothing(watcher, may_end):
     watcher.retrain(100)
     taken_up(watcher)
     watcher._reviser.propose = fails
@@ -728,11 +736,12 @@ def test_retraining_without_gain_or_with_failure_changes_nothing(watcher):
             (trainings.broken, "failed", "no lessons"),
         )
     ):
+        may_end.unlink(missing_ok=True)
         watcher._retraining.train = outcome
         put(watcher, box_on(watcher, 6 + number))
         revision = change(watcher)[-1]["revision"]
         lifts = watcher.current.plan.lifts
-        wait_for_training(watcher)
+        wait_for_training(watcher, may_end)
         (told,) = change(watcher)
         assert told["event"] == event
         assert said in told["message"]
