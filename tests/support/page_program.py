@@ -29,3 +29,14 @@ def played_load(folder: Path, motion: Any, base_m: Any, times_s: Any) -> tuple[n
     found = json.loads(subprocess.run([NODE, program], capture_output=True, text=True, check=True).stdout)
     corners, tilts = (np.array([frame[key] for frame in found]) for key in ("corner", "tilt"))
     return corners, tilts
+
+
+def program_says(folder: Path, prelude: str, body: str) -> Any:
+    """Return the value of an expression after a prelude, in which ``%(web)s`` is the folder of the modules."""
+    assert NODE is not None
+    program = folder / "said.mjs"
+    web = (Path(assets.__file__).parent / "web").as_uri()
+    program.write_text(prelude % {"web": web} + f"\nconsole.log(JSON.stringify({body}));")
+    done = subprocess.run([NODE, program], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)

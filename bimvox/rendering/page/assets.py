@@ -14,6 +14,7 @@ MODULES = (
     "words",
     "motion",
     "plan",
+    "visibility",
     "gl",
     "shaders",
     "batches",

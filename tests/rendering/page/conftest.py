@@ -5,9 +5,12 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
+from opened_pages import passed_proof, tiny_source
+from seen_pages import Seen, show
 
 ARGUMENTS = (
     "--no-sandbox",
@@ -44,3 +47,13 @@ def browser() -> Iterator[Any]:
         chromium = playwright.chromium.launch(executable_path=found, args=list(ARGUMENTS))
         yield chromium
         chromium.close()
+
+
+@pytest.fixture
+def seen(browser: Any, tmp_path: Path) -> Iterator[Seen]:
+    """Return the page of the tiny plan; afterwards it must have complained of nothing and requested nothing."""
+    seen = show(browser, tmp_path, tiny_source(proof=passed_proof()), reduced_motion="reduce")
+    yield seen
+    assert seen.complaints == []
+    assert len(seen.requests) == 1  # the page itself
+    seen.page.context.close()

@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 import itertools
-import re
-import time
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from log_building import tiny_log
 from opened_pages import EVIL, evil_log, failed_proof, passed_proof, revision_of, some_remarks, tiny_source
-from PIL import Image
+from seen_pages import Seen, contrast, show
 from two_cranes import two_crane_plan
 
 from bimvox.crane.kinematics import hook_of
@@ -30,79 +24,12 @@ from bimvox.rendering.scene.cranes import poses_at
 
 pytestmark = pytest.mark.browser
 
-WAIT_MS = 60_000
 TO_PIXELS = """(at) => {
   const { camera, scene } = window.page, m = camera.matrix(scene.radius);
   const box = document.getElementById("canvas").getBoundingClientRect();
   const clip = [0, 1, 2, 3].map((row) => m[row] * at[0] + m[4 + row] * at[1] + m[8 + row] * at[2] + m[12 + row]);
   return [box.left + (clip[0] / clip[3] + 1) / 2 * box.width, box.top + (1 - clip[1] / clip[3]) / 2 * box.height];
 }"""
-
-
-class Seen:
-    """An open page, and what it did."""
-
-    def __init__(self, page: Any) -> None:
-        self.page = page
-        self.complaints: list[str] = []
-        self.requests: list[str] = []
-        page.set_default_timeout(WAIT_MS)
-        page.on(
-            "console", lambda said: self.complaints.append(said.text) if said.type in ("error", "warning") else None
-        )
-        page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        page.on("request", lambda request: self.requests.append(request.url))
-
-    def text(self, selector: str) -> str:
-        return str(self.page.inner_text(selector))
-
-    def terms(self, panel: str = "#panel-part") -> dict[str, str]:
-        pairs = self.page.eval_on_selector_all(
-            f"{panel} dt", "(terms) => terms.map((dt) => [dt.innerText, dt.nextElementSibling.innerText])"
-        )
-        return dict(pairs)
-
-    def seek(self, seconds: float) -> None:
-        self.page.evaluate(
-            "(at) => { const s = document.getElementById('time'); s.value = at; s.dispatchEvent(new Event('input')); }",
-            seconds,
-        )
-        self.drawn()
-
-    def drawn(self) -> None:
-        """Wait until the page has drawn its current state: it draws in the next frame, not at once."""
-        self.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-
-    def wait(self, condition: str) -> None:
-        """Wait for a JavaScript condition, evaluated from here, because the page forbids evaluation."""
-        deadline = time.monotonic() + WAIT_MS / 1000
-        while not self.page.evaluate(f"() => Boolean({condition})"):
-            assert time.monotonic() < deadline, f"never: {condition}"
-            self.page.wait_for_timeout(30)
-
-    def picture(self) -> np.ndarray:
-        """Return the view as pixels, after it was drawn."""
-        self.drawn()
-        data = self.page.locator("#canvas").screenshot()
-        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(int)
-
-
-def show(browser: Any, folder: Path, source: PageSource, **context: Any) -> Seen:
-    file = folder / "plan page.html"
-    file.write_bytes(page_of(source))
-    seen = Seen(browser.new_context(viewport={"width": 1280, "height": 720}, **context).new_page())
-    seen.page.goto(file.as_uri())
-    seen.wait("document.documentElement.dataset.drawn > 0")
-    return seen
-
-
-@pytest.fixture
-def seen(browser: Any, tmp_path: Path) -> Iterator[Seen]:
-    seen = show(browser, tmp_path, tiny_source(proof=passed_proof()), reduced_motion="reduce")
-    yield seen
-    assert seen.complaints == []
-    assert len(seen.requests) == 1  # the page itself
-    seen.page.context.close()
 
 
 def clock(seconds: float) -> str:
@@ -457,17 +384,6 @@ def test_long_and_hostile_remarks_stay_in_the_window_and_can_be_read(browser, tm
         assert contrast(seen, chip) >= 4.5
     assert seen.complaints == []
     seen.page.context.close()
-
-
-def contrast(seen: Seen, selector: str) -> float:
-    """The contrast of text to its own background, as WCAG 2 has it."""
-    style = "(at) => { const s = getComputedStyle(document.querySelector(at)); return [s.color, s.backgroundColor]; }"
-    light = []
-    for colour in seen.page.evaluate(style, selector):
-        rgb = np.array([int(value) for value in re.findall(r"\d+", colour)[:3]]) / 255
-        linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-        light.append(float(linear @ [0.2126, 0.7152, 0.0722]))
-    return (max(light) + 0.05) / (min(light) + 0.05)
 
 
 def test_remarks_are_printed_even_of_closed_groups(browser, tmp_path):

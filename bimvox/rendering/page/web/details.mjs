@@ -3,6 +3,7 @@ import { byId, el, fill, terms } from "./dom.mjs";
 import { cranesOf } from "./cranes.mjs";
 import { HOW } from "./plan.mjs";
 import { extent } from "./overlays.mjs";
+import { LOOKS, SCOPES, SEEN } from "./visibility.mjs";
 import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, elapsed, fixed, metres, nameOf, percent, point, span, tonnes, whole } from "./words.mjs";
 
 export class Details {
@@ -60,6 +61,7 @@ export class Details {
       lift ? (other ? this._notLifted(lift, other) : bad ? this._infeasible(lift) : this._proof(lift)) : null,
       ...app.remarks.about(index).map((remark) => el("p", { class: `aside ${remark.severity}` }, el("strong", {}, `${remark.severity === "note" ? "Note" : `Remark, ${remark.severity}`}: `), remark.text)),
       motion ? el("p", { class: "links" }, el("button", { type: "button", onclick: () => app.seek(lift.begins_s) }, `Go to this lift, ${clock(lift.begins_s)}`)) : null,
+      ...this._looks(index),
       el("h3", {}, "Part"),
       terms([
         ["GlobalId", el("code", {}, part.global_id)],
@@ -75,6 +77,23 @@ export class Details {
       ]),
       ...(lift && !bad ? this._lift(lift, motion, use) : []),
     ];
+  }
+
+  /** Buttons that isolate, hide or ghost the part, or all of its class, storey or crane. */
+  _looks(index) {
+    const { visibility, plan } = this.app;
+    const acts = [["isolate", "i"], ["hide", "h"], ["ghost", "g"]];
+    const rows = SCOPES.map((by) => [by, visibility.groupOf(index, by, plan)]).filter(([, value]) => value !== null && value !== "");
+    const look = visibility.looks[index];
+    return [
+      el("h3", {}, "In the view"),
+      look === SEEN ? null : el("p", { class: "kicker" }, `This part is ${LOOKS[look]}.`),
+      el("div", { class: "looks" }, ...rows.flatMap(([by, value]) => [
+        el("span", {}, by === "part" ? "This part" : visibility.nameOf(by, value)),
+        el("span", { class: "group", role: "group", "aria-label": by === "part" ? "This part" : `All of ${visibility.nameOf(by, value)}` }, ...acts.map(([act, key]) =>
+          el("button", { type: "button", "data-look": `${act} ${by}`, title: by === "part" ? `${act} this part (${key})` : `${act} ${visibility.nameOf(by, value)}`, onclick: () => this.app.look(act, by, value) }, act))),
+      ])),
+    ]; // prettier-ignore
   }
 
   _notLifted(lift, words) {

@@ -16,6 +16,16 @@ export class Header {
     byId("revision").addEventListener("change", (event) => app.setRevision(Number(event.target.value)));
     byId("revision-earlier").addEventListener("click", () => app.setRevision(app.number - 1));
     byId("revision-later").addEventListener("click", () => app.setRevision(app.number + 1));
+    byId("filter-undo").addEventListener("click", () => app.undoLook());
+    byId("filter-clear").addEventListener("click", () => app.showAll());
+  }
+
+  /** Says what is filtered. */
+  renderFilter() {
+    const { visibility } = this.app;
+    byId("filter").hidden = !visibility.filters;
+    byId("filter-words").textContent = plain(visibility.words);
+    byId("filter-undo").disabled = !visibility.past.length;
   }
 
   render() {

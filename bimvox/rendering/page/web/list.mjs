@@ -1,6 +1,7 @@
 // The list of lifts: search, sorting, and current states.
 import { byId, el, fill } from "./dom.mjs";
 import { HOW, sorted } from "./plan.mjs";
+import { LOOKS, SEEN } from "./visibility.mjs";
 import { STATES, classWords, counted, nameOf, percent, shortClock } from "./words.mjs";
 
 const GLYPHS = ["", "•", "▲", "✓", "✓"];
@@ -13,7 +14,7 @@ export class LiftList {
     this.search = byId("search");
     this.key = "order";
     this.descending = false;
-    this.search.addEventListener("input", () => this.render());
+    this.search.addEventListener("input", () => app.setSearch(this.search.value));
     this.buttons = [...document.querySelectorAll("[data-sort]")];
     for (const button of this.buttons)
       button.addEventListener("click", () => {
@@ -26,8 +27,9 @@ export class LiftList {
 
   /** Lists the lifts of the revision shown. */
   render() {
-    const { plan } = this.app;
-    const lifts = sorted(plan, plan.matching(this.search.value), this.key, this.descending);
+    const { plan, visibility } = this.app;
+    this.query = visibility.query;
+    const lifts = sorted(plan, plan.matching(visibility.query), this.key, this.descending);
     this.rows = new Map();
     fill(this.body, ...lifts.map((lift) => this._row(plan, lift)));
     for (const button of this.buttons) {
@@ -47,8 +49,9 @@ export class LiftList {
     const motion = plan.motionOf(lift);
     const use = lift.governs?.utilisation ?? null;
     const state = el("span", { class: "state" });
+    const look = el("small");
     const under = [classWords(part.ifc_class), part.storey].filter(Boolean).join(" · ");
-    const button = el("button", { type: "button", onclick: () => this.app.choose(lift.part, { from: "list" }) }, el("span", {}, nameOf(part)), el("small", {}, bad ? `${lift.by_other_means ? "by other means" : "infeasible"} · ${under}` : other ? `${other} · ${under}` : under));
+    const button = el("button", { type: "button", onclick: () => this.app.choose(lift.part, { from: "list" }) }, el("span", {}, nameOf(part)), el("small", {}, bad ? `${lift.by_other_means ? "by other means" : "infeasible"} · ${under}` : other ? `${other} · ${under}` : under), look);
     const row = el("tr", { class: bad ? "bad" : null, "data-part": lift.part },
       el("td", {}, state),
       el("td", {}, String(lift.number)),
@@ -56,7 +59,7 @@ export class LiftList {
       el("td", { class: use !== null && use >= plan.hot ? "hot" : null }, bad ? "" : percent(use)),
       el("td", {}, bad ? "✕" : motion ? shortClock(motion.length_s) : "–"),
     ); // prettier-ignore
-    this.rows.set(lift.part, { row, state, button });
+    this.rows.set(lift.part, { row, state, button, look });
     return row;
   }
 
@@ -67,6 +70,7 @@ export class LiftList {
     for (const lift of app.plan.lifts) {
       const found = this.rows.get(lift.part);
       const value = lift.status === "infeasible" ? "x" : states[lift.part];
+      if (found) this._showLook(found, app.visibility.looks[lift.part]);
       if (!found || found.value === value) continue;
       found.value = value;
       found.state.className = `state s${value}`;
@@ -85,6 +89,14 @@ export class LiftList {
     own?.row.classList.add("chosen");
     for (const { button } of this.rows.values()) if (button.hasAttribute("aria-current")) button.removeAttribute("aria-current");
     own?.button.setAttribute("aria-current", "true");
+  }
+
+  /** Says of a row that its part is not shown, or as a ghost. */
+  _showLook(found, look) {
+    if ((found.seen ?? SEEN) === look) return;
+    found.seen = look;
+    found.row.classList.toggle("unshown", look !== SEEN);
+    found.look.textContent = look === SEEN ? "" : `${LOOKS[look]} in the view`;
   }
 
   _reveal(part) {

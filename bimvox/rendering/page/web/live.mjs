@@ -72,6 +72,7 @@ export class Live {
       playing: app.playing,
       speed: app.speed,
       layers: app.layers,
+      filter: app.visibility.state,
       tab: app.details.opened,
       chosen: app.chosen === null ? null : app.parts[app.chosen].id,
       camera: Object.fromEntries(CAMERA.map((name) => [name, app.camera[name]])),
@@ -100,6 +101,7 @@ export class Live {
     app.speed = kept.speed;
     app.playing = kept.playing;
     app.layers = { ...app.layers, ...kept.layers };
+    if (kept.filter) app.visibility.take(kept.filter);
     const chosen = app.parts.findIndex((part) => part.id === kept.chosen);
     app.chosen = chosen < 0 ? null : chosen;
     Object.assign(app.camera, kept.camera, { glide: null });

@@ -1,6 +1,7 @@
 // The page: holds the current state and notifies every part of the page when it changes.
 import { Camera } from "./camera.mjs";
 import { unpack } from "./container.mjs";
+import { cranesOf } from "./cranes.mjs";
 import { Details } from "./details.mjs";
 import { byId, el, fill } from "./dom.mjs";
 import { Header } from "./header.mjs";
@@ -15,6 +16,7 @@ import { watchPointers } from "./pointer.mjs";
 import { Remarks } from "./remarks.mjs";
 import { Scene } from "./scene.mjs";
 import { Timeline, nowWords } from "./timeline.mjs";
+import { Visibility } from "./visibility.mjs";
 import { PHASES, clock, metres } from "./words.mjs";
 
 const MOST_PIXELS = 2;
@@ -36,6 +38,7 @@ class App {
     this.obstruction = null;
     this.following = false;
     this.layers = { ...LAYERS };
+    this.visibility = new Visibility(this.parts, cranesOf(document).map((crane) => crane.name));
     this.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.camera = new Camera(this.still);
     this.scene = this._scene(numbers);
@@ -101,8 +104,11 @@ class App {
     this.time = clamp(this.time, this.plan.begins, this.plan.ends);
     this.states = this.plan.statesAt(this.time);
     this.lift = this.plan.liftAt(this.time);
+    this.visibility.update(this.plan);
     this.scene?.forget();
     this.header.render();
+    this.header.renderFilter();
+    this.list.search.value = this.visibility.query;
     this.list.render();
     this.timeline.render();
     this.layerList.renderLegend();
@@ -195,7 +201,7 @@ class App {
 
   _draw() {
     if (!this.scene) return;
-    this.scene.show({ plan: this.plan, time: this.time, layers: this.layers, chosen: this.chosen, obstruction: this.obstruction });
+    this.scene.show({ plan: this.plan, time: this.time, layers: this.layers, chosen: this.chosen, obstruction: this.obstruction, looks: this.visibility.looks });
     const frame = this._frame();
     if (this.following && this.lift && !this.camera.glide) {
       const at = this.states[this.lift.part] > 1 ? this.scene.middleOf(this.lift.part) : (this.scene.hook ?? this.scene.middleOf(this.lift.part));
@@ -273,6 +279,50 @@ class App {
     this.changed();
   }
 
+  /** The part of which the details are shown: the chosen one, or that of the lift under way. */
+  get detailed() {
+    return this.chosen ?? (this.obstruction ? null : (this.lift?.part ?? null));
+  }
+
+  lookAtPart(act) {
+    if (this.detailed !== null) this.look(act, "part", this.parts[this.detailed].id);
+  }
+
+  /** Isolates, hides or ghosts a group of parts: see Visibility. */
+  look(act, by, value) {
+    this.visibility.apply(act, by, value);
+    this._refilter();
+  }
+
+  setSearch(query) {
+    this.visibility.search(query);
+    this._refilter();
+  }
+
+  undoLook() {
+    if (this.visibility.undo()) this._refilter();
+  }
+
+  showAll() {
+    this.visibility.clear();
+    this._refilter();
+  }
+
+  /** Shows what the filter leaves. */
+  _refilter() {
+    const { visibility, list } = this;
+    visibility.update(this.plan);
+    this.header.renderFilter();
+    if (list.search.value !== visibility.query) list.search.value = visibility.query;
+    if (list.query !== visibility.query) list.render();
+    else list.update();
+    const focused = document.activeElement?.dataset?.look;
+    this.details.renderPart();
+    if (focused) document.querySelector(`[data-look="${focused}"]`)?.focus();
+    this.say(visibility.words || "All parts shown");
+    this.changed();
+  }
+
   turn(dx, dy) {
     this.camera.orbit(dx, dy);
     this.changed();
@@ -305,7 +355,7 @@ class App {
     const [azimuth, elevation] = this.document.site.view_deg;
     const square = Math.round(azimuth / 90) * 90;
     const turns = { top: [square, 89.9], front: [square, 4], iso: [azimuth, elevation], fit: [this.camera.azimuth, this.camera.elevation] };
-    const [low, high] = this.scene ? this.scene.bounds(this.plan, this.time) : [[0, 0, 0], [10, 10, 10]];
+    const [low, high] = this.scene ? this.scene.bounds(this.plan, this.time, this.visibility.looks) : [[0, 0, 0], [10, 10, 10]];
     const to = this._uncovered(this.camera.fitting(low, high, ...turns[name]));
     if (atOnce) Object.assign(this.camera, to);
     else this.camera.go(to, now);

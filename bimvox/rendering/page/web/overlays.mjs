@@ -2,6 +2,7 @@
 import { Lines } from "./batches.mjs";
 import { HOOK } from "./cranes.mjs";
 import { wayOf } from "./motion.mjs";
+import { SEEN } from "./visibility.mjs";
 
 const MOST_EDGES = 6000;
 const INK = { path: [0, 100, 190, 255], other: [0, 100, 190, 90], start: [190, 100, 0, 255], target: [196, 40, 120, 255], waiting: [196, 40, 120, 90], bad: [200, 30, 20, 255], active: [0, 45, 110, 255], chosen: [10, 10, 14, 255], rope: [60, 60, 64, 255] };
@@ -20,6 +21,8 @@ export class Overlays {
 
   /** Shows the lines of a moment: slings, boxes, paths and outlines; each kind is rebuilt only when it changes. */
   show(moment, lift, motion, since) {
+    if (this.looks !== this.scene.looks) this.made = this._freed();
+    this.looks = this.scene.looks;
     const { plan, layers, chosen, obstruction } = moment;
     const held = this._held(plan, moment.time);
     this._overlay("slings", [held.map((own) => own.order), layers.voxels, layers.crane], (lines) => {
@@ -37,13 +40,23 @@ export class Overlays {
     });
   }
 
+  /** Frees all lines: what is seen has changed. */
+  _freed() {
+    for (const { batch } of Object.values(this.made)) batch.free();
+    return {};
+  }
+
+  _seen(lift) {
+    return this.looks[lift.part] === SEEN;
+  }
+
   /** The lifts whose part hangs on a hook. */
   _held(plan, time) {
     const own = this.scene.cranes.map((_, n) => plan.liftOf(n, time));
     return own.filter((lift) => {
       const motion = lift && plan.motionOf(lift);
       const since = lift ? time - lift.begins_s : 0;
-      return motion && motion.kind === "crane" && since >= motion.lifted_s && since < motion.assembled_s;
+      return motion && this._seen(lift) && motion.kind === "crane" && since >= motion.lifted_s && since < motion.assembled_s;
     });
   }
 
@@ -98,6 +111,7 @@ export class Overlays {
       const part = this.scene.parts[other.part];
       const near = other === lift || other.part === chosen;
       const bad = other.status === "infeasible";
+      if (!this._seen(other)) continue;
       if (bad && layers.boxes) box(part.target_m, part.size_m, { rgba: INK.bad, width: near ? 2.6 : 1.6, dash: 9 });
       else if (layers.targets && !near) box(part.target_m, part.size_m, { rgba: INK.waiting, width: 1 });
       if (!near || !layers.boxes) continue;
@@ -116,7 +130,7 @@ export class Overlays {
     for (const other of plan.timed) {
       const near = other === lift && layers.paths !== "chosen" && layers.paths !== "none";
       const own = other.part === chosen && layers.paths !== "none";
-      if (!near && !own && layers.paths !== "all") continue;
+      if (!this._seen(other) || (!near && !own && layers.paths !== "all")) continue;
       const style = near || own ? { rgba: INK.path, width: 3 } : { rgba: INK.other, width: 1.2 };
       lines.addPolyline(wayOf(plan.motionOf(other), this.scene.baseOf(plan.motionOf(other)), this.scene.parts[other.part]), 0, style);
     }

@@ -6,8 +6,9 @@ import { lookAt, multiplied, orthographic, unit } from "./maths.mjs";
 import { axesAt, hookOf, loadAt, storedAt } from "./motion.mjs";
 import { Overlays } from "./overlays.mjs";
 import { ARRIVED, ASSEMBLED, AWAY, IN_TRANSIT, UNBUILT } from "./plan.mjs";
-import { DEPTH_FRAGMENT, EDGE_FRAGMENT, EDGE_VERTEX, HATCHED, LINE_FRAGMENT, LINE_VERTEX, PICK_FRAGMENT, PICK_VERTEX, SHOWN, SOLID_FRAGMENT, SOLID_VERTEX, VOXELS } from "./shaders.mjs";
+import { DEPTH_FRAGMENT, EDGE_FRAGMENT, EDGE_VERTEX, GHOSTLY, HATCHED, LINE_FRAGMENT, LINE_VERTEX, PICK_FRAGMENT, PICK_VERTEX, SHOWN, SOLID_FRAGMENT, SOLID_VERTEX, VOXELS } from "./shaders.mjs";
 import { Slab } from "./slab.mjs";
+import { GHOST, HIDDEN, SEEN } from "./visibility.mjs";
 
 const SHADOW_SIZE = 2048;
 const NO_TURN = [0, 0, 0, 1];
@@ -37,6 +38,7 @@ export class Scene {
     this.depth = programOf(gl, SOLID_VERTEX, DEPTH_FRAGMENT);
     this.pickProgram = programOf(gl, PICK_VERTEX, PICK_FRAGMENT);
     this._prepareLight();
+    this.looks = new Uint8Array(this.parts.length);
     this.shown = null;
   }
 
@@ -123,12 +125,16 @@ export class Scene {
 
   /**
    * Shows a moment.
-   * @param moment {plan, time, layers, chosen: part index or null, obstruction: record or null}
+   * @param moment {plan, time, layers, chosen: part index or null, obstruction: record or null, looks: of every part}
    */
   show(moment) {
     const { plan, time, layers } = moment;
     const states = plan.statesAt(time);
     const lift = plan.liftAt(time);
+    if (moment.looks && moment.looks !== this.looks) {
+      this.looks = moment.looks;
+      this.forget();
+    }
     if (this.shown === null) this._setFixed(plan, layers);
     const old = this.shown?.states;
     for (let n = 0; n < states.length; n++) {
@@ -171,7 +177,8 @@ export class Scene {
     const part = this.parts[n];
     const row = this.partRow(n);
     const lift = plan.ofPart[n];
-    if (state === AWAY || (state === UNBUILT && !layers.yard)) {
+    const look = this.looks[n];
+    if (state === AWAY || look === HIDDEN || (state === UNBUILT && !layers.yard)) {
       this.rows.look(row, [0, 0, 0], 0);
       return;
     }
@@ -182,7 +189,7 @@ export class Scene {
       at = loadAt(motion, this.baseOf(motion), lift.stored, time - lift.begins_s);
     }
     this.rows.place(row, at.corner, at.tilt);
-    const flags = SHOWN | (layers.voxels ? VOXELS : 0) | (state === IN_TRANSIT ? HATCHED : 0);
+    const flags = SHOWN | (layers.voxels ? VOXELS : 0) | (state === IN_TRANSIT ? HATCHED : 0) | (look === GHOST ? GHOSTLY : 0);
     this.rows.look(row, this.states[state], flags);
   }
 
@@ -225,6 +232,7 @@ export class Scene {
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1, 1);
     this._drawSolids(layers);
+    if (this.looks.includes(GHOST)) this._drawGhosts(layers);
     gl.disable(gl.POLYGON_OFFSET_FILL);
     this._drawLines(camera, clip, width, height, pixels, layers);
     gl.bindVertexArray(null);
@@ -245,6 +253,18 @@ export class Scene {
       gl.bindVertexArray(batch.array);
       gl.drawElements(gl.TRIANGLES, batch.count, gl.UNSIGNED_INT, 0);
     }
+  }
+
+  _drawGhosts(layers) {
+    const { gl } = this;
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthMask(false);
+    gl.uniform1i(this.solid.place("ghosts"), 1);
+    this._drawSolids(layers);
+    gl.uniform1i(this.solid.place("ghosts"), 0);
+    gl.depthMask(true);
+    gl.disable(gl.BLEND);
   }
 
   _drawShadow(layers) {
@@ -351,8 +371,8 @@ export class Scene {
     return driven && driven.kind === "crane" ? axesAt(driven, time - own.begins_s) : this.cranes[n].parked;
   }
 
-  /** The bounding box of parts at their places and in the yard, and of the cranes as they stand at a time. */
-  bounds(plan, time) {
+  /** The bounding box of parts at their places and in the yard, and of the cranes as they stand at a time; if some parts are hidden, of the others at their places. */
+  bounds(plan, time, looks = this.looks) {
     const low = [Infinity, Infinity, Infinity];
     const high = [-Infinity, -Infinity, -Infinity];
     const take = (a, b) => {
@@ -362,11 +382,14 @@ export class Scene {
       }
     };
     const sum = (a, b) => a.map((value, axis) => value + b[axis]);
+    const some = looks.some((look) => look !== SEEN) && looks.includes(SEEN);
     for (const lift of plan.lifts) {
       const part = this.parts[lift.part];
+      if (some && looks[lift.part] !== SEEN) continue;
       take(part.target_m, sum(part.target_m, part.size_m));
-      if (lift.start_m) take(lift.start_m, sum(lift.start_m, lift.start_size_m));
+      if (lift.start_m && !some) take(lift.start_m, sum(lift.start_m, lift.start_size_m));
     }
+    if (some) return [low, high];
     this.cranes.forEach((crane, n) => {
       const { base_m, jib_height_m, mast_size_m } = crane.record;
       take(base_m, [base_m[0], base_m[1], jib_height_m + mast_size_m]);

@@ -2,7 +2,7 @@
 // [place, scale], [turn], [offset within its own frame, -], [colour, flags].
 
 export const ROWS_WIDTH = 256;
-export const [SHOWN, VOXELS, HATCHED, DIM] = [1, 2, 4, 8];
+export const [SHOWN, VOXELS, HATCHED, GHOSTLY] = [1, 2, 4, 8];
 
 const ROW = `
 precision highp float;
@@ -49,6 +49,7 @@ ${ROW}
 layout(location = 0) in vec3 at;
 layout(location = 1) in uint row;
 uniform mat4 clipFromWorld;
+uniform bool ghosts;
 out vec3 world;
 out vec3 local;
 flat out vec4 look;
@@ -56,7 +57,9 @@ void main() {
   look = row_texel(row, 3);
   local = at;
   world = placed(row, at);
-  gl_Position = (int(look.w) & ${SHOWN}) == 0 ? vec4(2.0, 2.0, 2.0, 1.0) : clipFromWorld * vec4(world, 1.0);
+  int flags = int(look.w);
+  bool drawn = (flags & ${SHOWN}) != 0 && ((flags & ${GHOSTLY}) != 0) == ghosts;
+  gl_Position = !drawn ? vec4(2.0, 2.0, 2.0, 1.0) : clipFromWorld * vec4(world, 1.0);
 }`;
 
 export const SOLID_FRAGMENT = `#version 300 es
@@ -85,8 +88,7 @@ void main() {
     float stripe = mod(gl_FragCoord.x + gl_FragCoord.y, 11.0);
     if (stripe < 3.2) rgb = mix(rgb, vec3(1.0), 0.55);
   }
-  if ((flags & ${DIM}) != 0) rgb = mix(rgb, vec3(0.85), 0.5);
-  colour = vec4(rgb, 1.0);
+  colour = vec4(rgb, (flags & ${GHOSTLY}) != 0 ? 0.16 : 1.0);
 }`;
 
 export const EDGE_VERTEX = `#version 300 es
@@ -101,7 +103,9 @@ void main() {
   // Edges fade with distance, so that finely shaped parts do not turn black.
   strength = clamp(focal / gl_Position.w / 30.0, 0.3, 1.0);
   gl_Position.z -= 3e-6 * gl_Position.w;
-  if ((int(row_texel(row, 3).w) & ${SHOWN}) == 0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  int flags = int(row_texel(row, 3).w);
+  if ((flags & ${GHOSTLY}) != 0) strength *= 0.3;
+  if ((flags & ${SHOWN}) == 0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
 }`;
 
 export const EDGE_FRAGMENT = `#version 300 es
