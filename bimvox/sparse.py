@@ -29,8 +29,12 @@ def names_to_write(value: Any) -> tuple[str, ...]:
     names, sparse = _names_of(type(value))  # type: ignore[arg-type]  # a class is hashable
     if not sparse:
         return names
-    left_out = {name for name, default in sparse if getattr(value, name) == default}
+    left_out = {name for name, default in sparse if _is(getattr(value, name), default)}
     return tuple(name for name in names if name not in left_out)
+
+
+def _is(value: object, default: object) -> bool:
+    return value is None if default is None else bool(value == default)  # an array has no one answer to ==
 
 
 @cache

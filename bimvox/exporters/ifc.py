@@ -214,7 +214,7 @@ class _Writer:
             "IfcWorkCalendar",
             "calendar",
             Name="Site",
-            Description=dates.calendar.in_words(),
+            Description=dates.calendar.in_words(by_crane=dates.is_unloaded_by_crane),
             WorkingTimes=working,
             ExceptionTimes=off or None,
         )

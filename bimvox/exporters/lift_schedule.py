@@ -217,7 +217,7 @@ def _preparations(log: PlanLog, orders: Collection[int], dates: PlanDates) -> tu
             continue
         mass_kg = sum(log.plan.site.components[lift.component].mass_kg for lift in own)
         name = f"Unload delivery {number + 1}: {len(own)} part{'' if len(own) == 1 else 's'}, {mass_kg / 1e3:.1f} t"
-        work_s = dates.calendar.unloading_s
+        work_s = dates.work.between(begin_ns, end_ns) / 1e9
         found.append(
             Preparation(name, begin_ns / 1e9, end_ns / 1e9, work_s, own[0].number, is_delivery=True, crew=crew)
         )

@@ -28,6 +28,7 @@ from bimvox.log.dates import attached_programme
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.records.proof import Check
+from bimvox.site.access import ground_of
 from bimvox.site.areas import columns_centred_in
 from bimvox.site.build import ground_and_masts, labels_of, with_obstructions
 from bimvox.site.component import IntVec
@@ -151,9 +152,10 @@ def compare_config(
     is_construction = site.labels[:, :, 0] == Label.CONSTRUCTION_AREA
     own = source if given.areas.construction else chosen
     check.look(bool((is_construction == construction).all()), f"areas.construction is not that of {own}")
-    yard = columns_centred_in(areas.yard, site.frame, columns) & ~construction
+    yard, access = ground_of(areas, site.frame, columns)
     own = source if given.areas.yard else chosen
-    check.look(bool((site.yard == yard).all()), f"areas.yard is not that of {own}")
+    check.look(bool((site.yard == (yard & ~construction)).all()), f"areas.yard is not that of {own}")
+    check.look(equal(site.access, access), f"areas.access is not that of {source}")
     own = source if given.model.voxel_size_m else chosen
     same(check, "model.voxel_size_m", site.frame.voxel_size_m, config.model.voxel_size_m, own)
     yaw_rad = float(np.arctan2(site.site_to_ifc[1, 0], site.site_to_ifc[0, 0]))

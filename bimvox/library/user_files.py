@@ -23,7 +23,7 @@ from bimvox.site.nested import toml_values
 from bimvox.site.site import Site
 
 _YOURS = "your files"
-_OF_THE_SITE = ("shape", "yard", "prohibited", "no_load", "site_to_ifc")
+_OF_THE_SITE = ("shape", "yard", "access", "prohibited", "no_load", "site_to_ifc")
 
 
 def check_user_files(

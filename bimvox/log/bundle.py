@@ -146,6 +146,8 @@ def _check(site: Site) -> None:
         raise DecodeError("site.labels: unknown label")
     if site.yard.shape != site.labels.shape[:2] or site.site_to_ifc.shape != (4, 4):
         raise DecodeError("site.yard or site.site_to_ifc: wrong shape")
+    if site.access is not None and site.access.shape != site.yard.shape:
+        raise DecodeError("site.access: wrong shape")
     if not site.frame.voxel_size_m > 0:
         raise DecodeError("site.frame.voxel_size_m: not positive")
     for n, blocker in enumerate(site.blockers):

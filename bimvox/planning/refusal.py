@@ -11,6 +11,7 @@ from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.wind import wind_force_n
+from bimvox.site.access import unloading_columns
 from bimvox.site.component import Component
 from bimvox.site.governing_wind import permitted_for
 from bimvox.site.lifting import crane_for, hung_kg
@@ -27,7 +28,9 @@ def refused_by_crane(site: Site, component: Component) -> str | None:
     if component.lifting.no_gear:
         return f"no gear serves its {component.mass_kg:.0f} kg: {component.lifting.no_gear}"
     reasons = {one.name: _by_wind(site, one, component) or _by_radius(site, one, component) for one in site.cranes}
-    if reasons[crane.name] is None or not site.has_several_cranes:
+    if reasons[crane.name] is None:
+        return _by_access(site, crane, component)
+    if not site.has_several_cranes:
         return reasons[crane.name]
     could = "could lift it, but the part is assigned to another crane"
     return "; ".join(f"{name}: {reason or could}" for name, reason in reasons.items())
@@ -38,6 +41,18 @@ def place_radius_m(site: Site, crane: TowerCrane, component: Component) -> float
     x, y = (component.target_vox[axis] + component.hook_line_vox[axis] + 0.5 for axis in (0, 1))
     at = site.frame.corner_of([x, y, 0])
     return hypot(float(at[0]) - crane.base_m[0], float(at[1]) - crane.base_m[1])
+
+
+def _by_access(site: Site, crane: TowerCrane, component: Component) -> str | None:
+    if site.access is None or len(unloading_columns(site, component)):
+        return None
+    low_m, high_m = allowed_radii_m(
+        crane_for(site, crane, component), component.mass_kg, site.rules.highest_utilisation
+    )
+    return (
+        f"it cannot be unloaded: {crane.name} carries {hung_kg(crane, component):.0f} kg with rigging and hook block "
+        f"at radii from {low_m:.1f} to {high_m:.1f} m, and no truck can stand there ([areas] access)"
+    )
 
 
 def _by_wind(site: Site, crane: TowerCrane, component: Component) -> str | None:

@@ -28,7 +28,7 @@ from bimvox.proof.shape import check_shape, check_structure
 from bimvox.proof.site_rules import check_no_load, check_rope_margin, check_stored, check_wind, check_zones
 from bimvox.proof.slings import check_slings
 from bimvox.proof.stands import check_stands
-from bimvox.proof.storage import check_gap, check_last_in, check_stacks, check_truck
+from bimvox.proof.storage import check_gap, check_last_in, check_stacks, check_truck, check_unloading
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.records.reasons import NOT_ITS_CELLS
@@ -225,6 +225,7 @@ class _Verifier:
         self.marks.move_to(present)
         if not self._resumes(lift):  # otherwise it left the yard on another path, which is proven separately
             self._check_yard(component, place, present)
+            check_unloading(self.checks["yard"], self.site, lift)
             if "stacks" in self.checks:
                 mates = self.racks.get(rack_of(lift) or (-1, 0), ())
                 check_gap(self.checks["gap"], self.site, lift, present, mates)

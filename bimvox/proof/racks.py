@@ -108,6 +108,8 @@ def _check_frame(check: Check, site: Site, name: str, frame: Span) -> None:
     inside = x0 >= 0 and y0 >= 0 and x1 < site.shape[0] and y1 < site.shape[1]
     good = inside and bool(site.yard[x0 : x1 + 1, y0 : y1 + 1].all())
     check.look(good, f"{name}: its frame stands outside the yard")
+    on_access = inside and site.access is not None and bool(site.access[x0 : x1 + 1, y0 : y1 + 1].any())
+    check.look(not on_access, f"{name}: its frame stands on the access of trucks")
     head = whole_cells(_HEAD_M, site.frame)
     fixed = [(one.id, one.cells) for one in site.blockers if one.kind in ("structure", "crane")]
     fixed += [(one.label, one.shape.cells + np.array(one.target_vox, np.int32)) for one in site.components]

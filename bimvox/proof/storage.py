@@ -11,11 +11,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.proof.crane.capacity import shares_of_capacity
 from bimvox.proof.moment import Thing, beside, stored_thing
 from bimvox.proof.space import whole_cells
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, StoredPose
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import GROUND_ID, Site
 from bimvox.site.upright_box import sizes_m
 from bimvox.site.work import Work, kind_of
@@ -78,6 +80,33 @@ def check_last_in(check: Check, site: Site, lift: Lift, present: Sequence[Thing]
     ]
     check.look(
         not names, f"{site.components[lift.component].label}: {', '.join(names[:1])} lies on it when it is picked"
+    )
+
+
+def check_unloading(check: Check, site: Site, lift: Lift) -> None:
+    """Check that no part lies on the access of trucks, and that the crane carries the part over a truck there.
+
+    The crane's reach, its permitted share of the load chart and zones closed to the hook count. A truck stands wherever
+    the hook is over the middle of a column of the access.
+    """
+    component, place = site.components[lift.component], lift.place
+    crane = site.crane_of(component)
+    if site.access is None or place is None:
+        return
+    columns = np.unique(place.shape.cells[:, :2] + np.array(place.cell_vox[:2]), axis=0)
+    check.look(not site.access[tuple(columns.T)].any(), f"{component.label}: lies on the access of trucks")
+    if crane is None:
+        return
+    crane = crane_for(site, crane, component)
+    open_to_hook = site.access if site.prohibited is None else site.access & ~site.prohibited
+    at_m = np.array(site.frame.origin_m[:2]) + (np.argwhere(open_to_hook) + 0.5) * site.frame.voxel_size_m
+    at_m += np.array(component.hook_aside_vox) * site.frame.voxel_size_m
+    radius_m = np.hypot(*(at_m - np.array(crane.base_m[:2])).T)
+    used = shares_of_capacity(crane, radius_m, component.mass_kg + crane.rigging_mass_kg + crane.hook_block_kg)
+    in_reach = (radius_m >= crane.min_radius_m - _EPS) & (radius_m <= crane.jib_length_m + _EPS)
+    check.look(
+        bool((in_reach & (used <= site.rules.highest_utilisation + _EPS)).any()),
+        f"{component.label}: cannot be unloaded, {crane.name} does not carry it over any truck on the access",
     )
 
 

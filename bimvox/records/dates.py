@@ -15,6 +15,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.programme_dates import TaskDates
 from bimvox.records.steps import Step, Steps, cured_ns
 from bimvox.records.uncertain_end import PERCENTILES, added_ns
+from bimvox.records.unloading import is_unloaded_by_crane, unloading_s
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.means import Means
 from bimvox.site.site import Site
@@ -122,6 +123,7 @@ class PlanDates:
         too_long: Orders of the lifts that are longer than every uninterrupted stretch of work: they run on beyond it.
         blocks: What is not interrupted, ascending, and when each begins.
         work: The working time.
+        is_unloaded_by_crane: Whether the time for unloading is that of the crane's lifts.
         later_ns: Working time that the plan takes longer at each of ``PERCENTILES``; none if nothing is uncertain.
         programme: The tasks of the programme, each with the dates of its parts; none without a programme.
         crews: The hours of each crew; none if the size of none is known.
@@ -136,6 +138,7 @@ class PlanDates:
     too_long: tuple[int, ...]
     blocks: tuple[tuple[Block, int], ...] = field(repr=False)
     work: WorkTime = field(repr=False)
+    is_unloaded_by_crane: bool = False
     later_ns: tuple[int, ...] = ()
     programme: tuple[TaskDates, ...] = ()
     crews: tuple[CrewHours, ...] = ()
@@ -201,7 +204,7 @@ class PlanDates:
     def notes(self) -> tuple[str, ...]:
         """What a reader of the dates must know."""
         default = " (the default; [calendar] in the site file changes it)" if self.calendar.is_default else ""
-        told = [f"calendar{default}: {self.calendar.in_words()}"]
+        told = [f"calendar{default}: {self.calendar.in_words(by_crane=self.is_unloaded_by_crane)}"]
         if self.too_long:
             numbers = ", ".join(str(order + 1) for order in self.too_long)
             told.append(
@@ -320,10 +323,15 @@ class _Walk:
         self._waits: list[tuple[int, int]] = []  # a heap, of the steps: when each carries, in both times
         self._carried_ns = 0
         self._crew_ns: dict[Means, int] = {}
+        self._loads: dict[int, list[Lift]] = {}
 
     def over(self, lifts: Iterable[Lift], motions: Sequence[LiftMotion], planned: Steps) -> PlanDates:
         of_order = {motion.order: motion for motion in motions}
-        delivery = {lift.order: lift.place.delivery for lift in lifts if lift.place is not None}
+        delivery: dict[int, int] = {}
+        for lift in lifts:
+            if lift.place is not None:
+                delivery[lift.order] = lift.place.delivery
+                self._loads.setdefault(lift.place.delivery, []).append(lift)
         blocks = blocks_of(self.site, motions)
         # At the same time, a step comes first: it may carry at once.
         items: list[tuple[int, int, Step | Block]] = [(step.begins_ns, 0, step) for step in planned.steps]
@@ -360,12 +368,15 @@ class _Walk:
             tuple(sorted(order for block in long for order in block.orders)),
             tuple(zip(blocks, self.starts_ns, strict=True)),
             self.work,
+            is_unloaded_by_crane(self.calendar, self.site),
         )
 
     def _unloaded(self, number: int, at_ns: int) -> int:
         """Return when a delivery is unloaded that may arrive from a time on."""
-        work_ns = round(self.calendar.unloading_s * NS_PER_S)
-        if number in self.deliveries or not work_ns:
+        if number in self.deliveries:
+            return at_ns
+        work_ns = round(unloading_s(self.calendar, self.site, self._loads[number]) * NS_PER_S)
+        if not work_ns:
             return at_ns
         self.deliveries[number] = (self.work.fitting(at_ns, 0), self.work.worked(at_ns, work_ns))
         return self.deliveries[number][1]

@@ -15,6 +15,7 @@ ASSEMBLED: Rgb = STATE_RGB[ConstructionState.ASSEMBLED]
 GROUND: Rgb = KIND_RGB["ground"]
 CONSTRUCTION_AREA: Rgb = KIND_RGB["construction_area"]
 YARD: Rgb = KIND_RGB["yard"]
+ACCESS: Rgb = KIND_RGB["access"]
 STRUCTURE: Rgb = KIND_RGB["structure"]
 OBSTRUCTION: Rgb = (52, 52, 56)  # the paper's black, lighter so that shading and edges are visible on it
 CRANE: Rgb = KIND_RGB["crane"]

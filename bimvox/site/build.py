@@ -14,6 +14,7 @@ from bimvox.crane.outline import highest_point_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame, whole_cells
 from bimvox.grid.labels import Label
+from bimvox.site.access import check_access, ground_of
 from bimvox.site.areas import columns_centred_in
 from bimvox.site.assign import assigned
 from bimvox.site.checks import check_component, check_mast, check_samples, check_yard
@@ -90,7 +91,9 @@ def build_site(
     blockers = (_ground(shape), *structure, *masts)
     columns = (shape[0], shape[1])
     construction = columns_centred_in([config.areas.construction] if config.areas.construction else [], frame, columns)
-    yard = columns_centred_in(config.areas.yard or (), frame, columns) & ~construction
+    yard, access = ground_of(config.areas, frame, columns)
+    yard &= ~construction
+    check_access(config)
     check_yard(config, yard, [one for one in components if one.means is Means.CRANE], shape)
     elements = {element.id: element for element, _ in model.parts}
     gear = gear_by_crane(config, len(cranes))
@@ -115,6 +118,7 @@ def build_site(
         prohibited=None if prohibited is None else _frozen(prohibited),
         no_load=None if no_load is None else _frozen(no_load),
         hook_heights=hook_heights(config.zone, frame, columns),
+        access=None if access is None else _frozen(access),
         source=dict(model.source),
         notes=tuple(notes),
     )
@@ -280,6 +284,7 @@ def _with_fixed_digests(site: Site) -> Site:
         *([[work_of(component) for component in site.components]] if site.rules.times else []),
         [(blocker.id, blocker.kind, blocker.mesh) for blocker in blockers],
         site.site_to_ifc,
+        *([] if site.access is None else [site.access]),
         site.source.get("sha256"),  # the file's name and the rest do not affect a plan
     )
     return replace(site, geometry_digest=geometry, fixed_digest=fixed)

@@ -32,6 +32,7 @@ KIND_RGB: dict[str, Rgb] = {
     "ground": (178, 178, 176),
     "construction_area": (206, 222, 240),
     "yard": (236, 222, 190),
+    "access": (104, 116, 138),
     "structure": (150, 150, 152),
     "obstruction": (0, 0, 0),
     "crane": (236, 188, 28),

@@ -94,7 +94,7 @@ def _around(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     bounds = built_bounds_m(building.elements)
     corners = [bounds[:, :2]]
-    areas = (config.areas.construction, *(config.areas.yard or ()))
+    areas = (config.areas.construction, *(config.areas.yard or ()), *(config.areas.access or ()))
     corners += [np.array(polygon) for polygon in areas if polygon is not None]
     clearance_m = config.rules_in_force.transit_clearance_m
     highest = top_m(building) + clearance_m

@@ -139,6 +139,7 @@ def on_site(config: SiteConfig, site_to_ifc: NDArray[np.float64], ifc_to_map: Ma
         update={
             "construction": areas.construction and polygon(areas.construction),
             "yard": areas.yard and tuple(map(polygon, areas.yard)),
+            "access": areas.access and tuple(map(polygon, areas.access)),
         }
     )
     cranes = [one.model_copy(update={"base_m": one.base_m and at(one.base_m)}) for one in config.cranes]
@@ -157,8 +158,9 @@ def _points(config: SiteConfig) -> Iterator[tuple[str, Sequence[float]]]:
     """Yield every point of a site file that may be in map coordinates, with its key."""
     for corner in config.areas.construction or ():
         yield "areas.construction", corner
-    for number, polygon in enumerate(config.areas.yard or ()):
-        yield from ((f"areas.yard[{number}]", corner) for corner in polygon)
+    for name, polygons in (("yard", config.areas.yard), ("access", config.areas.access)):
+        for number, polygon in enumerate(polygons or ()):
+            yield from ((f"areas.{name}[{number}]", corner) for corner in polygon)
     for number, crane in enumerate(config.cranes):
         if crane.base_m is not None:
             yield f"crane[{number}].base_m" if len(config.cranes) > 1 else "crane.base_m", crane.base_m
@@ -196,6 +198,7 @@ def set_out(
         "cranes": {name: on_map([crane.base_m])[0] for name, crane in zip(_names(cranes), cranes, strict=True)},
         "construction": on_map(areas.construction) if areas.construction else None,
         "yard": [on_map(polygon) for polygon in areas.yard or ()],
+        **({"access": [on_map(polygon) for polygon in areas.access]} if areas.access else {}),
         "zones": [{"kind": zone.kind, "name": zone.name, "corners": on_map(zone.polygon)} for zone in config.zone],
     }
 

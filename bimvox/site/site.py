@@ -162,6 +162,7 @@ class Site:
         prohibited: (X, Y) bool, columns above which a zone forbids the hook; None if there is no such zone.
         no_load: (X, Y) bool, columns above which a zone forbids the load; None if there is no such zone.
         hook_heights: Limits of the hook's height over columns; None if there are none.
+        access: (X, Y) bool, columns on which trucks drive and stand, none of them yard; None if that is not planned.
         source: Plain values about the model (``name``, ``sha256`` ...).
         notes: Remarks on the site, one sentence each.
         obstruction_notes: Remarks on the obstructions (clipped, outside).
@@ -184,6 +185,7 @@ class Site:
     prohibited: NDArray[np.bool_] | None = None
     no_load: NDArray[np.bool_] | None = None
     hook_heights: HookHeights | None = None
+    access: NDArray[np.bool_] | None = field(default=None, metadata=SPARSE)
     source: Mapping[str, str | float | bool] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     obstruction_notes: tuple[str, ...] = ()

@@ -16,6 +16,7 @@ TYPICAL_PARTS = 25
 """Parts that the yard should hold at once, because parts come in truckloads."""
 
 _PACKING = 1.3  # rows of unequal parts leave about a quarter of the yard unused
+_LANE_M = 4.0  # a truck of 2.55 m, and room for a person
 _WAY_M = 1.0  # between the construction area and the yard
 
 
@@ -103,3 +104,17 @@ def _outside(low: NDArray[np.float64], high: NDArray[np.float64], axis: int, dir
 def _half_up(value: float) -> float:
     """Return a value rounded up to half a metre."""
     return float(np.ceil(value * 2 - 1e-6) / 2)
+
+
+def access_beside(yard: Sequence[Polygon], construction: Polygon) -> Polygon:
+    """Return a strip along the side of the first yard's box that is away from the building, as wide as a lane."""
+    corners, middle = np.array(yard[0]), np.array(construction).mean(axis=0)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    away = (low + high) / 2.0 - middle
+    axis = int(np.argmax(np.abs(away) - (high - low) / 2.0))
+    if away[axis] > 0:
+        low[axis], high[axis] = high[axis], high[axis] + _LANE_M
+    else:
+        low[axis], high[axis] = low[axis] - _LANE_M, low[axis]
+    (x0, y0), (x1, y1) = low.tolist(), high.tolist()
+    return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))

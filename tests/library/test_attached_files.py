@@ -126,6 +126,19 @@ def test_a_choice_that_does_not_follow_from_the_parts_is_refused(chosen: bimvox.
     assert any(re.search(says, one) for one in told), told
 
 
+def test_an_access_that_the_file_does_not_give_is_refused(chosen: bimvox.LoadedSite):
+    told = compared(chosen, lambda site: dataclasses.replace(site, access=site.yard))
+    assert told == ["areas.access is not that of the attached site.toml"]
+
+
+def test_an_access_of_the_file_is_in_the_site(tmp_path: Path):
+    loaded = bimvox.load_site(written(tmp_path, "[areas]\naccess = [[[0, -30], [20, -30], [20, -26], [0, -26]]]\n"))
+    assert loaded.site.access is not None
+    assert loaded.site.access.any()
+    assert compared(loaded) == []
+    assert compared(loaded, lambda site: dataclasses.replace(site, access=None))
+
+
 def parts_of(tmp_path: Path) -> tuple[bimvox.LoadedSite, list[Component]]:
     parts = list(bimvox.load_site(written(tmp_path, "")).components)
     table = "\n".join(

@@ -25,6 +25,15 @@ def test_a_site_comes_back_exactly(crane: bool) -> None:
     same(site_from_bytes(site_to_bytes(site), "log"), site)
 
 
+def test_an_access_comes_back_and_fits_the_grid() -> None:
+    site = dataclasses.replace(tiny_site(), access=tiny_site().yard)
+    back = site_from_bytes(site_to_bytes(site), "log")
+    assert np.array_equal(back.access, site.yard)
+    wrong = dataclasses.replace(site, access=site.yard[:-1])
+    with pytest.raises(LogFileError, match=r"site\.access"):
+        site_from_bytes(site_to_bytes(wrong), "log")
+
+
 def test_the_same_site_gives_the_same_bytes() -> None:
     assert site_to_bytes(tiny_site()) == site_to_bytes(tiny_site())
     with zipfile.ZipFile(io.BytesIO(site_to_bytes(tiny_site()))) as archive:

@@ -132,3 +132,26 @@ def test_places_of_the_site_file_are_not_held_to_the_gap_among_themselves():
     )
     site = dataclasses.replace(site, components=components, rules=Rules(yard=YardRules(gap_m=2.0)))
     assert not failures(plan_lifts(site, prepare(site)), "gap")
+
+
+def on_access(plan, columns, **of_crane):
+    access = plan.site.yard.copy()
+    access[:] = False
+    access[columns] = True
+    cranes = tuple(dataclasses.replace(crane, **of_crane) for crane in plan.site.cranes)
+    return dataclasses.replace(plan, site=dataclasses.replace(plan.site, access=access, cranes=cranes))
+
+
+def test_a_part_on_the_access_of_trucks_is_refused(plan):
+    x = {lift.place.cell_vox[0] for lift in plan.lifts}
+    assert "lies on the access of trucks" in failures(on_access(plan, slice(min(x), min(x) + 1)), "yard")
+    assert not failures(on_access(plan, slice(0, min(x))), "yard")
+
+
+def test_a_part_that_no_truck_brings_within_reach_is_refused(plan):
+    beyond = on_access(plan, slice(-1, None), jib_length_m=12.0)
+    assert "does not carry it over any truck" in failures(beyond, "yard")
+    heavy = tuple(dataclasses.replace(one, mass_kg=1e6) for one in plan.site.components)
+    forged = on_access(plan, slice(0, 1))
+    forged = dataclasses.replace(forged, site=dataclasses.replace(forged.site, components=heavy))
+    assert "does not carry it over any truck" in failures(forged, "yard")

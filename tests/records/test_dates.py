@@ -22,6 +22,8 @@ MONDAY = date(2026, 3, 9)
 S, H = 10**9, 3600 * 10**9
 SITE = SimpleNamespace(
     has_several_cranes=False,
+    access=None,
+    cranes=(),
     components=[SimpleNamespace(means=means, crane=0) for means in (Means.IN_SITU, Means.BY_HAND)],
     rules=SimpleNamespace(casting=SimpleNamespace(people=8.0), curing=None),
 )

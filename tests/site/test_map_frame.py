@@ -49,11 +49,11 @@ def test_a_surveyor_gets_every_crane_area_and_zone_on_the_map() -> None:
     to_map = ifc_to_map(georeference, "m")
     assert to_map is not None
     text = """
-        areas = { construction = [[0, 0], [10, 0], [10, 5]], yard = [[[20, 0], [30, 0], [30, 5]]] }
+        areas = { construction = [[0, 0], [10, 0], [10, 5]], yard = [[[20, 0], [30, 0], [30, 5]]], access = [ACCESS] }
         crane = { name = "west", machine = "flat-top-75", base_m = [1, 2, 0.5] }
         zone = [{ kind = "prohibited", name = "street", polygon = [[0, -9], [4, -9], [4, -5]] }]
         model = { path = "a.ifc" }"""
-    config = parse_site_config(text, "site.toml")
+    config = parse_site_config(text.replace("ACCESS", "[[20, 5], [30, 5], [30, 9]]"), "site.toml")
     site_to_ifc = np.eye(4)
     site_to_ifc[2, 3] = -1.0
     found = set_out(config, cranes_of(config), site_to_ifc, to_map)
@@ -62,6 +62,7 @@ def test_a_surveyor_gets_every_crane_area_and_zone_on_the_map() -> None:
     assert found["cranes"] == {"west": [998.0, 2001.0, 4.5]}
     assert found["construction"][1] == [1000.0, 2010.0, 4.0]
     assert found["yard"] == [[[1000.0, 2020.0, 4.0], [1000.0, 2030.0, 4.0], [995.0, 2030.0, 4.0]]]
+    assert found["access"] == [[[995.0, 2020.0, 4.0], [995.0, 2030.0, 4.0], [991.0, 2030.0, 4.0]]]
     assert found["zones"] == [
         {
             "kind": "prohibited",
@@ -74,7 +75,7 @@ def test_a_surveyor_gets_every_crane_area_and_zone_on_the_map() -> None:
 
 MAP_FILE = """
     coordinates = "map"
-    areas = { construction = [[1000, 2000], [1000, 2010], [995, 2010]], yard = [YARD] }
+    areas = { construction = [[1000, 2000], [1000, 2010], [995, 2010]], yard = [YARD], access = [YARD] }
     crane = { machine = "flat-top-75", base_m = [998, 2001, 4.5] }
     zone = [{ kind = "prohibited", polygon = [[1009, 2000], [1009, 2004], [1005, 2004]] }]
     model = { path = "a.ifc", ground_m = -1.0 }
@@ -93,6 +94,7 @@ def test_areas_zones_and_cranes_are_read_in_map_coordinates() -> None:
     assert found.coordinates == "site"
     assert found.areas.construction == ((0.0, 0.0), (10.0, 0.0), (10.0, 5.0))
     assert found.areas.yard == (((20.0, 0.0), (30.0, 0.0), (30.0, 5.0)),)
+    assert found.areas.access == found.areas.yard
     assert found.one_crane is not None
     assert found.one_crane.base_m == (1.0, 2.0, 0.5)
     assert found.zone[0].polygon == ((0.0, -9.0), (4.0, -9.0), (4.0, -5.0))

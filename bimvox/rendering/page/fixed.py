@@ -12,7 +12,7 @@ from bimvox.grid.labels import Label
 from bimvox.rendering.page.blob import Blob
 from bimvox.site.site import Blocker, Site
 
-NOTHING, GROUND, AREA, YARD = range(4)
+NOTHING, GROUND, AREA, YARD, ACCESS = range(5)
 PROHIBITED = 8
 """Added to a column's value if a zone forbids the hook there."""
 
@@ -25,6 +25,8 @@ def slab_map(site: Site) -> NDArray[np.uint8]:
     columns[slab == Label.CONSTRUCTION_AREA] = AREA
     # `Site.yard` defines the yard; the labels of the slab need not repeat it.
     columns[(slab == Label.YARD) | (site.yard & (columns == GROUND))] = YARD
+    if site.access is not None:
+        columns[site.access & (columns != NOTHING)] = ACCESS
     closed = [zone for zone in (site.prohibited, site.no_load) if zone is not None]
     if closed:
         columns[np.logical_or.reduce(closed)] += PROHIBITED

@@ -33,7 +33,8 @@ class PageSite(Table):
     origin_m: Point3
     """Lowest corner of cell (0, 0, 0)."""
     slab: Numbers
-    """Columns, y slowest: 0 nothing, 1 ground, 2 construction area, 3 yard; 8 more where hook or load must not be."""
+    """Columns, y slowest: 0 nothing, 1 ground, 2 construction area, 3 yard, 4 access of trucks; 8 more where hook or
+    load must not be."""
     notes: tuple[str, ...]
     """Notes about the site."""
     geometry_digest: str

@@ -111,6 +111,7 @@ def drawings(record: dict[str, Any]) -> str:
 
 def _legend(drawing: dict[str, Any]) -> str:
     names = {"building": "building, by storey", "construction": "construction area", "yard": "yard"}
+    names |= {"access": "access of trucks"} if "access" in drawing["areas"] else {}
     names |= {kind: words for kind, words in _ZONES.items() if kind in drawing["areas"]}
     deliveries = len({one["delivery"] for one in drawing["stored"]})
     names |= {"stored": f"parts in the yard, delivery {FIRST} of {deliveries}"} if deliveries else {}
@@ -140,7 +141,7 @@ def _plan(drawing: dict[str, Any], *, detail: bool = False) -> tuple[str, int]:
     parts = [_circle(sheet, crane["base_m"], crane["jib_m"][0], "area oversail") for crane in drawing["cranes"]]
     parts += [] if detail else _grid(sheet, ("x", "y"))
     areas = drawing["areas"]
-    parts += [sheet.path(areas[kind], f"area {kind}") for kind in ("construction", "yard") if kind in areas]
+    parts += [sheet.path(areas[kind], f"area {kind}") for kind in ("construction", "yard", "access") if kind in areas]
     parts.append(sheet.path(drawing["falling_loads"], "area falling"))
     parts.append(sheet.path(drawing["below_loads"], "area below"))
     parts += [sheet.path(areas[kind], f"area {kind}", _tip(words)) for kind, words in _ZONES.items() if kind in areas]
@@ -265,7 +266,7 @@ def _free_direction(drawing: dict[str, Any], crane: dict[str, Any]) -> float:
 
 def _rings_of(drawing: dict[str, Any]) -> list[Any]:
     rings: list[Any] = [ring for one in drawing["storeys"] for ring in one["plan"]]
-    return [*rings, *drawing["areas"].get("yard", [])]
+    return [*rings, *(ring for kind in ("yard", "access") for ring in drawing["areas"].get(kind, []))]
 
 
 def _grid(sheet: Sheet, names: tuple[str, str]) -> list[str]:

@@ -86,6 +86,7 @@ def _areas(site: Site, yard: BaseGeometry) -> dict[str, BaseGeometry]:
     return {
         "construction": _columns(site, site.labels[:, :, 0] == Label.CONSTRUCTION_AREA),
         "yard": yard,
+        "access": _columns(site, site.access),
         "prohibited": _columns(site, site.prohibited),
         "no_load": _columns(site, site.no_load),
         "limiter": _columns(site, limited),
@@ -95,7 +96,7 @@ def _areas(site: Site, yard: BaseGeometry) -> dict[str, BaseGeometry]:
 
 def _sizes(site: Site, areas: dict[str, BaseGeometry], below: BaseGeometry, falling: BaseGeometry) -> dict[str, float]:
     """Return the areas of loads and below the jib, and how much of them is outside construction area and yard."""
-    own = areas["construction"].union(areas["yard"])
+    own = areas["construction"].union(areas["yard"]).union(areas["access"])
     sweeps = (shapely.Point(c.base_m[:2]).buffer(outline_of(c).jib_end_m, quad_segs=64) for c in site.cranes)
     sizes = {
         "below_loads": below.area,

@@ -56,6 +56,8 @@ def survey(record: dict[str, Any]) -> str:
         (f"{name}, slewing axis", "", at) for name, at in found["cranes"].items()
     ]
     rings = [("yard" if len(found["yard"]) == 1 else f"yard {n}", one) for n, one in enumerate(found["yard"], 1)]
+    access = found.get("access", [])
+    rings += [("access" if len(access) == 1 else f"access {n}", one) for n, one in enumerate(access, 1)]
     rings += [("construction area", found["construction"])] if found["construction"] else []
     rings += [(_zone(n, one), one["corners"]) for n, one in enumerate(found["zones"], 1)]
     points += [(name, str(n), at) for name, ring in rings for n, at in enumerate(ring, 1)]

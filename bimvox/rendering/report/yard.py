@@ -24,7 +24,7 @@ def yard_drawings(record: dict[str, Any]) -> str:
     deliveries = sorted({one["delivery"] for one in drawing["stored"]})
     if not deliveries or "yard" not in drawing["areas"]:
         return ""
-    corners = [corner for ring in drawing["areas"]["yard"] for corner in ring]
+    corners = [at for kind in ("yard", "access") for ring in drawing["areas"].get(kind, []) for at in ring]
     corners += [corner for one in (*drawing["stored"], *drawing["frames"]) for corner in one["box_m"]]
     (x0, x1), (y0, y1) = ((min(values), max(values)) for values in zip(*corners, strict=True))
     sheet = sheet_for((x0, y0), (x1, y1), _MOST_PX)
@@ -44,7 +44,8 @@ def yard_drawings(record: dict[str, Any]) -> str:
 
 def _yard(sheet: Sheet, drawing: dict[str, Any], delivery: int) -> str:
     stored = [one for one in drawing["stored"] if one["delivery"] == delivery]
-    parts = [sheet.path(drawing["areas"]["yard"], "area yard")]
+    areas = drawing["areas"]
+    parts = [sheet.path(areas[kind], f"area {kind}") for kind in ("yard", "access") if kind in areas]
     parts += [frame_box(sheet, one) for one in drawing["frames"] if one["delivery"] == delivery]
     parts += [stored_box(sheet, one) for one in stored]
     parts += [_label(sheet, group, n) for n, group in enumerate(_stacks(stored))]

@@ -12,6 +12,7 @@ from bimvox.grid.labels import Label
 from bimvox.planning.yard import storage_poses
 from bimvox.records.lift import Lift
 from bimvox.rendering.colours import (
+    ACCESS,
     ASSEMBLED,
     CONSTRUCTION_AREA,
     GROUND,
@@ -89,11 +90,13 @@ def painted_scene(
 
 def site_canvas(site: Site, more: int) -> Canvas:
     """Return a canvas with the fixed solids, and room for ``more``. The crane is drawn as lines, not painted."""
-    canvas = Canvas(site.shape, len(_AREAS) + len(site.blockers) + more)
+    canvas = Canvas(site.shape, len(_AREAS) + 1 + len(site.blockers) + more)
     for label, rgb, _ in _AREAS:
         canvas.paint_mask(site.labels[:, :, 0] == label, 0, rgb, layer=Layer.GROUND)
     # `Site.yard` defines the yard; the labels of the slab need not repeat it.
     canvas.paint_mask(site.yard & (site.labels[:, :, 0] == Label.GROUND), 0, YARD, layer=Layer.GROUND)
+    if site.access is not None:
+        canvas.paint_mask(site.access, 0, ACCESS, layer=Layer.GROUND)
     for blocker in site.blockers[1:]:
         above = blocker.cells[blocker.cells[:, 2] > 0]
         if blocker.kind == "structure" or (blocker.kind == "crane" and not site.cranes):
@@ -110,6 +113,8 @@ def site_legend(site: Site) -> list[LegendEntry]:
     there[Label.YARD] = bool(site.yard.any())
     there[Label.GROUND] = bool(((slab == Label.GROUND) & ~site.yard).any())
     legend = [LegendEntry(name, rgb, layer=Layer.GROUND) for label, rgb, name in _AREAS if there[label]]
+    if site.access is not None:
+        legend.append(LegendEntry("access of trucks", ACCESS, layer=Layer.GROUND))
     kinds = {blocker.kind for blocker in site.blockers}
     if "structure" in kinds:
         legend.append(LegendEntry("existing structure", STRUCTURE, layer=Layer.STRUCTURE))

@@ -26,6 +26,8 @@ Country = Annotated[Text, Field(pattern="^[A-Z]{2,3}$")]
 
 DEFAULT_SHIFT = "07:00-16:00"
 DEFAULT_BREAKS = ("09:00-09:15", "12:00-12:45")
+USUAL_UNLOADING_S = 1800.0
+"""Working time to unload a delivery if nothing is known about it; assumed."""
 
 
 class CalendarConfig(Table):
@@ -50,8 +52,9 @@ class CalendarConfig(Table):
     """More days without work."""
     setup_h: Annotated[NotNegative, Field(le=2e4)] = 0.0
     """Working hours to set up the crane, before the first lift."""
-    unloading_s: Annotated[NotNegative, Field(le=864_000.0)] = 1800.0
-    """Working time to unload a delivery, before its first lift."""
+    unloading_s: Annotated[NotNegative, Field(le=864_000.0)] | None = None
+    """Working time to unload a delivery, before its first lift. Default: 1800, or with ``areas.access`` the crane's
+    time for its parts."""
     erection_people: People | None = None
     """People of a crane's erection crew, slinger and signaller included. Default: not stated."""
     unloading_people: People | None = None
@@ -90,8 +93,13 @@ class CalendarConfig(Table):
         """Whether the site file says nothing about it but when work starts."""
         return not self.model_fields_set - {"start"}
 
-    def in_words(self) -> str:
-        """Return it in one line: ``Mon, Tue 07:00-16:00, breaks 12:00-12:45, no public holidays``."""
+    def in_words(self, *, by_crane: bool = False) -> str:
+        """Return it in one line: ``Mon, Tue 07:00-16:00, breaks 12:00-12:45, no public holidays``.
+
+        Args:
+            by_crane: Whether the time for unloading is that of the crane's lifts.
+        """
+        unloading_min = (USUAL_UNLOADING_S if self.unloading_s is None else self.unloading_s) / 60.0
         breaks = self.breaks if self.breaks is not None else self.hours.within_shifts(DEFAULT_BREAKS)
         public = "no public holidays" if self.country is None else f"public holidays of {self.country}"
         week = ", ".join(self.days)
@@ -101,7 +109,7 @@ class CalendarConfig(Table):
             public + (f" ({self.region})" if self.region else ""),
             *([f"{len(self.holidays)} more free days"] if self.holidays else []),
             f"set-up of the crane {self.setup_h:g} h",
-            f"unloading of a delivery {self.unloading_s / 60.0:g} min",
+            "unloading by the crane" if by_crane else f"unloading of a delivery {unloading_min:g} min",
             *([f"erection crew of {self.erection_people}"] if self.erection_people else []),
             *([f"unloading crew of {self.unloading_people}"] if self.unloading_people else []),
         ]

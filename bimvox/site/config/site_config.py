@@ -118,6 +118,9 @@ class AreasConfig(Table):
     """Where the building is."""
     yard: Annotated[tuple[Polygon, ...], Field(min_length=1, max_length=MOST_AREAS)] | None = None
     """Where parts are stored, outside the construction area."""
+    access: Annotated[tuple[Polygon, ...], Field(min_length=1, max_length=MOST_AREAS)] | None = None
+    """Where trucks drive and stand: no part lies there, and the crane unloads every part from there. Default: not
+    planned."""
 
 
 def _one_or_several(given: object) -> str:

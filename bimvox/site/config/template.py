@@ -17,6 +17,7 @@ from bimvox.site.config.validation import Table
 from bimvox.site.config.yard import YardConfig
 from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.work import Work
+from bimvox.site.yard_guess import access_beside
 
 _HEAD = """\
 # Site file of bimvox: parts to be lifted, yard, crane and rules. Units: m, degrees, kg, s (rates: rad/s).
@@ -111,7 +112,18 @@ def _areas(areas: AreasConfig) -> str:
         _key("construction", areas.construction),
         areas.yard and "# The yard: one or more polygons within the crane's reach. Parts come in truckloads.",
         _key("yard", areas.yard),
+        *_access(areas),
     )
+
+
+def _access(areas: AreasConfig) -> Sequence[str | None]:
+    """Return the access of trucks; as a comment beside the yard if it is not planned."""
+    if areas.access is not None:
+        return (_key("access", areas.access),)
+    if areas.yard is None or areas.construction is None:
+        return ()
+    beside = access_beside(areas.yard, areas.construction)
+    return (f"# access = [{_value(beside)}]  # trucks stand here, parts do not; the crane unloads them",)
 
 
 def _crane(crane: CraneConfig, notes: Sequence[str], *, several: bool) -> str:

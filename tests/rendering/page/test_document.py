@@ -96,6 +96,17 @@ def test_the_slab_and_what_stands_on_it(opened):
     assert opened.numbers(truck["boxes"]).reshape(-1, 6).tolist() == [[7, 2, 1, 8, 4, 3]]
 
 
+def test_the_slab_shows_the_access_of_trucks():
+    log = tiny_log()
+    site = log.plan.site
+    site = dataclasses.replace(site, access=site.yard & (np.arange(site.shape[0]) < 2)[:, None])
+    log = dataclasses.replace(log, plan=dataclasses.replace(log.plan, site=site))
+    page = Opened(page_of(PageSource((revision_of(log),))))
+    slab = page.numbers(page.document["site"]["slab"]).reshape(site.shape[1], site.shape[0])
+    assert (slab[:, :2][site.yard.T[:, :2]] == 4).all()
+    assert (slab[:, 2:4] == 3).all()
+
+
 def test_shapes_are_within_a_millimetre_of_the_log(opened):
     for part, component in zip(opened.document["parts"], tiny_log().plan.site.components, strict=True):
         shape = opened.document["geometries"][part["geometry"]]

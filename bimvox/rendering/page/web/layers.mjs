@@ -50,6 +50,7 @@ export class Layers {
       ["assembled", states.assembled],
       ["construction area", kinds.construction_area],
       ["yard", kinds.yard],
+      app.scene?.slab.hasAccess ? ["access of trucks", kinds.access] : null,
       there.has("structure") ? ["existing structure", kinds.structure] : null,
       app.plan.revision.obstructions.length ? ["obstruction", [44, 44, 48]] : null,
       ["start", [190, 100, 0], "box"],

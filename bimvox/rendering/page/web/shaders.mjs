@@ -150,6 +150,7 @@ uniform float top;
 uniform vec3 ground;
 uniform vec3 area;
 uniform vec3 yard;
+uniform vec3 access;
 uniform vec3 eye;
 out vec4 colour;
 float near_line(vec2 at, float width) {
@@ -161,7 +162,7 @@ uint column(vec2 at) {
 }
 vec3 tint(uint what) {
   uint kind = what & 7u;
-  return kind == 2u ? area : kind == 3u ? yard : ground;
+  return kind == 2u ? area : kind == 3u ? yard : kind == 4u ? access : ground;
 }
 void main() {
   bool above = world.z > top - 0.001;

@@ -7,6 +7,7 @@ export class Slab {
     this.gl = gl;
     this.site = site;
     this.kinds = kinds;
+    this.hasAccess = map.some((column) => (column & 7) === 4);
     const [nx, ny] = site.shape;
     const cell = site.voxel_size_m;
     const [x0, y0, z0] = site.origin_m;
@@ -39,7 +40,7 @@ export class Slab {
     gl.uniform2f(place("origin"), site.origin_m[0], site.origin_m[1]);
     gl.uniform1f(place("cell"), site.voxel_size_m);
     gl.uniform1f(place("top"), this.high[2]);
-    for (const [name, kind] of [["ground", "ground"], ["area", "construction_area"], ["yard", "yard"]])
+    for (const [name, kind] of [["ground", "ground"], ["area", "construction_area"], ["yard", "yard"], ["access", "access"]])
       gl.uniform3fv(place(name), this.kinds[kind].map((value) => value / 255));
     gl.bindVertexArray(this.array);
     gl.drawArrays(gl.TRIANGLES, 0, this.count);

@@ -1,0 +1,75 @@
+"""How long the crane unloads a delivery: one lift after the other, from the truck to the yard.
+
+Each lift takes the crew's times for the slings of such a part, and the crane's fastest way from the nearest place where
+a truck stands and the crane carries the part (:mod:`bimvox.site.access`): from the deck over everything that lies in
+the yard, to the part's place, and back empty. That is a bound, not a planned motion; nothing is in the log for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import chain
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bimvox.crane.bound import point_to_point_s
+from bimvox.crane.kinematics import pose_of
+from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.records.lift import Lift, YardPlace
+from bimvox.site.access import DECK_M, unloading_columns
+from bimvox.site.component import Component
+from bimvox.site.config.calendar import USUAL_UNLOADING_S, CalendarConfig
+from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
+from bimvox.site.site import Site
+
+OVER_M: Final = 0.5
+"""How far a load is carried above everything that lies in the yard; assumed."""
+
+
+def is_unloaded_by_crane(calendar: CalendarConfig, site: Site) -> bool:
+    """Return whether the time for unloading follows from the crane: there is an access, and no other time is given."""
+    return calendar.unloading_s is None and site.access is not None and bool(site.cranes)
+
+
+def unloading_s(calendar: CalendarConfig, site: Site, delivery: Sequence[Lift]) -> float:
+    """Return the working time to unload a delivery: that of the site file, otherwise the crane's, otherwise the usual.
+
+    Args:
+        calendar: The calendar.
+        site: The site.
+        delivery: All lifts of the delivery.
+    """
+    if not is_unloaded_by_crane(calendar, site):
+        return USUAL_UNLOADING_S if calendar.unloading_s is None else calendar.unloading_s
+    own = [(site.components[lift.component], lift.in_yard) for lift in delivery]
+    stored = [(part, place) for part, place in own if place is not None]
+    highest_m = max(chain([0.0], (_top_m(site, place) for _, place in stored)))
+    return sum(_lift_s(site, part, place, highest_m + OVER_M) for part, place in stored)
+
+
+def _top_m(site: Site, place: YardPlace) -> float:
+    """Return the height of the upper side of a stored part."""
+    return float(site.frame.corner_of([0, 0, place.cell_vox[2] + place.shape.size_vox[2]])[2])
+
+
+def _lift_s(site: Site, part: Component, place: YardPlace, over_m: float) -> float:
+    """Return the time of one lift from the truck into the yard and back; 0 if the crane unloads it nowhere."""
+    crane, columns = site.crane_of(part), unloading_columns(site, part)
+    if crane is None or not len(columns):
+        return 0.0
+    hook = np.add(place.transit_start_vox[:2], part.hook_line_vox[:2])
+    nearest = columns[int(np.argmin(np.hypot(*(columns - hook).T)))]
+    low_m = float(site.frame.corner_of(place.cell_vox)[2])
+    on_truck, stored = _pose(site, crane, nearest, DECK_M), _pose(site, crane, hook, low_m)
+    way_s = point_to_point_s(crane, on_truck, stored, over_m)
+    times = crew_times(site.rules, part)
+    return times.hook_on_s + TRIAL_LIFT_S + way_s + times.hook_off_s + way_s
+
+
+def _pose(site: Site, crane: TowerCrane, column: ArrayLike, height_m: float) -> CranePose:
+    """Return the pose of the crane with the load's lower side at a height above the middle of a column."""
+    at = site.frame.corner_of([*(np.asarray(column, np.float64) + 0.5), 0.0])
+    slew, radius, _ = pose_of(crane, at)
+    return CranePose(float(slew), float(radius), height_m)

@@ -1,0 +1,104 @@
+"""The access of trucks: it is no yard, wide enough for a truck, and the crane unloads every part there."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from planned_sites import portal_crane, portal_site, rectangle
+from slab_yards import slab_site
+
+from bimvox.errors import ConfigError
+from bimvox.grid.frame import GridFrame
+from bimvox.planning.assembly import prepare
+from bimvox.planning.planner import plan_lifts
+from bimvox.planning.refusal import refused_by_crane
+from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import Status
+from bimvox.site.access import check_access, ground_of, unloading_columns
+from bimvox.site.config.file import parse_site_config
+from bimvox.site.config.site_config import AreasConfig
+from bimvox.site.config.template import site_toml
+
+SITE_FILE = '[model]\npath = "a.ifc"\n[areas]\n'
+
+
+def read(text):
+    return parse_site_config(text if "[areas]" in text else SITE_FILE + text, "a.site.toml")
+
+
+BOX = ((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0))
+STRIP = ((0.0, 6.0), (10.0, 6.0), (10.0, 8.0), (0.0, 8.0))
+
+
+def test_the_access_is_no_yard():
+    frame = GridFrame((0.0, 0.0, -1.0), 1.0)
+    yard, access = ground_of(AreasConfig(yard=(BOX,), access=(STRIP,)), frame, (12, 12))
+    assert access is not None
+    assert (int(yard.sum()), int(access.sum())) == (60, 20)
+    assert not (yard & access).any()
+    whole, none = ground_of(AreasConfig(yard=(BOX,)), frame, (12, 12))
+    assert none is None
+    assert int(whole.sum()) == 80
+
+
+@pytest.mark.parametrize(("width", "good"), [(2.5, False), (2.56, True)])
+def test_an_access_is_as_wide_as_a_truck(width: float, good: bool):
+    config = read(
+        f"access = [[[0, 0], [20, 0], [20, 4], [0, 4]], [[0, 9], [20, 9], [20, {9 + width}], [0, {9 + width}]]]"
+    )
+    if good:
+        check_access(config)
+        return
+    with pytest.raises(ConfigError, match=r"areas.access\[1\].*2.55 m wide") as caught:
+        check_access(config)
+    assert caught.value.hint
+
+
+def test_a_new_site_file_proposes_the_strip_on_the_far_side_of_the_yard():
+    text = "construction = [[0, 0], [9, 0], [9, 5], [0, 5]]\nyard = [[[0, -12], [9, -12], [9, -2], [0, -2]]]"
+    written = site_toml(read(text))
+    line = next(line for line in written.splitlines() if "access" in line)
+    assert line.startswith("# access = [[[0, -16], [9, -16], [9, -12], [0, -12]]]")
+    assert read(written).areas.access is None
+    taken = read(written.replace("# access", "access"))
+    assert taken.areas.access is not None
+    assert read(site_toml(taken)) == taken
+
+
+def with_access(*box: float, crane=None, **more):
+    site = portal_site(crane or portal_crane(), **more)
+    access = rectangle(site, *box)
+    return dataclasses.replace(site, access=access, yard=site.yard & ~access)
+
+
+def test_parts_are_unloaded_where_the_crane_carries_them():
+    site = with_access(6.0, 6.0, 20.0, 9.0)
+    for part in site.components:
+        columns = unloading_columns(site, part)
+        assert len(columns)
+        assert site.access[tuple(columns.T)].all()
+        assert refused_by_crane(site, part) is None
+    heavy = dataclasses.replace(site.components[0], mass_kg=1e6)
+    assert not len(unloading_columns(site, heavy))
+
+
+def test_a_plan_keeps_the_access_free_and_is_proven():
+    site = slab_site()
+    access = np.zeros_like(site.yard)
+    access[24:34] = True
+    site = dataclasses.replace(site, access=access, yard=site.yard & ~access)
+    plan = plan_lifts(site, prepare(site))
+    assert verify_plan(plan).verified
+    assert all(lift.status is Status.PLANNED and lift.place.cell_vox[0] >= 34 for lift in plan.lifts)
+
+
+def test_a_part_that_no_truck_brings_within_reach_is_not_planned():
+    site = slab_site()
+    access = np.zeros_like(site.yard)
+    access[-1:] = True
+    short = dataclasses.replace(site.cranes[0], jib_length_m=15.0)
+    site = dataclasses.replace(site, access=access, yard=site.yard & ~access, cranes=(short,))
+    plan = plan_lifts(site, prepare(site))
+    assert all(lift.status is Status.INFEASIBLE for lift in plan.lifts)
+    assert "cannot be unloaded" in plan.lifts[0].reason
+    assert "areas] access" in plan.lifts[0].reason
