@@ -87,8 +87,11 @@ class _Writer:
                 RelatedObjects=[entity],
                 RelatingProduct=product,
             )
-            if cranes and task.crane is not None:
-                self._works_at(cranes[task.crane], entity, f"crane {task.component}")
+            for crane in task.cranes[: len(cranes)]:
+                self._works_at(cranes[crane], entity, f"crane {task.component}")
+        for one, entity in zip(schedule.preparations, before, strict=True):
+            for crane in one.cranes:
+                self._works_at(cranes[crane], entity, f"crane {crane + 1} {one.name}")
         self._sequence(tasks)
 
     def _prepare(self, before: Sequence[Any], tasks: Sequence[Any]) -> None:

@@ -37,6 +37,7 @@ class Preparation:
         first: Number of the lift that waits for it.
         is_delivery: Whether it is the unloading of a delivery.
         crew: The people who do it; None if not stated.
+        cranes: The cranes that do it: indices into ``LiftSchedule.cranes``.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Preparation:
     first: int
     is_delivery: bool = False
     crew: Crew | None = None
+    cranes: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +85,11 @@ class LiftTask:
     storey: str | None = None
     kind: str = "other"
     crew: Crew | None = None
+
+    @property
+    def cranes(self) -> tuple[int, ...]:
+        """Its crane, as one of several."""
+        return () if self.crane is None else (self.crane,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,8 +225,19 @@ def _preparations(log: PlanLog, orders: Collection[int], dates: PlanDates) -> tu
         mass_kg = sum(log.plan.site.components[lift.component].mass_kg for lift in own)
         name = f"Unload delivery {number + 1}: {len(own)} part{'' if len(own) == 1 else 's'}, {mass_kg / 1e3:.1f} t"
         work_s = dates.work.between(begin_ns, end_ns) / 1e9
+        parts = (log.plan.site.components[lift.component] for lift in own)
+        cranes = tuple(sorted({part.crane for part in parts})) if dates.is_unloaded_by_crane else ()
         found.append(
-            Preparation(name, begin_ns / 1e9, end_ns / 1e9, work_s, own[0].number, is_delivery=True, crew=crew)
+            Preparation(
+                name,
+                begin_ns / 1e9,
+                end_ns / 1e9,
+                work_s,
+                own[0].number,
+                is_delivery=True,
+                crew=crew,
+                cranes=cranes,
+            )
         )
     return tuple(found)
 

@@ -194,10 +194,10 @@ def _resources(project: ElementTree.Element, schedule: LiftSchedule, preparing: 
     uids = count(1)
     for uid, task in working:
         times = schedule.times(task)
-        if isinstance(task, LiftTask) and task.crane is not None:
-            _assign(assignments, next(uids), (uid, task.crane + 1), times, times[1] - times[0], 1.0)
+        length = times[1] - times[0] if task.work_s is None else timedelta(seconds=round(task.work_s))
+        for own in task.cranes:
+            _assign(assignments, next(uids), (uid, own + 1), times, length, 1.0)
         if task.crew is not None:
-            length = times[1] - times[0] if task.work_s is None else timedelta(seconds=round(task.work_s))
             number = len(schedule.cranes) + 1 + crews.index(task.crew)
             _assign(assignments, next(uids), (uid, number), times, length, task.crew.people)
 

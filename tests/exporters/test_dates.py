@@ -218,3 +218,45 @@ def test_tables_have_local_times_and_the_calendar():
     assert document["calendar"]["ends"] == rows[-1]["ends"] == document["lifts"][-1]["ends"]
     assert to_json(log())["calendar"] is None
     assert {row["begins"] for row in csv.DictReader(io.StringIO(lifts_csv(log())))} == {""}
+
+
+def unloaded_by_crane() -> LiftSchedule:
+    """Return the schedule of a site with an access of trucks beside the yard."""
+    site = log().plan.site
+    plan = dataclasses.replace(log().plan, site=dataclasses.replace(site, access=~site.yard))
+    made = dataclasses.replace(log(), plan=plan)
+    return schedule_of(made, DEFAULT_BEGIN, [lift.order for lift in plan.lifts], log_dates(made))
+
+
+def test_the_crane_works_at_the_deliveries_that_it_unloads(tmp_path):
+    assert not any(one.cranes for one in schedule().preparations)
+    made = unloaded_by_crane()
+    deliveries = [one for one in made.preparations if one.is_delivery]
+    assert deliveries
+    assert all(one.cranes == (0,) and one.work_s != 1800.0 for one in deliveries)
+    root = ElementTree.fromstring(to_ms_project(made))
+    uids = {of(task, "Name"): of(task, "UID") for task in root.iter(f"{{{NAMESPACE}}}Task")}
+    crane = next(of(one, "UID") for one in root.iter(f"{{{NAMESPACE}}}Resource"))
+    work = {
+        of(one, "TaskUID"): of(one, "Work")
+        for one in root.iter(f"{{{NAMESPACE}}}Assignment")
+        if of(one, "ResourceUID") == crane
+    }
+    for one in deliveries:
+        assert work[uids[one.name]] == duration_text(timedelta(seconds=round(one.work_s)))
+    path = tmp_path / "out.ifc"
+    columns = [str(column.GlobalId) for column in ifcopenshell.open(MODEL).by_type("IfcColumn")]
+    tasks = tuple(
+        dataclasses.replace(task, component=column, global_id=column)
+        for task, column in zip(made.tasks, columns, strict=False)
+    )
+    path.write_bytes(with_schedule(MODEL, MODEL.read_bytes(), dataclasses.replace(made, tasks=tasks)))
+    written, logger = ifcopenshell.open(path), ifcopenshell.validate.json_logger()
+    ifcopenshell.validate.validate(written, logger, express_rules=True)
+    assert list(logger.statements) == []
+    done_by_crane = {
+        link.RelatingProcess.Name
+        for link in written.by_type("IfcRelAssignsToProcess")
+        if link.RelatedObjects[0].is_a("IfcConstructionEquipmentResource")
+    }
+    assert done_by_crane >= {one.name for one in deliveries}
