@@ -9,6 +9,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
 from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Lift
+from bimvox.records.unloading import UnloadingLift, unloading_lifts
 from bimvox.site.upright_box import sizes_m
 
 TRUCK_COLUMNS = {
@@ -33,6 +34,9 @@ PART_COLUMNS = {
     "status": "planned or infeasible",
     "stack": "number of its stack in the yard, from 1; empty if it lies alone",
     "rack": "number of its rack in the yard, from 1; empty if it stands in none",
+    "truck_radius_m": "radius of the hook over the truck when the crane unloads the part; empty without an access",
+    "truck_utilisation": "share of the capacity there",
+    "unloading_s": "crane time from the truck to its place in the yard and back",
 }
 DELIVERY_COLUMNS = TRUCK_COLUMNS | PART_COLUMNS
 
@@ -58,6 +62,7 @@ def delivery_records(log: PlanLog, dates: PlanDates | None = None) -> list[dict[
             len(parts),
             sum(part.mass_kg for part in parts),
         )
+        lifted = {one.order: one for one in unloading_lifts(log.plan.site, load)}
         rows = [
             (
                 loaded,
@@ -71,12 +76,17 @@ def delivery_records(log: PlanLog, dates: PlanDates | None = None) -> list[dict[
                 lift.status.value,
                 None if lift.place is None else lift.place.stack or None,
                 None if lift.place is None else abs(lift.place.rack) or None,
+                *_unloading(lifted.get(lift.order)),
             )
             for loaded, (lift, part) in enumerate(zip(load, parts, strict=True), start=1)
         ]
         truck: dict[str, Any] = dict(zip(TRUCK_COLUMNS, values, strict=True))
         found.append(truck | {"parts": [dict(zip(PART_COLUMNS, row, strict=True)) for row in rows]})
     return found
+
+
+def _unloading(lift: UnloadingLift | None) -> tuple[float | None, ...]:
+    return (None,) * 3 if lift is None else (lift.radius_m, lift.utilisation, lift.duration_s)
 
 
 def deliveries_csv(log: PlanLog, dates: PlanDates | None = None) -> str:

@@ -8,6 +8,7 @@ the yard, to the part's place, and back empty. That is a bound, not a planned mo
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import chain
 from typing import Final
 
@@ -16,16 +17,35 @@ from numpy.typing import ArrayLike
 
 from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.kinematics import pose_of
+from bimvox.crane.load_chart import utilisation
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.site.access import DECK_M, unloading_columns
 from bimvox.site.component import Component
 from bimvox.site.config.calendar import USUAL_UNLOADING_S, CalendarConfig
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
+from bimvox.site.lifting import hung_kg
 from bimvox.site.site import Site
 
 OVER_M: Final = 0.5
 """How far a load is carried above everything that lies in the yard; assumed."""
+
+
+@dataclass(frozen=True, slots=True)
+class UnloadingLift:
+    """How the crane brings a part from the truck to its place in the yard.
+
+    Attributes:
+        order: Order of the part's lift to its place in the building.
+        radius_m: Radius of the hook over the truck.
+        utilisation: Share of the capacity there, with rigging and hook block.
+        duration_s: Crane time from the truck to the yard and back.
+    """
+
+    order: int
+    radius_m: float
+    utilisation: float
+    duration_s: float
 
 
 def is_unloaded_by_crane(calendar: CalendarConfig, site: Site) -> bool:
@@ -43,10 +63,24 @@ def unloading_s(calendar: CalendarConfig, site: Site, delivery: Sequence[Lift]) 
     """
     if not is_unloaded_by_crane(calendar, site):
         return USUAL_UNLOADING_S if calendar.unloading_s is None else calendar.unloading_s
-    own = [(site.components[lift.component], lift.in_yard) for lift in delivery]
-    stored = [(part, place) for part, place in own if place is not None]
-    highest_m = max(chain([0.0], (_top_m(site, place) for _, place in stored)))
-    return sum(_lift_s(site, part, place, highest_m + OVER_M) for part, place in stored)
+    return sum(one.duration_s for one in unloading_lifts(site, delivery))
+
+
+def unloading_lifts(site: Site, delivery: Sequence[Lift]) -> tuple[UnloadingLift, ...]:
+    """Return how the crane unloads each part of a delivery, in the order of the lifts; none without an access.
+
+    Args:
+        site: The site.
+        delivery: All lifts of the delivery.
+    """
+    stored = [(lift.order, site.components[lift.component], lift.in_yard) for lift in delivery]
+    highest_m = max(chain([0.0], (_top_m(site, place) for _, _, place in stored if place is not None)))
+    made = (
+        _unloading_lift(site, order, part, place, highest_m + OVER_M)
+        for order, part, place in stored
+        if place is not None
+    )
+    return tuple(one for one in made if one is not None)
 
 
 def _top_m(site: Site, place: YardPlace) -> float:
@@ -54,18 +88,20 @@ def _top_m(site: Site, place: YardPlace) -> float:
     return float(site.frame.corner_of([0, 0, place.cell_vox[2] + place.shape.size_vox[2]])[2])
 
 
-def _lift_s(site: Site, part: Component, place: YardPlace, over_m: float) -> float:
-    """Return the time of one lift from the truck into the yard and back; 0 if the crane unloads it nowhere."""
+def _unloading_lift(site: Site, order: int, part: Component, place: YardPlace, over_m: float) -> UnloadingLift | None:
+    """Return the lift of a part from the truck into the yard; None if the crane unloads it nowhere."""
     crane, columns = site.crane_of(part), unloading_columns(site, part)
     if crane is None or not len(columns):
-        return 0.0
+        return None
     hook = np.add(place.transit_start_vox[:2], part.hook_line_vox[:2])
     nearest = columns[int(np.argmin(np.hypot(*(columns - hook).T)))]
     low_m = float(site.frame.corner_of(place.cell_vox)[2])
     on_truck, stored = _pose(site, crane, nearest, DECK_M), _pose(site, crane, hook, low_m)
     way_s = point_to_point_s(crane, on_truck, stored, over_m)
     times = crew_times(site.rules, part)
-    return times.hook_on_s + TRIAL_LIFT_S + way_s + times.hook_off_s + way_s
+    duration_s = times.hook_on_s + TRIAL_LIFT_S + way_s + times.hook_off_s + way_s
+    share = float(utilisation(crane.chart, on_truck.radius_m, hung_kg(crane, part)))
+    return UnloadingLift(order, on_truck.radius_m, share, duration_s)
 
 
 def _pose(site: Site, crane: TowerCrane, column: ArrayLike, height_m: float) -> CranePose:

@@ -69,3 +69,16 @@ def test_the_table_and_the_document_say_the_same():
 def test_an_extract_lists_its_own_lifts_only():
     (truck,) = delivery_records(tiny_log().extract([0]))
     assert [part["number"] for part in truck["parts"]] == [1]
+
+
+def test_with_an_access_every_part_has_its_unloading_lift():
+    log = dated(1800)
+    assert all(part["unloading_s"] is None for truck in delivery_records(log) for part in truck["parts"])
+    site = dataclasses.replace(log.plan.site, access=~log.plan.site.yard)
+    log = dataclasses.replace(log, plan=dataclasses.replace(log.plan, site=site))
+    parts = [part for truck in delivery_records(log) for part in truck["parts"]]
+    assert parts
+    for part in parts:
+        assert 0.0 < part["truck_utilisation"] <= 1.0
+        assert part["truck_radius_m"] >= site.cranes[0].min_radius_m
+        assert part["unloading_s"] > 0.0
