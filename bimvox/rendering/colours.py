@@ -1,10 +1,11 @@
 """The colours of pictures: those of ``bimvox.site.construction``, and those that only pictures need.
 
-Classes of parts use Paul Tol's light palette.
+Classes of parts and other groups use Paul Tol's light palette.
 """
 
 from __future__ import annotations
 
+from bimvox.records.remark import Severity
 from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
 
 UNBUILT: Rgb = STATE_RGB[ConstructionState.UNBUILT]
@@ -49,3 +50,14 @@ CLASSES: tuple[Rgb, ...] = (
     (190, 170, 205),
 )
 """Colours of the classes of parts, the most numerous class first; the last is shared by all further classes."""
+
+SHARES: tuple[Rgb, ...] = ((255, 247, 188), (254, 227, 145), (254, 196, 79), (236, 112, 20), (153, 52, 4))
+"""Colours of ranges of utilisation, from low to critical: of the scheme YlOrBr, which darkens step by step."""
+REMARKS: dict[Severity, Rgb] = {
+    Severity.SERIOUS: (238, 136, 102),
+    Severity.MINOR: (238, 221, 136),
+    Severity.NOTE: (153, 221, 255),
+}
+"""Colours of parts by their most severe remark."""
+NO_GROUP: Rgb = (206, 206, 204)
+"""Colour of parts that belong to no group."""

@@ -32,11 +32,11 @@ def played_load(folder: Path, motion: Any, base_m: Any, times_s: Any) -> tuple[n
 
 
 def program_says(folder: Path, prelude: str, body: str) -> Any:
-    """Return the value of an expression after a prelude, in which ``%(web)s`` is the folder of the modules."""
+    """Return the value of an expression after a prelude, in which ``WEB`` is the folder of the modules."""
     assert NODE is not None
     program = folder / "said.mjs"
     web = (Path(assets.__file__).parent / "web").as_uri()
-    program.write_text(prelude % {"web": web} + f"\nconsole.log(JSON.stringify({body}));")
+    program.write_text(prelude.replace("WEB/", f"{web}/") + f"\nconsole.log(JSON.stringify({body}));")
     done = subprocess.run([NODE, program], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)

@@ -12,6 +12,7 @@ import numpy as np
 from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Status
 from bimvox.records.steps import Steps
+from bimvox.rendering.colours import CLASSES, NO_GROUP, REMARKS, SHARES
 from bimvox.rendering.page.blob import Blob, rounded
 from bimvox.rendering.page.changes import changes
 from bimvox.rendering.page.crane import crane_record
@@ -54,6 +55,10 @@ def document_of(source: PageSource) -> tuple[dict[str, Any], bytes]:
         "colours": {
             "states": {state.value: list(rgb) for state, rgb in STATE_RGB.items()},
             "kinds": {kind: list(rgb) for kind, rgb in KIND_RGB.items()},
+            "groups": [list(rgb) for rgb in CLASSES],
+            "shares": [list(rgb) for rgb in SHARES],
+            "remarks": {severity.value: list(rgb) for severity, rgb in REMARKS.items()},
+            "none": list(NO_GROUP),
         },
         "crane": crane_record(site.cranes[0], blob) if site.cranes else None,
         **({"other_cranes": [crane_record(crane, blob) for crane in others]} if others else {}),

@@ -50,6 +50,14 @@ class PageColours(Table):
     """Of parts by state."""
     kinds: dict[str, Colour]
     """Of areas and fixed things by kind."""
+    groups: tuple[Colour, ...]
+    """Of groups without an order, such as classes; the last is of all others."""
+    shares: tuple[Colour, ...]
+    """Of ranges of utilisation, from low to critical."""
+    remarks: dict[str, Colour]
+    """Of parts by their most severe remark."""
+    none: Colour
+    """Of parts that belong to no group."""
 
 
 class PageOverride(Table):

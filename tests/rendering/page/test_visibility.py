@@ -10,16 +10,18 @@ from seen_pages import Seen, contrast
 
 SEEN, GHOST, HIDDEN = 0, 1, 2
 PLAN = """
-import { Visibility } from "%(web)s/visibility.mjs";
+import { Groups } from "WEB/groups.mjs";
+import { Visibility } from "WEB/visibility.mjs";
 const parts = [["a", "IfcColumn", "1", "A"], ["b", "IfcColumn", "2", "B"], ["c", "IfcBeam", "2", "C"]]
   .map(([id, ifc_class, storey, name]) => ({ id, ifc_class, storey, name }));
 const motions = [{ crane: 0 }, { crane: 1 }, { crane: 1 }];
 const lifts = parts.map((_, part) => ({ part, motion: part }));
 const plan = {
   ofPart: lifts, motionOf: (lift) => motions[lift.motion],
+  hot: 0.75, revision: { remarks: [] },
   matching: (query) => lifts.filter((lift) => parts[lift.part].name.includes(query)),
 };
-const shown = new Visibility(parts, ["west", "east"]);
+const shown = new Visibility(new Groups(parts, ["west", "east"]));
 const looks = () => Array.from(shown.update(plan));
 """
 

@@ -81,17 +81,18 @@ export class Details {
 
   /** Buttons that isolate, hide or ghost the part, or all of its class, storey or crane. */
   _looks(index) {
-    const { visibility, plan } = this.app;
+    const { visibility, groups } = this.app;
     const acts = [["isolate", "i"], ["hide", "h"], ["ghost", "g"]];
-    const rows = SCOPES.map((by) => [by, visibility.groupOf(index, by, plan)]).filter(([, value]) => value !== null && value !== "");
+    const rows = SCOPES.filter((by) => by !== "crane" || groups.cranes.length > 1).map((by) => [by, groups.of(index, by)]).filter(([, value]) => value !== null);
     const look = visibility.looks[index];
     return [
       el("h3", {}, "In the view"),
       look === SEEN ? null : el("p", { class: "kicker" }, `This part is ${LOOKS[look]}.`),
+      this.app.colourBy === "status" ? null : el("p", { class: "kicker" }, `Coloured by ${this.app.colourBy}: ${groups.label(this.app.colourBy, groups.of(index, this.app.colourBy))}.`),
       el("div", { class: "looks" }, ...rows.flatMap(([by, value]) => [
-        el("span", {}, by === "part" ? "This part" : visibility.nameOf(by, value)),
-        el("span", { class: "group", role: "group", "aria-label": by === "part" ? "This part" : `All of ${visibility.nameOf(by, value)}` }, ...acts.map(([act, key]) =>
-          el("button", { type: "button", "data-look": `${act} ${by}`, title: by === "part" ? `${act} this part (${key})` : `${act} ${visibility.nameOf(by, value)}`, onclick: () => this.app.look(act, by, value) }, act))),
+        el("span", {}, by === "part" ? "This part" : groups.name(by, value)),
+        el("span", { class: "group", role: "group", "aria-label": by === "part" ? "This part" : `All of ${groups.name(by, value)}` }, ...acts.map(([act, key]) =>
+          el("button", { type: "button", "data-look": `${act} ${by}`, title: by === "part" ? `${act} this part (${key})` : `${act} ${groups.name(by, value)}`, onclick: () => this.app.look(act, by, value) }, act))),
       ])),
     ]; // prettier-ignore
   }

@@ -73,6 +73,7 @@ export class Live {
       speed: app.speed,
       layers: app.layers,
       filter: app.visibility.state,
+      colourBy: app.colourBy,
       tab: app.details.opened,
       chosen: app.chosen === null ? null : app.parts[app.chosen].id,
       camera: Object.fromEntries(CAMERA.map((name) => [name, app.camera[name]])),
@@ -101,6 +102,7 @@ export class Live {
     app.speed = kept.speed;
     app.playing = kept.playing;
     app.layers = { ...app.layers, ...kept.layers };
+    if (kept.colourBy) app.colourBy = kept.colourBy;
     if (kept.filter) app.visibility.take(kept.filter);
     const chosen = app.parts.findIndex((part) => part.id === kept.chosen);
     app.chosen = chosen < 0 ? null : chosen;

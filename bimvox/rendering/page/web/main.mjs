@@ -1,9 +1,11 @@
 // The page: holds the current state and notifies every part of the page when it changes.
 import { Camera } from "./camera.mjs";
 import { unpack } from "./container.mjs";
+import { COLOURINGS, paintOf } from "./colours.mjs";
 import { cranesOf } from "./cranes.mjs";
 import { Details } from "./details.mjs";
 import { byId, el, fill } from "./dom.mjs";
+import { Groups } from "./groups.mjs";
 import { Header } from "./header.mjs";
 import { watchKeys } from "./keyboard.mjs";
 import { LAYERS, Layers } from "./layers.mjs";
@@ -38,7 +40,10 @@ class App {
     this.obstruction = null;
     this.following = false;
     this.layers = { ...LAYERS };
-    this.visibility = new Visibility(this.parts, cranesOf(document).map((crane) => crane.name));
+    this.groups = new Groups(this.parts, cranesOf(document).map((crane) => crane.name));
+    this.visibility = new Visibility(this.groups);
+    this.colourBy = "status";
+    this.paint = null;
     this.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.camera = new Camera(this.still);
     this.scene = this._scene(numbers);
@@ -105,6 +110,7 @@ class App {
     this.states = this.plan.statesAt(this.time);
     this.lift = this.plan.liftAt(this.time);
     this.visibility.update(this.plan);
+    this._repaint();
     this.scene?.forget();
     this.header.render();
     this.header.renderFilter();
@@ -201,7 +207,7 @@ class App {
 
   _draw() {
     if (!this.scene) return;
-    this.scene.show({ plan: this.plan, time: this.time, layers: this.layers, chosen: this.chosen, obstruction: this.obstruction, looks: this.visibility.looks });
+    this.scene.show({ plan: this.plan, time: this.time, layers: this.layers, chosen: this.chosen, obstruction: this.obstruction, looks: this.visibility.looks, paint: this.paint });
     const frame = this._frame();
     if (this.following && this.lift && !this.camera.glide) {
       const at = this.states[this.lift.part] > 1 ? this.scene.middleOf(this.lift.part) : (this.scene.hook ?? this.scene.middleOf(this.lift.part));
@@ -321,6 +327,22 @@ class App {
     if (focused) document.querySelector(`[data-look="${focused}"]`)?.focus();
     this.say(visibility.words || "All parts shown");
     this.changed();
+  }
+
+  /** Colours the parts by a criterion: see COLOURINGS. */
+  setColour(by) {
+    if (!COLOURINGS.includes(by)) return;
+    this.colourBy = by;
+    this._repaint();
+    this.layerList.update();
+    this.layerList.renderLegend();
+    this.details.renderPart();
+    this.say(`Coloured by ${by}`);
+    this.changed();
+  }
+
+  _repaint() {
+    this.paint = paintOf(this.groups, this.colourBy, this.document.colours, this.parts.length);
   }
 
   turn(dx, dy) {

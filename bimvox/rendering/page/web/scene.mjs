@@ -6,7 +6,7 @@ import { lookAt, multiplied, orthographic, unit } from "./maths.mjs";
 import { axesAt, hookOf, loadAt, storedAt } from "./motion.mjs";
 import { Overlays } from "./overlays.mjs";
 import { ARRIVED, ASSEMBLED, AWAY, IN_TRANSIT, UNBUILT } from "./plan.mjs";
-import { DEPTH_FRAGMENT, EDGE_FRAGMENT, EDGE_VERTEX, GHOSTLY, HATCHED, LINE_FRAGMENT, LINE_VERTEX, PICK_FRAGMENT, PICK_VERTEX, SHOWN, SOLID_FRAGMENT, SOLID_VERTEX, VOXELS } from "./shaders.mjs";
+import { DEPTH_FRAGMENT, EDGE_FRAGMENT, EDGE_VERTEX, GHOSTLY, HATCHED, LINE_FRAGMENT, LINE_VERTEX, PICK_FRAGMENT, PICK_VERTEX, SHOWN, SOLID_FRAGMENT, SOLID_VERTEX, STRIPED, VOXELS } from "./shaders.mjs";
 import { Slab } from "./slab.mjs";
 import { GHOST, HIDDEN, SEEN } from "./visibility.mjs";
 
@@ -39,6 +39,7 @@ export class Scene {
     this.pickProgram = programOf(gl, PICK_VERTEX, PICK_FRAGMENT);
     this._prepareLight();
     this.looks = new Uint8Array(this.parts.length);
+    this.paint = null;
     this.shown = null;
   }
 
@@ -125,14 +126,16 @@ export class Scene {
 
   /**
    * Shows a moment.
-   * @param moment {plan, time, layers, chosen: part index or null, obstruction: record or null, looks: of every part}
+   * @param moment {plan, time, layers, chosen: part index or null, obstruction: record or null, looks: of every part,
+   *   paint: {rgb, striped} of every part, or null for the colours of states}
    */
   show(moment) {
     const { plan, time, layers } = moment;
     const states = plan.statesAt(time);
     const lift = plan.liftAt(time);
-    if (moment.looks && moment.looks !== this.looks) {
-      this.looks = moment.looks;
+    const { looks = this.looks, paint = null } = moment;
+    if (looks !== this.looks || paint !== this.paint) {
+      Object.assign(this, { looks, paint });
       this.forget();
     }
     if (this.shown === null) this._setFixed(plan, layers);
@@ -178,19 +181,20 @@ export class Scene {
     const row = this.partRow(n);
     const lift = plan.ofPart[n];
     const look = this.looks[n];
-    if (state === AWAY || look === HIDDEN || (state === UNBUILT && !layers.yard)) {
+    const coming = state === AWAY && layers.coming && lift?.status !== "infeasible";
+    if (look === HIDDEN || (state === AWAY && !coming) || (state === UNBUILT && !layers.yard)) {
       this.rows.look(row, [0, 0, 0], 0);
       return;
     }
     let at = { corner: part.target_m, tilt: NO_TURN };
     if (state === UNBUILT) at = storedAt(lift, part);
-    else if (state !== ASSEMBLED) {
+    else if (state !== ASSEMBLED && state !== AWAY) {
       const motion = plan.motionOf(lift);
       at = loadAt(motion, this.baseOf(motion), lift.stored, time - lift.begins_s);
     }
     this.rows.place(row, at.corner, at.tilt);
-    const flags = SHOWN | (layers.voxels ? VOXELS : 0) | (state === IN_TRANSIT ? HATCHED : 0) | (look === GHOST ? GHOSTLY : 0);
-    this.rows.look(row, this.states[state], flags);
+    const flags = SHOWN | (layers.voxels ? VOXELS : 0) | (state === IN_TRANSIT ? HATCHED : 0) | (look === GHOST || coming ? GHOSTLY : 0) | (this.paint?.striped[n] ? STRIPED : 0);
+    this.rows.look(row, this.paint?.rgb[n] ?? this.states[coming ? ASSEMBLED : state], flags);
   }
 
   /** The centre of a part's box as shown now; null if it is not shown. */
@@ -232,7 +236,7 @@ export class Scene {
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1, 1);
     this._drawSolids(layers);
-    if (this.looks.includes(GHOST)) this._drawGhosts(layers);
+    if (layers.coming || this.looks.includes(GHOST)) this._drawGhosts(layers);
     gl.disable(gl.POLYGON_OFFSET_FILL);
     this._drawLines(camera, clip, width, height, pixels, layers);
     gl.bindVertexArray(null);

@@ -2,7 +2,7 @@
 // [place, scale], [turn], [offset within its own frame, -], [colour, flags].
 
 export const ROWS_WIDTH = 256;
-export const [SHOWN, VOXELS, HATCHED, GHOSTLY] = [1, 2, 4, 8];
+export const [SHOWN, VOXELS, HATCHED, GHOSTLY, STRIPED] = [1, 2, 4, 8, 16];
 
 const ROW = `
 precision highp float;
@@ -87,6 +87,10 @@ void main() {
   if ((flags & ${HATCHED}) != 0) {
     float stripe = mod(gl_FragCoord.x + gl_FragCoord.y, 11.0);
     if (stripe < 3.2) rgb = mix(rgb, vec3(1.0), 0.55);
+  }
+  if ((flags & ${STRIPED}) != 0) {
+    float stripe = mod(gl_FragCoord.x - gl_FragCoord.y, 9.0);
+    if (stripe < 2.2) rgb = mix(rgb, vec3(0.05), 0.75);
   }
   colour = vec4(rgb, (flags & ${GHOSTLY}) != 0 ? 0.16 : 1.0);
 }`;

@@ -1,5 +1,6 @@
 // What of the parts the view shows: each is seen, a ghost or hidden, by the search and by steps that can be undone.
-import { classWords, counted, nameOf } from "./words.mjs";
+import { GROUPINGS } from "./groups.mjs";
+import { counted } from "./words.mjs";
 
 export const [SEEN, GHOST, HIDDEN] = [0, 1, 2];
 export const LOOKS = ["shown", "a ghost", "hidden"];
@@ -8,39 +9,19 @@ export const SCOPES = ["part", "class", "storey", "crane"];
 const TOLD = 4;
 
 export class Visibility {
-  /**
-   * @param parts Records of all parts.
-   * @param cranes Names of the cranes.
-   */
-  constructor(parts, cranes) {
-    this.parts = parts;
-    this.cranes = cranes;
+  /** @param groups The groups of the parts. */
+  constructor(groups) {
+    this.groups = groups;
     this.query = "";
     this.steps = [];
     this.past = [];
     this.typing = false;
-    this.looks = new Uint8Array(parts.length);
+    this.looks = new Uint8Array(groups.parts.length);
   }
 
   /** Whether anything is filtered. */
   get filters() {
     return this.query.trim() !== "" || this.steps.length > 0;
-  }
-
-  /** What a part belongs to in a scope; null if it has none. */
-  groupOf(part, by, plan) {
-    if (by === "part") return this.parts[part].id;
-    if (by === "class") return this.parts[part].ifc_class;
-    if (by === "storey") return this.parts[part].storey;
-    const lift = plan.ofPart[part];
-    const motion = lift && plan.motionOf(lift);
-    return motion && this.cranes.length > 1 ? this.cranes[motion.crane ?? 0] : null;
-  }
-
-  /** A group in words: `class Column`. */
-  nameOf(by, value) {
-    if (by === "part") return nameOf(this.parts.find((part) => part.id === value) ?? { name: value });
-    return `${by} ${by === "class" ? classWords(value) : value}`;
   }
 
   /** Sets the search; what is typed in a row is one step for undo. */
@@ -51,7 +32,7 @@ export class Visibility {
     this.query = query;
   }
 
-  /** @param act A key of ACTS; isolating shows the group alone. */
+  /** @param act A key of ACTS; isolating shows the group alone. @param by, value A grouping and a key of it; null for the parts without a group. */
   apply(act, by, value) {
     const last = this.steps.at(-1);
     if (last && last.act === act && last.by === by && last.value === value) return;
@@ -80,7 +61,7 @@ export class Visibility {
   }
 
   take({ query, steps }) {
-    const known = (step) => step && Object.hasOwn(ACTS, step.act) && SCOPES.includes(step.by) && typeof step.value === "string";
+    const known = (step) => step && Object.hasOwn(ACTS, step.act) && GROUPINGS.includes(step.by) && (step.value === null || typeof step.value === "string");
     this.query = String(query ?? "");
     this.steps = Array.isArray(steps) ? steps.filter(known) : [];
   }
@@ -92,10 +73,11 @@ export class Visibility {
 
   /** Sets and returns the look of every part; a new array, so that a change is seen. */
   update(plan) {
-    const looks = new Uint8Array(this.parts.length);
+    this.groups.show(plan);
+    const looks = new Uint8Array(this.groups.parts.length);
     for (const { act, by, value } of this.steps)
       for (let part = 0; part < looks.length; part++) {
-        const own = this.groupOf(part, by, plan) === value;
+        const own = this.groups.of(part, by) === value;
         if (act === "isolate") looks[part] = own ? SEEN : HIDDEN;
         else if (own) looks[part] = act === "hide" ? HIDDEN : GHOST;
       }
@@ -115,7 +97,7 @@ export class Visibility {
       seen += look === SEEN;
       ghosts += look === GHOST;
     }
-    const steps = this.steps.slice(-TOLD).map(({ act, by, value }) => `${this.nameOf(by, value)} ${ACTS[act]}`);
+    const steps = this.steps.slice(-TOLD).map(({ act, by, value }) => `${this.groups.name(by, value)} ${ACTS[act]}`);
     if (this.steps.length > TOLD) steps.unshift(`${this.steps.length - TOLD} more`);
     if (this.query.trim()) steps.push(`search “${this.query.trim()}”`);
     return `${seen} of ${counted(this.looks.length, "part")} shown${ghosts ? `, ${counted(ghosts, "ghost")}` : ""}: ${steps.join(", ")}`;
