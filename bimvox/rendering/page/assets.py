@@ -30,6 +30,7 @@ MODULES = (
     "remarks",
     "details",
     "timeline",
+    "gantt",
     "layers",
     "header",
     "pointer",

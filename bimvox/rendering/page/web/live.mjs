@@ -74,6 +74,7 @@ export class Live {
       layers: app.layers,
       filter: app.visibility.state,
       colourBy: app.colourBy,
+      gantt: { open: app.gantt.open, by: app.gantt.by, zoom: app.gantt.zoom },
       tab: app.details.opened,
       chosen: app.chosen === null ? null : app.parts[app.chosen].id,
       camera: Object.fromEntries(CAMERA.map((name) => [name, app.camera[name]])),
@@ -102,6 +103,8 @@ export class Live {
     app.speed = kept.speed;
     app.playing = kept.playing;
     app.layers = { ...app.layers, ...kept.layers };
+    if (kept.gantt) Object.assign(app.gantt, { by: kept.gantt.by, zoom: kept.gantt.zoom });
+    if (kept.gantt?.open) app.gantt.toggle(true);
     if (kept.colourBy) app.colourBy = kept.colourBy;
     if (kept.filter) app.visibility.take(kept.filter);
     const chosen = app.parts.findIndex((part) => part.id === kept.chosen);

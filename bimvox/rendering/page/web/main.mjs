@@ -5,6 +5,7 @@ import { COLOURINGS, paintOf } from "./colours.mjs";
 import { cranesOf } from "./cranes.mjs";
 import { Details } from "./details.mjs";
 import { byId, el, fill } from "./dom.mjs";
+import { Gantt } from "./gantt.mjs";
 import { Groups } from "./groups.mjs";
 import { Header } from "./header.mjs";
 import { watchKeys } from "./keyboard.mjs";
@@ -52,6 +53,7 @@ class App {
     this.remarks = new Remarks(this);
     this.details = new Details(this);
     this.timeline = new Timeline(this);
+    this.gantt = new Gantt(this);
     this.layerList = new Layers(this);
     this._listen();
     this.show();
@@ -117,6 +119,7 @@ class App {
     this.list.search.value = this.visibility.query;
     this.list.render();
     this.timeline.render();
+    this.gantt.render();
     this.layerList.renderLegend();
     this.details.renderPart();
     this.details.renderPlan();
@@ -165,6 +168,7 @@ class App {
     }
     this.list.update();
     this.timeline.update();
+    this.gantt.update();
     this._showNow();
     this.changed();
   }
@@ -238,6 +242,7 @@ class App {
     this.list.update();
     if (part !== null && from !== "list") this.list.reveal(part);
     this.timeline.update();
+    this.gantt.mark();
     this.changed();
   }
 
@@ -249,6 +254,7 @@ class App {
     this.remarks.update();
     this.list.update();
     this.timeline.update();
+    this.gantt.mark();
     this.changed();
   }
 
@@ -322,6 +328,7 @@ class App {
     if (list.search.value !== visibility.query) list.search.value = visibility.query;
     if (list.query !== visibility.query) list.render();
     else list.update();
+    this.gantt.paint();
     const focused = document.activeElement?.dataset?.look;
     this.details.renderPart();
     if (focused) document.querySelector(`[data-look="${focused}"]`)?.focus();
@@ -336,6 +343,7 @@ class App {
     this._repaint();
     this.layerList.update();
     this.layerList.renderLegend();
+    this.gantt.paint();
     this.details.renderPart();
     this.say(`Coloured by ${by}`);
     this.changed();
