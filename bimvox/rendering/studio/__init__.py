@@ -1,0 +1,1 @@
+"""The web page on which people set up a site by hand."""

@@ -1,0 +1,70 @@
+// Questions to the person: which file, which name, what of unsaved changes.
+import { byId, el, fill } from "../page/dom.mjs";
+import { counted } from "../page/words.mjs";
+
+const KINDS = { site: "Site files", model: "Models", log: "Plans (logs)" };
+
+/** Ask with buttons; returns the value of the pressed one, null if the person closed the question. */
+export function ask(title, sentence, choices) {
+  const dialog = byId("ask");
+  return new Promise((done) => {
+    let chosen = null;
+    const buttons = choices.map(([value, words], n) => el("button", { type: "button", class: n === 0 ? "main" : null, onclick: () => ((chosen = value), dialog.close()) }, words));
+    fill(dialog, el("h2", { id: "ask-title" }, title), el("p", {}, sentence), el("div", { class: "answers" }, ...buttons));
+    dialog.addEventListener("close", () => done(chosen), { once: true });
+    dialog.showModal();
+  });
+}
+
+/** Ask for a name; returns it, null if the person closed the question. `check` says what is wrong with a name. */
+export function askName(title, sentence, given, check) {
+  const dialog = byId("ask");
+  return new Promise((done) => {
+    let chosen = null;
+    const input = el("input", { type: "text", id: "new-name", value: given, autocomplete: "off", spellcheck: "false" });
+    const wrong = el("p", { class: "warn", role: "alert", hidden: true });
+    const form = el(
+      "form",
+      { method: "dialog" },
+      el("label", { for: "new-name" }, sentence),
+      input,
+      wrong,
+      el("div", { class: "answers" }, el("button", { type: "submit", class: "main" }, "Save"), el("button", { type: "button", onclick: () => dialog.close() }, "Cancel")),
+    );
+    form.addEventListener("submit", (event) => {
+      const name = input.value.trim();
+      const why = check(name);
+      if (!why) return void (chosen = name);
+      event.preventDefault();
+      wrong.textContent = why;
+      wrong.hidden = false;
+      input.focus();
+    });
+    fill(dialog, el("h2", { id: "ask-title" }, title), form);
+    dialog.addEventListener("close", () => done(chosen), { once: true });
+    dialog.showModal();
+    input.select();
+  });
+}
+
+/** Show the files of the folder; returns the chosen one, null if the person closed the list. */
+export function askFile(folder, files, kinds, title) {
+  const dialog = byId("files");
+  return new Promise((done) => {
+    let chosen = null;
+    const item = (file) => el("li", {}, el("button", { type: "button", onclick: () => ((chosen = file), dialog.close()) }, file.path));
+    const groups = kinds.map((kind) => [kind, files.filter((file) => file.kind === kind)]).filter(([, own]) => own.length);
+    fill(
+      dialog,
+      el("h2", { id: "files-title" }, title),
+      el("p", { class: "kicker" }, `Folder ${folder}, ${counted(files.length, "file")}`),
+      el("div", { class: "scroll" }, ...groups.flatMap(([kind, own]) => [el("h3", {}, KINDS[kind]), el("ul", { class: "files" }, ...own.map(item))]), groups.length ? null : el("p", { class: "aside" }, "There is no file here that can be opened: start `bimvox studio` in the folder of an IFC or mesh file.")),
+      el("div", { class: "answers" }, el("button", { type: "button", onclick: () => dialog.close() }, "Cancel")),
+    );
+    dialog.addEventListener("close", () => done(chosen), { once: true });
+    dialog.showModal();
+  });
+}
+
+/** What is wrong with the name of a site file; null if nothing. */
+export const wrongName = (name) => (!name ? "Type a name." : /[\\/:*?"<>|\x00-\x1f]|^\.|\.$/.test(name) ? 'A name has none of \\ / : * ? " < > | and no dot at its ends.' : null);

@@ -1,0 +1,238 @@
+// The pane of the set-up: what is typed and chosen. Fields are made once for a structure and then only updated, so that focus stays.
+import { byId, el, fill, terms } from "../page/dom.mjs";
+import { classWords, fixed, nameOf, tonnes } from "../page/words.mjs";
+import { areaWords } from "./dimensions.mjs";
+import { chooseMeans } from "./list.mjs";
+import { axisNames, numberOf, pointOf, shownPair, written } from "./numbers.mjs";
+import { areasOf, craneName, MEANS, withArea, withCorner, withCrane, withKind, withMeans, withoutArea, withoutCorner, withPolygon, withZone, polygonOf, ZONE_KINDS } from "./setup.mjs";
+import { meansOf, OTHERS, useWords } from "./use.mjs";
+
+export class Form {
+  constructor(app) {
+    this.app = app;
+    this.pane = byId("pane-setup");
+    this.fields = [];
+    this.made = null;
+    this.part = el("div", { class: "chosen-part" });
+    this.problems = el("div", { class: "problems" });
+    this.body = el("div");
+    fill(this.pane, this.problems, this.part, this.body);
+  }
+
+  /** The map if coordinates are typed as the map's, otherwise null. */
+  get map() {
+    return this.app.onMap ? this.app.opened.map : null;
+  }
+
+  render() {
+    const { app } = this;
+    if (!app.opened) return;
+    const { setup } = app;
+    const structure = JSON.stringify([app.opened.path, app.onMap, setup.cranes.map((crane) => [crane.name, crane.machine]), areasOf(setup).map(({ id, name, kind, polygon }) => [id, name, kind, polygon.length]), setup.yard.length]);
+    if (structure !== this.made) {
+      this.made = structure;
+      this.build();
+    }
+    for (const field of this.fields) field.update(app.setup);
+    this.renderProblems();
+    this.renderPart();
+  }
+
+  build() {
+    const { app } = this;
+    const key = document.activeElement?.closest?.("#pane-setup [data-key]")?.dataset.key;
+    const open = new Map([...this.body.querySelectorAll("details")].map((group) => [group.dataset.group, group.open]));
+    this.fields = [];
+    const several = app.setup.cranes.length > 1;
+    const group = (id, title, ...content) => el("details", { class: "group-of", "data-group": id, open: open.get(id) ?? !/^(construction|zones)/.test(id) }, el("summary", {}, title), ...content);
+    fill(
+      this.body,
+      app.opened.map ? this.units() : null,
+      ...app.setup.cranes.map((crane, n) => group(`cranes/${n}`, craneName(crane, n, several), this.crane(n))),
+      ...areasOf(app.setup).map((area) => group(area.id, area.name, ...this.area(area))),
+      el("div", { class: "links" }, el("button", { type: "button", "data-key": "add-yard", onclick: () => app.change(withArea(app.setup, "yard", app.drawing.view.centre), "new yard") }, "Add a yard"), el("button", { type: "button", "data-key": "add-zone", onclick: () => app.change(withArea(app.setup, "zones", app.drawing.view.centre), "new zone") }, "Add a zone")),
+    );
+    if (key) this.body.querySelector(`[data-key="${CSS.escape(key)}"]`)?.focus();
+  }
+
+  units() {
+    const { app } = this;
+    const choice = (value, words) => {
+      const input = el("input", { type: "radio", name: "units", "data-key": `units-${words}`, onchange: () => app.setUnits(value) });
+      input.checked = app.onMap === value;
+      return el("label", {}, input, words);
+    };
+    return el("fieldset", { class: "units" }, el("legend", {}, "Coordinates"), choice(false, "of the site"), choice(true, "of the map"));
+  }
+
+  crane(n) {
+    const { app } = this;
+    const crane = app.setup.cranes[n];
+    const machines = app.opened.machines;
+    const machine = machines.find((one) => one.name === crane.machine);
+    const change = (values, what) => app.change(withCrane(app.setup, n, values), what);
+    const options = [...(machine ? [] : [[crane.machine ?? "", crane.machine || "described in the site file"]]), ...machines.map((one) => [one.name, `${one.name}: ${one.label}`])];
+    const numbers = (list, unit) => [["", "the usual one"], ...list.map((value) => [String(value), unit(value)])];
+    const of = (value) => (value === "" ? null : Number(value));
+    const about = el("p", { class: "about" }, machine?.label ?? "");
+    return el(
+      "div",
+      { class: "fields" },
+      this.select(`crane-${n}-machine`, "Machine", options, (setup) => setup.cranes[n].machine ?? "", (value) => change({ machine: value, jib_m: null, falls: null }, "machine")),
+      about,
+      machine?.jibs_m.length ? this.select(`crane-${n}-jib`, machine.kind === "mobile" ? "Boom" : "Jib", numbers(machine.jibs_m, (value) => `${value} m`), (setup) => text(setup.cranes[n].jib_m), (value) => change({ jib_m: of(value) }, "jib")) : null,
+      machine?.falls.length ? this.select(`crane-${n}-falls`, "Falls", numbers(machine.falls, (value) => String(value)), (setup) => text(setup.cranes[n].falls), (value) => change({ falls: of(value) }, "falls")) : null,
+      crane.height_m === null || crane.height_m === undefined ? null : this.number(`crane-${n}-height`, "Jib height, m", (setup) => setup.cranes[n].height_m, (value) => change({ height_m: value }, "jib height"), (value) => (value > 0 ? null : "The jib height must be above 0 m.")),
+      this.pair(`crane-${n}`, (setup) => setup.cranes[n].base_m, (at) => change({ base_m: at }, "place of the crane")),
+    );
+  }
+
+  area({ id, what, kind, polygon, name }) {
+    const { app } = this;
+    const n = Number(id.split("/")[1]);
+    const remove = (words) => el("button", { type: "button", "data-key": `${id}-remove`, onclick: () => app.change(withoutArea(app.setup, id), words) }, words[0].toUpperCase() + words.slice(1));
+    const size = el("p", { class: "about" });
+    this.fields.push({ update: (setup) => (size.textContent = areaWords(polygonOf(setup, id))) });
+    const corners = polygon.map((_, m) =>
+      el(
+        "div",
+        { class: "corner", role: "group", "aria-label": `${name}, corner ${m + 1}` },
+        el("span", { class: "number" }, String(m + 1)),
+        this.pair(`${id}/${m}`, (setup) => polygonOf(setup, id)[m], (at) => app.change(withPolygon(app.setup, id, polygonOf(app.setup, id).map((old, k) => (k === m ? at : old))), `corner of ${name}`)),
+        el("button", { type: "button", "data-key": `${id}/${m}-add`, title: "Add a corner after this one", "aria-label": `Add a corner after corner ${m + 1}`, onclick: () => app.change(withCorner(app.setup, id, m), "new corner") }, "+"),
+        el("button", { type: "button", "data-key": `${id}/${m}-drop`, title: "Remove this corner", "aria-label": `Remove corner ${m + 1}`, disabled: polygon.length < 4, onclick: () => app.change(withoutCorner(app.setup, id, m), "corner removed") }, "−"),
+      ),
+    );
+    const zone = what === "zones" ? this.zone(n, kind) : [];
+    return [el("div", { class: "fields" }, ...zone, size), el("div", { class: "corner heads", "aria-hidden": "true" }, el("span", { class: "number" }), ...axisNames(this.map).map((axis) => el("span", {}, `${axis}, m`)), el("span", { class: "acting" })), ...corners, what === "zones" ? remove("remove this zone") : what === "yard" && app.setup.yard.length > 1 ? remove("remove this yard") : null];
+  }
+
+  zone(n, kind) {
+    const { app } = this;
+    const number = (key, title, check) => this.number(`zones/${n}-${key}`, title, (setup) => setup.zones[n][key], (value) => app.change(withZone(app.setup, n, { [key]: value }), title), check, true);
+    return [
+      this.select(`zones/${n}-kind`, "Kind", Object.entries(ZONE_KINDS), (setup) => setup.zones[n].kind, (value) => app.change(withKind(app.setup, n, value), "kind of the zone")),
+      kind === "slow" ? number("share", "Share of the rates", (value) => (value > 0 && value <= 1 ? null : "The share must be above 0 and at most 1.")) : null,
+      ...(kind === "limiter" ? [number("lowest_hook_m", "Lowest hook, m"), number("highest_hook_m", "Highest hook, m")] : []),
+    ];
+  }
+
+  select(key, title, options, read, write) {
+    const select = el("select", { "data-key": key }, ...options.map(([value, words]) => el("option", { value }, words)));
+    select.addEventListener("change", () => write(select.value));
+    this.fields.push({ update: (setup) => (select.value = read(setup)) });
+    return el("label", {}, el("span", {}, title), select);
+  }
+
+  number(key, title, read, write, check = () => null, optional = false) {
+    const input = this.input(key, (setup) => written1(read(setup)), (typed) => {
+      if (optional && !typed.trim()) return write(null);
+      const value = numberOf(typed);
+      const wrong = value === null ? `“${typed}” is not a number: write it as 12.5.` : check(value);
+      if (wrong) return wrong;
+      return write(value);
+    }); // prettier-ignore
+    return el("label", {}, el("span", {}, title), input);
+  }
+
+  /** Two coordinates of one point. */
+  pair(key, read, write) {
+    const names = axisNames(this.map);
+    const inputs = names.map((name, axis) => {
+      const input = this.input(`${key}-${axis}`, (setup) => written(shownPair(read(setup), this.map)[axis]), (typed) => {
+        const value = numberOf(typed);
+        if (value === null) return `“${typed}” is not a coordinate: write metres, as in 12.5.`;
+        const now = shownPair(read(this.app.setup), this.map);
+        now[axis] = value;
+        return write(pointOf(now, this.map));
+      }); // prettier-ignore
+      return el("label", { class: "axis" }, el("span", {}, `${name}, m`), input);
+    });
+    return el("div", { class: "pair" }, ...inputs);
+  }
+
+  /** A text field. `take` enters what was typed, or returns a sentence that says what is wrong with it. */
+  input(key, read, take) {
+    const input = el("input", { type: "text", inputmode: "decimal", autocomplete: "off", "data-key": key });
+    input.addEventListener("change", () => {
+      const wrong = take(input.value);
+      if (typeof wrong === "string") {
+        input.setAttribute("aria-invalid", "true");
+        this.app.say(wrong);
+      } else {
+        input.removeAttribute("aria-invalid");
+        this.app.unsay();
+        input.dataset.shown = input.value = read(this.app.setup);
+      }
+    });
+    input.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape" || input.value === input.dataset.shown) return;
+      event.stopPropagation();
+      input.value = input.dataset.shown;
+      input.removeAttribute("aria-invalid");
+    });
+    this.fields.push({
+      update: (setup) => {
+        const value = read(setup);
+        if (input.dataset.shown === value) return;
+        input.dataset.shown = input.value = value;
+        input.removeAttribute("aria-invalid");
+      },
+    });
+    return input;
+  }
+
+  /** Go to the fields of a handle. */
+  focus(id) {
+    const [what, n] = id.split("/");
+    const group = this.body.querySelector(`[data-group="${what}/${n}"]`);
+    if (group) group.open = true;
+    const key = what === "cranes" ? `crane-${n}-0` : id.split("/").length > 2 ? `${id}-0` : `${id}/0-0`;
+    const field = this.body.querySelector(`[data-key="${CSS.escape(key)}"]`);
+    field?.focus();
+    field?.select();
+  }
+
+  renderProblems() {
+    const found = this.app.answer?.problems ?? [];
+    const words = JSON.stringify(found);
+    if (words === this.problemsMade) return;
+    this.problemsMade = words;
+    fill(this.problems, ...found.map((problem) => el("p", { class: "warn" }, problem)));
+  }
+
+  renderPart() {
+    const { app } = this;
+    const part = app.opened.parts.find((one) => one.id === app.chosen);
+    const found = part && app.found(part.id);
+    const state = part && app.stateOf(part);
+    const words = JSON.stringify([app.chosen, found, state, app.opened.path]);
+    if (words === this.partMade) return;
+    this.partMade = words;
+    if (!part) return fill(this.part);
+    const focused = this.part.contains(document.activeElement) && document.activeElement.dataset.key;
+    const means = el("select", { "data-key": "part-means" });
+    chooseMeans(means, meansOf(part, app.setup));
+    means.addEventListener("change", () => app.change(withMeans(app.setup, [part.id], means.value), `means of ${nameOf(part)}`));
+    fill(
+      this.part,
+      el("p", { class: "kicker" }, [classWords(part.class ?? ""), part.storey].filter(Boolean).join(" · ")),
+      el("h2", {}, nameOf(part)),
+      state === "cannot" ? el("p", { class: "warn" }, found?.reason || "It cannot be lifted here.") : null,
+      terms([
+        ["Use", state in OTHERS ? (state === "cannot" ? null : MEANS[state] ?? OTHERS[state]) : useWords(state, found)],
+        ["Mass", tonnes(part.mass_kg)],
+        ["On the hook", part.hook_load_kg ? tonnes(part.hook_load_kg) : null],
+        ["Radius", found?.radius_m !== null && found?.radius_m !== undefined ? `${fixed(found.radius_m, 2)} m` : null],
+        ["Crane", app.setup.cranes.length > 1 ? found?.crane : null],
+        ["Height", `${fixed(part.low_m, 2)} to ${fixed(part.top_m, 2)} m`],
+        ["Id", el("code", {}, part.id)],
+      ]),
+      el("div", { class: "fields" }, el("label", {}, el("span", {}, "How it is set"), means)),
+    );
+    if (focused) this.part.querySelector(`[data-key="${focused}"]`)?.focus();
+  }
+}
+
+const text = (value) => (value === null || value === undefined ? "" : String(value));
+const written1 = (value) => (value === null || value === undefined ? "" : written(value));

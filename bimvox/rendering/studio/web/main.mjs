@@ -1,0 +1,407 @@
+// The studio: what is open, what is chosen, and how a change goes from a hand to the drawing, the list and the server.
+import { byId, el, fill } from "../page/dom.mjs";
+import { counted, nameOf, percent, plain, whole } from "../page/words.mjs";
+import { call, first, Latest } from "./api.mjs";
+import { ask, askFile, askName, wrongName } from "./dialogs.mjs";
+import { Drawing } from "./drawing.mjs";
+import { Form } from "./form.mjs";
+import { watchHands } from "./hands.mjs";
+import { History } from "./history.mjs";
+import { watchKeys } from "./keys.mjs";
+import { Legend } from "./legend.mjs";
+import { List } from "./list.mjs";
+import { Panes } from "./panes.mjs";
+import { Planning } from "./planning.mjs";
+import { handleOf, moved, withCorner, withoutCorner } from "./setup.mjs";
+import { matching, stateOf } from "./use.mjs";
+import { Variants } from "./variants.mjs";
+
+class App {
+  constructor() {
+    this.opened = null;
+    this.history = new History(null);
+    this.draft = null;
+    this.moving = null;
+    this.answer = null;
+    this.chosen = null;
+    this.query = "";
+    this.states = null;
+    this.shown = null;
+    this.onMap = false;
+    this.variants = [];
+    this.figures = new Map();
+    this.drawing = new Drawing(this);
+    this.list = new List(this);
+    this.form = new Form(this);
+    this.legend = new Legend(this);
+    this.table = new Variants(this);
+    this.planning = new Planning(this);
+    this.panes = new Panes(this);
+    this.trying = new Latest(
+      ({ opened, setup }) => call("POST", "/api/try", { path: opened.path, setup }),
+      (answer, { opened }) => opened === this.opened && this.take(answer),
+      (error) => this.fail(error),
+    );
+    watchHands(this);
+    watchKeys(this);
+    byId("open").addEventListener("click", () => this.chooseFile());
+    byId("undo").addEventListener("click", () => this.undo());
+    byId("redo").addEventListener("click", () => this.redo());
+    byId("save").addEventListener("click", () => this.save());
+    byId("save-variant").addEventListener("click", () => this.saveVariant());
+    byId("start-plan").addEventListener("click", () => this.plan());
+    byId("fit").addEventListener("click", () => this.drawing.fit());
+    byId("zoom-in").addEventListener("click", () => this.drawing.zoom(0.8));
+    byId("zoom-out").addEventListener("click", () => this.drawing.zoom(1.25));
+    addEventListener("beforeunload", (event) => this.isChanged && event.preventDefault());
+  }
+
+  /** The set-up on screen: the one being dragged, otherwise the entered one. */
+  get setup() {
+    return this.draft ?? this.history.state;
+  }
+
+  get isChanged() {
+    return this.opened !== null && this.history.isChanged;
+  }
+
+  found(id) {
+    return this.answer?.parts[id];
+  }
+
+  stateOf(part) {
+    return stateOf(part, this.setup, this.found(part.id));
+  }
+
+  isShown(part) {
+    return this.shown === null || this.shown.has(part.id);
+  }
+
+  labelOf(id) {
+    return handleOf(this.setup, id)?.label ?? "the point";
+  }
+
+  // --- Files
+
+  async start() {
+    if (first) await this.openFile(first);
+    else await this.chooseFile();
+  }
+
+  async chooseFile() {
+    const found = await this.files(["site", "model", "log"], "Open");
+    if (found?.kind === "log") this.showResult(`/page/${encodeURI(found.path)}`);
+    else if (found) await this.openFile(found.path);
+  }
+
+  async files(kinds, title) {
+    try {
+      const { folder, files } = await call("GET", "/api/files");
+      return await askFile(folder, files, kinds, title);
+    } catch (error) {
+      this.fail(error);
+      return null;
+    }
+  }
+
+  async openFile(path) {
+    if (!(await this.mayLeave())) return;
+    byId("path").textContent = `Opening ${plain(path)} …`;
+    document.body.setAttribute("aria-busy", "true");
+    try {
+      const opened = await call("POST", "/api/open", { path });
+      this.unsay();
+      this.remember();
+      Object.assign(this, { opened, history: new History(opened.setup), draft: null, moving: null, answer: null, chosen: null, onMap: false });
+      this.legend.reset();
+      this.list.open();
+      this.panes.show("plan");
+      this.drawing.open();
+      this.render();
+      this.try();
+    } catch (error) {
+      this.fail(error);
+    } finally {
+      document.body.removeAttribute("aria-busy");
+      this.renderHead();
+    }
+  }
+
+  /** Ask about unsaved changes; returns whether what is open may be replaced. */
+  async mayLeave() {
+    if (!this.isChanged) return true;
+    const answer = await ask("Unsaved changes", `${this.opened.path} has changes that are not saved.`, [["save", "Save"], ["discard", "Discard them"], [null, "Cancel"]]); // prettier-ignore
+    return answer === "save" ? this.save() : answer === "discard";
+  }
+
+  /** Save; returns whether it worked. */
+  async save() {
+    if (!this.opened) return false;
+    const { opened, history } = this;
+    const setup = history.state;
+    try {
+      const { path, sha256, changed } = await call("POST", "/api/save", { path: opened.path, setup, sha256: opened.sha256 });
+      Object.assign(opened, { path, sha256, exists: true });
+      history.markSaved(setup);
+      this.figures.delete(path);
+      this.unsay();
+      this.announce(changed.length ? `Saved ${path}: ${changed.join(", ")}` : `Saved ${path}`);
+      this.render();
+      return true;
+    } catch (error) {
+      this.fail(error);
+      return false;
+    }
+  }
+
+  async saveVariant() {
+    if (!this.opened) return;
+    const stem = this.opened.name.replace(/ \d+$/, "");
+    const name = await askName("Save as variant", "Name of the variant; it becomes a site file of its own.", `${stem} ${this.variants.length + 2}`, wrongName);
+    if (!name) return;
+    const { opened, answer } = this;
+    const setup = this.history.state;
+    try {
+      const { path } = await call("POST", "/api/variant", { path: opened.path, setup, name });
+      this.enter({ path, name, setup, answer });
+      this.announce(`Saved ${path}`);
+      this.panes.show("variants");
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  /** Put a saved set-up into the table of variants. */
+  enter(variant) {
+    this.variants = [...this.variants.filter((one) => one.path !== variant.path), variant];
+    this.table.render();
+  }
+
+  /** Keep what was open in the table of variants, as it is saved. */
+  remember() {
+    if (this.opened?.exists && this.variants.length) this.enter({ path: this.opened.path, name: this.opened.name, setup: this.history.saved, answer: this.history.isChanged ? null : this.answer });
+  }
+
+  dropVariant(path) {
+    this.variants = this.variants.filter((variant) => variant.path !== path);
+    this.table.render();
+  }
+
+  async addVariant() {
+    const found = await this.files(["site"], "Compare with");
+    if (!found) return;
+    try {
+      const { path, name, setup } = await call("POST", "/api/open", { path: found.path });
+      this.enter({ path, name, setup, answer: null });
+      this.enter({ path, name, setup, answer: await call("POST", "/api/try", { path, setup }) });
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  // --- Changes
+
+  /** Show a set-up while a hand is moving something; null: nothing moves any more. */
+  preview(setup, id = null) {
+    this.draft = setup;
+    this.moving = setup ? id : null;
+    this.renderSetup();
+    this.try();
+  }
+
+  /** Enter what was dragged. */
+  settle(what) {
+    const { draft } = this;
+    this.draft = this.moving = null;
+    if (draft) this.change(draft, what);
+  }
+
+  /** Enter a changed set-up. */
+  change(setup, what, same = false) {
+    this.draft = null;
+    if (setup === this.history.state) return;
+    this.history.push(setup, what, same);
+    this.changed();
+  }
+
+  changed() {
+    this.renderSetup();
+    this.try();
+  }
+
+  nudge(id, step, held) {
+    this.moving = id;
+    this.change(moved(this.history.state, id, step), `step of ${this.labelOf(id)}`, held);
+    clearTimeout(this.still);
+    this.still = setTimeout(() => {
+      this.moving = null;
+      this.drawing.render();
+      this.announceHandle(id);
+    }, 1500);
+  }
+
+  addCorner(id) {
+    const [what, n, corner] = id.split("/");
+    if (corner !== undefined) this.change(withCorner(this.history.state, `${what}/${n}`, Number(corner)), "new corner");
+  }
+
+  removeCorner(id) {
+    const [what, n, corner] = id.split("/");
+    if (corner !== undefined) this.change(withoutCorner(this.history.state, `${what}/${n}`, Number(corner)), "corner removed");
+  }
+
+  undo() {
+    const what = this.history.undo();
+    if (what) this.announce(`Undone: ${what}`);
+    if (what) this.changed();
+  }
+
+  redo() {
+    const what = this.history.redo();
+    if (what) this.announce(`Done again: ${what}`);
+    if (what) this.changed();
+  }
+
+  try() {
+    if (this.opened) this.trying.ask({ opened: this.opened, setup: this.setup });
+  }
+
+  /** Take the server's answer about a set-up. */
+  take(answer) {
+    this.answer = answer;
+    this.render();
+  }
+
+  // --- What is looked at
+
+  choose(id, reveal = false) {
+    this.chosen = id;
+    this.render();
+    if (!id) return;
+    const part = this.opened.parts.find((one) => one.id === id);
+    if (reveal) {
+      const points = part.hull;
+      if (points.length) this.drawing.reveal([points.reduce((sum, [x]) => sum + x, 0) / points.length, points.reduce((sum, [, y]) => sum + y, 0) / points.length]);
+    } else this.list.reveal(id);
+    byId("pane-setup").scrollTop = 0;
+    this.announce(this.drawing.wordsOf(part));
+  }
+
+  filter({ query = this.query, states = this.states }) {
+    Object.assign(this, { query, states });
+    this.render();
+  }
+
+  setUnits(onMap) {
+    this.onMap = onMap;
+    this.form.render();
+  }
+
+  hint(id) {
+    const part = id && this.opened?.parts.find((one) => one.id === id);
+    byId("hint").hidden = !part;
+    if (part) byId("hint").textContent = this.drawing.wordsOf(part);
+  }
+
+  showFields(id) {
+    this.panes.show("setup");
+    this.form.focus(id);
+  }
+
+  announceHandle(id) {
+    const handle = handleOf(this.setup, id);
+    if (handle) this.announce(`${handle.label}: x ${handle.at[0].toFixed(2)} m, y ${handle.at[1].toFixed(2)} m. ${this.summary()}`);
+  }
+
+  summary() {
+    const { answer } = this;
+    return answer ? `${whole(answer.served)} of ${counted(answer.of, "part")} can be lifted, highest utilisation ${percent(answer.highest)}.` : "";
+  }
+
+  // --- Plan
+
+  async plan() {
+    if (!this.opened || this.planning.isRunning) return;
+    if ((this.isChanged || !this.opened.exists) && !(await this.save())) return;
+    try {
+      await this.planning.start(this.opened.path);
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  showResult(page) {
+    if (!page) return;
+    this.planning.open(page);
+    this.panes.allowResult();
+    this.panes.show("result");
+  }
+
+  // --- Messages
+
+  announce(words) {
+    byId("live").textContent = plain(words);
+  }
+
+  say(sentence, hint = null, kind = "warn", acts = []) {
+    fill(byId("told"), el("p", { class: kind }, el("span", {}, sentence), hint ? el("span", { class: "hint" }, hint) : null, ...acts.map(([words, act]) => el("button", { type: "button", onclick: act }, words)), el("button", { type: "button", class: "close", "aria-label": "Close this message", onclick: () => this.unsay() }, "×")));
+    byId("told").hidden = false;
+  }
+
+  unsay() {
+    byId("told").hidden = true;
+    fill(byId("told"));
+  }
+
+  /** Show what the server refused. Nothing that was entered is lost. */
+  fail(error) {
+    const where = error.where && !error.message.includes(error.where) ? `${error.where}: ` : "";
+    const acts = error.status === 409 && this.opened?.exists ? [["Save mine as a variant…", () => this.saveVariant()]] : [];
+    this.say(where + error.message, error.hint, "warn", acts);
+    this.renderHead();
+    if (error.status === undefined) throw error;
+  }
+
+  // --- Drawing all of it
+
+  render() {
+    if (!this.opened) return this.renderHead();
+    const all = !this.query.trim() && !this.states;
+    this.shown = all ? null : new Set(matching(this.opened.parts, this.query, this.states, (part) => this.stateOf(part)).map((part) => part.id));
+    this.renderSetup();
+    this.list.render();
+    this.legend.render();
+    this.table.render();
+  }
+
+  renderSetup() {
+    this.drawing.render();
+    this.form.render();
+    this.renderHead();
+  }
+
+  renderHead() {
+    const { opened, history, answer } = this;
+    byId("undo").disabled = !history.canUndo;
+    byId("redo").disabled = !history.canRedo;
+    byId("save").disabled = !opened || (opened.exists && !history.isChanged);
+    byId("save-variant").disabled = !opened;
+    byId("start-plan").disabled = !opened || this.planning.isRunning;
+    if (!opened) return void (byId("path").textContent = "Nothing is open");
+    const mark = this.isChanged ? ", unsaved changes" : opened.exists ? "" : ", not written yet";
+    byId("name").textContent = plain(opened.name);
+    byId("path").textContent = plain(opened.path) + mark;
+    document.title = `${this.isChanged ? "• " : ""}${plain(opened.name)}: bimvox studio`;
+    const chip = byId("served");
+    chip.hidden = !answer;
+    if (!answer) return;
+    const bad = answer.served < answer.of || answer.problems.length > 0;
+    const words = `${bad ? "✕" : "✓"} ${whole(answer.served)} of ${whole(answer.of)} lifted · highest ${percent(answer.highest)}${answer.problems.length ? ` · ${counted(answer.problems.length, "problem")}` : ""}`;
+    if (chip.textContent !== words) chip.textContent = words;
+    chip.className = `chip ${bad ? "refused" : "clean"}`;
+  }
+}
+
+export const app = new App();
+window.studio = app;
+app.start();

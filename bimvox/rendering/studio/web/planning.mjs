@@ -1,0 +1,88 @@
+// A plan under way: its stage, its progress, and the button that cancels it; then its page in this window.
+import { byId, el, fill } from "../page/dom.mjs";
+import { whole } from "../page/words.mjs";
+import { call, token } from "./api.mjs";
+import { figuresOf } from "./variants.mjs";
+
+const PERIOD_MS = 400;
+
+export class Planning {
+  constructor(app) {
+    this.app = app;
+    this.bar = byId("job");
+    this.job = null;
+  }
+
+  get isRunning() {
+    return this.job !== null;
+  }
+
+  async start(path) {
+    const { job } = await call("POST", "/api/plan", { path });
+    this.job = job;
+    this.stage = el("span", { id: "stage", role: "status" }, "Planning starts");
+    this.meter = el("progress", { "aria-label": "Progress of this stage" });
+    this.cancel = el("button", { type: "button", onclick: () => this.stop() }, "Cancel");
+    fill(this.bar, this.stage, this.meter, el("span", { id: "done" }), this.cancel);
+    this.bar.hidden = false;
+    this.app.renderHead();
+    await this.follow(path);
+  }
+
+  async follow(path) {
+    const { job } = this;
+    try {
+      for (;;) {
+        const now = await call("GET", `/api/plan/${job}`);
+        if (now.state !== "running") return this.ended(path, now);
+        this.show(now);
+        await new Promise((done) => setTimeout(done, PERIOD_MS));
+      }
+    } catch (error) {
+      this.ended(path, { state: "failed" });
+      this.app.fail(error);
+    }
+  }
+
+  show({ stage, done, of }) {
+    const words = stage ? `Planning: ${stage}` : "Planning";
+    if (this.stage.textContent !== words) this.stage.textContent = words;
+    if (of) {
+      this.meter.max = of;
+      this.meter.value = done ?? 0;
+    } else this.meter.removeAttribute("value");
+    byId("done").textContent = of ? `${whole(done ?? 0)} of ${whole(of)}` : "";
+  }
+
+  async stop() {
+    this.cancel.disabled = true;
+    this.stage.textContent = "Cancelling";
+    try {
+      await call("DELETE", `/api/plan/${this.job}`);
+    } catch (error) {
+      this.app.fail(error);
+    }
+  }
+
+  ended(path, now) {
+    const { app } = this;
+    this.job = null;
+    this.bar.hidden = true;
+    app.renderHead();
+    if (now.state === "done") {
+      const figures = figuresOf(now.document);
+      app.figures.set(path, { ...figures, page: now.page ?? (figures.log ? `/page/${encodeURI(figures.log)}` : null) });
+      app.render();
+      app.showResult(app.figures.get(path).page);
+      app.announce("The plan is ready.");
+    } else if (now.state === "cancelled") app.say("Planning was cancelled; nothing was written.", null, "aside");
+    else if (now.error) app.say(typeof now.error === "string" ? now.error : now.error.error, now.hint ?? now.error.hint);
+  }
+
+  /** Put the page of a log into the pane of the result. */
+  open(page) {
+    const address = `${page}?token=${encodeURIComponent(token)}`;
+    const pane = byId("pane-result");
+    if (pane.firstChild?.getAttribute("src") !== address) fill(pane, el("iframe", { src: address, title: "The plan" }));
+  }
+}

@@ -1,0 +1,66 @@
+// Set-ups of the same building next to each other.
+import { byId, el, fill } from "../page/dom.mjs";
+import { fixed, percent, whole } from "../page/words.mjs";
+
+/**
+ * @typedef Variant {path, name, setup, answer: of `try`, figures: {hours, critical, refused} of its plan or null, log}
+ */
+
+/** The figures of a plan's document that the table has. */
+export function figuresOf(document) {
+  const { crane_hours: hours, critical_lifts: critical } = document.figures ?? {};
+  return { hours: hours ?? null, critical: critical ?? null, refused: document.infeasible?.length ?? null, log: document.log ?? null };
+}
+
+const ROWS = [
+  ["Machine", ({ setup }) => each(setup.cranes, (crane) => crane.machine || "own")],
+  ["Jib", ({ setup }) => each(setup.cranes, (crane) => (crane.jib_m ? `${fixed(crane.jib_m, 1)} m` : "usual"))],
+  ["Place x, y", ({ setup }) => each(setup.cranes, (crane) => crane.base_m.map((value) => fixed(value, 2)).join(", "))],
+  ["Can be lifted", ({ answer }) => (answer ? `${whole(answer.served)} of ${whole(answer.of)}` : "…")],
+  ["Highest utilisation", ({ answer }) => (answer ? percent(answer.highest) : "…")],
+  ["Problems", ({ answer }) => (answer ? whole(answer.problems.length) : "…")],
+  ["Hours of crane time", ({ figures }) => (figures ? (figures.hours === null ? "–" : fixed(figures.hours, 1)) : "not planned")],
+  ["Critical lifts", ({ figures }) => (figures ? whole(figures.critical ?? 0) : "not planned")],
+  ["Refused parts", ({ figures }) => (figures ? whole(figures.refused ?? 0) : "not planned")],
+];
+
+export class Variants {
+  constructor(app) {
+    this.app = app;
+    this.pane = byId("pane-variants");
+  }
+
+  render() {
+    const { app } = this;
+    if (!app.opened || this.pane.hidden) return;
+    const focused = this.pane.contains(document.activeElement) && document.activeElement.dataset.key;
+    const now = { path: app.opened.path, name: `${app.opened.name}${app.history.isChanged ? ", unsaved" : ""}`, setup: app.setup, answer: app.answer, figures: app.history.isChanged ? null : app.figures.get(app.opened.path) ?? null, current: true };
+    const all = [now, ...app.variants.filter((variant) => variant.path !== now.path).map((variant) => ({ ...variant, figures: app.figures.get(variant.path) ?? null }))];
+    const head = all.map(({ name, path, current }) => el("th", { scope: "col", class: current ? "current" : null }, el("span", {}, name), el("small", {}, current ? "shown here" : path)));
+    const rows = ROWS.map(([title, read]) => el("tr", {}, el("th", { scope: "row" }, title), ...all.map((variant) => el("td", { class: variant.current ? "current" : null }, ...[].concat(read(variant)).map((words) => el("span", {}, words))))));
+    const acts = el(
+      "tr",
+      {},
+      el("th", { scope: "row" }, el("span", { class: "unseen" }, "Actions")),
+      ...all.map(({ path, name, current, figures }) =>
+        el(
+          "td",
+          { class: current ? "current" : null },
+          current ? null : el("button", { type: "button", "data-key": `show ${path}`, onclick: () => app.openFile(path), "aria-label": `Show ${name}` }, "Show"),
+          figures?.page ? el("button", { type: "button", "data-key": `result ${path}`, onclick: () => app.showResult(figures.page), "aria-label": `Show the plan of ${name}` }, "Plan") : null,
+          current ? null : el("button", { type: "button", "data-key": `drop ${path}`, onclick: () => app.dropVariant(path), "aria-label": `Take ${name} out of the table` }, "Remove"),
+        ),
+      ),
+    );
+    fill(
+      this.pane,
+      el("h2", {}, "Variants"),
+      el("p", { class: "about" }, "The set-up that is open, next to saved ones. Hours, critical lifts and refused parts come from a plan."),
+      el("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Table of variants" }, el("table", { class: "compare" }, el("thead", {}, el("tr", {}, el("td"), ...head)), el("tbody", {}, ...rows, acts))),
+      el("div", { class: "links" }, el("button", { type: "button", "data-key": "variant", class: "main", onclick: () => app.saveVariant() }, "Save as variant…"), el("button", { type: "button", "data-key": "compare", onclick: () => app.addVariant() }, "Compare with a site file…")),
+    );
+    if (focused) this.pane.querySelector(`[data-key="${CSS.escape(focused)}"]`)?.focus();
+  }
+}
+
+const each = (list, words) => (list.length ? list.map(words) : ["–"]);
