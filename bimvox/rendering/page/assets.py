@@ -31,6 +31,7 @@ MODULES = (
     "details",
     "timeline",
     "gantt",
+    "panes",
     "layers",
     "header",
     "pointer",

@@ -22,6 +22,7 @@ export class Details {
       });
     }
     byId("plan-button").addEventListener("click", () => {
+      this.app.panes.show("details");
       this.open("plan");
       byId("panel-plan").focus();
     });

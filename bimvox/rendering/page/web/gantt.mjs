@@ -49,7 +49,7 @@ export class Gantt {
   setZoom(zoom) {
     this.zoom = Math.min(Math.max(zoom, 1), DEEPEST);
     this.lay();
-    this._reveal(this.app.time);
+    this._reveal(this.marked?.lift.begins_s ?? this.app.time);
   }
 
   /** Makes the rows and bars of the revision shown. */

@@ -36,7 +36,7 @@ export function watchKeys(app) {
     ArrowDown: () => app.timeline.nextSpeed(-1),
     Home: () => app.seek(app.plan.begins),
     End: () => app.seek(app.plan.ends),
-    "/": () => byId("search").focus(),
+    "/": () => app.search(),
     1: () => app.view("top"),
     2: () => app.view("front"),
     3: () => app.view("iso"),

@@ -102,7 +102,7 @@ export class LiftList {
   _reveal(part) {
     const scroll = byId("list-scroll");
     const row = this.rows.get(part)?.row;
-    if (!row) return;
+    if (!row || !scroll.clientHeight) return;
     const top = row.offsetTop - 30;
     if (top < scroll.scrollTop || top + row.offsetHeight + 30 > scroll.scrollTop + scroll.clientHeight) scroll.scrollTop = top - scroll.clientHeight / 3;
   }

@@ -74,6 +74,7 @@ export class Live {
       layers: app.layers,
       filter: app.visibility.state,
       colourBy: app.colourBy,
+      pane: app.panes.shown,
       gantt: { open: app.gantt.open, by: app.gantt.by, zoom: app.gantt.zoom },
       tab: app.details.opened,
       chosen: app.chosen === null ? null : app.parts[app.chosen].id,
@@ -112,6 +113,7 @@ export class Live {
     Object.assign(app.camera, kept.camera, { glide: null });
     app.layerList.update();
     app.show();
+    if (kept.pane) app.panes.show(kept.pane);
     if (kept.tab) app.details.open(kept.tab);
     const { revision } = app.plans[app.plans.length - 1];
     const { changes } = revision;

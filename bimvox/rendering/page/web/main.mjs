@@ -14,6 +14,7 @@ import { LiftList } from "./list.mjs";
 import { Live } from "./live.mjs";
 import { clamp } from "./maths.mjs";
 import { motionOf } from "./motion.mjs";
+import { Panes } from "./panes.mjs";
 import { Plan } from "./plan.mjs";
 import { watchPointers } from "./pointer.mjs";
 import { Remarks } from "./remarks.mjs";
@@ -55,6 +56,7 @@ class App {
     this.timeline = new Timeline(this);
     this.gantt = new Gantt(this);
     this.layerList = new Layers(this);
+    this.panes = new Panes(this);
     this._listen();
     this.show();
     this.view("iso", true);
@@ -200,8 +202,9 @@ class App {
   _frame() {
     const canvas = byId("canvas");
     const pixels = Math.min(devicePixelRatio || 1, MOST_PIXELS);
-    const width = Math.max(1, Math.round(canvas.clientWidth * pixels));
-    const height = Math.max(1, Math.round(canvas.clientHeight * pixels));
+    const hidden = !canvas.clientWidth;
+    const width = hidden ? canvas.width : Math.max(1, Math.round(canvas.clientWidth * pixels));
+    const height = hidden ? canvas.height : Math.max(1, Math.round(canvas.clientHeight * pixels));
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     this.camera.aspect = width / height;
     const dark = matchMedia("(prefers-color-scheme: dark)").matches && !matchMedia("print").matches;
@@ -217,7 +220,7 @@ class App {
       const at = this.states[this.lift.part] > 1 ? this.scene.middleOf(this.lift.part) : (this.scene.hook ?? this.scene.middleOf(this.lift.part));
       if (at) this.camera.target = at;
     }
-    this.scene.draw(frame, this.layers);
+    if (byId("canvas").clientWidth) this.scene.draw(frame, this.layers);
     document.documentElement.dataset.drawn = String(Number(document.documentElement.dataset.drawn ?? 0) + 1);
   }
 
@@ -241,6 +244,7 @@ class App {
     this.remarks.update();
     this.list.update();
     if (part !== null && from !== "list") this.list.reveal(part);
+    if (from === "list") this.panes.show("details");
     this.timeline.update();
     this.gantt.mark();
     this.changed();
@@ -304,6 +308,11 @@ class App {
   look(act, by, value) {
     this.visibility.apply(act, by, value);
     this._refilter();
+  }
+
+  search() {
+    this.panes.show("list");
+    byId("search").focus();
   }
 
   setSearch(query) {
@@ -394,7 +403,8 @@ class App {
 
   /** Shifts a view so that its content lies between the cards at the top and bottom edge. */
   _uncovered(view) {
-    const height = byId("canvas").clientHeight || 1;
+    const height = byId("canvas").clientHeight;
+    if (!height) return view;
     const upper = Math.min(byId("now").offsetHeight + 16, 0.15 * height);
     const lower = Math.min(byId("legend").offsetHeight + 16, 0.2 * height);
     const distance = (view.distance * height) / (height - upper - lower);

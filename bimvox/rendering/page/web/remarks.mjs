@@ -21,6 +21,7 @@ export class Remarks {
   }
 
   open() {
+    this.app.panes.show("details");
     this.app.details.open("remarks");
     this.panel.focus();
   }
