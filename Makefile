@@ -59,9 +59,9 @@ test-slow: setup ## the tests that take long
 
 test-all: test test-slow ## the whole test suite
 
-test-page: setup ## the page in a real headless Chromium
+test-page: setup ## the pages in a real headless Chromium
 	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) --group browser
-	$(BIN)/python -m pytest -m browser tests/rendering/page -n 0
+	$(BIN)/python -m pytest -m browser tests/rendering -n 0
 
 test-fleet: setup ## fleets on a real local Ray and a real local Dask cluster, and the Parquet table
 	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) -r pyproject.toml --extra ray --extra dask --extra parquet

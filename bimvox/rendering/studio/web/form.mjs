@@ -83,7 +83,7 @@ export class Form {
       machine?.jibs_m.length ? this.select(`crane-${n}-jib`, machine.kind === "mobile" ? "Boom" : "Jib", numbers(machine.jibs_m, (value) => `${value} m`), (setup) => text(setup.cranes[n].jib_m), (value) => change({ jib_m: of(value) }, "jib")) : null,
       machine?.falls.length ? this.select(`crane-${n}-falls`, "Falls", numbers(machine.falls, (value) => String(value)), (setup) => text(setup.cranes[n].falls), (value) => change({ falls: of(value) }, "falls")) : null,
       crane.height_m === null || crane.height_m === undefined ? null : this.number(`crane-${n}-height`, "Jib height, m", (setup) => setup.cranes[n].height_m, (value) => change({ height_m: value }, "jib height"), (value) => (value > 0 ? null : "The jib height must be above 0 m.")),
-      this.pair(`crane-${n}`, (setup) => setup.cranes[n].base_m, (at) => change({ base_m: at }, "place of the crane")),
+      this.pair(`cranes/${n}`, (setup) => setup.cranes[n].base_m, (at) => change({ base_m: at }, "place of the crane")),
     );
   }
 
@@ -187,7 +187,7 @@ export class Form {
     const [what, n] = id.split("/");
     const group = this.body.querySelector(`[data-group="${what}/${n}"]`);
     if (group) group.open = true;
-    const key = what === "cranes" ? `crane-${n}-0` : id.split("/").length > 2 ? `${id}-0` : `${id}/0-0`;
+    const key = what === "cranes" ? `cranes/${n}-0` : id.split("/").length > 2 ? `${id}-0` : `${id}/0-0`;
     const field = this.body.querySelector(`[data-key="${CSS.escape(key)}"]`);
     field?.focus();
     field?.select();
