@@ -143,6 +143,15 @@ def _placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building
     lowest = config.model.ground_m
     ground_local_m = lowest_m(building) if lowest is None else lowest - float(building.origin_m[2])
     placed, _ = in_site_frame(building, ground_m=ground_local_m, yaw_rad=config.model.yaw_rad)
+    return placed, lifted_of(config, placed)
+
+
+def lifted_of(config: SiteConfig, placed: Building) -> list[Element]:
+    """Return the elements of a building, in the site frame, that a site file's cranes lift.
+
+    Raises:
+        SelectionError: If there are none.
+    """
     entries = entries_by_id(config, placed.elements)
     pinned = {element_id for element_id, entry in entries.items() if entry.pinned}
     parts = [one for one in placed.elements if one.role is Role.COMPONENT and one.id not in pinned]
@@ -150,7 +159,7 @@ def _placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building
     lifted = [one for one in parts if means[one.id].means is Means.CRANE]
     if not lifted:
         raise nothing_to_lift(list(means.values()))
-    return placed, lifted
+    return lifted
 
 
 def planning_voxel_size_m(config: SiteConfig, building: Building) -> float:

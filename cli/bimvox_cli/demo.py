@@ -15,6 +15,7 @@ _END = """
 The lift log:   {log}   (opens in Foxglove, Lichtblick or Rerun)
 The picture:    {picture}
 The site file:  {site}   (every setting is explained in it)
+Its drawing:    {drawing}   (crane, radii and yard to scale)
 
 Try next, with your own model (IFC, STL, OBJ, PLY, GLB ...):
   bimvox inspect MODEL
@@ -54,6 +55,13 @@ def demo(
             print("\n$ bimvox", *step, flush=True)
         code = max(code, app([*step, *told], prog_name="bimvox", standalone_mode=False) or DONE)
     if not (json or quiet):
-        made = {"log": ".mcap", "picture": ".png", "site": ".site.toml", "page": ".html", "table": ".csv"}
+        made = {
+            "log": ".mcap",
+            "picture": ".png",
+            "site": ".site.toml",
+            "drawing": ".site.svg",
+            "page": ".html",
+            "table": ".csv",
+        }
         print(_END.format(**{name: model.with_suffix(suffix) for name, suffix in made.items()}))
     raise typer.Exit(code)

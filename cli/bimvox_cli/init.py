@@ -46,7 +46,7 @@ def init(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Write a site file with guesses for crane, yard and areas."""
+    """Write a site file with guesses for crane, yard and areas, and draw it."""
     from bimvox_pipeline.site import init as run
     from bimvox_pipeline.warm_up import helped
 
@@ -61,7 +61,9 @@ def init(
             progress=output.progress,
         )
     code = output.result(document, _show)
-    output.next_step(f"next: read {document['site']}, then bimvox plan {document['site']}")
+    output.next_step(
+        f"next: look at {document['drawing']}, read {document['site']}, then bimvox plan {document['site']}"
+    )
     raise typer.Exit(code)
 
 

@@ -1,4 +1,4 @@
-"""``bimvox init``: writes a site file with guesses for every value that can be guessed."""
+"""``bimvox init``: writes a site file with guesses for every value that can be guessed, and draws it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from bimvox.bim.options import ReadOptions
 from bimvox.errors import FileError
-from bimvox.files import check_output, default_output, require_input, write_atomically
+from bimvox.files import check_output, default_output, require_input, write_together
 from bimvox.library.building import say_notes
 from bimvox.progress import Progress
 from bimvox_pipeline.cranes import choice_notes, smaller_machines, unserved_document
@@ -24,11 +24,12 @@ def init(
     force: bool = False,
     progress: Progress,
 ) -> dict[str, Any]:
-    """Write a commented site file for a model.
+    """Write a commented site file for a model, and next to it a drawing of the site.
 
     Args:
         model: IFC or mesh file.
-        out: Site file; default: the model's name with ``.site.toml``, in the current folder.
+        out: Site file; default: the model's name with ``.site.toml``, in the current folder. The drawing has its name
+            with ``.svg``.
         options: How to read the model.
         voxel_size_m: Cell size for planning; default: guessed.
         crane: A kind of crane, a machine of the catalogue, or ``fictitious``; default: a hammerhead.
@@ -39,11 +40,13 @@ def init(
         The document of ``bimvox init --json``.
 
     Raises:
-        FileError: If the site file exists and ``force`` is not given.
+        FileError: If the site file or its drawing exists and ``force`` is not given.
         InputError: If the catalogue has no such crane.
     """
     from bimvox.bim.building import Role
     from bimvox.bim.read import read_building
+    from bimvox.rendering.report.drawing_file import drawing_file
+    from bimvox.rendering.report.site_drawing import drawing_of_site
     from bimvox.site.config.site_config import ModelConfig
     from bimvox.site.config.template import site_toml
     from bimvox.site.guess import cranes_that_fit, guess_site
@@ -52,9 +55,11 @@ def init(
     machines = () if crane is None else machines_called(crane)
     require_input(model)
     target = out or default_output(model, ".site.toml")
-    check_output(target, inputs=[model])
-    if target.exists() and not force:
-        raise FileError(target, "exists already and may hold edits", hint="--force replaces it, -o names another file")
+    drawn = target.with_suffix(".svg") if target.suffix == ".toml" else target.with_name(target.name + ".svg")
+    for path, why in ((target, "exists already and may hold edits"), (drawn, "exists already")):
+        check_output(path, inputs=[model])
+        if path.exists() and not force:
+            raise FileError(path, why, hint="--force replaces it, -o names another site file")
     options = options or ReadOptions()
     building = read_building(model, options, progress.report)
     say_notes(building, progress)
@@ -79,7 +84,10 @@ def init(
     notes = choice_notes(own, smaller)
     listed = {own.machine, *(fit.machine for fit in smaller)}
     examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
-    write_atomically(target, site_toml(config, example_ids=examples, crane_notes=notes).encode(), inputs=[model])
+    toml = site_toml(config, example_ids=examples, crane_notes=notes).encode()
+    progress.stage("draw")
+    name = config.name or model.stem
+    write_together({target: toml, drawn: drawing_file(drawing_of_site(config, building), name)}, inputs=[model])
     progress.finish()
     pinned = [entry.global_id for entry in config.component if entry.pinned]
     roles = [element.role for element in building.elements]
@@ -90,6 +98,7 @@ def init(
         )
     return {
         "site": str(target),
+        "drawing": str(drawn),
         "model": str(model),
         "voxel_size_m": config.model.voxel_size_m,
         "components": roles.count(Role.COMPONENT) - len(pinned),

@@ -9,7 +9,7 @@ import pytest
 from bimvox_cli.main import run
 
 FRAME = Path(__file__).parents[2] / "sample_models" / "frame.ifc"
-MADE = {"prefab.ifc", "prefab.zarr.zip", "prefab.site.toml", "prefab.mcap", "prefab.png"}
+MADE = {"prefab.ifc", "prefab.zarr.zip", "prefab.site.toml", "prefab.site.svg", "prefab.mcap", "prefab.png"}
 
 
 @pytest.fixture(autouse=True)
@@ -28,7 +28,7 @@ def test_every_step_is_printed_and_the_end_says_where_to_look(
     assert {file.name for file in folder.iterdir()} == MADE
     steps = [line.split()[2] for line in out.splitlines() if line.startswith("$ bimvox ")]
     assert steps == ["voxelize", "init", "plan", "verify", "render"]
-    for name in ("prefab.mcap", "prefab.png", "prefab.site.toml"):
+    for name in ("prefab.mcap", "prefab.png", "prefab.site.toml", "prefab.site.svg"):
         assert str(Path("demo-output") / name) in out.split("The lift log:")[1]
 
 

@@ -22,6 +22,9 @@ _STEPS_M = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 _NAMES = {PLAN: "plan", FRONT: "front", SIDE: "side"}
 
 
+Axes = tuple[int, int]
+
+
 class Part(Protocol):
     """A part of the building: a component of a site, or an element of a model."""
 
@@ -36,8 +39,8 @@ class Part(Protocol):
         ...
 
 
-def storeys_of(parts: Iterable[Part]) -> list[dict[str, Any]]:
-    """Return the outlines of the building by storey, the lowest first."""
+def storeys_of(parts: Iterable[Part], views: Sequence[Axes] = (PLAN, FRONT, SIDE)) -> list[dict[str, Any]]:
+    """Return the outlines of the building by storey in these views, the lowest first."""
     meshes: dict[str, list[TriangleMesh]] = {}
     for part in parts:
         meshes.setdefault(part.storey or "", []).append(part.mesh)
@@ -50,15 +53,15 @@ def storeys_of(parts: Iterable[Part]) -> list[dict[str, Any]]:
                 "parts": len(group),
                 "low_m": round(float(bounds[:, 0, 2].min()), 3),
                 "high_m": round(float(bounds[:, 1, 2].max()), 3),
-                **outlines_of(group),
+                **outlines_of(group, views),
             }
         )
     return sorted(found, key=lambda one: (one["low_m"], one["high_m"], one["name"]))
 
 
-def outlines_of(meshes: Sequence[TriangleMesh]) -> dict[str, Any]:
+def outlines_of(meshes: Sequence[TriangleMesh], views: Sequence[Axes] = (PLAN, FRONT, SIDE)) -> dict[str, Any]:
     """Return the outline of meshes from above (``plan``), along +y (``front``) and along -x (``side``)."""
-    return {name: outline(union(hull(mesh, axes) for mesh in meshes)) for axes, name in _NAMES.items()}
+    return {_NAMES[axes]: outline(union(hull(mesh, axes) for mesh in meshes)) for axes in views}
 
 
 def crane_values(crane: TowerCrane, storeys: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

@@ -41,7 +41,7 @@ def ticks(low: float, high: float, most: int, steps: tuple[float, ...]) -> list[
     first = -(-low // step)
     values = []
     while first * step <= high + 1e-9 * step:
-        values.append(first * step)
+        values.append(first * step + 0.0)  # never -0
         first += 1
     return values
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from bimvox.rendering.report.drawings import Sheet, drawn, frame_box, sheet_for, stored_box
 from bimvox.rendering.report.html import number, paragraph, section, tag
+from bimvox.rendering.report.plan_view import frame_box, stored_box
+from bimvox.rendering.report.sheet import Sheet, drawn, sheet_for
 from bimvox.rendering.report.svg import text
 
 _MOST_PX = (500.0, 420.0)

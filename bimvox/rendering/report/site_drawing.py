@@ -1,0 +1,149 @@
+"""What the drawing of a site shows before there is a plan: from the site file and the building alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import dist
+from typing import Any
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from bimvox.bim.building import Building, Element, Role
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.rendering.report.outlines import PLAN, hull, outline, rounded, union
+from bimvox.rendering.report.plan_view import ZONES
+from bimvox.rendering.report.site_values import crane_values, distances, north_of, outlines_of, storeys_of, survey_grid
+from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.extent import site_extent
+from bimvox.site.guess import lifted_of
+from bimvox.site.machine import cranes_of
+from bimvox.site.map_frame import ifc_to_map
+from bimvox.site.parts import entries_by_id
+from bimvox.site.placement import place_building
+
+HEAVIEST = 8
+"""How many masses are named; of parts with the same mass (to 10 kg) the one that is furthest from the crane."""
+_KINDS = {"public": ("prohibited", "no_load")}
+"""A public zone forbids both."""
+_OFF_M = 0.6
+"""Distance of the building's dimensions from it."""
+
+
+def drawing_of_site(config: SiteConfig, building: Building) -> dict[str, Any]:
+    """Return what the plan of a site shows, with the keys of ``site_plan.drawing_of`` but without lifts.
+
+    Also ``parts`` (outlines from above, each once), ``heavy`` parts (``number``, ``name``, ``mass_kg``, ``plan``,
+    ``at_m``), named ``zones`` (``name``, ``at_m``) and ``lifted``, the number of parts that cranes lift.
+
+    Args:
+        config: The site file, complete, in the site's frame.
+        building: As read.
+
+    Raises:
+        ConfigError: If the site file does not fit the building.
+        SelectionError: If there is nothing to lift.
+    """
+    placed, site_to_ifc = place_building(config, building)
+    entries, cranes = entries_by_id(config, placed.elements), cranes_of(config)
+    standing = {name for name, entry in entries.items() if entry.pinned}
+    parts = [one for one in placed.elements if one.role is Role.COMPONENT and one.id not in standing]
+    structure = [one for one in placed.elements if one.role is Role.STRUCTURE or one.id in standing]
+    storeys, outlines = storeys_of(parts, (PLAN,)), {one.id: outline(hull(one.mesh, PLAN)) for one in parts}
+    areas = _areas(config)
+    whole, lifted = union(hull(one.mesh, PLAN) for one in parts), lifted_of(config, placed)
+    to_map = ifc_to_map(building.georeference, building.source.unit)
+    return {
+        "extent_m": _extent_m(config, placed, cranes),
+        "north": north_of(building.georeference, site_to_ifc),
+        "survey": survey_grid(building.georeference, to_map, site_to_ifc),
+        "areas": {kind: outline(shape) for kind, shape in areas.items() if not shape.is_empty},
+        "obstructions": [],
+        "structure": outlines_of([one.mesh for one in structure], (PLAN,)),
+        "storeys": storeys,
+        "parts": _each_once(outlines.values()),
+        "heavy": _heavy(lifted, cranes, outlines),
+        "lifted": len(lifted),
+        "zones": [_named(zone.name, zone.polygon) for zone in config.zone if zone.name],
+        "stored": [],
+        "frames": [],
+        "cranes": [crane_values(crane, storeys) for crane in cranes],
+        "below_loads": [],
+        "falling_loads": [],
+        "distances_m": [*distances(cranes, whole, areas["yard"]), *_sides(whole)],
+    }
+
+
+def _areas(config: SiteConfig) -> dict[str, BaseGeometry]:
+    """Return the areas on the ground by their kind."""
+    areas, zones = config.areas, config.zone
+    polygons = {"construction": [areas.construction] if areas.construction else [], "yard": [*(areas.yard or ())]}
+    polygons["access"] = [*(areas.access or ())]
+    for kind in ZONES:
+        polygons[kind] = [zone.polygon for zone in zones if kind in _KINDS.get(zone.kind, (zone.kind,))]
+    return {kind: union(map(shapely.Polygon, given)) for kind, given in polygons.items()}
+
+
+def _extent_m(config: SiteConfig, placed: Building, cranes: Sequence[TowerCrane]) -> list[list[float]]:
+    """Return the lowest and the highest corner of the site, with all zones."""
+    frame, shape = site_extent(config, placed, *cranes)
+    low = np.array(frame.origin_m)
+    high = low + np.array(shape) * frame.voxel_size_m
+    corners = np.array([corner for zone in config.zone for corner in zone.polygon]).reshape(-1, 2)
+    low[:2], high[:2] = np.min([low[:2], *corners], axis=0), np.max([high[:2], *corners], axis=0)
+    return [rounded(low), rounded(high)]
+
+
+def _each_once(outlines: Iterable[list[Any]]) -> list[Any]:
+    """Return outlines without repetitions: storeys repeat their parts."""
+    return list({str(one): one for one in outlines if one}.values())
+
+
+def _heavy(
+    lifted: Sequence[Element], cranes: Sequence[TowerCrane], outlines: dict[str, list[Any]]
+) -> list[dict[str, Any]]:
+    """Return the heaviest parts that are lifted, the heaviest first."""
+
+    def away_m(one: Element) -> float:
+        x, y, _ = one.mesh.bounds_m.mean(axis=0)
+        return min((dist((x, y), crane.base_m[:2]) for crane in cranes), default=0.0)
+
+    by_mass: dict[int, Element] = {}
+    for one in sorted(lifted, key=lambda one: (-one.mass_kg, -away_m(one), one.id)):
+        by_mass.setdefault(round(one.mass_kg / 10.0), one)
+    return [
+        {
+            "number": number,
+            "name": one.name or one.id,
+            "mass_kg": one.mass_kg,
+            "plan": outlines[one.id],
+            "at_m": rounded(one.mesh.bounds_m.mean(axis=0)[:2]),
+        }
+        for number, one in enumerate(list(by_mass.values())[:HEAVIEST], 1)
+    ]
+
+
+def _named(name: str | None, polygon: Sequence[Sequence[float]]) -> dict[str, Any]:
+    at = shapely.Polygon(polygon).representative_point()
+    return {"name": name, "at_m": rounded((at.x, at.y))}
+
+
+def _sides(building: BaseGeometry) -> list[dict[str, Any]]:
+    """Return the building's length along x and along y, as dimensions below and to the left of it."""
+    if building.is_empty:
+        return []
+    x0, y0, x1, y1 = building.bounds
+    below, left = y0 - _OFF_M, x0 - _OFF_M
+    return [
+        {
+            "name": "building along x",
+            "ends_m": [rounded((x0, below)), rounded((x1, below))],
+            "distance_m": round(x1 - x0, 3),
+        },
+        {
+            "name": "building along y",
+            "ends_m": [rounded((left, y0)), rounded((left, y1))],
+            "distance_m": round(y1 - y0, 3),
+        },
+    ]
