@@ -46,7 +46,7 @@ def init(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Write a site file with guesses for crane and yard, and draw it."""
+    """Write and draw a site file with guesses for crane and yard."""
     from bimvox_pipeline.site import init as run
     from bimvox_pipeline.warm_up import helped
 
