@@ -32,6 +32,7 @@ MODULES = (
     "timeline",
     "gantt",
     "panes",
+    "link",
     "layers",
     "header",
     "pointer",

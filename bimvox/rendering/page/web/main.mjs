@@ -10,6 +10,7 @@ import { Groups } from "./groups.mjs";
 import { Header } from "./header.mjs";
 import { watchKeys } from "./keyboard.mjs";
 import { LAYERS, Layers } from "./layers.mjs";
+import { Link } from "./link.mjs";
 import { LiftList } from "./list.mjs";
 import { Live } from "./live.mjs";
 import { clamp } from "./maths.mjs";
@@ -60,6 +61,8 @@ class App {
     this._listen();
     this.show();
     this.view("iso", true);
+    this.link = new Link(this);
+    this.link.read();
     this.live = new Live(this);
     this.loop();
   }
