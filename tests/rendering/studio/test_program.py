@@ -190,6 +190,11 @@ def test_corners_and_areas_come_and_go(run):
     assert len(run("setup.withoutCorner(asked, 'yard/0', 1)", SETUP)["yard"][0]) == 3
     assert run("setup.withoutArea(asked, 'yard/0')", SETUP) == SETUP  # the last yard stays
     assert run("setup.withoutArea(asked, 'zones/0')", SETUP)["zones"] == []
+    access = run("setup.withArea(asked, 'access', [0, 0], '', [12, 4])", SETUP)
+    assert access["access"] == [[[-6, -2], [6, -2], [6, 2], [-6, 2]]]
+    assert [area["id"] for area in run("setup.areasOf(asked)", access)][:2] == ["yard/0", "access/0"]
+    assert run("setup.moved(asked, 'access/0/1', [1, 0])", access)["access"][0][1] == [7, -2]
+    assert run("setup.withoutArea(asked, 'access/0')", access)["access"] == []
     zone = run("setup.withArea(asked, 'zones', [0.2, 0], 'limiter')", SETUP)["zones"][1]
     assert zone["lowest_hook_m"] == 10
     assert run("setup.withKind(asked, 0, 'public')", SETUP)["zones"][0] == {

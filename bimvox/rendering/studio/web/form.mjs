@@ -44,13 +44,13 @@ export class Form {
     const open = new Map([...this.body.querySelectorAll("details")].map((group) => [group.dataset.group, group.open]));
     this.fields = [];
     const several = app.setup.cranes.length > 1;
-    const group = (id, title, ...content) => el("details", { class: "group-of", "data-group": id, open: open.get(id) ?? !/^(construction|zones)/.test(id) }, el("summary", {}, title), ...content);
+    const group = (id, title, ...content) => el("details", { class: "group-of", "data-group": id, open: open.get(id) ?? !/^(access|construction|zones)/.test(id) }, el("summary", {}, title), ...content);
     fill(
       this.body,
       app.opened.map ? this.units() : null,
       ...app.setup.cranes.map((crane, n) => group(`cranes/${n}`, craneName(crane, n, several), this.crane(n))),
       ...areasOf(app.setup).map((area) => group(area.id, area.name, ...this.area(area))),
-      el("div", { class: "links" }, el("button", { type: "button", "data-key": "add-yard", onclick: () => app.change(withArea(app.setup, "yard", app.drawing.view.centre), "new yard") }, "Add a yard"), el("button", { type: "button", "data-key": "add-zone", onclick: () => app.change(withArea(app.setup, "zones", app.drawing.view.centre), "new zone") }, "Add a zone")),
+      el("div", { class: "links" }, el("button", { type: "button", "data-key": "add-yard", onclick: () => app.change(withArea(app.setup, "yard", app.drawing.view.centre), "new yard") }, "Add a yard"), el("button", { type: "button", "data-key": "add-access", onclick: () => app.change(withArea(app.setup, "access", app.drawing.view.centre, "", [12, 4]), "new access") }, "Add an access"), el("button", { type: "button", "data-key": "add-zone", onclick: () => app.change(withArea(app.setup, "zones", app.drawing.view.centre), "new zone") }, "Add a zone")),
     );
     if (key) this.body.querySelector(`[data-key="${CSS.escape(key)}"]`)?.focus();
   }
@@ -71,17 +71,15 @@ export class Form {
     const machines = app.opened.machines;
     const machine = machines.find((one) => one.name === crane.machine);
     const change = (values, what) => app.change(withCrane(app.setup, n, values), what);
-    const options = [...(machine ? [] : [[crane.machine ?? "", crane.machine || "described in the site file"]]), ...machines.map((one) => [one.name, `${one.name}: ${one.label}`])];
-    const numbers = (list, unit) => [["", "the usual one"], ...list.map((value) => [String(value), unit(value)])];
+    const options = [...(machine ? [] : [[crane.machine ?? "", crane.machine || "described in the site file"]]), ...machines.map((one) => [one.name, one.label])];
+    const numbers = (list, own, unit) => [["", "the usual one"], ...[...new Set([...list, ...(own ? [own] : [])])].sort((a, b) => a - b).map((value) => [String(value), unit(value)])];
     const of = (value) => (value === "" ? null : Number(value));
-    const about = el("p", { class: "about" }, machine?.label ?? "");
     return el(
       "div",
       { class: "fields" },
       this.select(`crane-${n}-machine`, "Machine", options, (setup) => setup.cranes[n].machine ?? "", (value) => change({ machine: value, jib_m: null, falls: null }, "machine")),
-      about,
-      machine?.jibs_m.length ? this.select(`crane-${n}-jib`, machine.kind === "mobile" ? "Boom" : "Jib", numbers(machine.jibs_m, (value) => `${value} m`), (setup) => text(setup.cranes[n].jib_m), (value) => change({ jib_m: of(value) }, "jib")) : null,
-      machine?.falls.length ? this.select(`crane-${n}-falls`, "Falls", numbers(machine.falls, (value) => String(value)), (setup) => text(setup.cranes[n].falls), (value) => change({ falls: of(value) }, "falls")) : null,
+      machine?.jibs_m.length ? this.select(`crane-${n}-jib`, machine.kind === "mobile" ? "Boom" : "Jib", numbers(machine.jibs_m, crane.jib_m, (value) => `${value} m`), (setup) => text(setup.cranes[n].jib_m), (value) => change({ jib_m: of(value) }, "jib")) : null,
+      machine?.falls.length ? this.select(`crane-${n}-falls`, "Falls", numbers(machine.falls, crane.falls, (value) => String(value)), (setup) => text(setup.cranes[n].falls), (value) => change({ falls: of(value) }, "falls")) : null,
       crane.height_m === null || crane.height_m === undefined ? null : this.number(`crane-${n}-height`, "Jib height, m", (setup) => setup.cranes[n].height_m, (value) => change({ height_m: value }, "jib height"), (value) => (value > 0 ? null : "The jib height must be above 0 m.")),
       this.pair(`cranes/${n}`, (setup) => setup.cranes[n].base_m, (at) => change({ base_m: at }, "place of the crane")),
     );
@@ -104,7 +102,7 @@ export class Form {
       ),
     );
     const zone = what === "zones" ? this.zone(n, kind) : [];
-    return [el("div", { class: "fields" }, ...zone, size), el("div", { class: "corner heads", "aria-hidden": "true" }, el("span", { class: "number" }), ...axisNames(this.map).map((axis) => el("span", {}, `${axis}, m`)), el("span", { class: "acting" })), ...corners, what === "zones" ? remove("remove this zone") : what === "yard" && app.setup.yard.length > 1 ? remove("remove this yard") : null];
+    return [el("div", { class: "fields" }, ...zone, size), el("div", { class: "corner heads", "aria-hidden": "true" }, el("span", { class: "number" }), ...axisNames(this.map).map((axis) => el("span", {}, `${axis}, m`)), el("span", { class: "acting" })), ...corners, what === "zones" ? remove("remove this zone") : what === "access" ? remove("remove this access") : what === "yard" && app.setup.yard.length > 1 ? remove("remove this yard") : null];
   }
 
   zone(n, kind) {

@@ -13,9 +13,10 @@ export const ZONE_KINDS = {
 export const MEANS = { crane: "lifted by the crane", in_situ: "cast in place", by_hand: "set by hand", pinned: "stays where it is" };
 export const CHOICES = ["crane", "in_situ", "by_hand"];
 
-/** All areas: {id, what, name, polygon}; the ids are `yard/0`, `zones/1`, `construction/0`. */
+/** All areas: {id, what, name, polygon}; the ids are `yard/0`, `access/0`, `zones/1`, `construction/0`. */
 export function areasOf(setup) {
-  const areas = setup.yard.map((polygon, n) => ({ id: `yard/${n}`, what: "yard", name: setup.yard.length > 1 ? `Yard ${n + 1}` : "Yard", polygon }));
+  const numbered = (what, name) => (setup[what] ?? []).map((polygon, n, all) => ({ id: `${what}/${n}`, what, name: all.length > 1 ? `${name} ${n + 1}` : name, polygon }));
+  const areas = [...numbered("yard", "Yard"), ...numbered("access", "Access of trucks")];
   if (setup.construction?.length) areas.push({ id: "construction/0", what: "construction", name: "Construction area", polygon: setup.construction });
   setup.zones.forEach((zone, n) => areas.push({ id: `zones/${n}`, what: "zones", kind: zone.kind, name: zone.name ? `Zone ${zone.name}` : `Zone ${n + 1}`, polygon: zone.polygon }));
   return areas;
@@ -45,14 +46,14 @@ const replaced = (list, n, value) => list.map((old, m) => (m === n ? value : old
 /** The set-up with another polygon for an area. */
 export function withPolygon(setup, id, polygon) {
   const [what, n] = parsed(id);
-  if (what === "yard") return { ...setup, yard: replaced(setup.yard, n, polygon) };
+  if (what === "yard" || what === "access") return { ...setup, [what]: replaced(setup[what], n, polygon) };
   if (what === "construction") return { ...setup, construction: polygon };
   return { ...setup, zones: replaced(setup.zones, n, { ...setup.zones[n], polygon }) };
 }
 
 export const polygonOf = (setup, id) => {
   const [what, n] = parsed(id);
-  return what === "yard" ? setup.yard[n] : what === "construction" ? setup.construction : setup.zones[n].polygon;
+  return what === "zones" ? setup.zones[n].polygon : what === "construction" ? setup.construction : setup[what][n];
 };
 
 /** The set-up with a handle moved by [x, y] metres. */
@@ -90,11 +91,11 @@ export function withoutCorner(setup, id, corner) {
   return polygon.length > 3 ? withPolygon(setup, id, polygon.filter((_, n) => n !== corner)) : setup;
 }
 
-/** The set-up with another rectangle, about a place: a yard, or a zone of a kind. */
+/** The set-up with another rectangle, about a place: a yard, an access of trucks, or a zone of a kind. */
 export function withArea(setup, what, [x, y], kind = "prohibited", size = [8, 5]) {
   const [w, h] = [size[0] / 2, size[1] / 2];
   const polygon = [[x - w, y - h], [x + w, y - h], [x + w, y + h], [x - w, y + h]].map((corner) => corner.map((value) => Math.round(value * 2) / 2)); // prettier-ignore
-  if (what === "yard") return { ...setup, yard: [...setup.yard, polygon] };
+  if (what !== "zones") return { ...setup, [what]: [...(setup[what] ?? []), polygon] };
   return { ...setup, zones: [...setup.zones, { name: null, kind, polygon, ...ofKind(kind) }] };
 }
 
@@ -111,12 +112,12 @@ export function withKind(setup, n, kind) {
 export function withoutArea(setup, id) {
   const [what, n] = parsed(id);
   if (what === "yard") return setup.yard.length > 1 ? { ...setup, yard: setup.yard.filter((_, m) => m !== n) } : setup;
-  return what === "zones" ? { ...setup, zones: setup.zones.filter((_, m) => m !== n) } : setup;
+  return what === "construction" ? setup : { ...setup, [what]: setup[what].filter((_, m) => m !== n) };
 }
 
 /** The bounds of everything on plan, for the first view. */
 export function extentOf(opened, setup) {
-  const points = [...opened.building.outline.flat(), ...opened.parts.flatMap((part) => part.hull), ...setup.yard.flat(), ...(setup.construction ?? []), ...setup.cranes.map((crane) => crane.base_m)];
+  const points = [...opened.building.outline.flat(), ...opened.parts.flatMap((part) => part.hull), ...areasOf(setup).filter(({ what }) => what !== "zones").flatMap(({ polygon }) => polygon), ...setup.cranes.map((crane) => crane.base_m)];
   return boundsOf(points) ?? [-10, -10, 10, 10];
 }
 
