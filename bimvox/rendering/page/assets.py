@@ -31,6 +31,7 @@ MODULES = (
     "details",
     "timeline",
     "gantt",
+    "section",
     "panes",
     "link",
     "layers",

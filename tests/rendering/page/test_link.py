@@ -16,7 +16,8 @@ import { linkOf, readLink } from "WEB/link.mjs";
 SHOWN = """() => {
   const { camera, visibility, time, chosen, colourBy } = window.page;
   const view = [camera.azimuth, camera.elevation, camera.distance, ...camera.target].map((value) => +value.toFixed(3));
-  return { view, time, chosen, colourBy, looks: Array.from(visibility.looks), query: visibility.query };
+  const { looks, query } = visibility;
+  return { view, time, chosen, colourBy, looks: Array.from(looks), query, cut: window.page.section.state };
 }"""
 
 
@@ -29,6 +30,7 @@ def test_what_a_link_says_is_what_was_shown(tmp_path):
         "chosen": 0,
         "parts": [{"id": "#a=ä&"}],
         "colourBy": "storey",
+        "section": {"state": [0, 0, 0, 5, 5, 2.5]},
         "visibility": {"query": "two words", "steps": steps},
         "plan": {"revision": {"sha256": "ab" * 32}},
     }
@@ -37,6 +39,7 @@ def test_what_a_link_says_is_what_was_shown(tmp_path):
         "log": "ab" * 6,
         "time": 12.346,
         "camera": [-30.5, 20, 55.25, 1, -2.5, 3],
+        "section": [0, 0, 0, 5, 5, 2.5],
         "part": "#a=ä&",
         "filter": {"query": "two words", "steps": steps},
         "colour": "storey",
@@ -63,7 +66,9 @@ def opened(seen: Seen, address: str) -> Seen:
 
 @pytest.mark.browser
 def test_a_link_from_disk_opens_the_same_view(seen):
-    seen.page.evaluate("() => { page.seek(42); page.choose(2); page.look('ghost', 'class', 'IfcColumn'); }")
+    seen.page.evaluate(
+        "() => { page.seek(42); page.choose(2); page.look('ghost', 'class', 'IfcColumn'); page.section.nudge(-1); }"
+    )
     seen.page.keyboard.press("c")
     seen.page.keyboard.press("w")
     seen.page.keyboard.press("l")

@@ -1,6 +1,6 @@
 // The crane: lines and boxes on joints, posed by slew, radius and height.
 import { aboutZ } from "./maths.mjs";
-import { SHOWN } from "./shaders.mjs";
+import { SHOWN, WHOLE } from "./shaders.mjs";
 
 const BLOCK_STEP_M = 0.002;
 
@@ -63,7 +63,7 @@ export class Crane {
     const turn = aboutZ(slew);
     const { pivot, raised } = this.jibAt(slew, radius, turn);
     const places = [[0, 0, 0], [x, y, 0], [...out, 0], [...out, height], pivot];
-    const flags = shown ? SHOWN : 0;
+    const flags = WHOLE | (shown ? SHOWN : 0);
     const set = (row, joint, rgb) => {
       this.rows.place(row, places[joint], joint === FIXED ? [0, 0, 0, 1] : joint === LUFFING ? raised : turn);
       this.rows.look(row, rgb, flags);

@@ -15,6 +15,7 @@ export function linkOf(app) {
   if (visibility.query) link.set("search", visibility.query);
   for (const { act, by, value } of visibility.steps) link.append("show", value === null ? `${act}:${by}` : `${act}:${by}:${value}`);
   if (app.colourBy !== "status") link.set("colour", app.colourBy);
+  if (app.section.state) link.set("section", app.section.state.join());
   return link.toString();
 }
 
@@ -33,6 +34,7 @@ export function readLink(text) {
     log: link.get("log"),
     time: numbers("t", 1)?.[0] ?? null,
     camera: numbers("camera", 6),
+    section: numbers("section", 6),
     part: link.get("part"),
     filter: { query: link.get("search") ?? "", steps },
     colour: link.get("colour") ?? "status",
@@ -67,6 +69,7 @@ export class Link {
     if (told.time !== null) app.time = told.time;
     app.visibility.take(told.filter);
     app.colourBy = app.layerList.used.includes(told.colour) ? told.colour : "status";
+    app.section.take(told.section);
     app.layerList.update();
     app.show();
     const part = told.part === null ? -1 : app.parts.findIndex((entry) => entry.id === told.part);

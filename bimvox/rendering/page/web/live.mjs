@@ -74,6 +74,7 @@ export class Live {
       layers: app.layers,
       filter: app.visibility.state,
       colourBy: app.colourBy,
+      section: app.section.state,
       pane: app.panes.shown,
       gantt: { open: app.gantt.open, by: app.gantt.by, zoom: app.gantt.zoom },
       tab: app.details.opened,
@@ -113,6 +114,7 @@ export class Live {
     Object.assign(app.camera, kept.camera, { glide: null });
     app.layerList.update();
     app.show();
+    if (kept.section) app.section.take(kept.section);
     if (kept.pane) app.panes.show(kept.pane);
     if (kept.tab) app.details.open(kept.tab);
     const { revision } = app.plans[app.plans.length - 1];

@@ -20,6 +20,7 @@ import { Plan } from "./plan.mjs";
 import { watchPointers } from "./pointer.mjs";
 import { Remarks } from "./remarks.mjs";
 import { Scene } from "./scene.mjs";
+import { Section } from "./section.mjs";
 import { Timeline, nowWords } from "./timeline.mjs";
 import { Visibility } from "./visibility.mjs";
 import { PHASES, clock, metres } from "./words.mjs";
@@ -57,6 +58,7 @@ class App {
     this.timeline = new Timeline(this);
     this.gantt = new Gantt(this);
     this.layerList = new Layers(this);
+    this.section = new Section(this);
     this.panes = new Panes(this);
     this._listen();
     this.show();
@@ -217,7 +219,7 @@ class App {
 
   _draw() {
     if (!this.scene) return;
-    this.scene.show({ plan: this.plan, time: this.time, layers: this.layers, chosen: this.chosen, obstruction: this.obstruction, looks: this.visibility.looks, paint: this.paint });
+    this.scene.show({ plan: this.plan, time: this.time, layers: this.layers, chosen: this.chosen, obstruction: this.obstruction, looks: this.visibility.looks, paint: this.paint, cut: this.section.box });
     const frame = this._frame();
     if (this.following && this.lift && !this.camera.glide) {
       const at = this.states[this.lift.part] > 1 ? this.scene.middleOf(this.lift.part) : (this.scene.hook ?? this.scene.middleOf(this.lift.part));

@@ -6,12 +6,14 @@ import { lookAt, multiplied, orthographic, unit } from "./maths.mjs";
 import { axesAt, hookOf, loadAt, storedAt } from "./motion.mjs";
 import { Overlays } from "./overlays.mjs";
 import { ARRIVED, ASSEMBLED, AWAY, IN_TRANSIT, UNBUILT } from "./plan.mjs";
-import { DEPTH_FRAGMENT, EDGE_FRAGMENT, EDGE_VERTEX, GHOSTLY, HATCHED, LINE_FRAGMENT, LINE_VERTEX, PICK_FRAGMENT, PICK_VERTEX, SHOWN, SOLID_FRAGMENT, SOLID_VERTEX, STRIPED, VOXELS } from "./shaders.mjs";
+import { DEPTH_FRAGMENT, EDGE_FRAGMENT, EDGE_VERTEX, GHOSTLY, HATCHED, LINE_FRAGMENT, LINE_VERTEX, PICK_FRAGMENT, PICK_VERTEX, SHOWN, SOLID_FRAGMENT, SOLID_VERTEX, STRIPED, VOXELS, WHOLE } from "./shaders.mjs";
 import { Slab } from "./slab.mjs";
 import { GHOST, HIDDEN, SEEN } from "./visibility.mjs";
 
 const SHADOW_SIZE = 2048;
 const NO_TURN = [0, 0, 0, 1];
+/** Nothing is cut off. */
+export const NO_CUT = { low: [-1e9, -1e9, -1e9], high: [1e9, 1e9, 1e9] };
 
 export class Scene {
   /**
@@ -40,6 +42,7 @@ export class Scene {
     this._prepareLight();
     this.looks = new Uint8Array(this.parts.length);
     this.paint = null;
+    this.cut = NO_CUT;
     this.shown = null;
   }
 
@@ -127,13 +130,15 @@ export class Scene {
   /**
    * Shows a moment.
    * @param moment {plan, time, layers, chosen: part index or null, obstruction: record or null, looks: of every part,
-   *   paint: {rgb, striped} of every part, or null for the colours of states}
+   *   paint: {rgb, striped} of every part, or null for the colours of states, cut: {low, high} of what is drawn}
    */
   show(moment) {
     const { plan, time, layers } = moment;
     const states = plan.statesAt(time);
     const lift = plan.liftAt(time);
-    const { looks = this.looks, paint = null } = moment;
+    const { looks = this.looks, paint = null, cut = NO_CUT } = moment;
+    if (cut !== this.cut) this.rows.changed = true;
+    this.cut = cut;
     if (looks !== this.looks || paint !== this.paint) {
       Object.assign(this, { looks, paint });
       this.forget();
@@ -193,7 +198,7 @@ export class Scene {
       at = loadAt(motion, this.baseOf(motion), lift.stored, time - lift.begins_s);
     }
     this.rows.place(row, at.corner, at.tilt);
-    const flags = SHOWN | (layers.voxels ? VOXELS : 0) | (state === IN_TRANSIT ? HATCHED : 0) | (look === GHOST || coming ? GHOSTLY : 0) | (this.paint?.striped[n] ? STRIPED : 0);
+    const flags = SHOWN | (layers.voxels ? VOXELS : 0) | (state === IN_TRANSIT ? HATCHED | WHOLE : 0) | (look === GHOST || coming ? GHOSTLY : 0) | (this.paint?.striped[n] ? STRIPED : 0);
     this.rows.look(row, this.paint?.rgb[n] ?? this.states[coming ? ASSEMBLED : state], flags);
   }
 
@@ -249,6 +254,9 @@ export class Scene {
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.rows.texture);
     gl.uniform1i(place("rows"), 0);
+    gl.uniform3fv(place("cutLow"), this.cut.low);
+    gl.uniform3fv(place("cutHigh"), this.cut.high);
+    gl.uniform1i(place("cuts"), this.cut === NO_CUT ? 0 : 1);
   }
 
   _drawSolids(layers) {

@@ -2,7 +2,7 @@
 // [place, scale], [turn], [offset within its own frame, -], [colour, flags].
 
 export const ROWS_WIDTH = 256;
-export const [SHOWN, VOXELS, HATCHED, GHOSTLY, STRIPED] = [1, 2, 4, 8, 16];
+export const [SHOWN, VOXELS, HATCHED, GHOSTLY, STRIPED, WHOLE] = [1, 2, 4, 8, 16, 32];
 
 const ROW = `
 precision highp float;
@@ -17,6 +17,15 @@ vec3 turned(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.
 vec3 placed(uint row, vec3 at) {
   vec4 place = row_texel(row, 0);
   return place.xyz + turned(row_texel(row, 1), row_texel(row, 2).xyz + place.w * at);
+}
+`;
+
+const CUT = `
+precision highp float;
+uniform vec3 cutLow;
+uniform vec3 cutHigh;
+bool cut_off(vec3 at, int flags) {
+  return (flags & ${WHOLE}) == 0 && (any(lessThan(at, cutLow)) || any(greaterThan(at, cutHigh)));
 }
 `;
 
@@ -64,17 +73,22 @@ void main() {
 
 export const SOLID_FRAGMENT = `#version 300 es
 precision highp float;
+${CUT}
 ${LIGHT}
 in vec3 world;
 in vec3 local;
 flat in vec4 look;
 uniform vec3 eye;
+uniform bool cuts;
 out vec4 colour;
 void main() {
   vec3 normal = normalize(cross(dFdx(world), dFdy(world)));
   if (dot(normal, eye - world) < 0.0) normal = -normal;
   int flags = int(look.w);
+  if (cut_off(world, flags)) discard;
   vec3 rgb = shaded(look.rgb, world, normal);
+  // The inside of a part that was cut open.
+  if (cuts && !gl_FrontFacing && (flags & ${WHOLE}) == 0) rgb = look.rgb * 0.5;
   if ((flags & ${VOXELS}) != 0) {
     vec3 change = fwidth(local);
     vec3 off = abs(fract(local + 0.5) - 0.5) / max(change, vec3(1e-6));
@@ -102,37 +116,53 @@ layout(location = 1) in uint row;
 uniform mat4 clipFromWorld;
 uniform float focal;
 out float strength;
+out vec3 world;
+flat out vec4 look;
 void main() {
-  gl_Position = clipFromWorld * vec4(placed(row, at), 1.0);
+  world = placed(row, at);
+  look = row_texel(row, 3);
+  gl_Position = clipFromWorld * vec4(world, 1.0);
   // Edges fade with distance, so that finely shaped parts do not turn black.
   strength = clamp(focal / gl_Position.w / 30.0, 0.3, 1.0);
   gl_Position.z -= 3e-6 * gl_Position.w;
-  int flags = int(row_texel(row, 3).w);
+  int flags = int(look.w);
   if ((flags & ${GHOSTLY}) != 0) strength *= 0.3;
   if ((flags & ${SHOWN}) == 0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
 }`;
 
 export const EDGE_FRAGMENT = `#version 300 es
-precision highp float;
+${CUT}
 in float strength;
+in vec3 world;
+flat in vec4 look;
 out vec4 colour;
-void main() { colour = vec4(0.12, 0.12, 0.14, 0.65 * strength); }`;
+void main() {
+  if (cut_off(world, int(look.w))) discard;
+  colour = vec4(0.12, 0.12, 0.14, 0.65 * strength);
+}`;
 
 export const DEPTH_FRAGMENT = `#version 300 es
-precision highp float;
-void main() {}`;
+${CUT}
+in vec3 world;
+flat in vec4 look;
+void main() { if (cut_off(world, int(look.w))) discard; }`;
 
-export const PICK_VERTEX = SOLID_VERTEX.replace("flat out vec4 look;", "vec4 look; flat out uint picked;").replace(
+export const PICK_VERTEX = SOLID_VERTEX.replace("flat out vec4 look;", "flat out vec4 look; flat out uint picked;").replace(
   "local = at;",
   "local = at; picked = row;",
 );
 
 export const PICK_FRAGMENT = `#version 300 es
-precision highp float;
 precision highp int;
+${CUT}
+in vec3 world;
+flat in vec4 look;
 flat in uint picked;
 out vec4 colour;
-void main() { colour = vec4(float(picked & 255u), float((picked >> 8u) & 255u), float(picked >> 16u), 255.0) / 255.0; }`;
+void main() {
+  if (cut_off(world, int(look.w))) discard;
+  colour = vec4(float(picked & 255u), float((picked >> 8u) & 255u), float(picked >> 16u), 255.0) / 255.0;
+}`;
 
 export const SLAB_VERTEX = `#version 300 es
 precision highp float;
