@@ -81,6 +81,21 @@ class LoadedSite:
         return site_toml(self.config)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadSite:
+    """A site file and its building, before its cells are known.
+
+    Attributes:
+        config: The site file with all defaults filled in, in the site's frame.
+        building: Its model, as read.
+        files: The files that go into a log unchanged: name -> bytes.
+    """
+
+    config: SiteConfig
+    building: Building
+    files: dict[str, bytes]
+
+
 def load_site(
     path: Path | str,
     progress: Listener = None,
@@ -102,14 +117,20 @@ def load_site(
         SelectionError: If nothing is to be lifted.
     """
     told, path = progress_of(progress), path_of("load_site", path, "a site file")
-    require_regular(path)
-    content = read_site_file(path)
-    config = load_site_config(
+    read = read_site(
         path,
-        content,
+        told,
         model=None if model is None else path_of("load_site", model, "a model"),
         programme=None if programme is None else path_of("load_site", programme, "a programme"),
     )
+    return _built(read.config, read.building, read.files, told)
+
+
+def read_site(path: Path, told: Progress, *, model: Path | None = None, programme: Path | None = None) -> ReadSite:
+    """Return a site file and its building; the arguments and errors are those of :func:`load_site`."""
+    require_regular(path)
+    content = read_site_file(path)
+    config = load_site_config(path, content, model=model, programme=programme)
     _ = config.programme  # is refused before the model is read, which takes its time
     given = config.model
     options = ReadOptions(select=given.select, unit=given.unit, up=given.up, assemblies=given.assemblies)
@@ -119,7 +140,7 @@ def load_site(
     files = {SITE_FILE: content} | {MACHINE + name: data for name, data in config.machine_files.items()}
     if config.programme_file is not None:
         files[ATTACHED + str(config.programme_name)] = config.programme_file
-    return _built(guess.complete_config(config, building), building, files, told)
+    return ReadSite(guess.complete_config(config, building), building, files)
 
 
 def guess_site(

@@ -24,7 +24,8 @@ def render(
             "--output",
             "-o",
             metavar="OUT",
-            help="A picture (.png); for a log also an animation (.gif, .webp) or a page (.html). Default: a .png.",
+            help="A picture (.png); for a log also an animation (.gif, .webp) or a page (.html); for a site file also "
+            "the drawing from above (.svg). Default: a .png.",
         ),
     ] = None,
     size: Annotated[
@@ -57,7 +58,12 @@ def render(
         ),
     ] = None,
     elevation: Annotated[
-        float | None, typer.Option(metavar="DEGREES", help="Height angle of the camera, 5 to 89. Default: 28.")
+        float | None,
+        typer.Option(
+            metavar="DEGREES",
+            help="Height angle of the camera, 5 to 89. Default: 28. 90: the drawing of a site file from above; as .png "
+            "it needs a browser.",
+        ),
     ] = None,
     focus: Annotated[
         str | None, typer.Option("--focus", metavar="ID", help="Zoom to this part or obstruction.")

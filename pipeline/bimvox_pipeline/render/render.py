@@ -10,6 +10,7 @@ from bimvox.files import check_output, default_output, write_atomically
 from bimvox.progress import Progress
 from bimvox.rendering.sizes import FILM_PX, FILMS, PICTURE_PX
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
+from bimvox_pipeline.render.drawing import is_drawing, render_drawing
 from bimvox_pipeline.render.scene import FilmPace, SceneOptions, is_experiment, moment_of, picture_scene
 
 _PAGES = frozenset((".html", ".htm"))
@@ -30,7 +31,8 @@ def render(
 
     Args:
         source: A log, a site file, a grid, an IFC or a mesh; or the folder of an experiment.
-        out: The picture, ``.png`` (of an experiment also ``.svg``); of a log the animation, ``.gif`` or ``.webp``, or
+        out: The picture, ``.png`` (of an experiment also ``.svg``); of a site the drawing, ``.svg``, or ``.png`` with
+            an elevation of 90 degrees; of a log the animation, ``.gif`` or ``.webp``, or
             the page, ``.html``. Default: the input's name with ``.png``, in the current folder.
         shown: What a picture or an animation shows, and from where.
         size: Width and height in pixels; default 1280x800, of an animation 640x400.
@@ -54,9 +56,10 @@ def render(
     suffix = target.suffix.lower()
     if suffix in _PAGES:
         return _render_page(source, kind, target, proven, progress)
-    if suffix not in FILMS and suffix != ".png":
+    if suffix not in FILMS and suffix not in (".png", ".svg"):
         raise InputError(
-            f"{target}: pictures are written as PNG, animations as GIF or WebP, pages of logs as HTML",
+            f"{target}: pictures are written as PNG, drawings of sites as SVG, animations as GIF or WebP, pages of "
+            "logs as HTML",
             hint=f"-o {target.with_suffix('.png')}",
         )
     check_output(target, inputs=[source])
@@ -66,6 +69,8 @@ def render(
                 raise InputError(f"{source}: only a log has lifts", hint=f"leave --{what} out, or name a log")
         if suffix in FILMS:
             raise InputError(f"{source}: only a log can be animated", hint="bimvox plan SITE writes a log")
+    if is_drawing(kind, suffix, options):
+        return render_drawing(source, kind, target, size, options, progress)
     if suffix in FILMS:
         from bimvox_pipeline.render.film import render_film
 

@@ -63,9 +63,10 @@ def report(
     check_output(target, inputs=[log])
     browser = None
     if suffix == _PDF:
-        from bimvox_pipeline.report.pdf import find_browser
+        from bimvox_pipeline.browser import find_browser
+        from bimvox_pipeline.report.pdf import INSTEAD
 
-        browser = find_browser()
+        browser = find_browser("a PDF", INSTEAD)
     if critical_share is not None and not 0.0 < critical_share <= 1.0:
         raise InputError(
             f"a lift cannot be critical from {critical_share:g} of the capacity",
