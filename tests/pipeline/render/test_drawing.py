@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import shutil
 import sys
 from io import BytesIO
@@ -37,10 +39,8 @@ def test_it_is_the_drawing_of_init(site: Path, tmp_path: Path, options: SceneOpt
 
 def test_it_shows_the_crane_where_the_edited_file_says(site: Path, tmp_path: Path) -> None:
     edited = tmp_path / "b.site.toml"
-    text = site.read_text().replace("frame.ifc", str(MODEL))
-    edited.write_text(
-        "\n".join("base_m = [-7.5, -6.25]" if one.startswith("base_m") else one for one in text.split("\n"))
-    )
+    text = re.sub(r"(?m)^path = .*$", f"path = {json.dumps(str(MODEL))}", site.read_text())
+    edited.write_text(re.sub(r"(?m)^base_m = .*$", "base_m = [-7.5, -6.25]", text))
     render(edited, tmp_path / "b.svg", progress=SilentProgress())
     assert "at (-7.50, -6.25)" in (tmp_path / "b.svg").read_text()
 
