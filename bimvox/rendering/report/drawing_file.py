@@ -10,7 +10,7 @@ from typing import Any
 from bimvox.rendering.plain import plain
 from bimvox.rendering.report.drawings import legend_names
 from bimvox.rendering.report.labels import shortened, width_px
-from bimvox.rendering.report.plan_view import heavy_words, plan_parts, title_of
+from bimvox.rendering.report.plan_view import heavy_words, plan_parts, shows_all, title_of
 from bimvox.rendering.report.svg import element, picture, text
 from bimvox.rendering.report.words import fixed, tonnes
 from bimvox.rendering.words import counted
@@ -32,7 +32,9 @@ def drawing_file(drawing: dict[str, Any], name: str) -> bytes:
         drawing: From ``site_drawing.drawing_of_site``.
         name: Name of the site.
     """
-    views = [(title_of(detail=detail), *plan_parts(drawing, detail=detail)) for detail in _details(drawing)]
+    one = shows_all(drawing)
+    details = (False,) if one else (False, True)
+    views = [(title_of(detail=detail), *plan_parts(drawing, detail=detail, named=one)) for detail in details]
     sizes = [sheet.size_px for _, sheet, _ in views]
     abreast = sum(wide for wide, _ in sizes) + _LEFT_PX * (len(views) - 1) <= _MOST_PX
     room = max(_LEAST_PX, sum(wide for wide, _ in sizes) + _LEFT_PX if abreast else max(wide for wide, _ in sizes))
@@ -96,10 +98,6 @@ def style() -> str:
             "",
         ]
     )
-
-
-def _details(drawing: dict[str, Any]) -> tuple[bool, ...]:
-    return (False, True) if drawing["cranes"] else (False,)
 
 
 def _facts(drawing: dict[str, Any]) -> list[str]:

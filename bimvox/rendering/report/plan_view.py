@@ -47,10 +47,22 @@ def title_of(*, detail: bool) -> str:
     return "Plan of building and yard" if detail else "Plan"
 
 
-def plan_parts(drawing: dict[str, Any], *, detail: bool = False) -> tuple[Sheet, list[str]]:
-    """Return the sheet of the plan and what is drawn on it."""
+def shows_all(drawing: dict[str, Any]) -> bool:
+    """Return whether the plan with the whole sweep has the scale of the detail, which is then not needed."""
+    return _sheet_of(drawing, detail=False).scale == _sheet_of(drawing, detail=True).scale
+
+
+def plan_parts(drawing: dict[str, Any], *, detail: bool = False, named: bool = False) -> tuple[Sheet, list[str]]:
+    """Return the sheet of the plan and what is drawn on it.
+
+    Args:
+        drawing: What it shows.
+        detail: Building and yard only, without the whole sweep of the jib.
+        named: With dimensions and names, also if it is not a detail.
+    """
     sheet = _sheet_of(drawing, detail=detail)
-    whole = detail or not drawing["cranes"]  # at the scale of the whole sweep, names would cover each other
+    # At the scale of the whole sweep, names would cover each other.
+    whole = detail or named or not drawing["cranes"]
     parts = [circle(sheet, crane["base_m"], crane["jib_m"][0], "area oversail") for crane in drawing["cranes"]]
     parts += [] if detail else grid(sheet, ("x", "y"))
     areas = drawing["areas"]

@@ -82,7 +82,8 @@ def _areas(config: SiteConfig) -> dict[str, BaseGeometry]:
     polygons["access"] = [*(areas.access or ())]
     for kind in ZONES:
         polygons[kind] = [zone.polygon for zone in zones if kind in _KINDS.get(zone.kind, (zone.kind,))]
-    return {kind: union(map(shapely.Polygon, given)) for kind, given in polygons.items()}
+    found = {kind: union(map(shapely.Polygon, given)) for kind, given in polygons.items()}
+    return found | {"yard": found["yard"].difference(found["construction"])}
 
 
 def _extent_m(config: SiteConfig, placed: Building, cranes: Sequence[TowerCrane]) -> list[list[float]]:

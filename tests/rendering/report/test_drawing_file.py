@@ -220,6 +220,34 @@ def test_the_file_needs_nothing_else_and_every_class_has_its_style(on_map: tuple
     assert bare <= {"drawing", "sheet", "heaviest", "end", "north", "scale-bar"}  # the ink of the page
 
 
+def test_two_views_of_the_same_scale_are_one_with_all_names() -> None:
+    config, building = sample("hall.ifc")
+    crane = {
+        "kind": "hammerhead",
+        "machine": "hammerhead-30",
+        "base_m": [18, 12],
+        "jib_height_m": 18,
+        "jib_length_m": 20,
+    }
+    model = config.model.model_copy(update={"voxel_size_m": 0.5})
+    zone = ZoneConfig(polygon=((-20, -20), (60, -20), (60, 40), (-20, 40)), name="all of it")
+    given = SiteConfig.model_validate({**config.model_dump(), "crane": crane, "model": model.model_dump()})
+    ((_, view),) = views(drawn(given.model_copy(update={"zone": (zone,)}), building))
+    shown = {one.text for one in labels(view)}
+    assert "all of it" in shown
+    assert any((one or "").startswith("1: ") for one in shown)
+    assert classed(view, "line", "dimension")
+
+
+def test_the_yard_is_outside_the_construction_area(prefab: tuple[SiteConfig, Building]) -> None:
+    config, building = prefab
+    assert config.areas.construction is not None
+    areas = config.areas.model_copy(update={"yard": (((-20, -20), (30, -20), (30, 30), (-20, 30)),)})
+    rings = drawing_of_site(config.model_copy(update={"areas": areas}), building)["areas"]["yard"]
+    assert len(rings) == 2
+    assert {tuple(corner) for corner in rings[1]} == set(config.areas.construction)
+
+
 def test_a_site_without_a_crane_is_one_view() -> None:
     config, building = sample("frame.ifc")
     none: dict[str, Any] = {"kind": "none"}
