@@ -222,17 +222,8 @@ def test_the_file_needs_nothing_else_and_every_class_has_its_style(on_map: tuple
 
 def test_two_views_of_the_same_scale_are_one_with_all_names() -> None:
     config, building = sample("hall.ifc")
-    crane = {
-        "kind": "hammerhead",
-        "machine": "hammerhead-30",
-        "base_m": [18, 12],
-        "jib_height_m": 18,
-        "jib_length_m": 20,
-    }
-    model = config.model.model_copy(update={"voxel_size_m": 0.5})
-    zone = ZoneConfig(polygon=((-20, -20), (60, -20), (60, 40), (-20, 40)), name="all of it")
-    given = SiteConfig.model_validate({**config.model_dump(), "crane": crane, "model": model.model_dump()})
-    ((_, view),) = views(drawn(given.model_copy(update={"zone": (zone,)}), building))
+    zone = ZoneConfig(polygon=((-90, -90), (90, -90), (90, 90), (-90, 90)), name="all of it")
+    ((_, view),) = views(drawn(config.model_copy(update={"zone": (zone,)}), building))
     shown = {one.text for one in labels(view)}
     assert "all of it" in shown
     assert any((one or "").startswith("1: ") for one in shown)
