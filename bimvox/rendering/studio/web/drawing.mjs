@@ -237,7 +237,7 @@ export class Drawing {
       const focused = document.activeElement?.getAttribute?.("data-handle");
       this.handles = new Map(handles.map((handle) => [handle.id, this.handleOf(handle)]));
       this.grips.replaceChildren(...this.handles.values());
-      if (focused) this.handles.get(focused)?.focus();
+      if (focused) (this.handles.get(focused) ?? this.handles.get(focused.split("/").slice(0, 2).join("/")))?.focus();
     }
     for (const handle of handles) {
       const [x, y] = toPixels(this.view, handle.at);

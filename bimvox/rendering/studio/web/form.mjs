@@ -28,7 +28,7 @@ export class Form {
     const { app } = this;
     if (!app.opened) return;
     const { setup } = app;
-    const structure = JSON.stringify([app.opened.path, app.onMap, setup.cranes.map((crane) => [crane.name, crane.machine]), areasOf(setup).map(({ id, name, kind, polygon }) => [id, name, kind, polygon.length]), setup.yard.length]);
+    const structure = JSON.stringify([app.opened.path, app.onMap, setup.cranes.map((crane) => [crane.name, crane.machine]), areasOf(setup).map(({ id, kind, polygon }) => [id, kind, polygon.length])]);
     if (structure !== this.made) {
       this.made = structure;
       this.build();
@@ -45,11 +45,16 @@ export class Form {
     this.fields = [];
     const several = app.setup.cranes.length > 1;
     const group = (id, title, ...content) => el("details", { class: "group-of", "data-group": id, open: open.get(id) ?? !/^(access|construction|zones)/.test(id) }, el("summary", {}, title), ...content);
+    const areas = areasOf(app.setup).map((area) => {
+      const made = group(area.id, area.name, ...this.area(area));
+      this.fields.push({ update: (setup) => (made.firstChild.textContent = areasOf(setup).find(({ id }) => id === area.id).name) });
+      return made;
+    });
     fill(
       this.body,
       app.opened.map ? this.units() : null,
       ...app.setup.cranes.map((crane, n) => group(`cranes/${n}`, craneName(crane, n, several), this.crane(n))),
-      ...areasOf(app.setup).map((area) => group(area.id, area.name, ...this.area(area))),
+      ...areas,
       el("div", { class: "links" }, el("button", { type: "button", "data-key": "add-yard", onclick: () => app.change(withArea(app.setup, "yard", app.drawing.view.centre), "new yard") }, "Add a yard"), el("button", { type: "button", "data-key": "add-access", onclick: () => app.change(withArea(app.setup, "access", app.drawing.view.centre, "", [12, 4]), "new access") }, "Add an access"), el("button", { type: "button", "data-key": "add-zone", onclick: () => app.change(withArea(app.setup, "zones", app.drawing.view.centre), "new zone") }, "Add a zone")),
     );
     if (key) this.body.querySelector(`[data-key="${CSS.escape(key)}"]`)?.focus();
@@ -77,10 +82,11 @@ export class Form {
     return el(
       "div",
       { class: "fields" },
-      this.select(`crane-${n}-machine`, "Machine", options, (setup) => setup.cranes[n].machine ?? "", (value) => change({ machine: value, jib_m: null, falls: null }, "machine")),
+      this.select(`crane-${n}-machine`, "Machine", options, (setup) => setup.cranes[n].machine ?? "", (value) => change({ machine: value, jib_m: null, falls: null, height_m: null }, "machine")),
       machine?.jibs_m.length ? this.select(`crane-${n}-jib`, machine.kind === "mobile" ? "Boom" : "Jib", numbers(machine.jibs_m, crane.jib_m, (value) => `${value} m`), (setup) => text(setup.cranes[n].jib_m), (value) => change({ jib_m: of(value) }, "jib")) : null,
       machine?.falls.length ? this.select(`crane-${n}-falls`, "Falls", numbers(machine.falls, crane.falls, (value) => String(value)), (setup) => text(setup.cranes[n].falls), (value) => change({ falls: of(value) }, "falls")) : null,
-      crane.height_m === null || crane.height_m === undefined ? null : this.number(`crane-${n}-height`, "Jib height, m", (setup) => setup.cranes[n].height_m, (value) => change({ height_m: value }, "jib height"), (value) => (value > 0 ? null : "The jib height must be above 0 m.")),
+      // A machine of another kind stands as high as the server says until a height is typed.
+      machine?.kind === "mobile" || (!machine && !crane.height_m) ? null : this.number(`crane-${n}-height`, "Jib height, m", (setup) => setup.cranes[n].height_m ?? app.answer?.cranes[n]?.height_m, (value) => change({ height_m: value }, "jib height"), (value) => (value > 0 ? null : "The jib height must be above 0 m.")),
       this.pair(`cranes/${n}`, (setup) => setup.cranes[n].base_m, (at) => change({ base_m: at }, "place of the crane")),
     );
   }
@@ -108,7 +114,9 @@ export class Form {
   zone(n, kind) {
     const { app } = this;
     const number = (key, title, check) => this.number(`zones/${n}-${key}`, title, (setup) => setup.zones[n][key], (value) => app.change(withZone(app.setup, n, { [key]: value }), title), check, true);
+    const name = this.input(`zones/${n}-name`, (setup) => setup.zones[n].name ?? "", (typed) => app.change(withZone(app.setup, n, { name: typed.trim() || null }), "name of the zone"), "text"); // prettier-ignore
     return [
+      el("label", {}, el("span", {}, "Name"), name),
       this.select(`zones/${n}-kind`, "Kind", Object.entries(ZONE_KINDS), (setup) => setup.zones[n].kind, (value) => app.change(withKind(app.setup, n, value), "kind of the zone")),
       kind === "slow" ? number("share", "Share of the rates", (value) => (value > 0 && value <= 1 ? null : "The share must be above 0 and at most 1.")) : null,
       ...(kind === "limiter" ? [number("lowest_hook_m", "Lowest hook, m"), number("highest_hook_m", "Highest hook, m")] : []),
@@ -150,8 +158,8 @@ export class Form {
   }
 
   /** A text field. `take` enters what was typed, or returns a sentence that says what is wrong with it. */
-  input(key, read, take) {
-    const input = el("input", { type: "text", inputmode: "decimal", autocomplete: "off", "data-key": key });
+  input(key, read, take, mode = "decimal") {
+    const input = el("input", { type: "text", inputmode: mode, autocomplete: "off", "data-key": key });
     input.addEventListener("change", () => {
       const wrong = take(input.value);
       if (typeof wrong === "string") {

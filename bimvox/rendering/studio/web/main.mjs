@@ -323,8 +323,13 @@ class App {
   async plan() {
     if (!this.opened || this.planning.isRunning) return;
     if ((this.isChanged || !this.opened.exists) && !(await this.save())) return;
+    await this.planOf(this.opened.path);
+  }
+
+  /** Plan a saved site. */
+  async planOf(path) {
     try {
-      await this.planning.start(this.opened.path);
+      await this.planning.start(path);
     } catch (error) {
       this.fail(error);
     }
@@ -344,7 +349,7 @@ class App {
   }
 
   say(sentence, hint = null, kind = "warn", acts = []) {
-    fill(byId("told"), el("p", { class: kind }, el("span", {}, sentence), hint ? el("span", { class: "hint" }, hint) : null, ...acts.map(([words, act]) => el("button", { type: "button", onclick: act }, words)), el("button", { type: "button", class: "close", "aria-label": "Close this message", onclick: () => this.unsay() }, "×")));
+    fill(byId("told"), el("p", { class: kind }, el("span", { class: "said" }, el("span", {}, sentence), hint ? el("span", { class: "hint" }, hint) : null), ...acts.map(([words, act]) => el("button", { type: "button", onclick: act }, words)), el("button", { type: "button", class: "close", "aria-label": "Close this message", onclick: () => this.unsay() }, "×")));
     byId("told").hidden = false;
   }
 

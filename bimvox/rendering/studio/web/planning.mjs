@@ -25,7 +25,7 @@ export class Planning {
     this.cancel = el("button", { type: "button", onclick: () => this.stop() }, "Cancel");
     fill(this.bar, this.stage, this.meter, el("span", { id: "done" }), this.cancel);
     this.bar.hidden = false;
-    this.app.renderHead();
+    this.app.render();
     await this.follow(path);
   }
 
@@ -68,13 +68,14 @@ export class Planning {
     const { app } = this;
     this.job = null;
     this.bar.hidden = true;
-    app.renderHead();
+    app.render();
     if (now.state === "done") {
       const figures = figuresOf(now.document);
       app.figures.set(path, { ...figures, page: now.page ?? (figures.log ? `/page/${encodeURI(figures.log)}` : null) });
       app.render();
-      app.showResult(app.figures.get(path).page);
-      app.announce("The plan is ready.");
+      // The result of what is open is shown at once, that of another variant on request.
+      if (path === app.opened?.path) app.showResult(app.figures.get(path).page);
+      app.announce(`The plan of ${path} is ready.`);
     } else if (now.state === "cancelled") app.say("Planning was cancelled; nothing was written.", null, "aside");
     else if (now.error) app.say(typeof now.error === "string" ? now.error : now.error.error, now.hint ?? now.error.hint);
   }

@@ -14,7 +14,7 @@ export function figuresOf(document) {
 
 const ROWS = [
   ["Machine", ({ setup }) => each(setup.cranes, (crane) => crane.machine || "own")],
-  ["Jib", ({ setup }) => each(setup.cranes, (crane) => (crane.jib_m ? `${fixed(crane.jib_m, 1)} m` : "usual"))],
+  ["Jib", ({ setup, answer }) => each(setup.cranes, (crane, n) => (crane.jib_m ?? answer?.cranes[n]?.most_m ? `${fixed(crane.jib_m ?? answer.cranes[n].most_m, 1)} m` : "usual"))],
   ["Place x, y", ({ setup }) => each(setup.cranes, (crane) => crane.base_m.map((value) => fixed(value, 2)).join(", "))],
   ["Can be lifted", ({ answer }) => (answer ? `${whole(answer.served)} of ${whole(answer.of)}` : "…")],
   ["Highest utilisation", ({ answer }) => (answer ? percent(answer.highest) : "…")],
@@ -47,7 +47,8 @@ export class Variants {
           "td",
           { class: current ? "current" : null },
           current ? null : el("button", { type: "button", "data-key": `show ${path}`, onclick: () => app.openFile(path), "aria-label": `Show ${name}` }, "Show"),
-          figures?.page ? el("button", { type: "button", "data-key": `result ${path}`, onclick: () => app.showResult(figures.page), "aria-label": `Show the plan of ${name}` }, "Plan") : null,
+          current ? null : el("button", { type: "button", "data-key": `plan ${path}`, disabled: app.planning.isRunning, onclick: () => app.planOf(path), "aria-label": `Plan ${name}` }, "Plan"),
+          figures?.page ? el("button", { type: "button", "data-key": `result ${path}`, onclick: () => app.showResult(figures.page), "aria-label": `Show the result of ${name}` }, "Result") : null,
           current ? null : el("button", { type: "button", "data-key": `drop ${path}`, onclick: () => app.dropVariant(path), "aria-label": `Take ${name} out of the table` }, "Remove"),
         ),
       ),
