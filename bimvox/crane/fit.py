@@ -63,7 +63,7 @@ def fit_crane(
         raise InputError("no point is given for a crane to reach", hint="give at least one target")
     heaviest_first = np.argsort(-masses, kind="stable")
     for machine in cranes:
-        crane = _standing(machine, height_under_hook_m)
+        crane = standing(machine, height_under_hook_m)
         bases = fitting = ground.bases(crane)
         for first in range(0, len(points), _AT_ONCE):
             some = heaviest_first[first : first + _AT_ONCE]
@@ -102,7 +102,7 @@ def fit_most(
     Returns:
         None if the mast has no place. Ties go to the base that reaches most points, then to the lowest y, then x.
     """
-    crane = _standing(crane, height_under_hook_m)
+    crane = standing(crane, height_under_hook_m)
     bases = ground.bases(crane)
     if not len(bases):
         return None
@@ -161,7 +161,7 @@ def distances_m(bases_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> 
     return np.hypot(points_m[:, 0] - bases_m[:, 0, None], points_m[:, 1] - bases_m[:, 1, None])
 
 
-def _standing(machine: TowerCrane, height_under_hook_m: float) -> TowerCrane:
+def standing(machine: TowerCrane, height_under_hook_m: float) -> TowerCrane:
     """Return a machine on a mast so high that its hook reaches a height."""
     if machine.luffing is not None:
         return pivoted(machine, machine.luffing, height_under_hook_m)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -129,7 +130,7 @@ def guess_crane(
     Raises:
         InputError: If no mast has a place.
     """
-    site = _Site(components, footprint_m, yards, top_m, rigs, most_used)
+    site = Demand(components, footprint_m, yards, top_m, rigs, most_used)
     for strict in (True, False):
         for machine in machines:
             if (crane := site.serving(machine, strict=strict)) is not None:
@@ -157,7 +158,7 @@ def compare_cranes(
     most_used: float = 1.0,
 ) -> Iterator[CraneFit]:
     """Yield how each of the machines serves a site; the arguments are those of :func:`guess_crane`."""
-    site = _Site(components, footprint_m, yards, top_m, rigs, most_used)
+    site = Demand(components, footprint_m, yards, top_m, rigs, most_used)
     for machine in machines:
         crane = site.serving(machine, strict=True) or site.serving(machine, strict=False)
         if crane is None and (found := site.most(machine)) is not None:
@@ -174,13 +175,13 @@ def fit_here(
     most_used: float = 1.0,
 ) -> CraneFit:
     """Return how a crane serves a site from where it stands."""
-    site = _Site(components, np.zeros((2, 2)), yards, top_m, rigs, most_used)
+    site = Demand(components, np.zeros((2, 2)), yards, top_m, rigs, most_used)
     length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
     jib = Machine(crane.machine or crane.name, crane.kind, "", (length_m,), (crane,))
     return site.fit(jib, crane)
 
 
-class _Site:
+class Demand:
     """What a crane has to serve.
 
     Args:
@@ -190,6 +191,10 @@ class _Site:
         top_m: Height that the load's top must reach.
         rigs: The gear of the parts; None: the machine's usual rigging.
         most_used: Share of the load chart that may be used.
+
+    Attributes:
+        places_m: (N, 2) hook over each part at its place.
+        masses_kg: (N,) mass of each part, with its gear if that is given.
     """
 
     def __init__(
@@ -202,10 +207,10 @@ class _Site:
         most_used: float,
     ) -> None:
         self._components, self._top_m, self._rigs, self._most_used = components, top_m, rigs, most_used
-        self._places = np.array([_hook_m(element) for element in components])
-        self._masses = np.array([element.mass_kg for element in components])
+        self.places_m = np.array([_hook_m(element) for element in components])
+        self.masses_kg = np.array([element.mass_kg for element in components])
         if rigs is not None:
-            self._masses = self._masses + rigs.mass_kg
+            self.masses_kg = self.masses_kg + rigs.mass_kg
         self._yards = [np.array(yard) for yard in yards]
         self._built = built_heights(np.array([element.mesh.bounds_m for element in components]))
         (x0, y0), (x1, y1) = footprint_m
@@ -215,9 +220,9 @@ class _Site:
     @cached_property
     def _columns(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Places and masses: only the heaviest part of each square metre."""
-        rounded, which = np.unique(np.round(self._places), axis=0, return_inverse=True)
+        rounded, which = np.unique(np.round(self.places_m), axis=0, return_inverse=True)
         heaviest = np.zeros(len(rounded))
-        np.maximum.at(heaviest, which.ravel(), self._masses)
+        np.maximum.at(heaviest, which.ravel(), self.masses_kg)
         return rounded, heaviest
 
     def serving(self, machine: Machine, *, strict: bool) -> TowerCrane | None:
@@ -229,7 +234,7 @@ class _Site:
             points += [yard, yard.mean(axis=0, keepdims=True)]
             loads += [np.full(len(yard), self._at_corner(strict=strict)), np.array([heaviest])]
         for usual in machine.cranes:
-            crane = self._as_used(usual)
+            crane = self.as_used(usual)
             if crane.chart.capacity_kg[0] < heaviest + crane.tackle_kg:
                 continue
             try:
@@ -237,7 +242,7 @@ class _Site:
                     np.concatenate(points),
                     np.concatenate(loads),
                     self._ground,
-                    self._height_m(crane),
+                    self.height_m(crane),
                     cranes=(crane,),
                     built=self._built,
                 )
@@ -246,7 +251,13 @@ class _Site:
             return _as_stated(found, usual)
         return None
 
-    def _as_used(self, crane: TowerCrane) -> TowerCrane:
+    def permitting(self, most_used: float) -> Demand:
+        """Return the same with another permitted share of the load chart."""
+        other = copy(self)
+        other._most_used = most_used
+        return other
+
+    def as_used(self, crane: TowerCrane) -> TowerCrane:
         """Return a crane with the permitted share of its chart and the highest gear; loads contain their gear."""
         if self._most_used != 1.0:
             permitted = tuple(self._most_used * kg for kg in crane.chart.capacity_kg)
@@ -263,34 +274,35 @@ class _Site:
         """Return how many parts a machine serves and reaches at most, and the machine with that jib on that base."""
         best = None
         for usual in machine.cranes:
-            crane = self._as_used(usual)
+            crane = self.as_used(usual)
             found = fit_most(
-                self._places, self._masses, self._middles, self._height_m(crane), crane=crane, ground=self._ground
+                self.places_m, self.masses_kg, self._middles, self.height_m(crane), crane=crane, ground=self._ground
             )
             if found is not None and (best is None or found[1:] > best[:2]):
                 best = (*found[1:], _as_stated(found[0], usual))
         return best
 
-    def _height_m(self, crane: TowerCrane) -> float:
+    def height_m(self, crane: TowerCrane) -> float:
+        """Return the height that the hook of a crane as used must reach."""
         return float(np.ceil((self._top_m + crane.sling_m) * 2) / 2)
 
     def fit(self, machine: Machine, crane: TowerCrane | None) -> CraneFit:
         """Return how a crane serves the parts from where it stands."""
         who = (machine.name, machine.kind, machine.load_moment_tm)
         if crane is None:
-            return CraneFit(*who, max(machine.jibs_m), None, len(self._masses), (), "", 0.0, 0.0)
-        usual, crane = crane, self._as_used(crane)
-        able = self._served(crane, self._places)
+            return CraneFit(*who, max(machine.jibs_m), None, len(self.masses_kg), (), "", 0.0, 0.0)
+        usual, crane = crane, self.as_used(crane)
+        able = self._served(crane, self.places_m)
         from_yard = np.full_like(able, not len(self._middles))
         for middle in self._middles:
-            from_yard |= self._served(crane, np.broadcast_to(middle, self._places.shape))
-        radii = distances_m(_base(crane), self._places)[0]
-        used = (self._masses + crane.tackle_kg) / np.maximum(capacity_kg(usual.chart, radii), 1e-9)
+            from_yard |= self._served(crane, np.broadcast_to(middle, self.places_m.shape))
+        radii = distances_m(_base(crane), self.places_m)[0]
+        used = (self.masses_kg + crane.tackle_kg) / np.maximum(capacity_kg(usual.chart, radii), 1e-9)
         done = able & from_yard
         in_yard = float(distances_m(_base(crane), self._middles).min(initial=np.inf))
-        by_moment = np.argsort(-self._masses * np.maximum(radii, 1.0), kind="stable")
+        by_moment = np.argsort(-self.masses_kg * np.maximum(radii, 1.0), kind="stable")
         unserved = [
-            self._unserved(i, crane, in_yard if able[i] else float(radii[i]), " in the yard" if able[i] else "")
+            self.unserved(i, crane, in_yard if able[i] else float(radii[i]), " in the yard" if able[i] else "")
             for i in by_moment[~done[by_moment]].tolist()
         ]
         length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
@@ -300,23 +312,23 @@ class _Site:
 
     def _served(self, crane: TowerCrane, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return (N,) whether a crane carries each part's mass at a point."""
-        able: NDArray[np.bool_] = served(crane, _base(crane), points, self._masses, self._height_m(crane), 0.0)[0]
+        able: NDArray[np.bool_] = served(crane, _base(crane), points, self.masses_kg, self.height_m(crane), 0.0)[0]
         return able
 
     def _corner(self, crane: TowerCrane) -> str:
         """Return why a crane does not carry the heaviest part at every corner of the yard; empty if it does."""
-        heaviest = int(np.argmax(self._masses))
+        heaviest = int(np.argmax(self.masses_kg))
         corners = np.concatenate([np.zeros((0, 2)), *self._yards])
-        masses = np.full(len(corners), self._masses[heaviest])
-        able = served(crane, _base(crane), corners, masses, self._height_m(crane), 0.0)[0]
+        masses = np.full(len(corners), self.masses_kg[heaviest])
+        able = served(crane, _base(crane), corners, masses, self.height_m(crane), 0.0)[0]
         if able.all():
             return ""
         radii = distances_m(_base(crane), corners)[0][~able]
-        return str(self._unserved(heaviest, crane, float(radii.max()), " in the yard's corner"))
+        return str(self.unserved(heaviest, crane, float(radii.max()), " in the yard's corner"))
 
-    def _unserved(self, part: int, crane: TowerCrane, radius_m: float, where: str) -> Unserved:
+    def unserved(self, part: int, crane: TowerCrane, radius_m: float, where: str) -> Unserved:
         """Return why a crane does not carry a part at a radius."""
-        element, mass_kg = self._components[part], float(self._masses[part])
+        element, mass_kg = self._components[part], float(self.masses_kg[part])
         reason = self._reason(crane, radius_m, mass_kg) + where
         return Unserved(element.id, element.name or element.id, mass_kg, reason)
 
@@ -332,7 +344,7 @@ class _Site:
             return f"carries {carries / 1000.0:.1f} t at {radius_m:.1f} m{share}"
         assert crane.luffing is not None
         highest = float(highest_hooks_m(crane.luffing, np.array([radius_m]))[0])
-        return f"its hook reaches {highest:.1f} m of the {self._height_m(crane):.1f} m needed at {radius_m:.1f} m"
+        return f"its hook reaches {highest:.1f} m of the {self.height_m(crane):.1f} m needed at {radius_m:.1f} m"
 
 
 def _as_stated(crane: TowerCrane, usual: TowerCrane) -> TowerCrane:

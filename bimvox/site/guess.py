@@ -71,7 +71,7 @@ def cranes_that_fit(
     Returns:
         None for the crane of a site without one. The machines are in the order given, those of the catalogue by size.
     """
-    placed, lifted = _placed_and_lifted(config, building)
+    placed, lifted = placed_and_lifted(config, building)
     size_m = config.model.voxel_size_m or VOXEL_SIZES_M[0]
     footprint, yards = built_bounds_m(placed.elements)[:, :2], config.areas.yard or ()
     height_m = top_m(placed) + 2 * size_m
@@ -98,7 +98,7 @@ def complete_config(config: SiteConfig, building: Building, machines: Sequence[M
         InputError: If no crane can serve the site.
     """
     config = read_from_map(config, building)
-    placed, lifted = _placed_and_lifted(config, building)
+    placed, lifted = placed_and_lifted(config, building)
     config = complete_with_placed(config, placed, lifted, machines)
     assert config.model.voxel_size_m is not None
     lowest = config.model.ground_m
@@ -138,7 +138,7 @@ def _rounded(element: Element) -> Element:
     return replace(element, mesh=TriangleMesh(vertices_m, element.mesh.faces))
 
 
-def _placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building, list[Element]]:
+def placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building, list[Element]]:
     """Return the building in the site frame, and the elements that are lifted."""
     lowest = config.model.ground_m
     ground_local_m = lowest_m(building) if lowest is None else lowest - float(building.origin_m[2])

@@ -26,6 +26,7 @@ from bimvox_cli.policy import policy
 from bimvox_cli.render import render
 from bimvox_cli.report import report
 from bimvox_cli.schema import schema
+from bimvox_cli.studio import studio
 from bimvox_cli.sweep import sweep
 from bimvox_cli.train import train
 from bimvox_cli.verify import verify
@@ -72,6 +73,7 @@ for _command in (
     inspect,
     init,
     cranes,
+    studio,
     train,
     plan,
     sweep,

@@ -73,7 +73,9 @@ def _page(name: str, command: Any, context: Any, several: Set[_Row]) -> Iterator
         yield from _body(inner, of_sub, several)
         yield from ["```text", *HELP_EXAMPLES[f"{name} {sub}"], "```", ""]
     yield from ["## Examples", ""]
-    yield from ["```sh", *EXAMPLES[name], "```", ""]
+    # What runs until it is interrupted has no examples that the tests run.
+    run = EXAMPLES[name]
+    yield from ["```sh", *run, "```", ""] if run else ["```text", *HELP_EXAMPLES[name], "```", ""]
     links = ["[options of every command](README.md)", *(f"[{title}](../{path})" for title, path in READ_ON[name])]
     yield f"Read on: {', '.join(links)}."
 

@@ -18,6 +18,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         'bimvox init sample_models/frame.ifc --select "IfcColumn" -o columns.site.toml --json',
     ),
     "cranes": ("bimvox cranes", "bimvox cranes frame.site.toml --crane hammerhead --json"),
+    "studio": (),
     "train": ("bimvox train frame.site.toml --steps 2000 --seed 1 --json",),
     "plan": (
         "bimvox plan frame.site.toml -o frame.mcap",
@@ -57,6 +58,7 @@ READ_ON: dict[str, tuple[tuple[str, str], ...]] = {
     "inspect": (("formats", "formats.md"),),
     "init": (("the site file", "formats/site.md"), ("tutorial", "tutorial.md")),
     "cranes": (("cranes", "cranes.md"), ("the crane file", "formats/crane.md")),
+    "studio": (("tutorial", "tutorial.md"), ("the site file", "formats/site.md")),
     "train": (("policies", "generalist.md"), ("their files", "formats.md")),
     "plan": (("tutorial", "tutorial.md"), ("the site file", "formats/site.md"), ("the log", "formats/log.md")),
     "sweep": (("many sites", "scale.md#many-sites-seeds-and-what-ifs"), ("the sweep file", "formats/sweep.md")),

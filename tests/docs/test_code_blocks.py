@@ -70,7 +70,7 @@ def _drawn_plan(planned: Path, folder: Path) -> None:
 SETTINGS: dict[str, Callable[[Path, Path], None]] = {
     "README.md": _own_building,
     "docs/pictures.md": _drawn_plan,
-    **{f"docs/commands/{name}.md": _sample for name in EXAMPLES},
+    **{f"docs/commands/{name}.md": _sample for name, run in EXAMPLES.items() if run},
 }
 
 TAKES_LONG = (

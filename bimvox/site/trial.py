@@ -1,0 +1,239 @@
+"""A set-up tried without planning: which parts each crane carries from the yard to their places, and at what share.
+
+It asks what ``bimvox cranes`` asks: reach, load chart and gear, at a part's place and at some place of the yard. Paths,
+order and neighbours are the plan's business; so a part that is served here may still be infeasible, and the plan's
+utilisation is that of the worst moment of its lift, which is at least the one at its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Element
+from bimvox.crane.fit import distances_m
+from bimvox.crane.fit_luffing import highest_hooks_m
+from bimvox.crane.geometry import mast_box_m
+from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.reach import allowed_radii_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.site.config.site_config import SiteConfig, ZoneConfig
+from bimvox.site.crane_guess import Demand, Rigs
+from bimvox.site.rigging import gear_by_crane
+from bimvox.site.zones import NO_HOOK, NO_LOAD
+
+_PITCH_M = 1.0
+_MOST_POINTS = 4000
+_RINGS_M = 5.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ring:
+    """What a crane carries at a radius: the permitted share of its load chart, less hook block and usual rigging."""
+
+    radius_m: float
+    capacity_kg: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartTried:
+    """One part.
+
+    Attributes:
+        utilisation: Share of the load chart's capacity at its place or, if more, at the best place of the yard.
+        radius_m: Radius of the hook at its place.
+        crane: Index of the crane; None if none carries it.
+        reason: Why none carries it; None if one does.
+    """
+
+    utilisation: float
+    radius_m: float
+    crane: int | None
+    reason: str | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tried:
+    """A set-up.
+
+    Attributes:
+        parts: By id, those that are to be lifted.
+        rings: Of each crane.
+        problems: What is wrong with the places of masts and areas, one sentence each.
+    """
+
+    parts: Mapping[str, PartTried]
+    rings: tuple[tuple[Ring, ...], ...]
+    problems: tuple[str, ...]
+
+
+class Trial:
+    """The parts of a building, ready to be tried with many set-ups.
+
+    Args:
+        parts: Everything that may be lifted, in the site frame.
+        top_m: Height that the load's top must reach.
+        rigs: The gear of the parts, of the same order.
+
+    Attributes:
+        hulls: (N,) convex hull of each part on plan.
+    """
+
+    def __init__(self, parts: Sequence[Element], top_m: float, rigs: Rigs) -> None:
+        self._parts = parts
+        self._ids = [part.id for part in parts]
+        self.hulls: NDArray[np.object_] = shapely.convex_hull(
+            np.array([shapely.MultiPoint(part.mesh.vertices_m[np.unique(part.mesh.faces), :2]) for part in parts])
+        )
+        nowhere = np.zeros((2, 2))
+        self._demands = {
+            chosen: Demand(parts, nowhere, (), top_m, rigs if chosen else None, 1.0) for chosen in (True, False)
+        }
+
+    def of(self, config: SiteConfig, cranes: Sequence[TowerCrane], lifted: Mapping[str, str | None]) -> Tried:
+        """Return how cranes serve the parts.
+
+        Args:
+            config: The site file; its cranes are given separately.
+            cranes: The cranes, each on its base.
+            lifted: The ids of the parts that are to be lifted, each with the name of its crane if the site file says.
+        """
+        chosen = [gear is not None for gear in gear_by_crane(config, len(cranes))]
+        points_m = _yard_points(config)
+        ways = [self._by(crane, own, config, points_m) for crane, own in zip(cranes, chosen, strict=True)]
+        names = [crane.name for crane in cranes]
+        rows = {name: n for n, name in enumerate(self._ids)}
+        parts = {}
+        for name, wanted in lifted.items():
+            row, own = rows[name], [n for n, known in enumerate(names) if wanted in (None, known)]
+            able = [n for n in own if ways[n].reasons[row] is None]
+            if able:
+                best = min(able, key=lambda n: (float(ways[n].utilisation[row]), n))
+                parts[name] = PartTried(float(ways[best].utilisation[row]), float(ways[best].radius_m[row]), best, None)
+            elif own:
+                nearest = min(own, key=lambda n: float(ways[n].radius_m[row]))
+                reasons = [f"{names[n]} {ways[n].reasons[row]}" for n in own]
+                way = ways[nearest]
+                parts[name] = PartTried(float(way.utilisation[row]), float(way.radius_m[row]), None, "; ".join(reasons))
+        rings = tuple(_rings(crane, config.rules.highest_utilisation) for crane in cranes)
+        return Tried(parts, rings, tuple(self._problems(config, cranes)))
+
+    def _by(self, crane: TowerCrane, chosen: bool, config: SiteConfig, points_m: NDArray[np.float64]) -> _Way:
+        """Return how one crane serves every part."""
+        demand = self._demands[chosen].permitting(config.rules.highest_utilisation)
+        used, masses_kg = demand.as_used(crane), demand.masses_kg
+        high_m = demand.height_m(used)
+        base = np.array([crane.base_m[:2]])
+        radius_m = distances_m(base, demand.places_m)[0]
+        in_yard_m = np.sort(distances_m(base, points_m)[0])
+        if used.luffing is not None:
+            in_yard_m = in_yard_m[highest_hooks_m(used.luffing, in_yard_m) >= high_m]
+        different, which = np.unique(masses_kg, return_inverse=True)
+        low_m, far_m = np.array([allowed_radii_m(used, float(mass_kg)) for mass_kg in different])[which.ravel()].T
+        able = (radius_m >= low_m) & (radius_m <= far_m)
+        if used.luffing is not None:
+            able &= highest_hooks_m(used.luffing, radius_m) >= high_m
+        at = np.minimum(np.searchsorted(in_yard_m, low_m), len(in_yard_m) - 1)
+        picked_m = in_yard_m[at] if len(in_yard_m) else np.full(len(masses_kg), np.inf)
+        picked = (picked_m >= low_m) & (picked_m <= far_m)
+        if not len(points_m):
+            picked, picked_m = np.ones(len(masses_kg), np.bool_), np.zeros(len(masses_kg))
+        closed = _closed(config.zone, demand.places_m)
+        worst_m = np.where(np.isfinite(picked_m), np.maximum(radius_m, picked_m), radius_m)
+        hung_kg = masses_kg + used.tackle_kg
+        share = hung_kg / np.maximum(capacity_kg(crane.chart, np.minimum(worst_m, crane.chart.radius_m[-1])), 1e-9)
+        reasons: list[str | None] = [None] * len(masses_kg)
+        for n in np.flatnonzero(~(able & picked) | (closed != "")).tolist():
+            if closed[n]:
+                reasons[n] = f"may not hang over {closed[n]}, where its place is"
+            elif not able[n]:
+                reasons[n] = demand.unserved(n, used, float(radius_m[n]), "").reason
+            else:
+                nearest_m = float(in_yard_m[at[n]]) if len(in_yard_m) else float(distances_m(base, points_m).min())
+                reasons[n] = demand.unserved(n, used, nearest_m, " in the yard").reason
+        return _Way(radius_m, np.where(radius_m <= crane.chart.radius_m[-1], share, np.inf), reasons)
+
+    def _problems(self, config: SiteConfig, cranes: Sequence[TowerCrane]) -> list[str]:
+        """Return what is wrong with the places of masts and areas."""
+        found = []
+        yards = [shapely.Polygon(polygon) for polygon in config.areas.yard or ()]
+        areas = [("the construction area", [config.areas.construction] if config.areas.construction else [])]
+        areas.append(("the access of trucks", list(config.areas.access or ())))
+        if not yards:
+            found.append("There is no yard")
+        yard = shapely.union_all(yards)
+        for name, polygons in areas:
+            common_m2 = float(shapely.union_all([shapely.Polygon(one) for one in polygons]).intersection(yard).area)
+            if common_m2 > 0.01:
+                found.append(f"The yard lies on {name}; these {common_m2:.0f} m² hold no parts")
+        top_m = self._demands[True]
+        for crane in cranes:
+            (x0, y0, _), (x1, y1, _) = mast_box_m(crane)
+            mast = shapely.box(x0, y0, x1, y1)
+            hit = np.flatnonzero(shapely.intersects(self.hulls, mast))
+            if len(hit):
+                part = self._parts[int(hit[0])]
+                found.append(f"The mast of {crane.name} stands at the place of {part.label}")
+            found += [
+                f"The mast of {crane.name} stands in {what}"
+                for what, area in (("the yard", yard),)
+                if mast.intersects(area)
+            ]
+            needed_m = top_m.height_m(top_m.as_used(crane))
+            if crane.luffing is None and crane.highest_hook_m < needed_m:
+                found.append(
+                    f"The hook of {crane.name} reaches {crane.highest_hook_m:.1f} m; to carry every part over the "
+                    f"finished building takes {needed_m:.1f} m"
+                )
+        return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Way:
+    """How one crane serves every part: radius at its place, share of the chart, and why not."""
+
+    radius_m: NDArray[np.float64]
+    utilisation: NDArray[np.float64]
+    reasons: list[str | None]
+
+
+def _yard_points(config: SiteConfig) -> NDArray[np.float64]:
+    """Return (P, 2) places of the yard at which parts may be picked: a lattice of a metre, and every middle."""
+    closed = [zone.polygon for zone in config.zone if zone.kind in NO_HOOK | NO_LOAD]
+    closed += [*(config.areas.access or ()), *([config.areas.construction] if config.areas.construction else [])]
+    barred = shapely.union_all([shapely.Polygon(one) for one in closed])
+    found = []
+    for polygon in config.areas.yard or ():
+        area = shapely.Polygon(polygon).difference(barred)
+        if area.is_empty:
+            continue
+        x0, y0, x1, y1 = area.bounds
+        step_m = max(_PITCH_M, float(np.sqrt((x1 - x0) * (y1 - y0) / _MOST_POINTS)))
+        x, y = np.meshgrid(np.arange(x0 + step_m / 2.0, x1, step_m), np.arange(y0 + step_m / 2.0, y1, step_m))
+        inside = shapely.contains_xy(area, x, y)
+        middle = area.representative_point()
+        found.append(np.concatenate([np.column_stack([x[inside], y[inside]]), [[middle.x, middle.y]]]))
+    return np.concatenate(found) if found else np.zeros((0, 2))
+
+
+def _closed(zones: Sequence[ZoneConfig], places_m: NDArray[np.float64]) -> NDArray[np.str_]:
+    """Return (N,) the zone over which the hook of each place may not be; empty if it may."""
+    found = np.full(len(places_m), "", dtype=object)
+    for number, zone in enumerate(zones, start=1):
+        if zone.kind in NO_HOOK | NO_LOAD:
+            found[shapely.contains_xy(shapely.Polygon(zone.polygon), places_m)] = f"zone {zone.name or number}"
+    return found.astype(np.str_)
+
+
+def _rings(crane: TowerCrane, most_used: float) -> tuple[Ring, ...]:
+    """Return rings every few metres, and at the end of the chart."""
+    low_m, end_m = crane.min_radius_m, crane.jib_length_m
+    radii = [n * _RINGS_M for n in range(1, int(end_m / _RINGS_M) + 1) if low_m < n * _RINGS_M < end_m - 0.5]
+    carried = (
+        max(0.0, most_used * float(capacity_kg(crane.chart, radius)) - crane.tackle_kg) for radius in (*radii, end_m)
+    )
+    return tuple(Ring(radius, kg) for radius, kg in zip((*radii, end_m), carried, strict=True))

@@ -1,0 +1,1 @@
+"""``bimvox studio``: the server behind its web page, on this machine only."""

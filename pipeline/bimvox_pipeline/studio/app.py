@@ -1,0 +1,275 @@
+"""The studio as a web application: the page's files, and an interface in JSON for its own page alone.
+
+Every request names this machine as its host. Those to the interface carry the token of the printed address in a header,
+which a page of another origin cannot send, and come from no other origin.
+"""
+
+from __future__ import annotations
+
+import hmac
+import json
+from collections import OrderedDict
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from bimvox.errors import BimvoxError, InputError
+from bimvox.progress import SilentProgress
+from bimvox.rendering.studio.assets import POLICY, START, media_type, web_files
+from bimvox_pipeline.render.page import page_of_log
+from bimvox_pipeline.studio.folder import Folder
+from bimvox_pipeline.studio.jobs import Jobs
+from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_model, open_site, unchanged
+from bimvox_pipeline.studio.saving import ChangedMeanwhileError, save
+from bimvox_pipeline.studio.setup import read_setup
+
+_MOST_BYTES = 8 << 20
+_KEPT = 6
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+
+class Studio:
+    """What a studio knows between requests.
+
+    Args:
+        folder: The folder whose files it shows.
+        token: What every request must carry.
+    """
+
+    def __init__(self, folder: Path, token: str) -> None:
+        self.folder, self.token, self.jobs = Folder(folder), token, Jobs()
+        self._opened: OrderedDict[Path, Opened] = OrderedDict()
+        self._pages: OrderedDict[tuple[Path, int, int], bytes] = OrderedDict()
+
+    def opened(self, relative: object, *, anew: bool = False) -> Opened:
+        """Return the site of a site file, or of a model without one."""
+        path = self.folder.path(relative)
+        if not path.name.lower().endswith(SITE_SUFFIX):
+            beside = path.with_name(path.stem + SITE_SUFFIX)
+            path = beside if beside.exists() else path
+        found = self._opened.get(path) or self._opened.get(path.with_name(path.stem + SITE_SUFFIX))
+        if found is None or (anew and not unchanged(found)):
+            is_site = path.name.lower().endswith(SITE_SUFFIX)
+            found = open_site(path) if is_site else open_model(path)
+        self._keep(found)
+        return found
+
+    def _keep(self, opened: Opened) -> None:
+        self._opened[opened.site] = opened
+        self._opened.move_to_end(opened.site)
+        while len(self._opened) > _KEPT:
+            self._opened.popitem(last=False)
+
+    def open(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Open a site."""
+        found = self.opened(asked.get("path"), anew=True)
+        return found.document(self.folder.relative(found.site))
+
+    def tried(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Try a set-up."""
+        return self.opened(asked.get("path")).tried(read_setup(asked.get("setup")))
+
+    def save(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Save a set-up."""
+        opened = self.opened(asked.get("path"))
+        if asked.get("sha256") != opened.sha256:
+            raise ChangedMeanwhileError(
+                f"{opened.site.name} was saved elsewhere since it was opened; nothing was saved",
+                hint="open it again, or save this as a variant",
+            )
+        return self._saved(*save(opened, read_setup(asked.get("setup"))))
+
+    def variant(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Save a set-up as a new site file beside the one that is open."""
+        opened, name = self.opened(asked.get("path")), asked.get("name")
+        if not isinstance(name, str) or not name.strip() or Path(name).name != name or name.startswith("."):
+            raise InputError("a variant needs a name of its own", hint="letters, digits, spaces, dots and dashes")
+        target = opened.site.with_name(name.strip().removesuffix(SITE_SUFFIX) + SITE_SUFFIX)
+        return self._saved(*save(opened, read_setup(asked.get("setup")), target))
+
+    def _saved(self, opened: Opened, changed: list[str]) -> dict[str, Any]:
+        self._keep(opened)
+        return {"path": self.folder.relative(opened.site), "sha256": opened.sha256, "changed": changed}
+
+    def plan(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Start a plan."""
+        site = self.folder.path(asked.get("path"), SITE_SUFFIX)
+        if not site.exists():
+            raise InputError(f"{site.name} is not saved yet", hint="save it first")
+        return {"job": self.jobs.start(site)}
+
+    def job(self, number: str) -> dict[str, Any]:
+        """Return how far a plan is."""
+        job = self.jobs.job(number)
+        if job is None:
+            raise InputError(f"there is no plan {number}")
+        found = job.document()
+        if found["state"] == "done":
+            found["page"] = f"/page/{self.folder.relative(job.log)}"
+        return found
+
+    def cancel(self, number: str) -> dict[str, Any]:
+        """Cancel a plan."""
+        job = self.jobs.job(number)
+        if job is None:
+            raise InputError(f"there is no plan {number}")
+        job.cancel()
+        return job.document()
+
+    def page(self, relative: str) -> bytes:
+        """Return the page of a log, proven now."""
+        log = self.folder.path(relative, ".mcap")
+        if not log.exists():
+            raise InputError(f"there is no {relative}", hint="plan the site first")
+        status = log.stat()
+        key = (log, status.st_mtime_ns, status.st_size)
+        if key not in self._pages:
+            self._pages[key] = page_of_log(log, proven=True, progress=SilentProgress())
+            while len(self._pages) > _KEPT:
+                self._pages.popitem(last=False)
+        return self._pages[key]
+
+
+def application(studio: Studio, port: int) -> ASGIApp:
+    """Return the application of a studio that listens on a port of this machine."""
+    files = web_files()
+
+    def start(_: Request) -> Response:
+        return Response(files[START], media_type=media_type(START), headers={"Content-Security-Policy": POLICY})
+
+    def web(request: Request) -> Response:
+        name = request.path_params["name"]
+        if name not in files:
+            return _refusal(404, "there is no such file")
+        return Response(files[name], media_type=media_type(name))
+
+    async def page(request: Request) -> Response:
+        made: Response | bytes = await _answered(partial(studio.page, request.path_params["log"]))
+        if isinstance(made, Response):
+            return made
+        headers = {"Content-Security-Policy": "frame-ancestors 'self'"}
+        return Response(made, media_type="text/html; charset=utf-8", headers=headers)
+
+    routes = [
+        Route("/", start),
+        Route("/web/{name:path}", web),
+        Route("/page/{log:path}", page),
+        Route("/api/files", _api(lambda _: {"folder": studio.folder.root.name, "files": studio.folder.files()})),
+        Route("/api/open", _api(studio.open), methods=["POST"]),
+        Route("/api/try", _api(studio.tried), methods=["POST"]),
+        Route("/api/save", _api(studio.save), methods=["POST"]),
+        Route("/api/variant", _api(studio.variant), methods=["POST"]),
+        Route("/api/plan", _api(studio.plan), methods=["POST"]),
+        Route("/api/plan/{job}", _of_job(studio), methods=["GET", "DELETE"]),
+    ]
+    return _Guard(Starlette(routes=routes), studio.token, port)
+
+
+def _api(answer: Callable[[dict[str, Any]], dict[str, Any]]) -> Callable[[Request], Any]:
+    """Return the endpoint of a function from a JSON object to a JSON object."""
+
+    async def endpoint(request: Request) -> Response:
+        asked: Any = {}
+        if request.method == "POST":
+            body = b""
+            async for chunk in request.stream():
+                body += chunk
+                if len(body) > _MOST_BYTES:
+                    return _refusal(413, "the request is too large")
+            try:
+                asked = json.loads(body)
+            except (ValueError, RecursionError):
+                asked = None
+            if not isinstance(asked, dict):
+                return _refusal(400, "the request is not a JSON object")
+        made = await _answered(partial(answer, asked))
+        return made if isinstance(made, Response) else JSONResponse(made)
+
+    return endpoint
+
+
+def _of_job(studio: Studio) -> Callable[[Request], Any]:
+    async def endpoint(request: Request) -> Response:
+        act = studio.cancel if request.method == "DELETE" else studio.job
+        made = await _answered(partial(act, request.path_params["job"]))
+        return made if isinstance(made, Response) else JSONResponse(made)
+
+    return endpoint
+
+
+async def _answered(answer: Callable[[], Any]) -> Any:
+    """Return an answer, made in a thread; an error of the user's input as a response."""
+    try:
+        return await run_in_threadpool(answer)
+    except ChangedMeanwhileError as error:
+        return _error(409, error)
+    except BimvoxError as error:
+        return _error(400, error)
+    except OSError as error:
+        return _refusal(400, f"{error.filename or 'a file'}: {error.strerror or error}")
+
+
+def _error(status: int, error: BimvoxError) -> JSONResponse:
+    where = getattr(error, "key", None)
+    return JSONResponse({"error": error.message, "where": where, "hint": error.hint}, status)
+
+
+def _refusal(status: int, said: str) -> JSONResponse:
+    return JSONResponse({"error": said, "where": None, "hint": None}, status)
+
+
+class _Guard:
+    """Refuses every request that does not come from the studio's own page."""
+
+    def __init__(self, app: ASGIApp, token: str, port: int) -> None:
+        self._app, self._token = app, token.encode()
+        self._hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        request = Request(scope)
+        refused = self._refused(request)
+        if refused is not None:
+            await refused(scope, receive, _with_headers(send))
+            return
+        await self._app(scope, receive, _with_headers(send))
+
+    def _refused(self, request: Request) -> Response | None:
+        if request.headers.get("host") not in self._hosts:
+            return _refusal(403, "the studio answers only to this machine")
+        origin = request.headers.get("origin")
+        if origin is not None and origin not in {f"http://{host}" for host in self._hosts}:
+            return _refusal(403, "the studio answers only to its own page")
+        path = request.url.path
+        if path.startswith("/web/"):
+            return None  # nothing but our own code, whose modules cannot carry a token
+        given = request.headers.get("x-bimvox-token") if path.startswith("/api/") else request.query_params.get("token")
+        if given is None or not hmac.compare_digest(given.encode(), self._token):
+            return _refusal(403, "the token is missing or wrong: open the address that bimvox studio printed")
+        return None
+
+
+def _with_headers(send: Send) -> Send:
+    async def sending(message: Any) -> None:
+        if message["type"] == "http.response.start":
+            own = [(name.lower().encode(), value.encode()) for name, value in _HEADERS.items()]
+            message = {**message, "headers": [*message.get("headers", []), *own]}
+        await send(message)
+
+    return sending

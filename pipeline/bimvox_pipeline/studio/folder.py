@@ -1,0 +1,76 @@
+"""The folder in which a studio was opened: its files, and nothing outside."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES
+from bimvox.errors import InputError
+from bimvox_pipeline.studio.opened import SITE_SUFFIX
+
+_MOST_FILES = 1000
+_DEEPEST = 4
+
+
+class Folder:
+    """A folder.
+
+    Args:
+        root: The folder; it exists.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root.resolve()
+
+    def path(self, relative: object, *suffixes: str) -> Path:
+        """Return the path of a file below the folder, links followed.
+
+        Raises:
+            InputError: If it is outside, or ends otherwise than with one of the suffixes.
+        """
+        if not isinstance(relative, str) or not relative or "\0" in relative:
+            raise InputError("no file is named", hint="give its path in the folder of the studio")
+        found = (self.root / relative).resolve()
+        if not found.is_relative_to(self.root):
+            raise InputError(f"{relative} is outside the folder of the studio", hint=f"it shows {self.root} alone")
+        if suffixes and not found.name.lower().endswith(suffixes):
+            raise InputError(f"{relative} is not a file of this kind", hint=f"it ends with {' or '.join(suffixes)}")
+        return found
+
+    def relative(self, path: Path) -> str:
+        """Return a path as the page has it."""
+        return path.relative_to(self.root).as_posix()
+
+    def files(self) -> list[dict[str, Any]]:
+        """Return models, site files and logs, sorted, at most a thousand."""
+        found = []
+        for path in _below(self.root, 0):
+            name = path.name.lower()
+            kind = (
+                "site" if name.endswith(SITE_SUFFIX)
+                else "model" if name.endswith((*IFC_SUFFIXES, *MESH_SUFFIXES))
+                else "log" if name.endswith(".mcap")
+                else None
+            )  # fmt: skip
+            if kind is not None:
+                found.append({"path": self.relative(path), "kind": kind})
+            if len(found) >= _MOST_FILES:
+                break
+        return found
+
+
+def _below(folder: Path, depth: int) -> Iterator[Path]:
+    """Yield the files of a folder, then those of its folders; links and hidden names are left out."""
+    try:
+        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+    except OSError:
+        return
+    seen = [entry for entry in entries if not entry.name.startswith(".") and not entry.is_symlink()]
+    yield from (Path(entry.path) for entry in seen if entry.is_file())
+    if depth < _DEEPEST:
+        for entry in seen:
+            if entry.is_dir():
+                yield from _below(Path(entry.path), depth + 1)

@@ -1,0 +1,284 @@
+"""A site opened in the studio: what stays while its set-up is tried."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+
+from bimvox.bim.building import Building, Element, Role
+from bimvox.bim.read import ReadOptions, read_building
+from bimvox.crane.fit import HOOK_BLOCK_M
+from bimvox.files import read_input
+from bimvox.site.catalogue import catalogue
+from bimvox.site.config.file import load_site_config, read_site_file
+from bimvox.site.config.site_config import ModelConfig, SiteConfig
+from bimvox.site.crane_guess import Rigs
+from bimvox.site.extent import top_m
+from bimvox.site.guess import complete_config, guess_site, rigs_of
+from bimvox.site.machine import cranes_of
+from bimvox.site.map_frame import ifc_to_map
+from bimvox.site.means import Means, means_of
+from bimvox.site.parts import entries_by_id
+from bimvox.site.placement import place_building
+from bimvox.site.trial import Trial, Tried
+from bimvox_pipeline.studio.setup import Setup, read_setup, setup_of, with_setup
+
+SITE_SUFFIX = ".site.toml"
+_MOST_POINTS = 2000
+_SIMPLE_M = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Opened:
+    """A site file, or a model with everything guessed.
+
+    Attributes:
+        site: The site file; what saving writes if there is none yet.
+        content: Its bytes; None if there is none yet.
+        config: Its values, complete, in the site's frame.
+        given: Its values as the file gives them.
+        building: The building as read.
+    """
+
+    site: Path
+    content: bytes | None
+    config: SiteConfig
+    given: SiteConfig
+    building: Building
+
+    @property
+    def sha256(self) -> str | None:
+        """Hash of the site file; None if there is none yet."""
+        return None if self.content is None else hashlib.sha256(self.content).hexdigest()
+
+    @cached_property
+    def placed(self) -> Building:
+        """The building in the site frame."""
+        return place_building(self.config, self.building)[0]
+
+    @cached_property
+    def site_to_ifc(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """(4, 4) transform from the site frame to model coordinates."""
+        return place_building(self.config, self.building)[1]
+
+    @cached_property
+    def parts(self) -> list[Element]:
+        """Everything that is not there already."""
+        pinned = {name for name, entry in self._entries.items() if entry.pinned}
+        return [one for one in self.placed.elements if one.role is Role.COMPONENT and one.id not in pinned]
+
+    @cached_property
+    def _entries(self) -> Mapping[str, Any]:
+        return entries_by_id(self.config, self.placed.elements)
+
+    @cached_property
+    def means(self) -> dict[str, str]:
+        """How each part gets to its place, by id."""
+        found = means_of(self.parts, self._entries, self.config.means)
+        return {name: one.means.value for name, one in found.items()}
+
+    @cached_property
+    def setup(self) -> Setup:
+        """Its own set-up."""
+        return read_setup(self.setup_document)
+
+    @cached_property
+    def setup_document(self) -> dict[str, Any]:
+        """Its own set-up, as JSON."""
+        return setup_of(self.config, cranes_of(self.config), self.means)
+
+    @cached_property
+    def _height_m(self) -> float:
+        return top_m(self.placed) + 2 * (self.config.model.voxel_size_m or 0.0)
+
+    @cached_property
+    def trial(self) -> Trial:
+        """Its parts, ready to be tried."""
+        lifted = [part for part in self.parts if self.means[part.id] == Means.CRANE.value]
+        highest_m = rigs_of(self.config, lifted).height_m if lifted else 0.0
+        return Trial(self.parts, self._height_m, replace(self._rigs, height_m=highest_m))
+
+    @cached_property
+    def _rigs(self) -> Rigs:
+        return rigs_of(self.config, self.parts)
+
+    @property
+    def to_map(self) -> np.ndarray[Any, np.dtype[np.float64]] | None:
+        """(4, 4) transform from the site frame to the map; None if the model has no map conversion."""
+        found = (
+            ifc_to_map(self.building.georeference, self.building.source.unit) if self.building.georeference else None
+        )
+        return None if found is None else np.array(found) @ self.site_to_ifc
+
+    def with_setup(self, wanted: Setup) -> SiteConfig:
+        """Return its values with what a set-up changes.
+
+        Raises:
+            InputError: If the set-up is impossible.
+        """
+        listed = {name: entry.global_id for name, entry in self._entries.items()}
+        slings_m = max([crane.sling_m for crane in cranes_of(self.config)], default=HOOK_BLOCK_M)
+        hook_m = math.ceil(2.0 * (self._height_m + slings_m)) / 2.0
+        return with_setup(self.config, self.setup, wanted, hook_m, listed)
+
+    def tried(self, wanted: Setup) -> dict[str, Any]:
+        """Return how a set-up serves the parts, as JSON.
+
+        Raises:
+            InputError: If the set-up is impossible.
+        """
+        config = self.with_setup(wanted)
+        cranes = cranes_of(config)
+        means = {**self.means, **wanted.means}
+        named = {name: entry.crane for name, entry in self._entries.items()}
+        lifted = {part.id: named.get(part.id) for part in self.parts if means[part.id] == Means.CRANE.value}
+        return _tried(self.trial.of(config, cranes, lifted), [part.id for part in self.parts], config, cranes)
+
+    def document(self, relative: str) -> dict[str, Any]:
+        """Return everything that the page shows of the site, as JSON."""
+        cranes = cranes_of(self.config)
+        structure = [one for one in self.placed.elements if one.role is Role.STRUCTURE]
+        hulls = shapely.convex_hull(
+            np.array([shapely.MultiPoint(one.mesh.vertices_m[:, :2]) for one in structure], dtype=object)
+        ) if structure else np.zeros(0, dtype=object)  # fmt: skip
+        outline = shapely.union_all(np.concatenate([hulls, self.trial.hulls]))
+        bounds = [one.mesh.bounds_m for one in self.placed.elements if one.role in (Role.COMPONENT, Role.STRUCTURE)]
+        rigs = self._rigs
+        tackle_kg = cranes[0].hook_block_kg if cranes else 0.0
+        return {
+            "path": relative,
+            "exists": self.content is not None,
+            "name": self.config.name or self.site.name.removesuffix(SITE_SUFFIX),
+            "sha256": self.sha256,
+            "building": {"outline": _rings(outline), "height_m": round(float(max(box[1, 2] for box in bounds)), 3)},
+            "parts": [
+                {
+                    "id": part.id,
+                    "name": part.name or part.id,
+                    "class": part.ifc_class,
+                    "storey": part.storey or "",
+                    "mass_kg": round(part.mass_kg, 1),
+                    "hook_load_kg": round(part.mass_kg + float(rigs.mass_kg[n]) + tackle_kg, 1),
+                    "hull": [[round(x, 3), round(y, 3)] for x, y in _ring(self.trial.hulls[n])],
+                    "low_m": round(float(part.mesh.bounds_m[0, 2]), 3),
+                    "top_m": round(float(part.mesh.bounds_m[1, 2]), 3),
+                    "means": self.means[part.id],
+                }
+                for n, part in enumerate(self.parts)
+            ],
+            "setup": self.setup_document,
+            "machines": [
+                {
+                    "name": machine.name,
+                    "kind": machine.kind,
+                    "label": f"{machine.name}, {machine.load_moment_tm:.0f} tm",
+                    "jibs_m": list(machine.lengths_m),
+                    "falls": sorted({crane.falls for crane in machine.cranes}),
+                }
+                for machine in catalogue()
+            ],
+            **self._directions(),
+        }
+
+    def _directions(self) -> dict[str, Any]:
+        """Return the map's frame as the page wants it, and its north, clockwise from the site's y axis."""
+        found = self.to_map
+        if found is None:
+            return {"north_deg": None, "map": None}
+        angle_deg = math.degrees(math.atan2(found[1, 0], found[0, 0]))
+        frame = {"eastings_m": float(found[0, 3]), "northings_m": float(found[1, 3]), "x_axis_deg": angle_deg}
+        return {"north_deg": angle_deg, "map": frame}
+
+
+def open_site(path: Path, building: Building | None = None) -> Opened:
+    """Return the site of a site file; ``building``: its model, if it has been read with the same options.
+
+    Raises:
+        BimvoxError: If the file or its model cannot be used.
+    """
+    content = read_site_file(path)
+    given = load_site_config(path, content)
+    model = given.model
+    if building is None:
+        options = ReadOptions(select=model.select, unit=model.unit, up=model.up, assemblies=model.assemblies)
+        building = read_building(model.path, options)
+    return Opened(path, content, complete_config(given, building), given, building)
+
+
+def open_model(path: Path) -> Opened:
+    """Return the site of a model with everything guessed, as ``bimvox init`` guesses it; nothing is written.
+
+    Raises:
+        BimvoxError: If the model cannot be used.
+    """
+    building = read_building(path)
+    config = guess_site(building, ModelConfig(path=Path(path.name)), name=path.stem)
+    return Opened(path.with_name(path.stem + SITE_SUFFIX), None, config, config, building)
+
+
+def unchanged(opened: Opened) -> bool:
+    """Return whether a site file is still as it was opened."""
+    if opened.content is None:
+        return not opened.site.exists()
+    return opened.site.exists() and read_input(opened.site) == opened.content
+
+
+def _tried(tried: Tried, ids: list[str], config: SiteConfig, cranes: Any) -> dict[str, Any]:
+    shares = [one.utilisation for one in tried.parts.values() if one.crane is not None]
+    names = [given.name or crane.name for given, crane in zip(config.cranes, cranes, strict=False)]
+    parts: dict[str, Any] = {}
+    for name in ids:
+        one = tried.parts.get(name)
+        if one is None:
+            parts[name] = {"utilisation": None, "radius_m": None, "crane": None, "reason": None}
+            continue
+        parts[name] = {
+            "utilisation": round(one.utilisation, 4) if math.isfinite(one.utilisation) else None,
+            "radius_m": round(one.radius_m, 3),
+            "crane": None if one.crane is None else names[one.crane],
+            "reason": one.reason,
+        }
+    return {
+        "parts": parts,
+        "cranes": [
+            {
+                "name": name,
+                "least_m": round(crane.min_radius_m, 3),
+                "most_m": round(crane.jib_length_m, 3),
+                "height_m": round(crane.jib_height_m, 3),
+                "rings": [{"radius_m": round(r.radius_m, 3), "capacity_kg": round(r.capacity_kg, 1)} for r in rings],
+            }
+            for name, crane, rings in zip(names, cranes, tried.rings, strict=True)
+        ],
+        "problems": list(tried.problems),
+        "served": sum(one.crane is not None for one in tried.parts.values()),
+        "of": len(tried.parts),
+        "highest": round(max(shares, default=0.0), 4),
+    }
+
+
+def _rings(shape: Any) -> list[list[list[float]]]:
+    """Return the outer rings of a shape, simplified until they have few enough points."""
+    simple_m = _SIMPLE_M
+    while True:
+        simple = shape.simplify(simple_m)
+        polygons = [one for one in getattr(simple, "geoms", [simple]) if one.geom_type == "Polygon"]
+        rings = [[[round(x, 3), round(y, 3)] for x, y in one.exterior.coords[:-1]] for one in polygons]
+        if sum(map(len, rings)) <= _MOST_POINTS:
+            return rings
+        simple_m *= 2.0
+
+
+def _ring(hull: Any) -> list[tuple[float, float]]:
+    """Return the corners of a convex hull; of a line or a point, those of its box."""
+    if hull.geom_type != "Polygon":
+        hull = hull.buffer(0.05, cap_style="square")
+    return list(hull.exterior.coords[:-1])

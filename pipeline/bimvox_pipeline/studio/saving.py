@@ -1,0 +1,267 @@
+"""A set-up into a site file: only what it changes, with the file's comments and order kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomlkit
+from numpy.typing import NDArray
+from pydantic import BaseModel
+from tomlkit.items import AoT, Array, Table
+
+from bimvox.bim.building import Role
+from bimvox.errors import ConfigError, FileError, InputError
+from bimvox.files import write_atomically
+from bimvox.site.config.crane import CraneConfig
+from bimvox.site.config.file import load_site_config
+from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.config.template import site_toml
+from bimvox.site.guess import complete_config
+from bimvox_pipeline.studio.opened import Opened, unchanged
+from bimvox_pipeline.studio.setup import Setup
+
+_SAME_M = 1e-4
+
+
+class ChangedMeanwhileError(InputError):
+    """A site file that somebody else changed since it was opened."""
+
+
+def save(opened: Opened, wanted: Setup, target: Path | None = None) -> tuple[Opened, list[str]]:
+    """Write a set-up into its site file, or into a new one.
+
+    Args:
+        opened: The site.
+        wanted: The set-up.
+        target: A new site file, beside the one that was opened; None: that one.
+
+    Returns:
+        The site as saved, and the keys that changed.
+
+    Raises:
+        ChangedMeanwhileError: If the file is not as it was opened.
+        InputError: If the set-up is impossible, or the new file exists.
+        FileError: If it cannot be written.
+    """
+    config = opened.with_setup(wanted)
+    if target is None:
+        if not unchanged(opened):
+            raise ChangedMeanwhileError(
+                f"{opened.site.name} was changed since it was opened; nothing was saved",
+                hint="open it again, or save this as a variant",
+            )
+    elif target.exists():
+        raise FileError(target, "exists already and may hold edits", hint="choose another name")
+    if opened.content is None:
+        examples = [one.id for one in opened.building.elements if one.role is Role.COMPONENT][:2]
+        text, changed = site_toml(config, example_ids=examples), ["everything"]
+    else:
+        text, changed = _edited(opened, config, wanted)
+    site = target or opened.site
+    saved = _as_read(opened, text, site, wanted)
+    write_atomically(site, text.encode(), inputs=[saved.given.model.path])
+    return saved, changed
+
+
+def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:
+    """Return a site as the ordinary reader finds it in a text that is to be saved.
+
+    Raises:
+        InputError: If that is not what was wanted.
+    """
+    given = load_site_config(site, text.encode())
+    saved = Opened(site, text.encode(), complete_config(given, opened.building), given, opened.building)
+    found = saved.setup.model_dump()
+    for key, value in wanted.model_dump().items():
+        if key == "cranes":
+            # What was left open is chosen; a new machine gets its height from the site.
+            pairs = zip(value, found[key], strict=True)
+            same = all(
+                _is_same(own["base_m"], there["base_m"]) and own["machine"] == there["machine"] for own, there in pairs
+            )
+        elif key == "means":
+            same = all(found[key].get(name) == means for name, means in value.items())
+        else:
+            same = _is_same(value, found[key])
+        if not same:
+            raise ConfigError(
+                site, key, "would not be read as it was set; nothing was saved", hint="this is a fault of bimvox"
+            )
+    return saved
+
+
+def _is_same(one: Any, other: Any) -> bool:
+    """Return whether two values are the same, lengths to the millimetre."""
+    if isinstance(one, Mapping):
+        return one.keys() == other.keys() and all(_is_same(value, other[key]) for key, value in one.items())
+    if isinstance(one, list | tuple):
+        return len(one) == len(other) and all(_is_same(a, b) for a, b in zip(one, other, strict=True))
+    if isinstance(one, float) and isinstance(other, float):
+        return abs(one - other) < 1e-3
+    return bool(one == other) or (not one and not other)
+
+
+def _edited(opened: Opened, config: SiteConfig, wanted: Setup) -> tuple[str, list[str]]:
+    """Return the text of the site file with what changed, and the keys of it."""
+    assert opened.content is not None
+    document = tomlkit.parse(opened.content.decode("utf-8-sig"))
+    before, changed = opened.setup, []
+    to_file = _ToFile(opened)
+    given = opened.given
+    if wanted != before:
+        # What the file leaves to be chosen depends on the rest: from now on it says what people saw.
+        areas = document.setdefault("areas", tomlkit.table())
+        for name in ("construction", "yard", "access"):
+            own = getattr(config.areas, name)
+            if getattr(wanted, name) == getattr(before, name) and (getattr(given.areas, name) is not None or not own):
+                continue
+            if not own:
+                areas.remove(name)
+            else:
+                areas[name] = _array(
+                    to_file.polygon(own) if name == "construction" else [to_file.polygon(one) for one in own]
+                )
+            changed.append(f"areas.{name}")
+    if wanted.cranes != before.cranes or (wanted != before and given.crane is None and config.cranes):
+        changed += _cranes(document, opened, config, to_file)
+    if wanted.zones != before.zones:
+        document.pop("zone", None)
+        if config.zone:
+            document["zone"] = _tables(
+                [_plain(zone) | {"polygon": to_file.polygon(zone.polygon)} for zone in config.zone]
+            )
+        changed.append("zone")
+    if config.component != opened.config.component:
+        changed += _components(document, opened.config, config)
+    return tomlkit.dumps(document), changed
+
+
+class _ToFile:
+    """Turns points of the site's frame into those of the file: of the site, or of the map."""
+
+    def __init__(self, opened: Opened) -> None:
+        self._matrix: NDArray[np.float64] | None = opened.to_map if opened.given.coordinates == "map" else None
+
+    def point(self, at: Sequence[float]) -> list[float]:
+        """Return a point with as many coordinates."""
+        if self._matrix is None:
+            return [_tidy(value) for value in at]
+        full = self._matrix @ np.array([*at[:2], at[2] if len(at) > 2 else 0.0, 1.0])
+        return [_tidy(float(value)) for value in full[: len(at)]]
+
+    def polygon(self, corners: Sequence[Sequence[float]]) -> list[list[float]]:
+        """Return the corners."""
+        return [self.point(corner) for corner in corners]
+
+
+def _cranes(document: Any, opened: Opened, config: SiteConfig, to_file: _ToFile) -> list[str]:
+    """Write the tables of the cranes that differ; return their keys."""
+    changed: list[str] = []
+    several = isinstance(config.crane, tuple)
+    was = opened.given.cranes
+    for number, crane in enumerate(config.cranes):
+        key = f"crane[{number}]" if several else "crane"
+        old = was[number] if number < len(was) else None
+        if old is not None and crane == opened.config.cranes[number]:
+            continue
+        values = _plain(crane)
+        if crane.base_m is not None:
+            values["base_m"] = to_file.point(crane.base_m)
+        if old is None:
+            document["crane"] = _table(values)
+            changed.append(key)
+            continue
+        table = document["crane"][number] if several else document["crane"]
+        before = _plain(opened.config.cranes[number])
+        if (crane.machine or crane.name) != (opened.config.cranes[number].machine or opened.config.cranes[number].name):
+            for name in set(table) - set(values):
+                table.remove(name)
+            before = {}
+        for name in CraneConfig.model_fields:
+            if name in values and (name not in before or _differs(values[name], before[name], name, to_file)):
+                _set(table, name, values[name])
+                changed.append(f"{key}.{name}")
+    return changed
+
+
+def _differs(value: Any, before: Any, name: str, to_file: _ToFile) -> bool:
+    return bool(value != (to_file.point(before) if name == "base_m" else before))
+
+
+def _set(table: Any, name: str, value: Any) -> None:
+    """Set a value; of a table, only what differs."""
+    if isinstance(value, Mapping) and isinstance(table.get(name), Table):
+        for key, own in value.items():
+            if table[name].get(key) != own:
+                table[name][key] = _item(own)
+        return
+    table[name] = _item(value)
+
+
+def _components(document: Any, before: SiteConfig, config: SiteConfig) -> list[str]:
+    """Write how parts get to their places; return the keys."""
+    changed = []
+    known = {one.global_id: one for one in before.component}
+    tables = document.get("component")
+    if tables is None:
+        tables = document["component"] = tomlkit.aot()
+    for number, one in enumerate(config.component):
+        if one.global_id in known and known[one.global_id] == one:
+            continue
+        if number < len(tables):
+            tables[number]["means"] = one.means
+        else:
+            tables.append(_table({"global_id": one.global_id, "means": one.means}))
+        changed.append(f"component[{number}].means")
+    return changed
+
+
+def _plain(table: BaseModel) -> dict[str, Any]:
+    """Return the values of a table that are given, as plain values."""
+    return {key: _tidied(value) for key, value in table.model_dump(exclude_none=True).items()}
+
+
+def _tidied(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _tidied(own) for key, own in value.items()}
+    if isinstance(value, list | tuple):
+        return [_tidied(own) for own in value]
+    return _tidy(value) if isinstance(value, float) else value
+
+
+def _tidy(value: float) -> float:
+    """Return a number of metres to the tenth of a millimetre, whole ones without a point."""
+    rounded = round(float(value) / _SAME_M) * _SAME_M
+    rounded = round(rounded, 4) + 0.0
+    return int(rounded) if rounded == int(rounded) else rounded
+
+
+def _item(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return _table(value)
+    if isinstance(value, list | tuple):
+        return _array(value)
+    return value
+
+
+def _array(values: Sequence[Any]) -> Array:
+    made = tomlkit.array()
+    made.extend([_array(one) if isinstance(one, list | tuple) else one for one in values])
+    return made
+
+
+def _table(values: Mapping[str, Any]) -> Table:
+    made = tomlkit.table()
+    for key, value in values.items():
+        made[key] = _item(value)
+    return made
+
+
+def _tables(values: Sequence[Mapping[str, Any]]) -> AoT:
+    made = tomlkit.aot()
+    for one in values:
+        made.append(_table(one))
+    return made

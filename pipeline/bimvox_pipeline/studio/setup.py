@@ -1,0 +1,228 @@
+"""The set-up of a site as the web page has it, and its way into a site file's values and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from bimvox.crane.fit import standing
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import InputError
+from bimvox.site.config.crane import CraneConfig, LuffingConfig
+from bimvox.site.config.site_config import ComponentConfig, Polygon, SiteConfig, ZoneConfig
+from bimvox.site.config.validation import Number
+from bimvox.site.machine import cranes_of, machine_config
+from bimvox.site.machine_names import machines_called
+
+Plane = tuple[Number, Number]
+_MOST = 100_000
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+
+class CraneSetup(_Part):
+    """A crane: its machine, and where and how it stands."""
+
+    name: str | None = None
+    machine: str | None = None
+    base_m: Plane
+    height_m: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
+    jib_m: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
+    falls: Annotated[int, Field(ge=1, le=100)] | None = None
+
+
+class ZoneSetup(_Part):
+    """A zone, as in the site file."""
+
+    name: str | None = None
+    kind: str
+    polygon: Polygon
+    share: float | None = None
+    lowest_hook_m: float | None = None
+    highest_hook_m: float | None = None
+
+
+class Setup(_Part):
+    """What people set by hand: cranes, areas, zones, and how parts get to their places."""
+
+    cranes: tuple[CraneSetup, ...] = ()
+    yard: tuple[Polygon, ...] = ()
+    access: tuple[Polygon, ...] = ()
+    construction: Polygon | tuple[()] = ()
+    zones: Annotated[tuple[ZoneSetup, ...], Field(max_length=1000)] = ()
+    means: Annotated[dict[str, str], Field(max_length=_MOST)] = {}  # pydantic copies it
+
+
+def read_setup(values: object) -> Setup:
+    """Return a set-up from the page's JSON.
+
+    Raises:
+        InputError: Names the first value that is impossible.
+    """
+    try:
+        return Setup.model_validate(values)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise InputError(f"the set-up's {where or 'values'}: {first['msg'].removeprefix('Value error, ')}") from None
+
+
+def setup_of(config: SiteConfig, cranes: tuple[TowerCrane, ...], means: Mapping[str, str]) -> dict[str, Any]:
+    """Return the set-up of a complete site file in the site's frame, as JSON.
+
+    Args:
+        config: The site file.
+        cranes: Its cranes.
+        means: How each part gets to its place, by id.
+    """
+    return {
+        "cranes": [_crane(given, crane) for given, crane in zip(config.cranes, cranes, strict=False)],
+        "yard": [_points(polygon) for polygon in config.areas.yard or ()],
+        "access": [_points(polygon) for polygon in config.areas.access or ()],
+        "construction": _points(config.areas.construction or ()),
+        "zones": [
+            {
+                key: _points(value) if key == "polygon" else value
+                for key, value in zone.model_dump().items()
+                if value is not None
+            }
+            for zone in config.zone
+        ],
+        "means": dict(means),
+    }
+
+
+def _crane(given: CraneConfig, crane: TowerCrane) -> dict[str, Any]:
+    jib = crane.luffing
+    height_m = crane.jib_height_m if jib is None else jib.pivot_height_m if crane.kind == "luffing" else None
+    return {
+        "name": given.name or "",
+        "machine": given.machine or crane.machine or crane.name,
+        "base_m": [float(value) for value in crane.base_m[:2]],
+        "height_m": height_m,
+        "jib_m": crane.jib_length_m if jib is None else jib.length_m,
+        "falls": crane.falls,
+    }
+
+
+def _points(polygon: object) -> list[list[float]]:
+    return [[float(x), float(y)] for x, y in polygon]  # type: ignore[attr-defined]
+
+
+def with_setup(
+    config: SiteConfig, opened: Setup, wanted: Setup, hook_height_m: float, listed: Mapping[str, str]
+) -> SiteConfig:
+    """Return a complete site file with what differs between two set-ups.
+
+    Args:
+        config: The site file, complete, in the site's frame.
+        opened: Its own set-up.
+        wanted: What it becomes.
+        hook_height_m: The height that the hook of a new machine must reach.
+        listed: The ids under which its ``[[component]]`` tables list parts, by element id.
+
+    Raises:
+        InputError: If the set-up has another number of cranes, no yard, or values that a site file may not have.
+    """
+    if len(opened.cranes) != len(wanted.cranes):
+        raise InputError("the number of cranes cannot change here", hint="add or remove a [[crane]] in the site file")
+    update: dict[str, Any] = {}
+    areas = {
+        name: getattr(wanted, name) or None
+        for name in ("yard", "access", "construction")
+        if getattr(wanted, name) != getattr(opened, name)
+    }
+    if areas:
+        if "yard" in areas and areas["yard"] is None:
+            raise InputError("there is no yard", hint="a site needs at least one yard area")
+        update["areas"] = config.areas.model_copy(update=areas)
+    if wanted.zones != opened.zones:
+        update["zone"] = tuple(_zone(n, zone) for n, zone in enumerate(wanted.zones, start=1))
+    if wanted.cranes != opened.cranes:
+        changed = [
+            own if new == old else _changed(own, old, new, hook_height_m)
+            for own, old, new in zip(config.cranes, opened.cranes, wanted.cranes, strict=True)
+        ]
+        update["crane"] = tuple(changed) if isinstance(config.crane, tuple) else changed[0]
+    changed_means = {
+        listed.get(name, name): means for name, means in wanted.means.items() if opened.means.get(name, means) != means
+    }
+    if changed_means:
+        update["component"] = _with_means(config.component, changed_means)
+    made = config.model_copy(update=update)
+    made._file, made._machine_files = config._file, config._machine_files
+    cranes_of(made)
+    return made
+
+
+def _zone(number: int, zone: ZoneSetup) -> ZoneConfig:
+    values = {key: value for key, value in zone.model_dump().items() if value is not None and value != ""}
+    try:
+        return ZoneConfig.model_validate(values)
+    except ValidationError as error:
+        said = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise InputError(f"zone {zone.name or number}: {said}") from None
+
+
+def _changed(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_height_m: float) -> CraneConfig:
+    """Return the table of a crane with what differs between two set-ups."""
+    if new.machine != old.machine and new.machine:
+        return _other_machine(own, old, new, hook_height_m)
+    update: dict[str, Any] = {}
+    if new.base_m != old.base_m:
+        height = own.base_m[2:] if own.base_m is not None else ()
+        update["base_m"] = (*new.base_m, *height)
+    is_hammerhead = own.jib is None and own.kind not in ("luffing", "mobile")
+    if new.falls not in (old.falls, None):
+        update["falls"] = new.falls
+    if new.jib_m not in (old.jib_m, None):
+        if is_hammerhead:
+            update["jib_length_m"] = new.jib_m
+        else:
+            update["jib"] = (own.jib or LuffingConfig()).model_copy(update={"length_m": new.jib_m})
+    if new.height_m not in (old.height_m, None):
+        if is_hammerhead:
+            update["jib_height_m"] = new.height_m
+        else:
+            jib = update.get("jib") or own.jib or LuffingConfig()
+            shift_m = new.height_m - (old.height_m or new.height_m)
+            tail = {} if jib.tail_low_m is None else {"tail_low_m": jib.tail_low_m + shift_m}
+            update["jib"] = jib.model_copy(update={"pivot_height_m": new.height_m, **tail})
+    return own.model_copy(update=update)
+
+
+def _other_machine(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_height_m: float) -> CraneConfig:
+    """Return the table of another machine of the catalogue at the same place, on a mast as ``init`` chooses it."""
+    machine = machines_called(str(new.machine))[0]
+    lengths = [length for length in machine.lengths_m if new.jib_m is None or abs(length - new.jib_m) < 1e-3]
+    if not lengths:
+        hint = f"it has {', '.join(f'{length:g}' for length in machine.lengths_m)} m"
+        raise InputError(f"{machine.name} has no jib of {new.jib_m:g} m", hint=hint)
+    able = [crane for crane in machine.with_jib(max(lengths)) if new.falls in (None, crane.falls)]
+    if not able:
+        falls = sorted({crane.falls for crane in machine.cranes})
+        raise InputError(
+            f"{machine.name} has no reeving of {new.falls} falls", hint=f"it has {' and '.join(map(str, falls))}"
+        )
+    crane = standing(max(able, key=lambda one: (one.chart.capacity_kg[0], one.falls)), hook_height_m)
+    if crane.luffing is None and new.height_m not in (old.height_m, None):
+        crane = replace(crane, jib_height_m=float(new.height_m or 0.0))
+    foot_m = own.base_m[2] if own.base_m is not None and len(own.base_m) == 3 else 0.0
+    table = machine_config(replace(crane, base_m=(*new.base_m, foot_m)))
+    return table.model_copy(update={"name": own.name if own.name != (own.machine or old.machine) else None})
+
+
+def _with_means(entries: tuple[ComponentConfig, ...], changed: Mapping[str, str]) -> tuple[ComponentConfig, ...]:
+    """Return the tables of parts with the means of some of them."""
+    for means in set(changed.values()) - {"crane", "in_situ", "by_hand"}:
+        raise InputError(f"{means!r} is no way to set a part", hint="crane, in_situ or by_hand")
+    left = dict(changed)
+    found = [
+        one.model_copy(update={"means": left.pop(one.global_id)}) if one.global_id in left else one for one in entries
+    ]
+    return (*found, *(ComponentConfig(global_id=name, means=means) for name, means in left.items()))  # type: ignore[arg-type]

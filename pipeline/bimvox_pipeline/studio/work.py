@@ -1,0 +1,54 @@
+"""A plan in a process of its own: ``python -m bimvox_pipeline.studio.work SITE LOG``.
+
+A line of JSON on stdout for each step: ``{"stage", "done", "of"}``; the last one has the ``document`` of ``bimvox plan
+--json``, or the ``error``.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from bimvox.errors import BimvoxError
+from bimvox.progress import SilentProgress
+
+_EVERY_S = 0.1
+
+
+class _Lines(SilentProgress):
+    """Says how far a plan is, a few times a second."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._said: tuple[str | None, float] = (None, 0.0)
+
+    def shown(self) -> None:
+        now_s = time.monotonic()
+        if self._said[0] != self.name or now_s - self._said[1] > _EVERY_S:
+            self._said = (self.name, now_s)
+            say({"stage": self.name, "done": self.done, "of": self.total})
+
+
+def say(document: dict[str, Any]) -> None:
+    """Print a line of JSON."""
+    print(json.dumps(document, allow_nan=False, default=str), flush=True)
+
+
+def main() -> int:
+    """Plan a site and say how it goes."""
+    from bimvox_pipeline.plan import plan
+
+    site, log = map(Path, sys.argv[1:3])
+    try:
+        say({"document": plan(site, log, progress=_Lines())})
+    except BimvoxError as error:
+        say({"error": {"error": error.message, "where": getattr(error, "key", None), "hint": error.hint}})
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
