@@ -19,16 +19,27 @@ _COLUMNS = (
     "Part\nGlobalId",
     "Pick point, hook\nx, y, z m; radius, slew",
     "Set point, hook\nx, y, z m; radius, slew",
-    "Load t\n+ rigging\nwind up to",
-    "Radius m\ngoverning",
-    "Capacity\nt",
+    "Load t\n+ rigging",
+    "Wind up to\nrig, heading",
+    "Radius m\ncapacity t",
     "Use\n%",
-    "Governing sample\nclock, phase",
+    "Governing\nphase",
     "Begins\nlasts",
-    "Carrying\n/ bound\nheading",
+    "Carrying\nbound",
     "Path\nmoves / fewest",
-    "Status, proof\nremarks",
+    "Status\nremarks",
 )
+_WORDS = {
+    "Load, radius, capacity, use": "those of the governing sample, the one of the whole lift at which load and rigging "
+    "take the largest share of the capacity",
+    "Wind": "highest gust at jib height in which the part may be lifted",
+    "Bound": "time from pick to set of the fastest motion that the crane's rates permit; no motion is faster",
+    "Moves": "steps of the path from cell to cell; fewest: those of the shortest path under the same rules",
+}
+_HEADINGS = {
+    "kept": "tag lines hold the part in its final heading from the yard on",
+    "with jib": "the part turns with the jib; the crew turns it back by the stated angle",
+}
 
 
 def lift_table(lifts: Iterable[dict[str, Any]], remarks: Iterable[dict[str, Any]], *, proof_made: bool) -> str:
@@ -45,6 +56,13 @@ def lift_table(lifts: Iterable[dict[str, Any]], remarks: Iterable[dict[str, Any]
         about.setdefault(remark["component"], []).append(remark)
     rows = [_row(lift, about.get(lift["id"], []), proof_made) for lift in lifts]
     return table(_COLUMNS, rows, class_="lifts", caption=caption, id_="lifts")
+
+
+def words_of_lifts(lifts: Iterable[dict[str, Any]]) -> str:
+    """Return what the words in the table of lifts mean, those that occur in it."""
+    said = {lift["heading"].partition(",")[0] for lift in lifts if lift["heading"]}
+    words = _WORDS | {f"Heading {name}": meaning for name, meaning in _HEADINGS.items() if name in said}
+    return ". ".join(f"{name}: {meaning}" for name, meaning in words.items()) + "."
 
 
 def critical_first(lifts: Sequence[dict[str, Any]], critical: Sequence[int]) -> list[dict[str, Any]]:
@@ -84,7 +102,6 @@ def _hook(at: dict[str, Any] | None, which: str) -> str:
 def _load(lift: dict[str, Any]) -> list[str]:
     governs = lift["governs"]
     mass = number(lift["mass_kg"], tonnes(lift["mass_kg"]), "mass_kg")
-    rig = f"<br>rig {lift['rig']}" if lift["rig"] else ""
     if governs is None:
         return [mass, *[number(None, "")] * 4]
     used = governs["utilisation"]
@@ -93,17 +110,20 @@ def _load(lift: dict[str, Any]) -> list[str]:
     moment = number(governs["time_s"], clock(governs["time_s"]), "governing_time_s")
     share = number(used, f"{mark}{fixed(used * 100, 1)}", "utilisation") if used is not None else f"{mark}beyond"
     return [
-        f"{mass}<br>{number(governs['load_kg'], tonnes(governs['load_kg']), 'load_kg')}<br>{_wind(lift)}{rig}",
-        number(governs["radius_m"], fixed(governs["radius_m"], 2), "radius_m"),
-        number(governs["capacity_kg"], tonnes(governs["capacity_kg"]), "capacity_kg"),
+        f"{mass}<br>{number(governs['load_kg'], tonnes(governs['load_kg']), 'load_kg')}",
+        _wind(lift),
+        f"{number(governs['radius_m'], fixed(governs['radius_m'], 2), 'radius_m')}<br>"
+        f"{number(governs['capacity_kg'], tonnes(governs['capacity_kg']), 'capacity_kg')}",
         share,
         f"{moment}<br>{phase}",
     ]
 
 
 def _wind(lift: dict[str, Any]) -> str:
+    """Return the wind in which a part may be lifted, and what it hangs on."""
     speed = lift["lifting"]["permitted_wind_m_s"]
-    return number(speed, f"{speed:.1f} m/s", "permitted_wind_m_s")
+    hangs = ", ".join(filter(None, (f"rig {lift['rig']}" if lift["rig"] else "", lift["heading"])))
+    return "<br>".join(filter(None, (number(speed, f"{speed:.1f} m/s", "permitted_wind_m_s"), escape(hangs))))
 
 
 def _times(lift: dict[str, Any]) -> str:
@@ -119,7 +139,7 @@ def _carrying(lift: dict[str, Any]) -> str:
         return number(None, "")
     carrying = number(lift["duration_s"], f"{fixed(lift['duration_s'], 1)} s", "duration_s")
     bound = number(lift["bound_s"], fixed(lift["bound_s"], 1) + " s", "bound_s")
-    return "<br>".join((carrying, bound, *([lift["heading"]] if lift["heading"] else ())))
+    return f"{carrying}<br>{bound}"
 
 
 def _path(lift: dict[str, Any]) -> str:
@@ -134,23 +154,24 @@ def _status(lift: dict[str, Any], remarks: Sequence[dict[str, Any]], proof_made:
     """Return status and proof, and the number of remarks about the part; notes are left out."""
     serious = sum(remark["severity"] == Severity.SERIOUS for remark in remarks)
     minor = sum(remark["severity"] == Severity.MINOR for remark in remarks)
-    lines = [f"<b>✕ {escape(lift['status'])}</b>"]
+    first, second = f"<b>✕ {escape(lift['status'])}</b>", list[str]()
     if lift["status"] in HOW:
-        lines = [HOW[lift["status"]]]
+        first = HOW[lift["status"]]
     elif lift["status"] == "planned":
-        lines = [escape(lift["status"]), _proof(lift, proof_made, clean=not serious + minor)]
+        proof, *second = _proof(lift, proof_made, clean=not serious + minor)
+        first = f"{escape(lift['status'])}, {proof}"
     if serious:
-        lines.append(f"⚠\ufe0e {serious} serious" + (f", {minor} minor" if minor else ""))
+        second.append(f"⚠\ufe0e {serious} serious" + (f", {minor} minor" if minor else ""))
     elif minor:
-        lines.append(f"! {minor} minor")
-    return "<br>".join(lines)
+        second.append(f"! {minor} minor")
+    return "<br>".join(filter(None, (first, ", ".join(second))))
 
 
-def _proof(lift: dict[str, Any], proof_made: bool, *, clean: bool) -> str:
+def _proof(lift: dict[str, Any], proof_made: bool, *, clean: bool) -> tuple[str, ...]:
     if lift["proven"] is None:
-        return "not in this log" if proof_made else "NOT PROVEN"
+        return ("not in this log" if proof_made else "NOT PROVEN",)
     if not lift["proven"]:
-        return "✕ PROOF FAILED"
+        return ("✕ PROOF FAILED",)
     if not lift["current"]:
-        return "proven against<br>earlier obstructions"
-    return "✓ proven" if clean else "proven"
+        return ("proven against", "earlier obstructions")
+    return ("✓ proven" if clean else "proven",)

@@ -9,7 +9,7 @@ from bimvox.records.not_lifted import HOW
 from bimvox.rendering.plain import escape
 from bimvox.rendering.report.gantt import crane_chart, gantt_chart
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
-from bimvox.rendering.report.lifts import critical_first, lift_table
+from bimvox.rendering.report.lifts import critical_first, lift_table, words_of_lifts
 from bimvox.rendering.report.words import CHECKS, METHODS, fixed, named, names_of, percent, span, tonnes
 from bimvox.rendering.words import counted
 from bimvox.site.part_names import with_names
@@ -201,6 +201,7 @@ def lifts(record: dict[str, Any]) -> str:
     return section(
         "Lifts: critical ones, then in order",
         lift_table(shown, record["remarks"], proof_made=record["proof"] is not None),
+        paragraph(words_of_lifts(shown), "faint"),
         class_="wide",
     )
 

@@ -89,9 +89,9 @@ def test_lifts_proven_against_earlier_obstructions_only_are_named():
 def test_a_lift_says_how_many_remarks_there_are_about_its_part():
     rows = ReadReport(page_of(some_remarks(floating=2), passed_proof())).rows["lifts"]
     words = {row["data-order"]: " ".join(row["words"].split()) for row in rows if "data-order" in row}
-    assert words["2"].endswith("planned proven ⚠\ufe0e 2 serious")
+    assert words["2"].endswith("planned, proven ⚠\ufe0e 2 serious")
     assert words["1"].endswith("✕ infeasible ! 1 minor")
-    assert words["0"].endswith("planned ✓ proven")  # a note only
+    assert words["0"].endswith("planned, ✓ proven")  # a note only
 
 
 def test_hostile_words_are_only_text():

@@ -98,6 +98,19 @@ def test_critical_lifts_come_first_the_most_used_capacity_first():
     assert everything == sorted(shares, key=lambda order: -shares[order])
 
 
+def test_a_lift_takes_two_lines_and_its_words_are_explained_once():
+    page = page_of(tiny_log(crane=True), passed_proof()).decode()
+    table = page[page.index('id="lifts"') :].split("</table>")[0]
+    cells = re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", table)
+    assert cells
+    assert max(cell.count("<br>") for cell in cells) == 1
+    after = page[page.index('id="lifts"') :].split("</table>")[1].split("</section>")[0]
+    for words in ("Bound:", "Heading kept: tag lines", "Wind:", "Moves:", "governing sample"):
+        assert page.count(words) == 1 or words == "governing sample"
+        assert words in after
+    assert "with jib" not in after  # no load turns with it
+
+
 def test_an_infeasible_part_says_why_and_what_blocks_it():
     log = tiny_log(crane=True)
     figure = Figure(b"picture", "image/png", "what is in the way", (1,))
