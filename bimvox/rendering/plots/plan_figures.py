@@ -13,6 +13,8 @@ import numpy as np
 from bimvox.rendering.plots.bars import Bar, draw_bars
 from bimvox.rendering.plots.histogram import Axis, Mark, Series, draw_histogram
 from bimvox.rendering.plots.look import Format
+from bimvox.rendering.report.words import METHODS
+from bimvox.rendering.words import counted
 
 _LONG = 2.0
 _METHODS = ("greedy", "policy", "retrained", "search")
@@ -43,7 +45,7 @@ def draw_path_ratios(lifts: Sequence[dict[str, Any]], *, file_format: Format = "
         method: [lift["moves"] / lift["shortest_moves"] for lift in paths if lift["method"] == method]
         for method in _METHODS
     }
-    series = [Series(f"{method} ({len(ratios)})", np.array(ratios)) for method, ratios in found.items() if ratios]
+    series = [Series(_found(method, len(ratios)), np.array(ratios)) for method, ratios in found.items() if ratios]
     longest = max((ratio for ratios in found.values() for ratio in ratios), default=1.0)
     high = min(_LONG, max(1.2, longest))
     beyond = f" ({_LONG:g} and more in the last bar)" if longest > _LONG else ""
@@ -62,7 +64,7 @@ def draw_methods(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png"
     """Return the share of the planned lifts by the method that found their path."""
     found = [lift["method"] for lift in lifts if lift["method"]]
     counts = {method: found.count(method) for method in _METHODS}
-    bars = [Bar(f"{method} ({count})", "", count / max(1, len(found)), 0.0, 0.0) for method, count in counts.items()]
+    bars = [Bar(_found(method, count), "", count / max(1, len(found)), 0.0, 0.0) for method, count in counts.items()]
     return draw_bars(bars, axis="share of the planned lifts", title="How the paths were found", file_format=file_format)
 
 
@@ -78,3 +80,8 @@ def draw_hook_travel(lifts: Sequence[dict[str, Any]], *, file_format: Format = "
         marks=marks,
         file_format=file_format,
     )
+
+
+def _found(method: str, count: int) -> str:
+    """Return how paths were found, and how many."""
+    return f"{METHODS[method]}: {counted(count, 'lift')}"

@@ -169,8 +169,12 @@ def not_lifted(record: dict[str, Any]) -> str:
     head = ("Means", "Storey", "Kind", "Parts", "Mass, t", "Why", *times)
     parts = sum(group["parts"] for group in groups)
     table_ = table(head, rows, class_="words", id_="not-lifted")
+    zero = "Times count from 0:00:00, when the crane starts work; a minus stands for work before that."
     return section(
-        f"Not lifted singly: {counted(parts, 'part')} cast in place or set by hand", table_, id="not-lifted-parts"
+        f"Not lifted singly: {counted(parts, 'part')} cast in place or set by hand",
+        paragraph(zero, "faint"),
+        table_,
+        id="not-lifted-parts",
     )
 
 

@@ -9,6 +9,7 @@ from bimvox.rendering.report.html import number, paragraph, section, tag
 from bimvox.rendering.report.plan_view import frame_box, stored_box
 from bimvox.rendering.report.sheet import Sheet, drawn, sheet_for
 from bimvox.rendering.report.svg import text
+from bimvox.rendering.report.words import in_ranges
 
 _MOST_PX = (500.0, 420.0)
 """Two drawings stand side by side on a landscape A4 page."""
@@ -76,19 +77,14 @@ def _label(sheet: Sheet, group: Sequence[dict[str, Any]], n: int) -> str:
         x, y = (x, y + along * (y1 - y0)) if stands else (x + along * (x1 - x0), y)
     x, y = sheet.at((x, y))
     turned = f"rotate(-90 {x:.2f} {y:.2f})" if stands else None
-    return text(_numbers(group), x, y + _DOWN_PX, class_="halo", text_anchor="middle", transform=turned)
-
-
-def _numbers(group: Sequence[dict[str, Any]]) -> str:
-    """Return the numbers of a stack, one after the other as a range."""
-    numbers = [one["number"] for one in group]
-    runs: list[list[int]] = []
-    for one in numbers:
-        if runs and one == runs[-1][-1] + 1:
-            runs[-1].append(one)
-        else:
-            runs.append([one])
-    return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs)
+    return text(
+        in_ranges(one["number"] for one in group),
+        x,
+        y + _DOWN_PX,
+        class_="halo",
+        text_anchor="middle",
+        transform=turned,
+    )
 
 
 def _centre_m(one: dict[str, Any]) -> tuple[float, float]:

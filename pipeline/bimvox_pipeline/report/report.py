@@ -134,7 +134,13 @@ def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress
         plots.append(Figure(drawn, "image/svg+xml", "Utilisation: number of lifts by share of the crane's capacity"))
     if any(lift["moves"] for lift in lifts):
         drawn = draw_path_ratios(lifts, file_format="svg")
-        plots.append(Figure(drawn, "image/svg+xml", "Moves of each path over the fewest possible under the same rules"))
+        plots.append(
+            Figure(
+                drawn,
+                "image/svg+xml",
+                "Moves of each path over the fewest possible under the same rules, by how the path was found",
+            )
+        )
     return Figures(
         overview=Figure(overview, "image/png", "The building after all planned lifts"),
         blocked=_blocked(revision, record["infeasible"], pictures, progress),

@@ -42,8 +42,14 @@ def test_every_lift_is_counted_once(drawn):
     draw_path_ratios(LIFTS)
     assert [heights(figure) for figure in drawn] == [4, 4]
     labels = [text.get_text() for text in drawn[1].axes[0].get_legend().get_texts()]
-    assert labels[1:] == ["policy (2)", "retrained (1)", "search (1)"]
+    assert labels[1:] == ["policy: 2 lifts", "policy, retrained: 1 lift", "search (A*): 1 lift"]
     assert labels[0] == f"all together {(110 + 100 + 110 + 190) / 400:.3f}"
+
+
+def test_paths_of_greedy_values_are_named_in_words(drawn):
+    draw_path_ratios([lift(0.2, "greedy")] * 3)
+    labels = [text.get_text() for text in drawn[0].axes[0].get_legend().get_texts()]
+    assert labels[1:] == ["towards the target: 3 lifts"]
 
 
 def test_what_lies_beyond_the_ends_is_not_lost(drawn):

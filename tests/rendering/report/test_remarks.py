@@ -52,11 +52,26 @@ def test_they_are_counted_next_to_the_verdict_and_come_before_the_schedule():
 def test_within_a_severity_they_go_by_kind_then_by_lift():
     minor = Severity.MINOR
     remarks = tuple(
-        Remark(kind, minor, "text", f"0GlobalId{name}", name)
+        Remark(kind, minor, f"text {name}", f"0GlobalId{name}", name)
         for kind, name in (("b", "Beam"), ("a", "Beam"), ("b", "ColumnA"), ("a", "ColumnA"))
     )
     rows = [row for row in ReadReport(page_of(remarks)).rows["minor-remarks"] if "data-kind" in row]
     assert [(row["data-kind"], row["order"]) for row in rows] == [("b", 0), ("b", 2), ("a", 0), ("a", 2)]
+
+
+def test_equal_remarks_are_one_row_with_the_number_of_parts_and_their_names():
+    minor = Severity.MINOR
+    wide = [Remark("transport", minor, "is 3.7 m wide", f"0GlobalId{name}", name) for name in ("Beam", "ColumnA")]
+    others = [Remark("transport", minor, "is 3.7 m wide", f"other {n}", f"other {n}") for n in range(3)]
+    apart = Remark("transport", minor, "is 3.8 m wide", "0GlobalIdColumnB", "ColumnB")
+    read = ReadReport(page_of((*wide, apart, *others)))
+    first, second = (row for row in read.rows["minor-remarks"] if "data-kind" in row)
+    assert first["parts"] == 5
+    words = " ".join(first["words"].split())
+    assert "5 parts : other 0, other 1, other 2 and 2 more: lifts 1, 3" in words
+    assert words.count("is 3.7 m wide") == 1
+    assert second["order"] == 1
+    assert "Remarks: 6 minor" in read.text
 
 
 def test_a_plan_without_remarks_says_so():

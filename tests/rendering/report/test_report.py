@@ -17,7 +17,7 @@ from bimvox.rendering.report.gantt import LIFTS_A_CHART, gantt_chart
 from bimvox.rendering.report.grouped_gantt import ROWS
 from bimvox.rendering.report.page import Figure, Figures, report_page
 from bimvox.rendering.report.record import record_of
-from bimvox.rendering.report.sections import heading
+from bimvox.rendering.report.sections import heading, not_lifted
 
 
 def page_of(log, proof=None, *, critical_share: float = 0.75, figures: Figures | None = None) -> bytes:
@@ -122,6 +122,15 @@ def test_an_infeasible_part_says_why_and_what_blocks_it():
     assert "img" in read.tags
     assert "without a picture" not in read.text
     assert "without a picture" in ReadReport(page_of(log)).text
+
+
+def test_work_before_the_first_lift_says_what_zero_is():
+    times = {"needed_by_s": 60.0, "begins_s": -7200.0, "ends_s": -3600.0, "carries_s": 0.0, "material_lift_s": None}
+    group = {"means": "in_situ", "storey": "0", "kind": "Footing", "parts": 2, "mass_kg": 900.0, "reason": "so"}
+    html = not_lifted({"not_lifted": [group | times]})
+    assert "-2:00:00" in html
+    assert "0:00:00, when the crane starts work; a minus stands for work before that" in html
+    assert not_lifted({"not_lifted": []}) == ""
 
 
 def test_what_was_proven_and_what_failed():
