@@ -13,7 +13,7 @@ from bimvox.rendering.report.labels import shortened
 from bimvox.rendering.report.words import in_ranges, named
 from bimvox.rendering.words import counted
 
-_NAMED = 3
+_NAMED = 2
 """How many parts with the same remark are named."""
 _HEADINGS = {
     Severity.SERIOUS: ("⚠\ufe0e Serious", "Decide about these before the plan is carried out."),
@@ -83,7 +83,7 @@ def _parts(equal: Sequence[dict[str, Any]], lifts: Sequence[dict[str, Any] | Non
     ]
     shown, rest = names[:_NAMED], lifts[_NAMED:]
     numbers = in_ranges(lift["number"] for lift in rest if lift is not None)
-    more = f" and {len(rest)} more" + (f": lifts {numbers}" if numbers else "") if rest else ""
+    more = f" and {len(rest)} more" + (f" ({numbers})" if numbers else "") if rest else ""
     count = number(len(equal), counted(len(equal), "part"), "parts")
     return f"<b>{count}</b>: {escape(', '.join(map(shortened, shown)) + more)}"
 

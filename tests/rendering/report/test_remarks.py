@@ -68,7 +68,7 @@ def test_equal_remarks_are_one_row_with_the_number_of_parts_and_their_names():
     first, second = (row for row in read.rows["minor-remarks"] if "data-kind" in row)
     assert first["parts"] == 5
     words = " ".join(first["words"].split())
-    assert "5 parts : other 0, other 1, other 2 and 2 more: lifts 1, 3" in words
+    assert "5 parts : other 0, other 1 and 3 more (1, 3)" in words
     assert words.count("is 3.7 m wide") == 1
     assert second["order"] == 1
     assert "Remarks: 6 minor" in read.text
