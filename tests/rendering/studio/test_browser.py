@@ -1,0 +1,418 @@
+"""The studio in a real browser: what is dragged, typed and chosen is what the site file says then."""
+
+from __future__ import annotations
+
+import shutil
+import time
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from studios import served
+
+pytestmark = pytest.mark.browser
+
+SAMPLES = Path(__file__).parents[3] / "sample_models"
+WAIT_S = 60
+BASE = [4.5, 9.5]
+CRANE = '[data-handle="cranes/0"]'
+
+
+class Studio:
+    """An open studio, and what it did."""
+
+    def __init__(self, page: Any, folder: Path) -> None:
+        self.page = page
+        self.folder = folder
+        self.complaints: list[str] = []
+        page.set_default_timeout(WAIT_S * 1000)
+        page.on("console", self._hear)
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+
+    def _hear(self, said: Any) -> None:
+        # A refusal is shown as a sentence; the browser also notes its status.
+        if said.type in ("error", "warning") and "the server responded with a status of 4" not in said.text:
+            self.complaints.append(said.text)
+
+    def wait(self, condition: str) -> None:
+        """Wait for a JavaScript condition, evaluated from here, because the page forbids evaluation."""
+        deadline = time.monotonic() + WAIT_S
+        while not self.page.evaluate(f"() => Boolean({condition})"):
+            assert time.monotonic() < deadline, f"never: {condition}"
+            self.page.wait_for_timeout(30)
+
+    def settled(self) -> None:
+        """Wait until the server has answered about the set-up that is shown."""
+        self.wait("window.studio.answer && !window.studio.trying.busy && !window.studio.trying.next")
+
+    def setup(self) -> Any:
+        return self.page.evaluate("() => window.studio.setup")
+
+    def base(self) -> list[float]:
+        return list(self.setup()["cranes"][0]["base_m"])
+
+    def saved(self, name: str = "hall.site.toml") -> dict[str, Any]:
+        return tomllib.loads((self.folder / name).read_text())
+
+    def save(self) -> None:
+        self.page.keyboard.press("Control+s")
+        self.wait("!window.studio.isChanged")
+
+    def middle(self, selector: str) -> tuple[float, float]:
+        box = self.page.locator(selector).bounding_box()
+        return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    def drag(self, selector: str, dx_m: float, dy_m: float, *, alt: bool = False) -> None:
+        """Drag a handle by metres."""
+        scale = self.page.evaluate("() => window.studio.drawing.view.scale")
+        x, y = self.middle(selector)
+        self.page.mouse.move(x, y)
+        if alt:
+            self.page.keyboard.down("Alt")
+        self.page.mouse.down()
+        self.page.mouse.move(x + dx_m / scale, y - dy_m / scale, steps=5)
+        assert self.page.locator(".dimension").count() > 0
+        self.page.mouse.up()
+        if alt:
+            self.page.keyboard.up("Alt")
+        self.settled()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("site")
+
+
+@pytest.fixture(scope="module")
+def address(folder) -> Iterator[str]:
+    shutil.copy(SAMPLES / "hall.ifc", folder)
+    with served(folder) as found:
+        yield found
+
+
+def show(browser: Any, address: str, folder: Path, width: int = 1440, height: int = 900, **context: Any) -> Studio:
+    shutil.copy(SAMPLES / "hall.site.toml", folder)
+    for file in {*folder.glob("*.site.toml"), *folder.glob("*.mcap")} - {folder / "hall.site.toml"}:
+        file.unlink()
+    options = {"viewport": {"width": width, "height": height}, "reduced_motion": "reduce", **context}
+    studio = Studio(browser.new_context(**options).new_page(), folder)
+    studio.page.goto(f"{address}&open=hall.site.toml")
+    studio.settled()
+    return studio
+
+
+@pytest.fixture
+def studio(browser, address, folder) -> Iterator[Studio]:
+    studio = show(browser, address, folder)
+    yield studio
+    assert studio.complaints == []
+    studio.page.context.close()
+
+
+def test_the_crane_is_dragged_and_the_site_file_says_where(studio):
+    before = (studio.folder / "hall.site.toml").read_text()
+    assert studio.base() == BASE
+    studio.drag(CRANE, 2.1, 3.2)
+    assert studio.base() == [6.5, 12.5]
+    assert "unsaved changes" in studio.page.inner_text("#path")
+    studio.save()
+    assert studio.saved()["crane"][0]["base_m"][:2] == [6.5, 12.5]
+    after = (studio.folder / "hall.site.toml").read_text()
+    assert after.splitlines()[:2] == before.splitlines()[:2]  # its comments
+
+
+def test_alt_places_freely_and_escape_lets_go(studio):
+    studio.drag(CRANE, 0.23, 0.0, alt=True)
+    assert 0.1 < studio.base()[0] - BASE[0] < 0.4
+    assert studio.base()[0] % 0.5 != 0
+    x, y = studio.middle(CRANE)
+    there = studio.base()
+    studio.page.mouse.move(x, y)
+    studio.page.mouse.down()
+    studio.page.mouse.move(x + 80, y, steps=3)
+    assert studio.base() != there
+    studio.page.keyboard.press("Escape")
+    studio.page.mouse.up()
+    assert studio.base() == there
+
+
+def test_arrow_keys_move_a_handle_and_are_undone(studio):
+    studio.page.focus(CRANE)
+    for key in ("ArrowRight", "ArrowUp", "Shift+ArrowLeft"):
+        studio.page.keyboard.press(key)
+    assert studio.base() == pytest.approx([4.9, 10.0])
+    label = studio.page.get_attribute(CRANE, "aria-label")
+    assert "x 4.90 m, y 10.00 m" in label
+    for _ in range(3):
+        studio.page.keyboard.press("Control+z")
+    assert studio.base() == BASE
+    assert studio.page.is_disabled("#undo")
+    studio.page.keyboard.press("Control+y")
+    assert studio.base() == [5.0, 9.5]
+    studio.page.keyboard.press("Control+Shift+z")
+    assert studio.base() == [5.0, 10.0]
+
+
+def test_the_tab_key_reaches_every_handle(studio):
+    studio.page.focus("#sheet")
+    seen = []
+    for _ in range(8):
+        studio.page.keyboard.press("Tab")
+        seen.append(studio.page.evaluate("() => document.activeElement.dataset.handle"))
+    assert seen == ["cranes/0", "cranes/1", "yard/0", "yard/0/0", "yard/0/1", "yard/0/2", "yard/0/3", "yard/1"]
+
+
+def test_the_yard_is_moved_whole_and_by_a_corner(studio):
+    before = studio.setup()["yard"]
+    studio.drag('[data-handle="yard/0"]', 1.0, -2.0)
+    moved = studio.setup()["yard"]
+    assert moved[0] == [[x + 1, y - 2] for x, y in before[0]]
+    assert moved[1] == before[1]
+    studio.drag('[data-handle="yard/0/0"]', -0.5, 0.5)
+    assert studio.setup()["yard"][0][1:] == moved[0][1:]
+    assert studio.setup()["yard"][0][0] == [moved[0][0][0] - 0.5, moved[0][0][1] + 0.5]
+    studio.save()
+    assert studio.saved()["areas"]["yard"][0] == studio.setup()["yard"][0]
+
+
+def test_coordinates_are_typed(studio):
+    field = '[data-key="cranes/0-0"]'
+    studio.page.fill(field, "7,25")
+    studio.page.keyboard.press("Tab")
+    assert studio.base() == [7.25, 9.5]
+    assert studio.page.evaluate("() => document.activeElement.dataset.key") == "cranes/0-1"
+    studio.page.fill(field, "north")
+    studio.page.keyboard.press("Enter")
+    assert "“north” is not a coordinate" in studio.page.inner_text("#told")
+    assert studio.page.get_attribute(field, "aria-invalid") == "true"
+    assert studio.base() == [7.25, 9.5]
+    studio.page.keyboard.press("Escape")
+    assert studio.page.input_value(field) == "7.25"
+
+
+def test_what_cannot_be_lifted_comes_first_with_its_reason(studio):
+    assert studio.page.locator("#parts-list .cannot").first.is_hidden()
+    for n in (0, 1):
+        studio.page.fill(f'[data-key="cranes/{n}-1"]', "60")
+        studio.page.keyboard.press("Enter")
+    studio.settled()
+    first = studio.page.locator("#parts-list > details").first
+    assert "Cannot be lifted (33)" in first.inner_text()
+    assert first.locator(".why").first.text_content() != ""
+    assert "0 of 33" in studio.page.inner_text("#served")
+    first.locator("button").first.click()
+    assert studio.page.locator("#pane-setup .chosen-part .warn").count() == 1
+    assert studio.page.locator(".part.chosen.cannot").count() == 1
+
+
+def test_search_and_legend_filter_list_and_drawing(studio):
+    total = studio.page.locator("#parts-list li").count()
+    assert total == 33
+    studio.page.keyboard.press("/")
+    studio.page.keyboard.type("beam a1")
+    assert studio.page.inner_text("#parts-count") == "1 of 33 parts"
+    assert studio.page.locator(".part.ghost").count() == total - 1
+    studio.page.keyboard.press("Escape")
+    assert studio.page.locator(".part.ghost").count() == 0
+    studio.page.locator("#key button:visible").first.click()
+    shown = studio.page.locator("#parts-list li:visible").count()
+    assert 0 < shown <= total
+    assert studio.page.locator(".part:not(.ghost)").count() == shown
+
+
+def test_means_of_a_part_and_of_a_group(studio):
+    studio.page.locator("#parts-list li button").first.click()
+    studio.page.select_option('[data-key="part-means"]', "in_situ")
+    studio.settled()
+    assert list(studio.setup()["means"].values()).count("in_situ") == 1
+    assert "32 of 32" in studio.page.inner_text("#served")
+    studio.page.locator(".all select").first.select_option("by_hand")
+    studio.settled()
+    group = list(studio.setup()["means"].values()).count("by_hand")
+    assert group > 1
+    assert studio.page.locator(".part.by_hand").count() == group
+
+
+def test_machine_and_jib_are_chosen(studio):
+    rings = studio.page.locator(".ring-label").all_text_contents()
+    studio.page.focus('[data-key="crane-0-machine"]')
+    studio.page.select_option('[data-key="crane-0-machine"]', "flat-top-120")
+    studio.settled()
+    assert studio.setup()["cranes"][0]["machine"] == "flat-top-120"
+    assert studio.page.evaluate("() => document.activeElement.dataset.key") == "crane-0-machine"
+    height_m = studio.page.evaluate("() => window.studio.answer.cranes[0].height_m")
+    assert float(studio.page.input_value('[data-key="crane-0-height"]')) == height_m
+    studio.page.select_option('[data-key="crane-0-jib"]', "50")
+    studio.settled()
+    assert studio.page.evaluate("() => window.studio.answer.cranes[0].most_m") == pytest.approx(50, abs=0.5)
+    assert studio.page.locator(".ring-label").all_text_contents() != rings
+
+
+def test_zones_are_added_bent_and_removed(studio):
+    studio.page.click('[data-key="add-zone"]')
+    assert studio.page.locator('[data-handle="zones/0/3"]').count() == 1
+    studio.page.focus('[data-handle="zones/0/3"]')
+    studio.page.keyboard.press("Insert")
+    assert len(studio.setup()["zones"][0]["polygon"]) == 5
+    assert studio.page.evaluate("() => document.activeElement.dataset.handle") == "zones/0/3"
+    studio.page.keyboard.press("Delete")
+    assert len(studio.setup()["zones"][0]["polygon"]) == 4
+    studio.page.click('[data-group="zones/0"] summary')
+    studio.page.fill('[data-key="zones/0-name"]', "street")
+    studio.page.keyboard.press("Tab")
+    assert studio.page.evaluate("() => document.activeElement.dataset.key") == "zones/0-kind"
+    assert studio.page.inner_text('[data-group="zones/0"] summary') == "Zone street"
+    studio.page.select_option('[data-key="zones/0-kind"]', "slow")
+    assert studio.setup()["zones"][0]["share"] == 0.5
+    studio.settled()
+    studio.page.click('[data-key="zones/0-remove"]')
+    assert studio.setup()["zones"] == []
+
+
+def figures(studio: Studio, title: str) -> list[str]:
+    """Return a row of the table of variants: the first line of each cell."""
+    return studio.page.locator(".compare tr", has_text=title).locator("td span:first-child").all_text_contents()
+
+
+def test_variants_stand_side_by_side(studio):
+    studio.drag(CRANE, 1.0, 0.0)
+    studio.page.click("#save-variant")
+    studio.page.fill("#new-name", "a/b")
+    studio.page.keyboard.press("Enter")
+    assert "A name has none of" in studio.page.inner_text("#ask")
+    studio.page.fill("#new-name", "other place")
+    studio.page.keyboard.press("Enter")
+    studio.wait("document.querySelectorAll('.compare thead th').length === 2")
+    assert studio.saved("other place.site.toml")["crane"][0]["base_m"][0] == 5.5
+    studio.page.click("#undo")
+    studio.settled()
+    assert figures(studio, "Place x, y") == ["4.50, 9.50", "5.50, 9.50"]
+    studio.page.click('.compare button:has-text("Plan")')
+    studio.wait("document.querySelector('[data-key^=result]')")
+    here, there = figures(studio, "Hours")
+    assert here == "not planned"
+    assert float(there) > 0
+    studio.page.click('.compare button:has-text("Show")')
+    studio.wait("window.studio.opened.path === 'other place.site.toml' && window.studio.answer")
+    assert studio.base() == [5.5, 9.5]
+
+
+def test_a_file_that_changed_is_not_overwritten_and_nothing_is_lost(studio):
+    studio.page.focus(CRANE)
+    studio.page.keyboard.press("ArrowRight")
+    file = studio.folder / "hall.site.toml"
+    file.write_text(file.read_text() + "\n# changed by somebody else\n")
+    studio.page.keyboard.press("Control+s")
+    studio.page.wait_for_selector("#told .warn")
+    assert "hall.site.toml" in studio.page.inner_text("#told")
+    assert studio.page.locator("#told button", has_text="variant").count() == 1
+    assert file.read_text().endswith("# changed by somebody else\n")
+    assert studio.base() == [5.0, 9.5]
+
+
+def test_leaving_with_unsaved_changes_asks(studio):
+    studio.page.focus(CRANE)
+    studio.page.keyboard.press("ArrowRight")
+    asked: list[str] = []
+    studio.page.on("dialog", lambda dialog: (asked.append(dialog.type), dialog.dismiss()))
+    studio.page.close(run_before_unload=True)
+    studio.wait("true")  # the page still answers
+    assert asked == ["beforeunload"]
+    studio.page.keyboard.press("Control+o")
+    studio.page.click("#files button:has-text('hall.ifc')")
+    studio.page.wait_for_selector("#ask[open]")
+    assert "not saved" in studio.page.inner_text("#ask")
+    studio.page.click("#ask button:has-text('Cancel')")
+    assert studio.base() == [5.0, 9.5]
+
+
+def test_plan_shows_its_progress_and_then_its_page(studio):
+    studio.page.click("#start-plan")
+    studio.page.wait_for_selector("#job:not([hidden])")
+    assert studio.page.is_disabled("#start-plan")
+    studio.wait("document.querySelector('#pane-result iframe')")
+    assert studio.page.is_hidden("#job")
+    assert "/page/" in studio.page.get_attribute("#pane-result iframe", "src")
+    studio.page.click("#tab-variants")
+    assert float(figures(studio, "Hours")[0]) > 0
+
+
+def test_planning_is_cancelled(studio):
+    studio.page.click("#start-plan")
+    studio.page.click("#job button")
+    studio.wait("document.getElementById('job').hidden")
+    assert "cancelled" in studio.page.inner_text("#told")
+    assert not list(studio.folder.glob("*.mcap"))
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
+def test_text_has_contrast_and_panes_fit(browser, address, folder, scheme, width, height):
+    studio = show(browser, address, folder, width, height, color_scheme=scheme, has_touch=width < 500)
+    tabs = ["parts", "plan", "setup", "variants"] if width < 500 else ["plan", "variants"]
+    for name in tabs:
+        studio.page.click(f"#tab-{name}")
+        assert studio.page.is_visible(f"#pane-{name}")
+        assert studio.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+        low = studio.page.evaluate(CONTRAST)
+        assert low == [], f"{scheme} {name}"
+        if width < 500:
+            assert studio.page.locator(".pane:visible").count() == 1
+            small = studio.page.evaluate(SMALL)
+            assert small == [], name
+    assert studio.complaints == []
+    studio.page.context.close()
+
+
+def test_a_finger_drags_the_crane_on_a_phone(browser, address, folder):
+    studio = show(browser, address, folder, 390, 844, has_touch=True, is_mobile=True)
+    x, y = studio.middle(CRANE)
+    touch = studio.page.context.new_cdp_session(studio.page)
+    for kind, at in (("touchStart", (x, y)), ("touchMove", (x + 20, y)), ("touchMove", (x + 50, y - 30))):
+        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": at[0], "y": at[1]}]})
+    touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    studio.settled()
+    assert studio.base()[0] > BASE[0]
+    assert studio.base()[1] > BASE[1]
+    assert studio.complaints == []
+    studio.page.context.close()
+
+
+SMALL = """() => [...document.querySelectorAll("button, select, summary, input, [role=tab]")]
+  .filter((one) => one.checkVisibility() && !one.closest("dialog:not([open])"))
+  .map((one) => [one.id || one.dataset.key || one.innerText.slice(0, 20), one.getBoundingClientRect()])
+  .filter(([, box]) => box.width > 0 && (box.height < 43.5 || box.width < 43.5))
+  .map(([name, box]) => `${name} ${box.width} x ${box.height}`)"""
+"""What is smaller than a finger needs: 44 CSS pixels."""
+
+CONTRAST = """() => {
+  const channels = (colour) => {
+    const found = (colour.match(/[\\d.]+/g) ?? []).map(Number);
+    return colour.startsWith("color(srgb") ? found.map((value, n) => n < 3 ? value * 255 : value) : found;
+  };
+  const light = ([r, g, b]) => [r, g, b].map((value) => value / 255)
+    .map((value) => value <= 0.03928 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4)
+    .reduce((sum, value, n) => sum + value * [0.2126, 0.7152, 0.0722][n], 0);
+  const paperOf = (one) => {
+    for (let at = one; at; at = at.parentElement) {
+      const paper = channels(getComputedStyle(at).backgroundColor);
+      if (paper.length >= 3 && (paper.length < 4 || paper[3] > 0.5)) return paper;
+    }
+    return [255, 255, 255];
+  };
+  const low = [];
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+    const one = node.parentElement;
+    if (!node.data.trim() || !one.checkVisibility() || one.closest(":disabled, .unseen, .skip, noscript")) continue;
+    const style = getComputedStyle(one);
+    const ink = channels(one instanceof SVGElement ? style.fill : style.color);
+    const [a, b] = [light(ink), light(paperOf(one))].sort((x, y) => y - x);
+    const ratio = (a + 0.05) / (b + 0.05);
+    if (ratio < 4.5) low.push(`${node.data.trim().slice(0, 30)} ${ratio.toFixed(2)}`);
+  }
+  return low;
+}"""
+"""Texts with less contrast than WCAG AA asks for (4.5)."""
