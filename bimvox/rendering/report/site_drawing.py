@@ -16,17 +16,18 @@ from bimvox.rendering.report.outlines import PLAN, hull, outline, rounded, union
 from bimvox.rendering.report.plan_view import ZONES
 from bimvox.rendering.report.site_values import crane_values, distances, north_of, outlines_of, storeys_of, survey_grid
 from bimvox.site.config.site_config import SiteConfig
-from bimvox.site.extent import site_extent
 from bimvox.site.guess import lifted_of
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import ifc_to_map
 from bimvox.site.parts import entries_by_id
-from bimvox.site.placement import place_building
+from bimvox.site.placement import built_bounds_m, place_building
 
 HEAVIEST = 8
 """How many masses are named; of parts with the same mass (to 10 kg) the one that is furthest from the crane."""
 _KINDS = {"public": ("prohibited", "no_load")}
 """A public zone forbids both."""
+_ROOM_M = 2.5
+"""Margin around all that is drawn."""
 _OFF_M = 0.6
 """Distance of the building's dimensions from it."""
 
@@ -87,13 +88,16 @@ def _areas(config: SiteConfig) -> dict[str, BaseGeometry]:
 
 
 def _extent_m(config: SiteConfig, placed: Building, cranes: Sequence[TowerCrane]) -> list[list[float]]:
-    """Return the lowest and the highest corner of the site, with all zones."""
-    frame, shape = site_extent(config, placed, *cranes)
-    low = np.array(frame.origin_m)
-    high = low + np.array(shape) * frame.voxel_size_m
-    corners = np.array([corner for zone in config.zone for corner in zone.polygon]).reshape(-1, 2)
-    low[:2], high[:2] = np.min([low[:2], *corners], axis=0), np.max([high[:2], *corners], axis=0)
-    return [rounded(low), rounded(high)]
+    """Return the lowest and the highest corner of all that is drawn; it may be larger than any grid that is planned."""
+    built, areas = built_bounds_m(placed.elements), config.areas
+    points = [*built[:, :2].tolist(), *(areas.construction or ())]
+    points += [at for polygon in (*(areas.yard or ()), *(areas.access or ())) for at in polygon]
+    points += [at for zone in config.zone for at in zone.polygon]
+    points += [crane.base_m[:2] for crane in cranes]
+    points += [config.grid.low_m[:2], config.grid.high_m[:2]] if config.grid else []
+    plan = np.array(points, np.float64)
+    low, high = plan.min(axis=0) - _ROOM_M, plan.max(axis=0) + _ROOM_M
+    return [rounded((*low, built[0, 2])), rounded((*high, built[1, 2]))]
 
 
 def _each_once(outlines: Iterable[list[Any]]) -> list[Any]:

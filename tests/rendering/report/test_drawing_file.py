@@ -230,6 +230,14 @@ def test_two_views_of_the_same_scale_are_one_with_all_names() -> None:
     assert classed(view, "line", "dimension")
 
 
+def test_a_site_that_is_too_large_for_a_grid_is_drawn(prefab: tuple[SiteConfig, Building]) -> None:
+    config, building = prefab
+    far = ZoneConfig(polygon=((50_000, 50_000), (60_000, 50_000), (60_000, 60_000)), name="far away")
+    model = config.model.model_copy(update={"voxel_size_m": 0.01})
+    svg = drawn(config.model_copy(update={"zone": (far,), "model": model}), building)
+    assert "far away" in {one.text for one in labels(views(svg)[-1][1])}
+
+
 def test_the_yard_is_outside_the_construction_area(prefab: tuple[SiteConfig, Building]) -> None:
     config, building = prefab
     assert config.areas.construction is not None
