@@ -109,7 +109,7 @@ def _facts(drawing: dict[str, Any]) -> list[str]:
         found.append(f"{crane['name']} at ({fixed(x, 2)}, {fixed(y, 2)}), radius {reach_m:g} m")
     parts = f"{counted(drawing['lifted'], 'part')} to lift"
     found.append(parts + (f", the heaviest {tonnes(drawing['heavy'][0]['mass_kg'])} t" if drawing["heavy"] else ""))
-    found.append("site coordinates in metres")
+    found += ["parts by their convex hulls", "site coordinates in metres"]
     survey, north = drawing["survey"], drawing["north"]
     if survey is not None:
         found.append(f"E, N: {survey['crs'] or 'map of the model'}")

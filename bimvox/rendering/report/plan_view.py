@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import atan2, cos, pi, sin
 from typing import Any
 
@@ -32,6 +33,8 @@ ZONES = {
     "limiter": "hook height limited",
     "slow": "reduced rates",
 }
+_LEAST_PX = 330.0
+"""Width that scale bar and north need."""
 _MOST_PX = (1030.0, 640.0)
 """What fits a landscape A4 page."""
 
@@ -115,7 +118,9 @@ def _sheet_of(drawing: dict[str, Any], *, detail: bool) -> Sheet:
         x0, y0, x1, y1 = min(x0, x - reach), min(y0, y - reach), max(x1, x + reach), max(y1, y + reach)
     for x, y in () if detail else (at for ring in drawing["falling_loads"] for at in ring):
         x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x), max(y1, y)
-    return sheet_for((x0, y0), (x1, y1), _MOST_PX)
+    sheet = sheet_for((x0, y0), (x1, y1), _MOST_PX)
+    more_m = max(0.0, _LEAST_PX - sheet.size_px[0]) / sheet.px_per_m / 2.0
+    return replace(sheet, low_m=(x0 - more_m, y0), high_m=(x1 + more_m, y1))
 
 
 def _room_for_labels(sheet: Sheet) -> Placed:

@@ -140,7 +140,8 @@ def _value_at(sheet: Sheet, end: tuple[float, float], words: str) -> Label:
 
 def scale_bar(sheet: Sheet) -> list[str]:
     """Return a scale bar at the top left."""
-    length_m = max((step for step in GRID_M if step * sheet.px_per_m <= 200.0), default=GRID_M[0])
+    most_px = min(200.0, 0.45 * (sheet.size_px[0] - 2.0 * MARGIN_PX))  # north is at the top right
+    length_m = max((step for step in GRID_M if step * sheet.px_per_m <= most_px), default=GRID_M[0])
     x, y, length = MARGIN_PX, 20.0, length_m * sheet.px_per_m
     ends = [line((at, y - 4.0), (at, y + 4.0), "bar") for at in (x, x + length / 2.0, x + length)]
     words = f"{length_m:g} m · 1 : {sheet.scale}"

@@ -19,7 +19,7 @@ from bimvox.crane.load_chart import capacity_kg
 from bimvox.grid.labels import Label
 from bimvox.rendering.report.drawings import drawings
 from bimvox.rendering.report.page import report_page
-from bimvox.rendering.report.plan_view import _crane_names
+from bimvox.rendering.report.plan_view import _crane_names, plan_parts
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.sheet import sheet_for
 from bimvox.rendering.report.site_plan import drawing_of
@@ -151,6 +151,17 @@ def test_the_north_arrow_points_where_the_model_says(stated, kind, angle_deg):
     assert math.degrees(drawing["north"]["angle_rad"]) == pytest.approx(angle_deg)
     turned = float(re.search(r'class="north" transform="rotate\(([-\d.]+)\)"', html).group(1))
     assert 90.0 - turned == pytest.approx(angle_deg, abs=1e-3)
+
+
+@pytest.mark.parametrize("width_m", [1.0, 12.0, 30.0, 300.0])
+def test_the_scale_bar_does_not_reach_the_north_arrow(width_m):
+    north = {"kind": "true north", "angle_rad": 0.0}
+    drawing = drawn()[0] | {"extent_m": [[0.0, 0.0, 0.0], [width_m, 50.0, 5.0]], "north": north}
+    sheet, parts = plan_parts(drawing, detail=True)
+    words = re.search(r'<text x="([\d.]+)" [^>]*>(\d+ m · 1 : \d+)</text>', "".join(parts))
+    arrow = re.search(r"translate\(([\d.]+) 24\)", "".join(parts))
+    assert float(words.group(1)) + 5.4 * len(words.group(2)) < float(arrow.group(1)) - 18.0
+    assert sheet.size_px[0] <= 1030.0
 
 
 def test_unknown_north_is_said_and_damaged_metadata_are_no_north():
