@@ -26,7 +26,8 @@ from bimvox.progress import SilentProgress
 from bimvox.rendering.studio.assets import POLICY, START, media_type, web_files
 from bimvox_pipeline.render.page import page_of_log
 from bimvox_pipeline.studio.folder import Folder
-from bimvox_pipeline.studio.jobs import Jobs
+from bimvox_pipeline.studio.jobs import Job, Jobs
+from bimvox_pipeline.studio.obstacles import boxes_of, file_of, write_boxes
 from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_model, open_site, unchanged
 from bimvox_pipeline.studio.saving import ChangedMeanwhileError, save
 from bimvox_pipeline.studio.setup import read_setup
@@ -106,28 +107,63 @@ class Studio:
 
     def plan(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Start a plan."""
-        site = self.folder.path(asked.get("path"), SITE_SUFFIX)
-        if not site.exists():
-            raise InputError(f"{site.name} is not saved yet", hint="save it first")
-        return {"job": self.jobs.start(site)}
+        return {"job": self.jobs.plan(self._saved_site(asked))}
 
     def job(self, number: str) -> dict[str, Any]:
-        """Return how far a plan is."""
+        """Return how far a plan is, and how it ended."""
         job = self.jobs.job(number)
-        if job is None:
-            raise InputError(f"there is no plan {number}")
-        found = job.document()
-        if found["state"] == "done":
-            found["page"] = f"/page/{self.folder.relative(job.log)}"
-        return found
+        found: dict[str, Any] = {**job.now, "document": None}
+        if job.is_running:
+            return {"state": "running", **found}
+        if "document" in job.end:
+            return {"state": "done", **found, **job.end, "page": self._page_of(job)}
+        return {"state": "cancelled", **found} if job.is_cancelled else {"state": "failed", **found, **job.error}
 
     def cancel(self, number: str) -> dict[str, Any]:
         """Cancel a plan."""
+        self.jobs.job(number).stop(gently=False)
+        return self.job(number)
+
+    def watch(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Start a watch."""
+        site, speed = self._saved_site(asked), asked.get("simulate")
+        if speed is not None and not (isinstance(speed, int | float) and 0.001 <= speed <= 1e6):
+            raise InputError("simulate is how many times as fast as real time, such as 60")
+        return {"watch": self.jobs.watch(site, speed)}
+
+    def news(self, number: str, after: int) -> dict[str, Any]:
+        """Return what a watch reports from an event on; waits for some seconds if there is nothing."""
         job = self.jobs.job(number)
-        if job is None:
-            raise InputError(f"there is no plan {number}")
-        job.cancel()
-        return job.document()
+        events = job.events_after(after)
+        state = "running" if job.has_events else "starting"
+        if not job.is_running:
+            state = "failed" if job.has_failed else "ended"
+        found = {"state": state, "stage": job.now["stage"], "events": events, "next": after + len(events)}
+        return {**found, "page": self._page_of(job), **(job.error if state == "failed" else {})}
+
+    def end_watch(self, number: str) -> dict[str, Any]:
+        """End a watch."""
+        self.jobs.job(number).stop(gently=True)
+        return self.news(number, 0)
+
+    def boxes(self, relative: object) -> dict[str, Any]:
+        """Return the boxes of a site's obstruction file."""
+        site = self.folder.path(relative, SITE_SUFFIX)
+        return {"file": self.folder.relative(file_of(site)), **boxes_of(site)}
+
+    def set_boxes(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Write the boxes of a site's obstruction file."""
+        site = self._saved_site(asked)
+        return {"file": self.folder.relative(file_of(site)), **write_boxes(site, asked.get("obstructions"))}
+
+    def _saved_site(self, asked: dict[str, Any]) -> Path:
+        site = self.folder.path(asked.get("path"), SITE_SUFFIX)
+        if not site.exists():
+            raise InputError(f"{site.name} is not saved yet", hint="save it first")
+        return site
+
+    def _page_of(self, job: Job) -> str:
+        return f"/page/{self.folder.relative(job.log)}"
 
     def page(self, relative: str) -> bytes:
         """Return the page of a log, proven now."""
@@ -173,7 +209,13 @@ def application(studio: Studio, port: int) -> ASGIApp:
         Route("/api/save", _api(studio.save), methods=["POST"]),
         Route("/api/variant", _api(studio.variant), methods=["POST"]),
         Route("/api/plan", _api(studio.plan), methods=["POST"]),
-        Route("/api/plan/{job}", _of_job(studio), methods=["GET", "DELETE"]),
+        Route("/api/plan/{job}", _by_path(lambda ask: studio.job(ask.path_params["job"]))),
+        Route("/api/plan/{job}", _by_path(lambda ask: studio.cancel(ask.path_params["job"])), methods=["DELETE"]),
+        Route("/api/obstructions", _by_path(lambda ask: studio.boxes(ask.query_params.get("path")))),
+        Route("/api/obstructions", _api(studio.set_boxes), methods=["POST"]),
+        Route("/api/watch", _api(studio.watch), methods=["POST"]),
+        Route("/api/watch/{job}", _by_path(lambda ask: studio.news(ask.path_params["job"], _number(ask)))),
+        Route("/api/watch/{job}", _by_path(lambda ask: studio.end_watch(ask.path_params["job"])), methods=["DELETE"]),
     ]
     return _Guard(Starlette(routes=routes), studio.token, port)
 
@@ -201,13 +243,22 @@ def _api(answer: Callable[[dict[str, Any]], dict[str, Any]]) -> Callable[[Reques
     return endpoint
 
 
-def _of_job(studio: Studio) -> Callable[[Request], Any]:
+def _by_path(answer: Callable[[Request], dict[str, Any]]) -> Callable[[Request], Any]:
+    """Return the endpoint of a function of an address."""
+
     async def endpoint(request: Request) -> Response:
-        act = studio.cancel if request.method == "DELETE" else studio.job
-        made = await _answered(partial(act, request.path_params["job"]))
+        made = await _answered(partial(answer, request))
         return made if isinstance(made, Response) else JSONResponse(made)
 
     return endpoint
+
+
+def _number(request: Request) -> int:
+    """Return the number of the first event that is asked for."""
+    given = request.query_params.get("after", "0")
+    if not (given.isascii() and given.isdigit() and len(given) < 10):
+        raise InputError("after is the number of an event, from 0")
+    return int(given)
 
 
 async def _answered(answer: Callable[[], Any]) -> Any:

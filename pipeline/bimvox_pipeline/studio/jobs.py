@@ -1,10 +1,13 @@
-"""Plans under way, each in a process of its own, so that they can be cancelled without loss."""
+"""Plans and watches under way, each in a process of its own, so that they can be ended without loss."""
 
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
+import sys
 import threading
+import time
 from collections import deque
 from pathlib import Path
 from typing import Any
@@ -12,33 +15,41 @@ from typing import Any
 from bimvox.errors import InputError
 from bimvox.files import default_output
 from bimvox.processes import python_module, worker_environment
+from bimvox_pipeline.studio.obstacles import file_of
 
 _KEPT = 20
 _GRACE_S = 5.0
+_LAST_LOG_S = 60.0
+"""A watch that is ended writes the whole log first."""
+_NEWS_S = 10.0
 
 
 class Job:
-    """One plan.
+    """A process that plans or watches a site.
 
     Args:
         site: The site file; its log is written beside it.
+        more: More arguments of the process.
     """
 
-    def __init__(self, site: Path) -> None:
+    def __init__(self, site: Path, *more: str) -> None:
         self.site = site
         self.log = site.parent / default_output(site, ".mcap")
-        self._now: dict[str, Any] = {"stage": None, "done": None, "of": None}
-        self._end: dict[str, Any] = {}
-        self._cancelled = False
+        self.now: dict[str, Any] = {"stage": None, "done": None, "of": None}
+        self.end: dict[str, Any] = {}
+        self.is_cancelled = False
+        self._events: list[dict[str, Any]] = []
+        self._news = threading.Condition()
         self._tail: deque[str] = deque(maxlen=20)
         self._process = subprocess.Popen(
-            python_module("bimvox_pipeline.studio.work", str(site), str(self.log)),
+            python_module("bimvox_pipeline.studio.work", str(site), str(self.log), *more),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
             encoding="utf-8",
             env=worker_environment(),
+            start_new_session=sys.platform != "win32",  # Ctrl-C reaches the studio alone, which ends its processes
         )
         self._readers = [threading.Thread(target=read, daemon=True) for read in (self._read, self._read_errors)]
         for reader in self._readers:
@@ -51,11 +62,17 @@ class Job:
                 found = json.loads(line)
             except ValueError:
                 continue
-            if "stage" in found:
-                self._now = found
-            else:
-                self._end = found
+            with self._news:
+                if "event" in found:
+                    self._events.append(found["event"])
+                elif "stage" in found:
+                    self.now = found
+                else:
+                    self.end = found
+                self._news.notify_all()
         self._process.wait()
+        with self._news:
+            self._news.notify_all()
 
     def _read_errors(self) -> None:
         assert self._process.stderr is not None
@@ -64,61 +81,93 @@ class Job:
     @property
     def is_running(self) -> bool:
         """Whether it still runs."""
-        return self._readers[0].is_alive()
+        return self._process.poll() is None or self._readers[0].is_alive()
 
-    def cancel(self) -> None:
-        """End it; a log is written whole or not at all."""
-        self._cancelled = True
-        self._process.terminate()
+    def stop(self, *, gently: bool) -> None:
+        """End it; a log is written whole or not at all. ``gently``: a watch writes the whole log first."""
+        self.is_cancelled = True
+        if gently and sys.platform != "win32":
+            self._process.send_signal(signal.SIGINT)
+        else:
+            self._process.terminate()
         try:
-            self._process.wait(_GRACE_S)
+            self._process.wait(_LAST_LOG_S if gently else _GRACE_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
         for reader in self._readers:
             reader.join(_GRACE_S)
 
-    def document(self) -> dict[str, Any]:
-        """Return how far it is, and how it ended."""
-        if self.is_running:
-            return {"state": "running", **self._now, "document": None}
-        if "document" in self._end:
-            return {"state": "done", **self._now, "document": self._end["document"]}
-        if self._cancelled:
-            return {"state": "cancelled", **self._now, "document": None}
+    def events_after(self, number: int) -> list[dict[str, Any]]:
+        """Return the events from a number on, and wait some seconds for one if there is none."""
+        until_s = time.monotonic() + _NEWS_S
+        with self._news:
+            while len(self._events) <= number and self.is_running and (left_s := until_s - time.monotonic()) > 0.0:
+                self._news.wait(min(left_s, 0.5))
+            return self._events[number:]
+
+    @property
+    def has_events(self) -> bool:
+        """Whether anything has happened."""
+        return bool(self._events)
+
+    @property
+    def error(self) -> dict[str, Any]:
+        """Why it failed."""
         said = self._tail[-1].strip() if self._tail else "it ended without a word"
-        error = self._end.get("error") or {"error": f"the plan failed: {said}", "where": None, "hint": None}
-        return {"state": "failed", **self._now, "document": None, **error}
+        return self.end.get("error") or {"error": f"the process failed: {said}", "where": None, "hint": None}
+
+    @property
+    def has_failed(self) -> bool:
+        """Whether it ended by itself and not well."""
+        return not self.is_running and not self.is_cancelled and ("error" in self.end or self._process.returncode != 0)
 
 
 class Jobs:
-    """The plans of a studio, by number."""
+    """The plans and watches of a studio, by number."""
 
     def __init__(self) -> None:
         self._jobs: dict[str, Job] = {}
         self._lock = threading.Lock()
         self._next = 1
 
-    def start(self, site: Path) -> str:
+    def plan(self, site: Path) -> str:
         """Start a plan and return its number.
 
         Raises:
-            InputError: If this site is being planned.
+            InputError: If this site is being planned or watched.
         """
+        return self._start(site)
+
+    def watch(self, site: Path, speed: float | None) -> str:
+        """Start a watch and return its number; ``speed``: carry the plan out, so many times as fast as real time.
+
+        Raises:
+            InputError: If this site is being planned or watched.
+        """
+        return self._start(site, str(file_of(site)), *([] if speed is None else [f"{speed:g}"]))
+
+    def _start(self, site: Path, *more: str) -> str:
         with self._lock:
             if any(job.is_running and job.site == site for job in self._jobs.values()):
-                raise InputError(f"{site.name} is being planned already", hint="wait for it, or cancel it")
+                raise InputError(f"{site.name} is being planned or watched already", hint="wait for it, or end it")
             number, self._next = str(self._next), self._next + 1
-            self._jobs[number] = Job(site)
+            self._jobs[number] = Job(site, *more)
             for old in [name for name, job in self._jobs.items() if not job.is_running][:-_KEPT]:
                 del self._jobs[old]
             return number
 
-    def job(self, number: str) -> Job | None:
-        """Return a plan; None if there is none of that number."""
-        return self._jobs.get(number)
+    def job(self, number: str) -> Job:
+        """Return the process of a number.
+
+        Raises:
+            InputError: If there is none.
+        """
+        if number not in self._jobs:
+            raise InputError(f"there is no plan or watch {number}")
+        return self._jobs[number]
 
     def end(self) -> None:
-        """Cancel all that run."""
+        """End all that run."""
         for job in list(self._jobs.values()):
             if job.is_running:
-                job.cancel()
+                job.stop(gently=False)

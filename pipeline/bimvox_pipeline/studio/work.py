@@ -1,7 +1,7 @@
-"""A plan in a process of its own: ``python -m bimvox_pipeline.studio.work SITE LOG``.
+"""A plan or a watch in a process of its own: ``python -m bimvox_pipeline.studio.work SITE LOG [OBSTRUCTIONS [SPEED]]``.
 
-A line of JSON on stdout for each step: ``{"stage", "done", "of"}``; the last one has the ``document`` of ``bimvox plan
---json``, or the ``error``.
+A line of JSON on stdout for each step: ``{"stage", "done", "of"}``. A plan ends with the ``document`` of ``bimvox plan
+--json``, a watch says each ``event`` of ``bimvox watch --json``; either may end with an ``error``.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
@@ -38,16 +39,30 @@ def say(document: dict[str, Any]) -> None:
 
 
 def main() -> int:
-    """Plan a site and say how it goes."""
-    from bimvox_pipeline.plan import plan
-
-    site, log = map(Path, sys.argv[1:3])
+    """Plan or watch a site and say how it goes."""
+    site, log, *watched = sys.argv[1:]
     try:
-        say({"document": plan(site, log, progress=_Lines())})
+        if watched:
+            _watch(Path(site), Path(log), *watched)
+        else:
+            from bimvox_pipeline.plan import plan
+
+            say({"document": plan(Path(site), Path(log), progress=_Lines())})
     except BimvoxError as error:
         say({"error": {"error": error.message, "where": getattr(error, "key", None), "hint": error.hint}})
         return 1
     return 0
+
+
+def _watch(site: Path, log: Path, obstructions: str, speed: str | None = None) -> None:
+    from bimvox_pipeline.watch.watch import watch
+    from bimvox_pipeline.watch.wish import WatchWish
+
+    wish = WatchWish(speed=None if speed is None else float(speed))
+    changes = watch(Path(obstructions), site=site, out=log, how=wish, progress=_Lines())
+    with suppress(KeyboardInterrupt), closing(changes):
+        for change in changes:
+            say({"event": change})
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import shutil
@@ -436,3 +437,62 @@ def test_a_plan_that_fails_says_why(page: Page, folder: Path):
     assert found["state"] == "failed"
     assert "no lift can be planned" in found["error"]
     assert not (folder / "far.mcap").exists()
+
+
+def test_boxes_are_written_and_what_is_no_box_stays(page: Page, folder: Path):
+    where = "/api/obstructions?path=a.site.toml"
+    assert page.get(where).json() == {"file": "a.obstructions.json", "obstructions": [], "others": 0}
+    pole = {"id": "pole", "cylinder": {"base": [1000.0, 2000.0, 0.0], "radius": 300.0, "height": 5000.0}}
+    truck = {"id": "truck", "box": {"min": [0.0, 0.0, 0.0], "max": [2500.0, 6000.0, 3000.0]}}
+    (folder / "a.obstructions.json").write_text(json.dumps({"version": 1, "unit": "mm", "obstructions": [pole, truck]}))
+    found = page.get(where).json()
+    assert found["others"] == 1
+    assert found["obstructions"] == [{"id": "truck", "min": [0.0, 0.0, 0.0], "max": [2.5, 6.0, 3.0]}]
+    crate = {"id": "crate", "min": [1.0, 1.0, 0.0], "max": [2.0, 2.5, 1.25]}
+    assert page.ok("/api/obstructions", path="a.site.toml", obstructions=[crate])["obstructions"] == [crate]
+    written = json.loads((folder / "a.obstructions.json").read_text())
+    assert (written["unit"], written["obstructions"][0]) == ("mm", pole)
+    assert written["obstructions"][1]["box"]["max"] == [2000.0, 2500.0, 1250.0]
+    text = (folder / "a.obstructions.json").read_text()
+    for bad in ([crate, crate], [{**crate, "max": [0.0, 0.0, 0.0]}], [{**crate, "id": "ground"}], [{"id": "x"}], 5):
+        answer = page.post("/api/obstructions", path="a.site.toml", obstructions=bad)
+        assert answer.status_code == 400, bad
+        assert answer.json()["error"]
+    assert (folder / "a.obstructions.json").read_text() == text
+
+
+def news(page: Page, number: str, after: int) -> dict[str, Any]:
+    """Return the next news that have an event, or tell of the end."""
+    for _ in range(60):
+        found: dict[str, Any] = page.get(f"/api/watch/{number}?after={after}").json()
+        if found["events"] or found["state"] in ("ended", "failed"):
+            return found
+    raise AssertionError("nothing happens")
+
+
+def test_a_watch_replans_what_a_dropped_box_is_in_the_way_of(page: Page, folder: Path):
+    number = page.ok("/api/watch", path="a.site.toml", simulate=None)["watch"]
+    assert page.post("/api/plan", path="a.site.toml").status_code == 400
+    first = news(page, number, 0)
+    assert first["state"] == "running", first
+    lifts = bimvox.read_log(folder / "a.mcap").lifts
+    x, y, z = lifts[-1].path_m[len(lifts[-1].path_m) // 2]
+    box = {"id": "scaffold", "min": [x - 0.5, y - 0.5, 0.0], "max": [x + 0.5, y + 0.5, z + 0.5]}
+    page.ok("/api/obstructions", path="a.site.toml", obstructions=[box])
+    second = news(page, number, first["next"])
+    (event,) = second["events"]
+    assert event["revision"] == 1
+    assert lifts[-1].component.id in event["replanned"] + event["infeasible"]
+    assert second["page"] == "/page/a.mcap"
+    ended = page.client.delete(f"/api/watch/{number}", headers={"X-Bimvox-Token": TOKEN}).json()
+    assert ended["state"] == "ended"
+    assert bimvox.verify(folder / "a.mcap").verified
+    assert page.get(f"/api/watch/{number}?after=x").status_code == 400
+    assert page.post("/api/watch", path="a.site.toml", simulate="fast").status_code == 400
+
+
+def test_a_watch_that_cannot_begin_says_why(page: Page, folder: Path):
+    (folder / "far.site.toml").write_text(SITE.replace("[-6, -4]", "[-300, -4]"))
+    found = news(page, page.ok("/api/watch", path="far.site.toml")["watch"], 0)
+    assert found["state"] == "failed" or found["events"][0]["event"] in ("failed", "rejected"), found
+    assert "no lift can be planned" in str(found)

@@ -1,0 +1,99 @@
+"""The obstruction file of a site in the studio: the boxes that its page edits, and all else as it is."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationError
+
+from bimvox.errors import InputError, ObstructionFileError
+from bimvox.files import read_input, write_atomically
+from bimvox.site.config.validation import Point3, Table, Text
+from bimvox.site.nested import json_values
+from bimvox.site.obstructions.file import BoxEntry, parse_obstructions
+from bimvox.units import metres_per
+from bimvox_pipeline.studio.opened import SITE_SUFFIX
+
+_MOST = 10_000
+
+
+class BoxSetup(Table):
+    """A box, in metres of the site."""
+
+    id: Text
+    min: Point3
+    max: Point3
+
+
+class Boxes(Table):
+    """All boxes of a site."""
+
+    obstructions: Annotated[tuple[BoxSetup, ...], Field(max_length=_MOST)] = ()
+
+
+def file_of(site: Path) -> Path:
+    """Return the obstruction file of a site file."""
+    return site.with_name(site.name.removesuffix(SITE_SUFFIX) + ".obstructions.json")
+
+
+def boxes_of(site: Path) -> dict[str, Any]:
+    """Return the boxes of a site's obstruction file, in metres, and how many other obstructions it has.
+
+    Raises:
+        ObstructionFileError: If the file cannot be used.
+    """
+    document = _document(file_of(site))
+    scale = metres_per(document["unit"])
+    boxes = [
+        {"id": one["id"], **{key: [round(value * scale, 6) for value in one["box"][key]] for key in ("min", "max")}}
+        for one in document["obstructions"]
+        if _is_box(one)
+    ]
+    return {"obstructions": boxes, "others": len(document["obstructions"]) - len(boxes)}
+
+
+def write_boxes(site: Path, values: object) -> dict[str, Any]:
+    """Write the boxes of a site's obstruction file; what is no box stays in it.
+
+    Raises:
+        InputError: If a box is impossible, or an id is given twice; nothing is written.
+        ObstructionFileError: If the file there cannot be used.
+    """
+    try:
+        boxes = Boxes.model_validate({"obstructions": values}).obstructions
+        for one in boxes:
+            BoxEntry(min=one.min, max=one.max)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise InputError(f"{where or 'an obstruction'}: {first['msg'].removeprefix('Value error, ')}") from None
+    file = file_of(site)
+    document = _document(file)
+    scale = metres_per(document["unit"])
+    own = [
+        {"id": one.id, "box": {"min": [v / scale for v in one.min], "max": [v / scale for v in one.max]}}
+        for one in boxes
+    ]
+    others = [one for one in document["obstructions"] if not _is_box(one)]
+    data = (json.dumps({**document, "obstructions": [*others, *own]}, indent=1) + "\n").encode()
+    parse_obstructions(data, file.name, file.parent)  # the ordinary reader: ids, reserved names, sizes
+    write_atomically(file, data)
+    return boxes_of(site)
+
+
+def _document(file: Path) -> dict[str, Any]:
+    """Return the content of an obstruction file; of one that is not there, no obstructions."""
+    if not file.exists():
+        return {"version": 1, "unit": "m", "obstructions": []}
+    data = read_input(file, ObstructionFileError)
+    parse_obstructions(data, file.name, file.parent)
+    found = json_values(data.decode("utf-8-sig"))
+    if not isinstance(found, dict):
+        raise ObstructionFileError(file, "is not an obstruction file")
+    return {"unit": "m", **found}
+
+
+def _is_box(entry: dict[str, Any]) -> bool:
+    return set(entry) == {"id", "box"}
