@@ -22,7 +22,10 @@ def init(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", metavar="SITE.toml", help="Site file. Default: MODEL.site.toml in the current folder."
+            "--output",
+            "-o",
+            metavar="SITE.toml",
+            help="Site file; its drawing has the same name with .svg. Default: MODEL.site.toml in the current folder.",
         ),
     ] = None,
     select: Select = None,
