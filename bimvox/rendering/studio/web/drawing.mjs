@@ -1,5 +1,5 @@
 // The plan view: a drawing to scale. What has a size in metres lies in one turned group; labels, handles and the frame are in pixels.
-import { areaOf, distance, edgesOf, isInside, middle, northOf, toMap, fromMap } from "./geometry.mjs";
+import { areaOf, centreOf, distance, edgesOf, isInside, middle, northOf, toMap, fromMap } from "./geometry.mjs";
 import { dimensionsOf } from "./dimensions.mjs";
 import { areasOf, extentOf, handlesOf } from "./setup.mjs";
 import { fitted, multiples, panned, resized, roundLength, scaleBar, shown, toMetres, toPixels, zoomed } from "./view.mjs";
@@ -170,11 +170,15 @@ export class Drawing {
 
   areaLabels() {
     return areasOf(this.app.setup).map(({ polygon, name, what, kind }) => {
-      // Outside of the area, where neither its handle nor a part hides it; the construction area's is above, the yard's below.
+      // The construction area's name is above it, the others' inside: at the lower edge, or next to the handle if there is little room.
       const points = polygon.map((point) => toPixels(this.view, point));
-      const low = what === "construction" ? Math.min(...points.map(([, y]) => y)) - 24 : Math.max(...points.map(([, y]) => y));
+      const [high, under] = [Math.min(...points.map(([, y]) => y)), Math.max(...points.map(([, y]) => y))];
       const x = (Math.min(...points.map(([px]) => px)) + Math.max(...points.map(([px]) => px))) / 2;
-      return label(name, [x, low + 16], { class: `label area-label ${what} ${kind ?? ""}` });
+      const classes = { class: `label area-label ${what} ${kind ?? ""}` };
+      if (what === "construction") return label(name, [x, high - 8], classes);
+      if (under - high > 80) return label(name, [x, under - 10], classes);
+      const [hx, hy] = toPixels(this.view, centreOf(polygon));
+      return label(name, [hx + 18, hy + 4], { ...classes, "text-anchor": "start" });
     });
   }
 
@@ -205,11 +209,12 @@ export class Drawing {
         const [a, b] = [at(low[1 - axis]), at(high[1 - axis])];
         drawn.push(svg("line", { x1: a[0], y1: a[1], x2: b[0], y2: b[1] }));
         const text = names[axis] + fixed(value, step < 1 ? 1 : 0).replaceAll(",", " ");
-        // The label where the line meets the sheet's upper edge (x) or left edge (y).
-        const share = axis === 0 ? (12 - a[1]) / (b[1] - a[1]) : (6 - a[0]) / (b[0] - a[0]);
+        // The label where the line meets the sheet's upper edge, or its left edge if it lies flat.
+        const flat = Math.abs(b[0] - a[0]) > Math.abs(b[1] - a[1]);
+        const share = flat ? (4 - a[0]) / (b[0] - a[0]) : (12 - a[1]) / (b[1] - a[1]);
         const place = [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])];
-        const fits = axis === 0 ? place[0] > 90 : place[1] > 26;
-        if (Number.isFinite(share) && fits) drawn.push(label(text, axis === 0 ? [place[0] + 3, 12] : [4, place[1] - 3], { class: "label grid-label", "text-anchor": "start" }));
+        const fits = flat ? place[1] > 26 : place[0] > 90;
+        if (Number.isFinite(share) && fits) drawn.push(label(text, flat ? [4, place[1] - 3] : [place[0] + 3, 12], { class: "label grid-label", "text-anchor": "start" }));
       }
     }
     return drawn;
