@@ -22,6 +22,7 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from bimvox.errors import BimvoxError, InputError
+from bimvox.files import reason_of
 from bimvox.progress import SilentProgress
 from bimvox.rendering.studio.assets import POLICY, START, media_type, web_files
 from bimvox_pipeline.render.page import page_of_log
@@ -270,7 +271,12 @@ async def _answered(answer: Callable[[], Any]) -> Any:
     except BimvoxError as error:
         return _error(400, error)
     except OSError as error:
-        return _refusal(400, f"{error.filename or 'a file'}: {error.strerror or error}")
+        return _refusal(400, f"{error.filename or 'a file'}: {reason_of(error)}")
+    except MemoryError:
+        return _refusal(500, "this needs more memory than there is")
+    except Exception as error:  # noqa: BLE001  # the last handler: the page says it, and the studio goes on
+        said = f"sorry, bimvox failed: {type(error).__name__}: {error}".splitlines()[0]
+        return JSONResponse({"error": said, "where": None, "hint": "this is a fault of bimvox"}, 500)
 
 
 def _error(status: int, error: BimvoxError) -> JSONResponse:

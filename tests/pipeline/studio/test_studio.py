@@ -496,3 +496,15 @@ def test_a_watch_that_cannot_begin_says_why(page: Page, folder: Path):
     found = news(page, page.ok("/api/watch", path="far.site.toml")["watch"], 0)
     assert found["state"] == "failed" or found["events"][0]["event"] in ("failed", "rejected"), found
     assert "no lift can be planned" in str(found)
+
+
+def test_a_fault_is_said_and_the_studio_goes_on(page: Page, monkeypatch: pytest.MonkeyPatch):
+    def broken(_: Any) -> None:
+        raise RuntimeError("a wheel came off")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(page.studio.folder, "path", broken)
+        answer = page.post("/api/open", path="a.site.toml")
+    assert answer.status_code == 500
+    assert "a wheel came off" in answer.json()["error"]
+    assert page.open()["exists"]
