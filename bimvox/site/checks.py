@@ -70,8 +70,9 @@ def check_yard(config: SiteConfig, yard: NDArray[np.bool_], components: Sequence
     """Raise an error for a site without a yard, and for a component whose ``start`` is outside the yard."""
     starts = [component for component in components if component.start_vox is not None]
     if not yard.any() and len(starts) < len(components):
+        others = "construction area and access" if config.areas.access else "the construction area"
         raise config.error(
-            "areas.yard", "covers no cell of the site outside the construction area", hint="move or enlarge the yard"
+            "areas.yard", f"covers no cell of the site outside {others}", hint="move or enlarge the yard"
         )
     for component in starts:
         assert component.start_vox is not None

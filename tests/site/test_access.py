@@ -1,12 +1,14 @@
 """The access of trucks: it is no yard, wide enough for a truck, and the crane unloads every part there."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
 from planned_sites import portal_crane, portal_site, rectangle
 from slab_yards import slab_site
 
+import bimvox
 from bimvox.errors import ConfigError
 from bimvox.grid.frame import GridFrame
 from bimvox.planning.assembly import prepare
@@ -102,3 +104,12 @@ def test_a_part_that_no_truck_brings_within_reach_is_not_planned():
     assert all(lift.status is Status.INFEASIBLE for lift in plan.lifts)
     assert "cannot be unloaded" in plan.lifts[0].reason
     assert "areas] access" in plan.lifts[0].reason
+
+
+def test_a_yard_that_is_all_access_is_none(tmp_path):
+    box = "[[[0, -20], [10, -20], [10, -9], [0, -9]]]"
+    model = (Path(__file__).parents[2] / "sample_models" / "frame.ifc").as_posix()
+    site = tmp_path / "a.site.toml"
+    site.write_text(f'[model]\npath = "{model}"\n[areas]\nyard = {box}\naccess = {box}\n')
+    with pytest.raises(ConfigError, match=r"areas\.yard.*outside construction area and access"):
+        bimvox.load_site(site)
