@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import time
 import tomllib
@@ -94,7 +95,8 @@ def address(folder) -> Iterator[str]:
 
 def show(browser: Any, address: str, folder: Path, width: int = 1440, height: int = 900, **context: Any) -> Studio:
     shutil.copy(SAMPLES / "hall.site.toml", folder)
-    for file in {*folder.glob("*.site.toml"), *folder.glob("*.mcap")} - {folder / "hall.site.toml"}:
+    made = {file for ending in ("*.site.toml", "*.mcap", "*.obstructions.json") for file in folder.glob(ending)}
+    for file in made - {folder / "hall.site.toml"}:
         file.unlink()
     options = {"viewport": {"width": width, "height": height}, "reduced_motion": "reduce", **context}
     studio = Studio(browser.new_context(**options).new_page(), folder)
@@ -345,6 +347,60 @@ def test_planning_is_cancelled(studio):
     studio.wait("document.getElementById('job').hidden")
     assert "cancelled" in studio.page.inner_text("#told")
     assert not list(studio.folder.glob("*.mcap"))
+
+
+def boxes(studio: Studio) -> list[dict[str, Any]]:
+    """Return the obstructions of the file."""
+    file = studio.folder / "hall.obstructions.json"
+    return json.loads(file.read_text())["obstructions"] if file.exists() else []
+
+
+def test_an_obstruction_is_added_dragged_typed_and_written_at_once(studio):
+    studio.page.click('[data-key="add-box"]')
+    studio.wait("!window.studio.placing.busy")
+    (box,) = boxes(studio)
+    assert box["id"] == "obstruction 1"
+    assert not studio.page.evaluate("() => window.studio.isChanged")  # the site file does not change
+    studio.drag('[data-handle="boxes/0"]', 3.0, -2.0)
+    studio.wait("!window.studio.placing.busy")
+    (dragged,) = boxes(studio)
+    assert dragged["box"]["min"] == [box["box"]["min"][0] + 3, box["box"]["min"][1] - 2, 0]
+    studio.page.fill('[data-key="boxes/0-name"]', "truck")
+    studio.page.keyboard.press("Tab")
+    studio.page.fill('[data-key="boxes/0-max-2"]', "2.75")
+    studio.page.keyboard.press("Tab")
+    studio.wait("!window.studio.placing.busy && !window.studio.placing.next")
+    (typed,) = boxes(studio)
+    assert typed["id"] == "truck"
+    assert typed["box"]["max"][2] == 2.75
+    studio.page.focus('[data-handle="boxes/0/2"]')
+    studio.page.keyboard.press("ArrowRight")
+    studio.page.keyboard.press("Control+z")
+    studio.page.keyboard.press("Control+y")
+    studio.wait("!window.studio.placing.busy && !window.studio.placing.next")
+    assert boxes(studio)[0]["box"]["max"][0] == typed["box"]["max"][0] + 0.5
+    studio.page.click('[data-key="boxes/0-remove"]')
+    studio.wait("!window.studio.placing.busy && !window.studio.placing.next")
+    assert boxes(studio) == []
+
+
+def test_a_truck_that_is_dropped_while_watched_brings_a_revision(studio):
+    studio.page.click("#start-watch")
+    studio.wait("document.getElementById('stage')?.textContent.startsWith('Watching')")
+    assert studio.page.is_disabled("#start-plan")
+    studio.page.click('[data-key="add-box"]')
+    studio.wait("document.getElementById('stage').textContent.startsWith('Revision 1')")
+    assert " ms" in studio.page.inner_text("#stage")
+    changes = studio.page.evaluate("() => [...window.studio.changes.keys()]")
+    assert changes
+    assert studio.page.locator(".part.changed").count() == len(changes)
+    first = studio.page.locator("#parts-list > details:visible").first
+    assert f"{len(changes)} part" in first.locator("summary").inner_text()
+    assert first.locator("li").count() == len(changes)
+    assert not studio.page.is_disabled("#tab-result")
+    studio.page.click("#job button")
+    studio.wait("document.getElementById('job').hidden")
+    assert studio.page.locator(".part.changed").count() == 0
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

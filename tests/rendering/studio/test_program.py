@@ -15,7 +15,7 @@ import pytest
 from bimvox.rendering.studio.assets import web_files
 
 NODE = shutil.which("node")
-MODULES = ("geometry", "view", "snap", "history", "setup", "use", "dimensions", "numbers")
+MODULES = ("geometry", "view", "snap", "history", "setup", "use", "dimensions", "numbers", "revision")
 
 pytestmark = pytest.mark.skipif(NODE is None, reason="Node.js is not here")
 
@@ -202,6 +202,40 @@ def test_corners_and_areas_come_and_go(run):
         "kind": "public",
         "polygon": SETUP["zones"][0]["polygon"],
     }
+
+
+def test_obstructions_stay_boxes_and_are_not_part_of_the_site_file(run):
+    boxes = [{"id": "truck", "min": [0, 0, 0], "max": [2.5, 8, 4]}]
+    given = {**SETUP, "boxes": boxes}
+    moved = "setup.moved(asked[0], asked[1], asked[2]).boxes[0]"
+    assert run(moved, [given, "boxes/0", [1, -1]]) == {"id": "truck", "min": [1, -1, 0], "max": [3.5, 7, 4]}
+    assert run(moved, [given, "boxes/0/1", [1, -1]]) == {"id": "truck", "min": [0, -1, 0], "max": [3.5, 8, 4]}
+    assert run(moved, [given, "boxes/0/3", [9, -1]]) == {"id": "truck", "min": [2.4, 0, 0], "max": [2.5, 7, 4]}
+    assert run("setup.withObstruction(asked, [1, 2]).boxes.map((box) => box.id)", given) == ["truck", "obstruction 2"]
+    assert run("setup.saved(asked)", given) == SETUP
+    assert run("setup.withoutArea(asked, 'boxes/0').boxes", given) == []
+    body = """(() => {
+      const all = new history.History(asked, setup.saved);
+      all.push(setup.moved(asked, "boxes/0", [1, 1]), "move");
+      const before = all.isChanged;
+      all.push(setup.moved(asked, "cranes/0", [1, 1]), "move");
+      return [before, all.isChanged];
+    })()"""
+    assert run(body, given) == [False, True]
+
+
+def test_a_revision_is_told_in_words(run):
+    event = {"revision": 2, "kept": ["a", "b"], "replanned": ["c"], "retimed": [], "infeasible": ["d"]}
+    event |= {
+        "blocked": [{"component": "d", "reason": "its place is taken", "blocked_by": ["truck"]}],
+        "latency_ms": 84,
+    }
+    words = "Revision 2: 2 kept, 1 replanned, 0 with new motion, 1 infeasible · 84 ms"
+    assert run("revision.revisionWords(asked)", event) == words
+    assert run("[...revision.changesOf(asked)].map(([id, change]) => [id, revision.changeWords(change)])", event) == [
+        ["c", "new path"],
+        ["d", "cannot be set: its place is taken (truck)"],
+    ]
 
 
 def test_each_part_has_the_colour_of_its_use(run):

@@ -1,7 +1,7 @@
 // The plan view: a drawing to scale. What has a size in metres lies in one turned group; labels, handles and the frame are in pixels.
 import { areaOf, centreOf, distance, edgesOf, isInside, middle, northOf, toMap, fromMap } from "./geometry.mjs";
 import { dimensionsOf } from "./dimensions.mjs";
-import { areasOf, extentOf, handlesOf } from "./setup.mjs";
+import { areasOf, extentOf, handleOf, handlesOf } from "./setup.mjs";
 import { fitted, multiples, panned, resized, roundLength, scaleBar, shown, toMetres, toPixels, zoomed } from "./view.mjs";
 import { byId } from "../page/dom.mjs";
 import { fixed, nameOf, tonnes } from "../page/words.mjs";
@@ -21,8 +21,9 @@ export class Drawing {
     this.areas = svg("g", { class: "areas", "aria-hidden": "true" });
     this.outline = svg("path", { class: "outline", "aria-hidden": "true" });
     this.plan = svg("g", { class: "parts", "aria-hidden": "true" });
+    this.boxes = svg("g", { class: "areas", "aria-hidden": "true" });
     this.rings = svg("g", { class: "rings", "aria-hidden": "true" });
-    this.metres = svg("g", {}, this.areas, this.outline, this.plan, this.rings);
+    this.metres = svg("g", {}, this.areas, this.outline, this.plan, this.boxes, this.rings);
     this.over = svg("g", { class: "over", "aria-hidden": "true" });
     this.grips = svg("g", { class: "grips" });
     this.frame = svg("g", { class: "frame", "aria-hidden": "true" });
@@ -104,7 +105,9 @@ export class Drawing {
   drawAreas() {
     const areas = areasOf(this.app.setup);
     const order = [...areas.filter((area) => area.what === "construction"), ...areas.filter((area) => area.what !== "construction")];
-    this.areas.replaceChildren(...order.map(({ id, what, kind, polygon }) => svg("path", { d: pathOf([polygon]), class: `area ${what} ${kind ?? ""}`, "data-area": what === "yard" ? id : null })));
+    const drawn = (all) => all.map(({ id, what, kind, polygon }) => svg("path", { d: pathOf([polygon]), class: `area ${what} ${kind ?? ""}`, "data-area": what === "yard" || what === "boxes" ? id : null }));
+    this.areas.replaceChildren(...drawn(order.filter((area) => area.what !== "boxes")));
+    this.boxes.replaceChildren(...drawn(order.filter((area) => area.what === "boxes")));
   }
 
   drawParts() {
@@ -113,7 +116,8 @@ export class Drawing {
       const path = this.parts.get(part.id);
       if (!path) continue;
       const state = app.stateOf(part);
-      set(path, { class: `part ${state}${app.isShown(part) ? "" : " ghost"}${app.chosen === part.id ? " chosen" : ""}` });
+      const change = app.changes?.get(part.id);
+      set(path, { class: `part ${state}${change ? ` changed ${change.kind}` : ""}${app.isShown(part) ? "" : " ghost"}${app.chosen === part.id ? " chosen" : ""}` });
       if (app.chosen === part.id && path.nextSibling) this.plan.append(path);
     }
   }
@@ -184,7 +188,7 @@ export class Drawing {
 
   dimensions() {
     const id = this.app.moving;
-    if (!id) return [];
+    if (!id || !handleOf(this.app.setup, id)) return []; // it may just have been removed
     return dimensionsOf(this.app.setup, id, this.outlineEdges).flatMap(({ from, to, text }) => {
       const [a, b] = [toPixels(this.view, from), toPixels(this.view, to)];
       const [mx, my] = middle(a, b);

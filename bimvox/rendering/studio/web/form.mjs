@@ -4,7 +4,7 @@ import { classWords, fixed, nameOf, tonnes } from "../page/words.mjs";
 import { areaWords } from "./dimensions.mjs";
 import { chooseMeans } from "./list.mjs";
 import { axisNames, numberOf, pointOf, shownPair, written } from "./numbers.mjs";
-import { areasOf, craneName, MEANS, withArea, withCorner, withCrane, withKind, withMeans, withoutArea, withoutCorner, withPolygon, withZone, polygonOf, ZONE_KINDS } from "./setup.mjs";
+import { areasOf, craneName, MEANS, withArea, withBox, withCorner, withCrane, withKind, withMeans, withObstruction, withoutArea, withoutCorner, withPolygon, withZone, polygonOf, ZONE_KINDS } from "./setup.mjs";
 import { meansOf, OTHERS, useWords } from "./use.mjs";
 
 export class Form {
@@ -55,7 +55,7 @@ export class Form {
       app.opened.map ? this.units() : null,
       ...app.setup.cranes.map((crane, n) => group(`cranes/${n}`, craneName(crane, n, several), this.crane(n))),
       ...areas,
-      el("div", { class: "links" }, el("button", { type: "button", "data-key": "add-yard", onclick: () => app.change(withArea(app.setup, "yard", app.drawing.view.centre), "new yard") }, "Add a yard"), el("button", { type: "button", "data-key": "add-access", onclick: () => app.change(withArea(app.setup, "access", app.drawing.view.centre, "", [12, 4]), "new access") }, "Add an access"), el("button", { type: "button", "data-key": "add-zone", onclick: () => app.change(withArea(app.setup, "zones", app.drawing.view.centre), "new zone") }, "Add a zone")),
+      el("div", { class: "links" }, el("button", { type: "button", "data-key": "add-yard", onclick: () => app.change(withArea(app.setup, "yard", app.drawing.view.centre), "new yard") }, "Add a yard"), el("button", { type: "button", "data-key": "add-access", onclick: () => app.change(withArea(app.setup, "access", app.drawing.view.centre, "", [12, 4]), "new access") }, "Add an access"), el("button", { type: "button", "data-key": "add-zone", onclick: () => app.change(withArea(app.setup, "zones", app.drawing.view.centre), "new zone") }, "Add a zone"), el("button", { type: "button", "data-key": "add-box", onclick: () => app.change(withObstruction(app.setup, app.drawing.view.centre), "new obstruction") }, "Add an obstruction")),
     );
     if (key) this.body.querySelector(`[data-key="${CSS.escape(key)}"]`)?.focus();
   }
@@ -107,8 +107,28 @@ export class Form {
         el("button", { type: "button", "data-key": `${id}/${m}-drop`, title: "Remove this corner", "aria-label": `Remove corner ${m + 1}`, disabled: polygon.length < 4, onclick: () => app.change(withoutCorner(app.setup, id, m), "corner removed") }, "−"),
       ),
     );
+    if (what === "boxes") return [this.box(n), remove("remove this obstruction")];
     const zone = what === "zones" ? this.zone(n, kind) : [];
     return [el("div", { class: "fields" }, ...zone, size), el("div", { class: "corner heads", "aria-hidden": "true" }, el("span", { class: "number" }), ...axisNames(this.map).map((axis) => el("span", {}, `${axis}, m`)), el("span", { class: "acting" })), ...corners, what === "zones" ? remove("remove this zone") : what === "access" ? remove("remove this access") : what === "yard" && app.setup.yard.length > 1 ? remove("remove this yard") : null];
+  }
+
+  /** The fields of an obstruction: its name, and from where to where it is, in metres of the site. */
+  box(n) {
+    const { app } = this;
+    const take = (typed) => {
+      const id = typed.trim();
+      if (!id) return "An obstruction needs a name.";
+      if (app.setup.boxes.some((box, m) => m !== n && box.id === id)) return `There is an obstruction “${id}” already.`;
+      return app.change(withBox(app.setup, n, { id }), "name of the obstruction");
+    };
+    const end = (axis, which) => {
+      const check = (value) => (which === "min" ? value < app.setup.boxes[n].max[axis] : value > app.setup.boxes[n].min[axis]) ? null : `It must ${which === "min" ? "begin before it ends" : "end after it begins"}.`; // prettier-ignore
+      const write = (value) => app.change(withBox(app.setup, n, { [which]: app.setup.boxes[n][which].map((old, k) => (k === axis ? value : old)) }), "size of the obstruction");
+      return this.number(`boxes/${n}-${which}-${axis}`, which === "min" ? "from" : "to", (setup) => setup.boxes[n][which][axis], write, check);
+    };
+    const name = this.input(`boxes/${n}-name`, (setup) => setup.boxes[n].id, take, "text");
+    const axes = ["x", "y", "z"].map((axis, k) => el("div", { class: "corner", role: "group", "aria-label": `${axis} in metres` }, el("span", { class: "number" }, axis), el("div", { class: "pair ends" }, end(k, "min"), end(k, "max"))));
+    return el("div", { class: "fields" }, el("label", {}, el("span", {}, "Name"), name), ...axes);
   }
 
   zone(n, kind) {
@@ -193,7 +213,7 @@ export class Form {
     const [what, n] = id.split("/");
     const group = this.body.querySelector(`[data-group="${what}/${n}"]`);
     if (group) group.open = true;
-    const key = what === "cranes" ? `cranes/${n}-0` : id.split("/").length > 2 ? `${id}-0` : `${id}/0-0`;
+    const key = what === "cranes" ? `cranes/${n}-0` : what === "boxes" ? `boxes/${n}-name` : id.split("/").length > 2 ? `${id}-0` : `${id}/0-0`;
     const field = this.body.querySelector(`[data-key="${CSS.escape(key)}"]`);
     field?.focus();
     field?.select();

@@ -1,7 +1,9 @@
 // Undo and redo over states that never change.
 
 export class History {
-  constructor(state) {
+  /** @param kept what of a state is saved with it; the rest is undone and redone, but has a file of its own */
+  constructor(state, kept = (all) => all) {
+    this.kept = kept;
     this.past = [];
     this.future = [];
     this.state = state;
@@ -44,7 +46,7 @@ export class History {
 
   /** Whether the state differs from the saved one. */
   get isChanged() {
-    return !equal(this.state, this.saved);
+    return !equal(this.kept(this.state), this.kept(this.saved));
   }
 
   /** Note that a state was saved: the current one, or the one that was sent. */

@@ -2,6 +2,7 @@
 import { byId, el, fill } from "../page/dom.mjs";
 import { counted, nameOf, tonnes, whole } from "../page/words.mjs";
 import { CHOICES, MEANS, withMeans } from "./setup.mjs";
+import { changedTitle, changeWords } from "./revision.mjs";
 import { byUse, commonMeans, grouped, matching, useWords } from "./use.mjs";
 
 /** Beyond so many parts, groups start closed. */
@@ -26,7 +27,8 @@ export class List {
       const [title, rows] = [el("summary"), el("ul")];
       return { ...group, means, summary: title, rows, element: el("details", { class: "kind", open: !closed }, title, el("label", { class: "all" }, el("span", {}, "All of them"), means), rows) };
     });
-    fill(byId("parts-list"), this.cannot, ...this.groups.map((group) => group.element));
+    this.changed = el("details", { class: "kind changed", open: true }, (this.changedTitle = el("summary")), (this.changedRows = el("ul")));
+    fill(byId("parts-list"), this.changed, this.cannot, ...this.groups.map((group) => group.element));
   }
 
   changeable(parts) {
@@ -49,8 +51,13 @@ export class List {
     const { length } = app.opened.parts;
     byId("parts-count").textContent = shown.length === length ? counted(length, "part") : `${whole(shown.length)} of ${counted(length, "part")}`;
     for (const part of shown) this.update(part);
-    const cannot = shown.filter((part) => app.stateOf(part) === "cannot").sort((a, b) => b.mass_kg - a.mass_kg);
-    const apart = new Set(cannot.map((part) => part.id));
+    const changed = shown.filter((part) => app.changes?.has(part.id)).sort((a, b) => Number(app.changes.get(b.id).kind === "refused") - Number(app.changes.get(a.id).kind === "refused"));
+    const isChanged = new Set(changed.map((part) => part.id));
+    this.changed.hidden = !changed.length;
+    this.changedTitle.textContent = changed.length ? changedTitle(app.changedBy, app.changes) : "";
+    put(this.changedRows, changed.map((part) => this.rows.get(part.id).element)); // prettier-ignore
+    const cannot = shown.filter((part) => app.stateOf(part) === "cannot" && !isChanged.has(part.id)).sort((a, b) => b.mass_kg - a.mass_kg);
+    const apart = new Set([...isChanged, ...cannot.map((part) => part.id)]);
     this.cannot.hidden = !cannot.length;
     this.cannotTitle.textContent = `Cannot be lifted (${whole(cannot.length)})`;
     put(this.cannotRows, cannot.map((part) => this.rows.get(part.id).element)); // prettier-ignore
@@ -70,7 +77,8 @@ export class List {
     const state = app.stateOf(part);
     const found = app.found(part.id);
     const use = useWords(state, found);
-    const why = state === "cannot" ? found?.reason ?? "" : "";
+    const change = app.changes?.get(part.id);
+    const why = change ? changeWords(change) : state === "cannot" ? found?.reason ?? "" : "";
     if (row.state !== state) row.element.className = row.state = state;
     if (row.use.textContent !== use) row.use.textContent = use;
     if (row.why.textContent !== why) row.why.textContent = why;

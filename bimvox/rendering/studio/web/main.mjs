@@ -12,9 +12,10 @@ import { Legend } from "./legend.mjs";
 import { List } from "./list.mjs";
 import { Panes } from "./panes.mjs";
 import { Planning } from "./planning.mjs";
-import { handleOf, moved, withCorner, withoutCorner } from "./setup.mjs";
+import { handleOf, moved, saved, withCorner, withoutCorner } from "./setup.mjs";
 import { matching, stateOf } from "./use.mjs";
 import { Variants } from "./variants.mjs";
+import { Watching } from "./watching.mjs";
 
 class App {
   constructor() {
@@ -29,6 +30,11 @@ class App {
     this.shown = null;
     this.onMap = false;
     this.variants = [];
+    this.changes = null;
+    this.changedBy = null;
+    this.result = null;
+    this.plans = 0;
+    this.placed = "[]";
     this.figures = new Map();
     this.drawing = new Drawing(this);
     this.list = new List(this);
@@ -36,11 +42,20 @@ class App {
     this.legend = new Legend(this);
     this.table = new Variants(this);
     this.planning = new Planning(this);
+    this.watching = new Watching(this);
     this.panes = new Panes(this);
     this.trying = new Latest(
-      ({ opened, setup }) => call("POST", "/api/try", { path: opened.path, setup }),
+      ({ opened, setup }) => call("POST", "/api/try", { path: opened.path, setup: saved(setup) }),
       (answer, { opened }) => opened === this.opened && this.take(answer),
       (error) => this.fail(error),
+    );
+    this.placing = new Latest(
+      ({ opened, boxes }) => call("POST", "/api/obstructions", { path: opened.path, obstructions: boxes }),
+      () => {},
+      (error) => {
+        this.placed = null;
+        this.fail(error);
+      },
     );
     watchHands(this);
     watchKeys(this);
@@ -50,6 +65,7 @@ class App {
     byId("save").addEventListener("click", () => this.save());
     byId("save-variant").addEventListener("click", () => this.saveVariant());
     byId("start-plan").addEventListener("click", () => this.plan());
+    byId("start-watch").addEventListener("click", () => this.watch());
     byId("fit").addEventListener("click", () => this.drawing.fit());
     byId("zoom-in").addEventListener("click", () => this.drawing.zoom(0.8));
     byId("zoom-out").addEventListener("click", () => this.drawing.zoom(1.25));
@@ -112,7 +128,8 @@ class App {
       const opened = await call("POST", "/api/open", { path });
       this.unsay();
       this.remember();
-      Object.assign(this, { opened, history: new History(opened.setup), draft: null, moving: null, answer: null, chosen: null, onMap: false });
+      const boxes = opened.exists ? await this.obstructionsOf(opened.path) : [];
+      Object.assign(this, { opened, history: new History({ ...opened.setup, boxes }, saved), placed: JSON.stringify(boxes), changes: null, changedBy: null, draft: null, moving: null, answer: null, chosen: null, onMap: false });
       this.legend.reset();
       this.list.open();
       this.panes.show("plan");
@@ -125,6 +142,25 @@ class App {
       document.body.removeAttribute("aria-busy");
       this.renderHead();
     }
+  }
+
+  /** The obstructions of a site that are boxes; none, and a message, if their file cannot be read. */
+  async obstructionsOf(path) {
+    try {
+      return (await call("GET", `/api/obstructions?path=${encodeURIComponent(path)}`)).obstructions;
+    } catch (error) {
+      this.fail(error);
+      return [];
+    }
+  }
+
+  /** Write the obstructions if they have changed. */
+  place() {
+    const { boxes } = this.history.state;
+    const words = JSON.stringify(boxes);
+    if (words === this.placed || (!this.opened.exists && !boxes.length)) return;
+    this.placed = words;
+    this.placing.ask({ opened: this.opened, boxes });
   }
 
   /** Ask about unsaved changes; returns whether what is open may be replaced. */
@@ -140,11 +176,12 @@ class App {
     const { opened, history } = this;
     const setup = history.state;
     try {
-      const { path, sha256, changed } = await call("POST", "/api/save", { path: opened.path, setup, sha256: opened.sha256 });
+      const { path, sha256, changed } = await call("POST", "/api/save", { path: opened.path, setup: saved(setup), sha256: opened.sha256 });
       Object.assign(opened, { path, sha256, exists: true });
       history.markSaved(setup);
       this.figures.delete(path);
       this.unsay();
+      this.place();
       this.announce(changed.length ? `Saved ${path}: ${changed.join(", ")}` : `Saved ${path}`);
       this.render();
       return true;
@@ -162,7 +199,7 @@ class App {
     const { opened, answer } = this;
     const setup = this.history.state;
     try {
-      const { path } = await call("POST", "/api/variant", { path: opened.path, setup, name });
+      const { path } = await call("POST", "/api/variant", { path: opened.path, setup: saved(setup), name });
       this.enter({ path, name, setup, answer });
       this.announce(`Saved ${path}`);
       this.panes.show("variants");
@@ -226,6 +263,7 @@ class App {
 
   changed() {
     this.renderSetup();
+    this.place();
     this.try();
   }
 
@@ -321,9 +359,42 @@ class App {
   // --- Plan
 
   async plan() {
-    if (!this.opened || this.planning.isRunning) return;
+    if (!this.opened || this.isBusy) return;
     if ((this.isChanged || !this.opened.exists) && !(await this.save())) return;
     await this.planOf(this.opened.path);
+  }
+
+  /** Keep the plan up to date with the obstructions. */
+  async watch() {
+    if (!this.opened || this.isBusy) return;
+    if ((this.isChanged || !this.opened.exists) && !(await this.save())) return;
+    try {
+      await this.watching.start(this.opened.path);
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  /** Whether a plan or a watch is under way. */
+  get isBusy() {
+    return this.planning.isRunning || this.watching.isRunning;
+  }
+
+  /** Show which parts a revision changed; null: none. */
+  setChanges(changes, words) {
+    Object.assign(this, { changes, changedBy: words });
+    this.render();
+  }
+
+  /** Note the page of the newest result; it is loaded when it is looked at. */
+  setResult(page, mark) {
+    this.result = { page, mark };
+    this.panes.allowResult();
+    if (this.panes.now === "result") this.openResult();
+  }
+
+  openResult() {
+    if (this.result) this.planning.open(this.result.page, this.result.mark);
   }
 
   /** Plan a saved site. */
@@ -337,8 +408,7 @@ class App {
 
   showResult(page) {
     if (!page) return;
-    this.planning.open(page);
-    this.panes.allowResult();
+    this.setResult(page, this.plans || "");
     this.panes.show("result");
   }
 
@@ -391,7 +461,7 @@ class App {
     byId("redo").disabled = !history.canRedo;
     byId("save").disabled = !opened || (opened.exists && !history.isChanged);
     byId("save-variant").disabled = !opened;
-    byId("start-plan").disabled = !opened || this.planning.isRunning;
+    for (const id of ["start-plan", "start-watch"]) byId(id).disabled = !opened || this.isBusy;
     if (!opened) return void (byId("path").textContent = "Nothing is open");
     const mark = this.isChanged ? ", unsaved changes" : opened.exists ? "" : ", not written yet";
     byId("name").textContent = plain(opened.name);

@@ -42,6 +42,7 @@ export class Panes {
       tab.setAttribute("aria-selected", String(one === name));
       tab.tabIndex = one === name ? 0 : -1;
     }
+    if (name === "result") this.app.openResult();
     if (name === "variants") this.app.table?.render();
   }
 }

@@ -73,6 +73,7 @@ export class Planning {
       const figures = figuresOf(now.document);
       app.figures.set(path, { ...figures, page: now.page ?? (figures.log ? `/page/${encodeURI(figures.log)}` : null) });
       app.render();
+      app.plans += 1;
       // The result of what is open is shown at once, that of another variant on request.
       if (path === app.opened?.path) app.showResult(app.figures.get(path).page);
       app.announce(`The plan of ${path} is ready.`);
@@ -81,8 +82,8 @@ export class Planning {
   }
 
   /** Put the page of a log into the pane of the result. */
-  open(page) {
-    const address = `${page}?token=${encodeURIComponent(token)}`;
+  open(page, mark = "") {
+    const address = `${page}?token=${encodeURIComponent(token)}${mark === "" ? "" : `&revision=${mark}`}`;
     const pane = byId("pane-result");
     if (pane.firstChild?.getAttribute("src") !== address) fill(pane, el("iframe", { src: address, title: "The plan" }));
   }

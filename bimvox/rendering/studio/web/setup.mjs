@@ -17,10 +17,17 @@ export const CHOICES = ["crane", "in_situ", "by_hand"];
 export function areasOf(setup) {
   const numbered = (what, name) => (setup[what] ?? []).map((polygon, n, all) => ({ id: `${what}/${n}`, what, name: all.length > 1 ? `${name} ${n + 1}` : name, polygon }));
   const areas = [...numbered("yard", "Yard"), ...numbered("access", "Access of trucks")];
+  (setup.boxes ?? []).forEach((box, n) => areas.push({ id: `boxes/${n}`, what: "boxes", name: box.id, polygon: cornersOf(box) }));
   if (setup.construction?.length) areas.push({ id: "construction/0", what: "construction", name: "Construction area", polygon: setup.construction });
   setup.zones.forEach((zone, n) => areas.push({ id: `zones/${n}`, what: "zones", kind: zone.kind, name: zone.name ? `Zone ${zone.name}` : `Zone ${n + 1}`, polygon: zone.polygon }));
   return areas;
 }
+
+/** The corners of an obstruction {id, min, max} on plan, counter-clockwise from the lowest. */
+export const cornersOf = ({ min, max }) => [[min[0], min[1]], [max[0], min[1]], [max[0], max[1]], [min[0], max[1]]]; // prettier-ignore
+
+/** The set-up without what is not in the site file: obstructions have a file of their own. */
+export const saved = ({ boxes, ...rest }) => rest;
 
 /** The name of a crane for people. */
 export const craneName = (crane, n, several) => crane.name || (several ? `Crane ${n + 1}` : "Crane");
@@ -48,12 +55,17 @@ export function withPolygon(setup, id, polygon) {
   const [what, n] = parsed(id);
   if (what === "yard" || what === "access") return { ...setup, [what]: replaced(setup[what], n, polygon) };
   if (what === "construction") return { ...setup, construction: polygon };
+  if (what === "boxes") {
+    const [x0, y0, x1, y1] = boundsOf(polygon);
+    const { min, max } = setup.boxes[n];
+    return withBox(setup, n, { min: [x0, y0, min[2]], max: [x1, y1, max[2]] });
+  }
   return { ...setup, zones: replaced(setup.zones, n, { ...setup.zones[n], polygon }) };
 }
 
 export const polygonOf = (setup, id) => {
   const [what, n] = parsed(id);
-  return what === "zones" ? setup.zones[n].polygon : what === "construction" ? setup.construction : setup[what][n];
+  return what === "zones" ? setup.zones[n].polygon : what === "construction" ? setup.construction : what === "boxes" ? cornersOf(setup.boxes[n]) : setup[what][n];
 };
 
 /** The set-up with a handle moved by [x, y] metres. */
@@ -62,6 +74,7 @@ export function moved(setup, id, [dx, dy]) {
   const shift = ([x, y]) => [tidy(x + dx), tidy(y + dy)];
   if (what === "cranes") return withCrane(setup, n, { base_m: shift(setup.cranes[n].base_m) });
   const polygon = polygonOf(setup, id);
+  if (what === "boxes" && corner !== undefined) return withBoxCorner(setup, n, corner, shift(polygon[corner]));
   return withPolygon(setup, id, corner === undefined ? polygon.map(shift) : replaced(polygon, corner, shift(polygon[corner])));
 }
 
@@ -75,11 +88,34 @@ export const withCrane = (setup, n, values) => ({ ...setup, cranes: replaced(set
 
 export const withZone = (setup, n, values) => ({ ...setup, zones: replaced(setup.zones, n, { ...setup.zones[n], ...values }) });
 
+export const withBox = (setup, n, values) => ({ ...setup, boxes: replaced(setup.boxes, n, { ...setup.boxes[n], ...values }) });
+
+/** The set-up with a corner of an obstruction at a place; the opposite corner stays, and the sides keep 0.1 m. */
+function withBoxCorner(setup, n, corner, [x, y]) {
+  const { min, max } = setup.boxes[n];
+  const [low, high] = [[...min], [...max]];
+  if (corner === 0 || corner === 3) low[0] = Math.min(x, tidy(max[0] - 0.1));
+  else high[0] = Math.max(x, tidy(min[0] + 0.1));
+  if (corner < 2) low[1] = Math.min(y, tidy(max[1] - 0.1));
+  else high[1] = Math.max(y, tidy(min[1] + 0.1));
+  return withBox(setup, n, { min: low, max: high });
+}
+
+/** The set-up with another obstruction about a place, as large as a truck. */
+export function withObstruction(setup, [x, y]) {
+  const boxes = setup.boxes ?? [];
+  let number = boxes.length + 1;
+  while (boxes.some(({ id }) => id === `obstruction ${number}`)) number += 1;
+  const [px, py] = [Math.round(x * 2) / 2, Math.round(y * 2) / 2];
+  return { ...setup, boxes: [...boxes, { id: `obstruction ${number}`, min: [px - 1.5, py - 4, 0], max: [px + 1, py + 4, 4] }] };
+}
+
 /** The set-up with the means of some parts. */
 export const withMeans = (setup, ids, means) => ({ ...setup, means: { ...setup.means, ...Object.fromEntries(ids.map((id) => [id, means])) } });
 
 /** The set-up with a corner in the middle of the side after a corner. */
 export function withCorner(setup, id, after) {
+  if (id.startsWith("boxes/")) return setup;
   const polygon = polygonOf(setup, id);
   const [[ax, ay], [bx, by]] = [polygon[after], polygon[(after + 1) % polygon.length]];
   return withPolygon(setup, id, [...polygon.slice(0, after + 1), [tidy((ax + bx) / 2), tidy((ay + by) / 2)], ...polygon.slice(after + 1)]);
@@ -87,6 +123,7 @@ export function withCorner(setup, id, after) {
 
 /** The set-up without a corner; three always stay. */
 export function withoutCorner(setup, id, corner) {
+  if (id.startsWith("boxes/")) return setup;
   const polygon = polygonOf(setup, id);
   return polygon.length > 3 ? withPolygon(setup, id, polygon.filter((_, n) => n !== corner)) : setup;
 }

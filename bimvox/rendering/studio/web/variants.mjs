@@ -47,7 +47,7 @@ export class Variants {
           "td",
           { class: current ? "current" : null },
           current ? null : el("button", { type: "button", "data-key": `show ${path}`, onclick: () => app.openFile(path), "aria-label": `Show ${name}` }, "Show"),
-          current ? null : el("button", { type: "button", "data-key": `plan ${path}`, disabled: app.planning.isRunning, onclick: () => app.planOf(path), "aria-label": `Plan ${name}` }, "Plan"),
+          current ? null : el("button", { type: "button", "data-key": `plan ${path}`, disabled: app.isBusy, onclick: () => app.planOf(path), "aria-label": `Plan ${name}` }, "Plan"),
           figures?.page ? el("button", { type: "button", "data-key": `result ${path}`, onclick: () => app.showResult(figures.page), "aria-label": `Show the result of ${name}` }, "Result") : null,
           current ? null : el("button", { type: "button", "data-key": `drop ${path}`, onclick: () => app.dropVariant(path), "aria-label": `Take ${name} out of the table` }, "Remove"),
         ),
