@@ -200,7 +200,7 @@ def test_what_cannot_be_lifted_comes_first_with_its_reason(studio):
         studio.page.fill(f'[data-key="cranes/{n}-1"]', "60")
         studio.page.keyboard.press("Enter")
     studio.settled()
-    first = studio.page.locator("#parts-list > details").first
+    first = studio.page.locator("#parts-list > details:visible").first
     assert "Cannot be lifted (33)" in first.inner_text()
     assert first.locator(".why").first.text_content() != ""
     assert "0 of 33" in studio.page.inner_text("#served")
