@@ -53,7 +53,7 @@ def test_the_first_view_holds_jib_counter_jib_and_yard(seen):
         """() => {
           const { scene, camera, plan, time } = window.page;
           const m = camera.matrix(100);
-          return scene.cranes.flatMap((crane, n) => crane.ends(scene._poseOf(plan, n, time))).map(([x, y, z]) => {
+          return scene.cranes.flatMap((crane, n) => crane.ends(scene.poseOf(plan, n, time))).map(([x, y, z]) => {
             const w = m[3] * x + m[7] * y + m[11] * z + m[15];
             return [(m[0] * x + m[4] * y + m[8] * z + m[12]) / w, (m[1] * x + m[5] * y + m[9] * z + m[13]) / w];
           });

@@ -12,6 +12,19 @@ export function cranesOf(document) {
   return document.crane ? [document.crane, ...(document.other_cranes ?? [])] : [];
 }
 
+const MOST_RINGS = 7;
+
+/** Rings of a crane: its least radius, up to MOST_RINGS radii of its load chart with their capacity, and its jib. */
+export function ringsOf({ chart, min_radius_m: least, jib_length_m: jib }) {
+  const listed = chart.radius_m.map((radius, n) => ({ radius, capacity: chart.capacity_kg[n] })).filter(({ radius }) => radius >= least && radius <= jib + 1e-6);
+  const step = (jib - least) / MOST_RINGS;
+  const kept = [];
+  for (const ring of listed.slice().reverse()) if (!kept.length || kept.at(-1).radius - ring.radius >= step - 1e-6) kept.push(ring);
+  const rings = kept.reverse();
+  if (!rings.length || jib - rings.at(-1).radius > 0.05) rings.push({ radius: jib, capacity: null });
+  return least > 0.05 && rings[0].radius - least > 0.05 ? [{ radius: least, capacity: null }, ...rings] : rings;
+}
+
 export class Crane {
   /**
    * @param record The crane's record.

@@ -4,6 +4,7 @@ import { byId, el, fill } from "./dom.mjs";
 
 const CHOICES = [
   ["crane", "Crane"],
+  ["rings", "Radii of the cranes with capacity"],
   ["yard", "Parts in the yard"],
   ["coming", "Parts to come, as ghosts at their places"],
   ["boxes", "Start and target boxes"],
@@ -14,13 +15,14 @@ const CHOICES = [
 ];
 const PATHS = [["active", "of the lift under way"], ["chosen", "of the chosen part"], ["all", "all"], ["none", "none"]];
 
-export const LAYERS = { crane: true, yard: true, coming: false, boxes: true, targets: false, structure: true, obstructions: true, voxels: false, paths: "active" };
+export const LAYERS = { crane: true, rings: false, yard: true, coming: false, boxes: true, targets: false, structure: true, obstructions: true, voxels: false, paths: "active" };
 
 export class Layers {
   constructor(app) {
     this.app = app;
     const set = document.querySelector("#layers fieldset");
-    this.boxes = CHOICES.map(([name, label]) => {
+    const used = CHOICES.filter(([name]) => name !== "rings" || app.groups.cranes.length);
+    this.boxes = used.map(([name, label]) => {
       const input = el("input", { type: "checkbox", "data-layer": name, onchange: () => app.setLayer(name, input.checked) });
       set.append(el("label", {}, input, label));
       return [name, input];

@@ -2,13 +2,14 @@
 import { Camera } from "./camera.mjs";
 import { unpack } from "./container.mjs";
 import { COLOURINGS, paintOf } from "./colours.mjs";
-import { cranesOf } from "./cranes.mjs";
+import { cranesOf, ringsOf } from "./cranes.mjs";
 import { Details } from "./details.mjs";
 import { byId, el, fill } from "./dom.mjs";
 import { Gantt } from "./gantt.mjs";
 import { Groups } from "./groups.mjs";
 import { Header } from "./header.mjs";
 import { watchKeys } from "./keyboard.mjs";
+import { Labels } from "./labels.mjs";
 import { LAYERS, Layers } from "./layers.mjs";
 import { Link } from "./link.mjs";
 import { LiftList } from "./list.mjs";
@@ -20,10 +21,11 @@ import { Plan } from "./plan.mjs";
 import { watchPointers } from "./pointer.mjs";
 import { Remarks } from "./remarks.mjs";
 import { Scene } from "./scene.mjs";
+import { SEATS, seatOf } from "./seat.mjs";
 import { Section } from "./section.mjs";
 import { Timeline, nowWords } from "./timeline.mjs";
 import { Visibility } from "./visibility.mjs";
-import { PHASES, clock, metres } from "./words.mjs";
+import { PHASES, clock, metres, tonnes } from "./words.mjs";
 
 const MOST_PIXELS = 2;
 const FOLLOW_M = 28;
@@ -43,6 +45,7 @@ class App {
     this.chosen = null;
     this.obstruction = null;
     this.following = false;
+    this.seat = null;
     this.layers = { ...LAYERS };
     this.groups = new Groups(this.parts, cranesOf(document).map((crane) => crane.name));
     this.visibility = new Visibility(this.groups);
@@ -51,6 +54,7 @@ class App {
     this.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.camera = new Camera(this.still);
     this.scene = this._scene(numbers);
+    this.labels = new Labels();
     this.header = new Header(this);
     this.list = new LiftList(this);
     this.remarks = new Remarks(this);
@@ -101,11 +105,13 @@ class App {
         this.changed();
       },
       zoom: (factor, x, y) => {
+        if (this.seat) this._stopFollowing();
         this.camera.zoom(factor, this.following ? 0 : x, this.following ? 0 : y);
         this.changed();
       },
       choose: (x, y) => this._pick(x, y),
     });
+    document.querySelector('[data-view="crane"]').hidden = !this.groups.cranes.length;
     for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", () => this.view(button.dataset.view));
     new ResizeObserver(() => this.changed()).observe(canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.changed());
@@ -225,7 +231,11 @@ class App {
       const at = this.states[this.lift.part] > 1 ? this.scene.middleOf(this.lift.part) : (this.scene.hook ?? this.scene.middleOf(this.lift.part));
       if (at) this.camera.target = at;
     }
-    if (byId("canvas").clientWidth) this.scene.draw(frame, this.layers);
+    if (this.seat) Object.assign(this.camera, this._seated());
+    if (!byId("canvas").clientWidth) return;
+    this.scene.draw(frame, this.layers);
+    this.labels.set("rings", this.layers.rings ? this._ringLabels() : []);
+    this.labels.place(this.camera.matrix(this.scene.radius), frame.width / frame.pixels, frame.height / frame.pixels);
     document.documentElement.dataset.drawn = String(Number(document.documentElement.dataset.drawn ?? 0) + 1);
   }
 
@@ -367,18 +377,61 @@ class App {
     this.paint = paintOf(this.groups, this.colourBy, this.document.colours, this.parts.length);
   }
 
+  /** The view from the seat in the crane of the lift under way. */
+  _seated() {
+    const n = (this.lift && this.plan.motionOf(this.lift)?.crane) ?? 0;
+    return seatOf(this.scene.cranes[n], this.scene.poseOf(this.plan, n, this.time), this.scene.slab.high[2], this.seat);
+  }
+
+  /** Radius and capacity of each ring, on the side of the site's middle. */
+  _ringLabels() {
+    const { low, high } = this.scene.slab;
+    return this.scene.cranes.flatMap(({ record }) => {
+      const [x, y] = record.base_m;
+      const angle = Math.atan2((low[1] + high[1]) / 2 - y, (low[0] + high[0]) / 2 - x);
+      return ringsOf(record).map(({ radius, capacity }) => ({
+        at: [x + radius * Math.cos(angle), y + radius * Math.sin(angle), high[2]],
+        text: capacity === null ? metres(radius) : `${metres(radius)}: ${tonnes(capacity)}`,
+      }));
+    });
+  }
+
+  /** Takes the next seat in the crane; after the last one returns to the view before. */
+  _nextSeat() {
+    const camera = ({ azimuth, elevation, target, distance }) => ({ azimuth, elevation, target, distance });
+    const next = SEATS[SEATS.indexOf(this.seat) + 1] ?? null;
+    const from = this.seat ? this.unseated : camera(this.camera);
+    this._stopFollowing();
+    this.camera.glide = null;
+    this.seat = next;
+    this.unseated = from;
+    if (!next) Object.assign(this.camera, from);
+    const button = document.querySelector('[data-view="crane"]');
+    button.setAttribute("aria-pressed", String(next !== null));
+    this.link.tell({ trolley: "From the trolley, down the hook. Again: from the cab.", cab: "From the cab to the hook. Again: back." }[next] ?? "Back from the crane.");
+    this.changed();
+  }
+
   turn(dx, dy) {
+    if (this.seat) this._stopFollowing();
     this.camera.orbit(dx, dy);
     this.changed();
   }
 
   _stopFollowing() {
     this.following = false;
+    this.seat = null;
+    document.querySelector('[data-view="crane"]').setAttribute("aria-pressed", "false");
     document.querySelector('[data-view="follow"]').setAttribute("aria-pressed", "false");
   }
 
   view(name, atOnce = false) {
+    if (name === "crane") {
+      if (this.scene?.cranes.length) this._nextSeat();
+      return;
+    }
     if (name === "in" || name === "out") {
+      if (this.seat) this._stopFollowing();
       this.camera.zoom(name === "in" ? 0.8 : 1.25);
       this.changed();
       return;

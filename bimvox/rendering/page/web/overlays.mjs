@@ -1,11 +1,12 @@
 // Temporary lines: slings, start and target boxes, paths of loads, outlines of the part under way and the chosen one.
 import { Lines } from "./batches.mjs";
-import { HOOK } from "./cranes.mjs";
+import { HOOK, ringsOf } from "./cranes.mjs";
 import { wayOf } from "./motion.mjs";
 import { SEEN } from "./visibility.mjs";
 
 const MOST_EDGES = 6000;
-const INK = { path: [0, 100, 190, 255], other: [0, 100, 190, 90], start: [190, 100, 0, 255], target: [196, 40, 120, 255], waiting: [196, 40, 120, 90], bad: [200, 30, 20, 255], active: [0, 45, 110, 255], chosen: [10, 10, 14, 255], rope: [60, 60, 64, 255] };
+const INK = { path: [0, 100, 190, 255], other: [0, 100, 190, 90], start: [190, 100, 0, 255], target: [196, 40, 120, 255], waiting: [196, 40, 120, 90], bad: [200, 30, 20, 255], active: [0, 45, 110, 255], chosen: [10, 10, 14, 255], rope: [60, 60, 64, 255], ring: [90, 60, 0, 255] };
+const RING_PIECES = 96;
 
 export class Overlays {
   /** @param scene Holds parts, shapes and rows. */
@@ -31,6 +32,9 @@ export class Overlays {
     const about = [plan.revision.number, lift?.order, chosen, layers.targets, layers.boxes];
     this._overlay("boxes", about, (lines) => this._addBoxes(lines, moment, lift));
     this._overlay("paths", [plan.revision.number, lift?.order, chosen, layers.paths], (lines) => this._addPaths(lines, moment, lift));
+    this._overlay("rings", [layers.rings], (lines) => {
+      if (layers.rings) this._addRings(lines);
+    });
     this._overlay("active", [lift?.part, layers.voxels], (lines) => {
       if (lift) this._addOutline(lines, lift.part, layers.voxels, { rgba: INK.active, width: 2 });
     });
@@ -93,6 +97,18 @@ export class Overlays {
     const offset = voxels ? [0, 0, 0] : part.low_m;
     const at = (point) => point.map((value, axis) => (value - offset[axis]) / scale);
     lines.addBox(at([0, 0, 0]), at(part.size_m), this.scene.partRow(n), style);
+  }
+
+  _addRings(lines) {
+    const height = this.scene.slab.high[2] + 0.03;
+    for (const { record } of this.scene.cranes)
+      for (const { radius, capacity } of ringsOf(record)) {
+        const at = (n) => {
+          const angle = (2 * Math.PI * n) / RING_PIECES;
+          return [record.base_m[0] + radius * Math.cos(angle), record.base_m[1] + radius * Math.sin(angle), height];
+        };
+        lines.addPolyline(Array.from({ length: RING_PIECES + 1 }, (_, n) => at(n)), 0, { rgba: INK.ring, width: 1.6, dash: capacity === null ? 8 : 0 });
+      }
   }
 
   _addObstruction(lines, record, style) {

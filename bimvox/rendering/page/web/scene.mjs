@@ -153,7 +153,7 @@ export class Scene {
     const motion = lift && plan.motionOf(lift);
     const since = lift ? time - lift.begins_s : 0;
     this.cranes.forEach((crane, n) => {
-      const pose = this._poseOf(plan, n, time);
+      const pose = this.poseOf(plan, n, time);
       if (n === (motion?.crane ?? 0)) this.hook = hookOf(crane.record.base_m, pose);
       crane.pose(pose, layers.crane);
     });
@@ -322,7 +322,9 @@ export class Scene {
       gl.bindVertexArray(batch.array);
       gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, batch.count);
     };
-    const { slings, boxes, paths, active, chosen } = this.overlays.batches;
+    const { slings, boxes, paths, active, chosen, rings } = this.overlays.batches;
+    stroke(rings, { bias: 1e-5, widen: 2, override: [1, 1, 1, 0.7] });
+    stroke(rings, { bias: 2e-5 });
     stroke(this.batches.crane);
     stroke(slings);
     if (!layers.voxels) stroke(active, { bias: 6e-6 });
@@ -377,7 +379,7 @@ export class Scene {
   }
 
   /** Slew, radius and height of a crane at a time. */
-  _poseOf(plan, n, time) {
+  poseOf(plan, n, time) {
     const own = plan.liftOf(n, time);
     const driven = own && plan.motionOf(own);
     return driven && driven.kind === "crane" ? axesAt(driven, time - own.begins_s) : this.cranes[n].parked;
@@ -405,7 +407,7 @@ export class Scene {
     this.cranes.forEach((crane, n) => {
       const { base_m, jib_height_m, mast_size_m } = crane.record;
       take(base_m, [base_m[0], base_m[1], jib_height_m + mast_size_m]);
-      for (const end of crane.ends(this._poseOf(plan, n, time))) take(end, end);
+      for (const end of crane.ends(this.poseOf(plan, n, time))) take(end, end);
     });
     return [low, high];
   }
