@@ -123,7 +123,7 @@ def load_site(
         model=None if model is None else path_of("load_site", model, "a model"),
         programme=None if programme is None else path_of("load_site", programme, "a programme"),
     )
-    return _built(read.config, read.building, read.files, told)
+    return built_site(read.config, read.building, read.files, told)
 
 
 def read_site(path: Path, told: Progress, *, model: Path | None = None, programme: Path | None = None) -> ReadSite:
@@ -185,11 +185,18 @@ def guess_site(
         ),
         machines=() if crane is None else machines_called(crane),
     )
-    return _built(config, building, {SITE_FILE: site_toml(config).encode()}, told)
+    return built_site(config, building, {SITE_FILE: site_toml(config).encode()}, told)
 
 
-def _built(config: SiteConfig, building: Building, files: Mapping[str, bytes], progress: Progress) -> LoadedSite:
-    """Return the site of a complete configuration and its building."""
+def built_site(config: SiteConfig, building: Building, files: Mapping[str, bytes], progress: Progress) -> LoadedSite:
+    """Return the site of a complete site file and its building.
+
+    Args:
+        config: The site file, complete.
+        building: As read.
+        files: The files that go into a log.
+        progress: Receives the stages.
+    """
     placed, site_to_ifc = place_building(config, building)
     cranes = cranes_of(config)
     frame, shape = site_extent(config, placed, *cranes)

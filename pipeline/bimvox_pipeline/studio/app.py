@@ -35,6 +35,7 @@ from bimvox_pipeline.studio.setup import read_setup
 
 _MOST_BYTES = 8 << 20
 _KEPT = 6
+_PICTURE_PX = (960, 640)
 _HEADERS = {
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",
@@ -83,6 +84,13 @@ class Studio:
     def tried(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Try a set-up."""
         return self.opened(asked.get("path")).tried(read_setup(asked.get("setup")))
+
+    def picture(self, asked: dict[str, Any]) -> bytes:
+        """Draw a set-up in 3-D."""
+        azimuth_deg = asked.get("azimuth_deg")
+        if azimuth_deg is not None and not (isinstance(azimuth_deg, int | float) and abs(azimuth_deg) <= 1e4):
+            raise InputError("azimuth_deg is an angle in degrees")
+        return self.opened(asked.get("path")).picture(read_setup(asked.get("setup")), azimuth_deg, _PICTURE_PX)
 
     def save(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Save a set-up."""
@@ -207,6 +215,7 @@ def application(studio: Studio, port: int) -> ASGIApp:
         Route("/api/files", _api(lambda _: {"folder": studio.folder.root.name, "files": studio.folder.files()})),
         Route("/api/open", _api(studio.open), methods=["POST"]),
         Route("/api/try", _api(studio.tried), methods=["POST"]),
+        Route("/api/picture", _api(studio.picture), methods=["POST"]),
         Route("/api/save", _api(studio.save), methods=["POST"]),
         Route("/api/variant", _api(studio.variant), methods=["POST"]),
         Route("/api/plan", _api(studio.plan), methods=["POST"]),
@@ -221,8 +230,8 @@ def application(studio: Studio, port: int) -> ASGIApp:
     return _Guard(Starlette(routes=routes), studio.token, port)
 
 
-def _api(answer: Callable[[dict[str, Any]], dict[str, Any]]) -> Callable[[Request], Any]:
-    """Return the endpoint of a function from a JSON object to a JSON object."""
+def _api(answer: Callable[[dict[str, Any]], dict[str, Any] | bytes]) -> Callable[[Request], Any]:
+    """Return the endpoint of a function from a JSON object to a JSON object, or to a picture."""
 
     async def endpoint(request: Request) -> Response:
         asked: Any = {}
@@ -239,6 +248,8 @@ def _api(answer: Callable[[dict[str, Any]], dict[str, Any]]) -> Callable[[Reques
             if not isinstance(asked, dict):
                 return _refusal(400, "the request is not a JSON object")
         made = await _answered(partial(answer, asked))
+        if isinstance(made, bytes):
+            return Response(made, media_type="image/png")
         return made if isinstance(made, Response) else JSONResponse(made)
 
     return endpoint

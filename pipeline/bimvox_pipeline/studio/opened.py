@@ -17,6 +17,11 @@ from bimvox.bim.building import Building, Element, Role
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.crane.fit import HOOK_BLOCK_M
 from bimvox.files import read_input
+from bimvox.library.site import built_site
+from bimvox.progress import SilentProgress
+from bimvox.rendering.draw.picture import PictureOptions
+from bimvox.rendering.draw.png import png_of
+from bimvox.rendering.scene.site import scene_of_site, view_of_site
 from bimvox.site.catalogue import catalogue
 from bimvox.site.config.file import load_site_config, read_site_file
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
@@ -141,6 +146,21 @@ class Opened:
         named = {name: entry.crane for name, entry in self._entries.items()}
         lifted = {part.id: named.get(part.id) for part in self.parts if means[part.id] == Means.CRANE.value}
         return _tried(self.trial.of(config, cranes, lifted), [part.id for part in self.parts], config, cranes)
+
+    def picture(self, wanted: Setup, azimuth_deg: float | None, size_px: tuple[int, int]) -> bytes:
+        """Return a picture (PNG) of a set-up: the finished building, the cranes, the areas.
+
+        Args:
+            wanted: The set-up.
+            azimuth_deg: Direction from the site to the eye, counter-clockwise from +x; None puts the yard in front.
+            size_px: Width and height.
+
+        Raises:
+            InputError: If the set-up is impossible.
+        """
+        site = built_site(self.with_setup(wanted), self.building, {}, SilentProgress()).site
+        view = view_of_site(site, azimuth_deg)
+        return png_of(scene_of_site(site), PictureOptions(size_px=size_px, view=view))
 
     def document(self, relative: str) -> dict[str, Any]:
         """Return everything that the page shows of the site, as JSON."""
