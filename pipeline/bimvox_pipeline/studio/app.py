@@ -36,6 +36,7 @@ from bimvox_pipeline.studio.setup import read_setup
 _MOST_BYTES = 8 << 20
 _KEPT = 6
 _PICTURE_PX = (960, 640)
+_MOST_DEG = 3600.0
 _HEADERS = {
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",
@@ -87,10 +88,10 @@ class Studio:
 
     def picture(self, asked: dict[str, Any]) -> bytes:
         """Draw a set-up in 3-D."""
-        azimuth_deg = asked.get("azimuth_deg")
-        if azimuth_deg is not None and not (isinstance(azimuth_deg, int | float) and abs(azimuth_deg) <= 1e4):
-            raise InputError("azimuth_deg is an angle in degrees")
-        return self.opened(asked.get("path")).picture(read_setup(asked.get("setup")), azimuth_deg, _PICTURE_PX)
+        turn_deg = asked.get("turn_deg", 0)
+        if not isinstance(turn_deg, int | float) or not abs(turn_deg) <= _MOST_DEG:
+            raise InputError("turn_deg is an angle in degrees")
+        return self.opened(asked.get("path")).picture(read_setup(asked.get("setup")), float(turn_deg), _PICTURE_PX)
 
     def save(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Save a set-up."""

@@ -147,19 +147,19 @@ class Opened:
         lifted = {part.id: named.get(part.id) for part in self.parts if means[part.id] == Means.CRANE.value}
         return _tried(self.trial.of(config, cranes, lifted), [part.id for part in self.parts], config, cranes)
 
-    def picture(self, wanted: Setup, azimuth_deg: float | None, size_px: tuple[int, int]) -> bytes:
+    def picture(self, wanted: Setup, turn_deg: float, size_px: tuple[int, int]) -> bytes:
         """Return a picture (PNG) of a set-up: the finished building, the cranes, the areas.
 
         Args:
             wanted: The set-up.
-            azimuth_deg: Direction from the site to the eye, counter-clockwise from +x; None puts the yard in front.
+            turn_deg: How far the eye has gone around the site, counter-clockwise from where the yard is in front.
             size_px: Width and height.
 
         Raises:
             InputError: If the set-up is impossible.
         """
         site = built_site(self.with_setup(wanted), self.building, {}, SilentProgress()).site
-        view = view_of_site(site, azimuth_deg)
+        view = view_of_site(site, view_of_site(site).azimuth_deg + turn_deg)
         return png_of(scene_of_site(site), PictureOptions(size_px=size_px, view=view))
 
     def document(self, relative: str) -> dict[str, Any]:

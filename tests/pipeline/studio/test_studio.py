@@ -517,10 +517,10 @@ def test_a_set_up_is_drawn_from_the_side_that_is_asked_for(page: Page, folder: P
     assert first.headers["content-type"] == "image/png"
     assert first.content.startswith(b"\x89PNG")
     assert page.post("/api/picture", path="a.site.toml", setup=setup).content == first.content
-    assert page.post("/api/picture", path="a.site.toml", setup=setup, azimuth_deg=30).content != first.content
+    assert page.post("/api/picture", path="a.site.toml", setup=setup, turn_deg=30).content != first.content
     there = moved(setup, base_m=[-9.0, 3.0])
     assert page.post("/api/picture", path="a.site.toml", setup=there).content != first.content
     inside = page.post("/api/picture", path="a.site.toml", setup=moved(setup, base_m=[0.2, 0.2]))
     assert inside.status_code == 400
     assert "mast" in inside.json()["error"]
-    assert page.post("/api/picture", path="a.site.toml", setup=setup, azimuth_deg="north").status_code == 400
+    assert page.post("/api/picture", path="a.site.toml", setup=setup, turn_deg="north").status_code == 400

@@ -13,6 +13,11 @@ export const token = asked.get("token") ?? "";
 export const first = asked.get("open");
 
 export async function call(method, path, body, signal) {
+  return (await answered(method, path, body, signal)).json();
+}
+
+/** The answer of a request that went well. */
+async function answered(method, path, body, signal) {
   let answer;
   try {
     answer = await fetch(path, {
@@ -25,9 +30,21 @@ export async function call(method, path, body, signal) {
     if (error.name === "AbortError") throw error;
     throw new ApiError(0, { error: "The studio does not answer.", hint: "Start `bimvox studio` again; what you see here is not lost until you close this page." });
   }
+  if (answer.ok) return answer;
   const found = await answer.json().catch(() => null);
-  if (!answer.ok) throw new ApiError(answer.status, found?.error ? found : { error: `The studio answered with status ${answer.status}.` });
-  return found;
+  throw new ApiError(answer.status, found?.error ? found : { error: `The studio answered with status ${answer.status}.` });
+}
+
+/** The address of a picture of a set-up. */
+export async function picture(body) {
+  const answer = await answered("POST", "/api/picture", body);
+  const content = await answer.blob();
+  return new Promise((done, failed) => {
+    const reader = new FileReader();
+    reader.onload = () => done(reader.result);
+    reader.onerror = () => failed(reader.error);
+    reader.readAsDataURL(content);
+  });
 }
 
 /** Sends only the latest request: one is under way, the next one waits, those between are discarded. */

@@ -11,6 +11,7 @@ import { watchKeys } from "./keys.mjs";
 import { Legend } from "./legend.mjs";
 import { List } from "./list.mjs";
 import { Panes } from "./panes.mjs";
+import { Picture } from "./picture.mjs";
 import { Planning } from "./planning.mjs";
 import { handleOf, moved, saved, withCorner, withoutCorner } from "./setup.mjs";
 import { matching, stateOf } from "./use.mjs";
@@ -44,6 +45,7 @@ class App {
     this.planning = new Planning(this);
     this.watching = new Watching(this);
     this.panes = new Panes(this);
+    this.picture = new Picture(this);
     this.trying = new Latest(
       ({ opened, setup }) => call("POST", "/api/try", { path: opened.path, setup: saved(setup) }),
       (answer, { opened }) => opened === this.opened && this.take(answer),
@@ -307,6 +309,7 @@ class App {
   /** Take the server's answer about a set-up. */
   take(answer) {
     this.answer = answer;
+    this.picture.refresh();
     this.render();
   }
 

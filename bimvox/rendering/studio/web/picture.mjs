@@ -1,0 +1,42 @@
+// The set-up in 3-D beside the plan view, drawn by the server after every change that is entered.
+import { byId, el, fill } from "../page/dom.mjs";
+import { Latest, picture } from "./api.mjs";
+import { saved } from "./setup.mjs";
+
+const STEP_DEG = 45;
+
+export class Picture {
+  constructor(app) {
+    this.app = app;
+    this.turn = 0;
+    this.card = byId("solid");
+    this.image = el("img", { alt: "The site in 3-D: building, cranes, areas", hidden: true });
+    this.said = el("p", { role: "status" });
+    const button = (words, label, step) => el("button", { type: "button", "aria-label": label, title: label, onclick: () => this.look(step) }, words);
+    fill(this.card.querySelector("div"), this.image, this.said, el("div", { class: "group", role: "group", "aria-label": "Look from" }, button("⟲", "Look from further left", -STEP_DEG), button("⟳", "Look from further right", STEP_DEG)));
+    this.asking = new Latest(
+      ({ opened, setup, turn }) => picture({ path: opened.path, setup, turn_deg: turn }),
+      (address, { opened }) => opened === this.app.opened && this.show(address, ""),
+      (error) => this.show(null, error.message),
+    );
+    this.card.open = matchMedia("(min-width: 1200px)").matches;
+    this.card.addEventListener("toggle", () => this.refresh());
+  }
+
+  look(step) {
+    this.turn = (this.turn + step) % 360;
+    this.refresh();
+  }
+
+  /** Draw what is entered; not while a hand still moves something. */
+  refresh() {
+    const { opened, draft } = this.app;
+    if (opened && !draft && this.card.open) this.asking.ask({ opened, setup: saved(this.app.setup), turn: this.turn });
+  }
+
+  show(address, words) {
+    this.image.hidden = !address;
+    if (address) this.image.src = address;
+    this.said.textContent = words;
+  }
+}
