@@ -21,7 +21,9 @@ from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import ConfigError
 from bimvox.site.config.site_config import SiteConfig, ZoneConfig
+from bimvox.site.crane_checks import check_cranes
 from bimvox.site.crane_guess import Demand, Rigs
 from bimvox.site.rigging import gear_by_crane
 from bimvox.site.zones import NO_HOOK, NO_LOAD
@@ -189,6 +191,10 @@ class Trial:
                     f"The hook of {crane.name} reaches {crane.highest_hook_m:.1f} m; to carry every part over the "
                     f"finished building takes {needed_m:.1f} m"
                 )
+        try:
+            check_cranes(config, cranes, config.rules_in_force.crane_separation_m)
+        except ConfigError as error:
+            found.append(error.message.removeprefix(f"{error.path}: {error.key}").lstrip(": "))
         return found
 
 

@@ -524,3 +524,13 @@ def test_a_set_up_is_drawn_from_the_side_that_is_asked_for(page: Page, folder: P
     assert inside.status_code == 400
     assert "mast" in inside.json()["error"]
     assert page.post("/api/picture", path="a.site.toml", setup=setup, turn_deg="north").status_code == 400
+
+
+def test_a_jib_that_would_hit_the_other_mast_is_a_problem(page: Page, folder: Path):
+    for name in ("hall.ifc", "hall.site.toml"):
+        shutil.copy(SAMPLES / name, folder)
+    setup = page.open("hall.site.toml")["setup"]
+    assert page.ok("/api/try", path="hall.site.toml", setup=setup)["problems"] == []
+    (x, y), other = setup["cranes"][1]["base_m"], setup["cranes"][1]
+    closer = {**setup, "cranes": [{**setup["cranes"][0], "base_m": [x + 1.0, y]}, other]}
+    assert "masts of" in " ".join(page.ok("/api/try", path="hall.site.toml", setup=closer)["problems"])

@@ -1,5 +1,5 @@
 // The set-up in 3-D beside the plan view, drawn by the server after every change that is entered.
-import { byId, el, fill } from "../page/dom.mjs";
+import { el } from "../page/dom.mjs";
 import { Latest, picture } from "./api.mjs";
 import { saved } from "./setup.mjs";
 
@@ -9,11 +9,11 @@ export class Picture {
   constructor(app) {
     this.app = app;
     this.turn = 0;
-    this.card = byId("solid");
     this.image = el("img", { alt: "The site in 3-D: building, cranes, areas", hidden: true });
     this.said = el("p", { role: "status" });
     const button = (words, label, step) => el("button", { type: "button", "aria-label": label, title: label, onclick: () => this.look(step) }, words);
-    fill(this.card.querySelector("div"), this.image, this.said, el("div", { class: "group", role: "group", "aria-label": "Look from" }, button("⟲", "Look from further left", -STEP_DEG), button("⟳", "Look from further right", STEP_DEG)));
+    this.card = el("details", { class: "solid" }, el("summary", {}, "3-D view"), this.image, this.said, el("div", { class: "group", role: "group", "aria-label": "Look from" }, button("⟲", "Look from further left", -STEP_DEG), button("⟳", "Look from further right", STEP_DEG)));
+    app.form.body.before(this.card);
     this.asking = new Latest(
       ({ opened, setup, turn }) => picture({ path: opened.path, setup, turn_deg: turn }),
       (address, { opened }) => opened === this.app.opened && this.show(address, ""),
