@@ -472,3 +472,15 @@ CONTRAST = """() => {
   return low;
 }"""
 """Texts with less contrast than WCAG AA asks for (4.5)."""
+
+
+def test_the_site_is_drawn_in_3d_and_turned(studio):
+    def drawn() -> str:
+        studio.wait("!window.studio.picture.asking.busy && window.studio.picture.image.src")
+        return str(studio.page.get_attribute(".solid img", "src"))
+
+    first = drawn()
+    assert first.startswith("data:image/png;base64,")
+    studio.page.click('.solid button[aria-label*="right"]')
+    studio.wait("window.studio.picture.asking.busy")
+    assert drawn() != first
