@@ -34,6 +34,7 @@ MODULES = (
     "timeline",
     "gantt",
     "section",
+    "measure",
     "panes",
     "link",
     "layers",

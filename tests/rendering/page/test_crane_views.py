@@ -43,6 +43,7 @@ def test_rings_are_drawn_and_named_with_the_capacity_of_the_log(seen):
         kg = capacity_kg[float(radius)]
         assert capacity == (f"{kg:.0f} kg" if kg < 1000 else f"{kg / 1000:.2f} t")
     seen.page.keyboard.press("b")
+    seen.page.evaluate("() => page._draw()")  # not before the next frame
     assert seen.page.locator("#labels span").count() == 0
 
 

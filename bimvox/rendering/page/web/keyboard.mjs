@@ -19,6 +19,7 @@ const KEYS = [
   ["c", "colour by the next criterion; with Shift the one before"],
   ["v", "voxels or real shapes"],
   [", . x", "section: lower or higher by 0.5 m, none; in its card also along x and y"],
+  ["m", "measure: click two points, corners of parts before surfaces and ground, or type them; again ends it"],
   ["l", "copy a link to this moment and view"],
   ["r", "list the remarks"],
   ["p", "paths: of the lift under way, of the chosen part, all, none"],
@@ -66,6 +67,7 @@ export function watchKeys(app) {
     ",": () => app.section.nudge(-1),
     ".": () => app.section.nudge(1),
     x: () => app.section.clear(),
+    m: () => app.measure.toggle(),
     v: () => app.setLayer("voxels", !app.layers.voxels),
     p: () => app.layerList.nextPaths(),
     r: () => app.remarks.open(),
@@ -87,6 +89,7 @@ export function watchKeys(app) {
       }
       return;
     }
+    if (at instanceof HTMLInputElement && at.type === "number") return;
     if (event.key === " ") {
       // Space presses a focused button; otherwise it plays or pauses.
       if (at instanceof HTMLButtonElement || at instanceof HTMLSelectElement || at.tagName === "SUMMARY" || at.type === "checkbox") return;

@@ -23,6 +23,7 @@ import { Remarks } from "./remarks.mjs";
 import { Scene } from "./scene.mjs";
 import { SEATS, seatOf } from "./seat.mjs";
 import { Section } from "./section.mjs";
+import { Measure } from "./measure.mjs";
 import { Timeline, nowWords } from "./timeline.mjs";
 import { Visibility } from "./visibility.mjs";
 import { PHASES, clock, metres, tonnes } from "./words.mjs";
@@ -63,6 +64,7 @@ class App {
     this.gantt = new Gantt(this);
     this.layerList = new Layers(this);
     this.section = new Section(this);
+    this.measure = new Measure(this);
     this.panes = new Panes(this);
     this._listen();
     this.show();
@@ -225,7 +227,7 @@ class App {
 
   _draw() {
     if (!this.scene) return;
-    this.scene.show({ plan: this.plan, time: this.time, layers: this.layers, chosen: this.chosen, obstruction: this.obstruction, looks: this.visibility.looks, paint: this.paint, cut: this.section.box });
+    this.scene.show({ plan: this.plan, time: this.time, layers: this.layers, chosen: this.chosen, obstruction: this.obstruction, looks: this.visibility.looks, paint: this.paint, cut: this.section.box, measured: this.measure.line });
     const frame = this._frame();
     if (this.following && this.lift && !this.camera.glide) {
       const at = this.states[this.lift.part] > 1 ? this.scene.middleOf(this.lift.part) : (this.scene.hook ?? this.scene.middleOf(this.lift.part));
@@ -234,6 +236,7 @@ class App {
     if (this.seat) Object.assign(this.camera, this._seated());
     if (!byId("canvas").clientWidth) return;
     this.scene.draw(frame, this.layers);
+    this.labels.set("measure", this.measure.labels);
     this.labels.set("rings", this.layers.rings ? this._ringLabels() : []);
     this.labels.place(this.camera.matrix(this.scene.radius), frame.width / frame.pixels, frame.height / frame.pixels);
     document.documentElement.dataset.drawn = String(Number(document.documentElement.dataset.drawn ?? 0) + 1);
@@ -242,6 +245,7 @@ class App {
   _pick(x, y) {
     if (!this.scene) return;
     const frame = this._frame();
+    if (this.measure.isOn) return this.measure.take(this.scene.pointAt(frame, this.layers, Math.round(x * frame.pixels), Math.round(y * frame.pixels)));
     const thing = this.scene.pick(frame, this.layers, Math.round(x * frame.pixels), Math.round(y * frame.pixels));
     if (thing?.kind === "part") this.choose(thing.index, { from: "view" });
     else if (thing?.kind === "obstruction") {

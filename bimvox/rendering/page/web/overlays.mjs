@@ -5,7 +5,7 @@ import { wayOf } from "./motion.mjs";
 import { SEEN } from "./visibility.mjs";
 
 const MOST_EDGES = 6000;
-const INK = { path: [0, 100, 190, 255], other: [0, 100, 190, 90], start: [190, 100, 0, 255], target: [196, 40, 120, 255], waiting: [196, 40, 120, 90], bad: [200, 30, 20, 255], active: [0, 45, 110, 255], chosen: [10, 10, 14, 255], rope: [60, 60, 64, 255], ring: [90, 60, 0, 255] };
+const INK = { path: [0, 100, 190, 255], other: [0, 100, 190, 90], start: [190, 100, 0, 255], target: [196, 40, 120, 255], waiting: [196, 40, 120, 90], bad: [200, 30, 20, 255], active: [0, 45, 110, 255], chosen: [10, 10, 14, 255], rope: [60, 60, 64, 255], ring: [90, 60, 0, 255], measured: [150, 0, 120, 255] };
 const RING_PIECES = 96;
 
 export class Overlays {
@@ -34,6 +34,9 @@ export class Overlays {
     this._overlay("paths", [plan.revision.number, lift?.order, chosen, layers.paths], (lines) => this._addPaths(lines, moment, lift));
     this._overlay("rings", [layers.rings], (lines) => {
       if (layers.rings) this._addRings(lines);
+    });
+    this._overlay("measured", [moment.measured], (lines) => {
+      if (moment.measured) lines.addPolyline(moment.measured, 0, { rgba: INK.measured, width: 2.4 });
     });
     this._overlay("active", [lift?.part, layers.voxels], (lines) => {
       if (lift) this._addOutline(lines, lift.part, layers.voxels, { rgba: INK.active, width: 2 });

@@ -2,15 +2,17 @@
 import { Lines, Rows, Solids } from "./batches.mjs";
 import { Crane, cranesOf } from "./cranes.mjs";
 import { programOf, textureOf } from "./gl.mjs";
-import { lookAt, multiplied, orthographic, unit } from "./maths.mjs";
+import { cross, lookAt, multiplied, orthographic, turned, unit } from "./maths.mjs";
 import { axesAt, hookOf, loadAt, storedAt } from "./motion.mjs";
 import { Overlays } from "./overlays.mjs";
 import { ARRIVED, ASSEMBLED, AWAY, IN_TRANSIT, UNBUILT } from "./plan.mjs";
-import { DEPTH_FRAGMENT, EDGE_FRAGMENT, EDGE_VERTEX, GHOSTLY, HATCHED, LINE_FRAGMENT, LINE_VERTEX, PICK_FRAGMENT, PICK_VERTEX, SHOWN, SOLID_FRAGMENT, SOLID_VERTEX, STRIPED, VOXELS, WHOLE } from "./shaders.mjs";
+import { DEPTH_FRAGMENT, EDGE_FRAGMENT, EDGE_VERTEX, GHOSTLY, HATCHED, LINE_FRAGMENT, LINE_VERTEX, PICK_FRAGMENT, PICK_VERTEX, PLACE_FRAGMENT, SHOWN, SOLID_FRAGMENT, SOLID_VERTEX, STRIPED, VOXELS, WHOLE } from "./shaders.mjs";
 import { Slab } from "./slab.mjs";
 import { GHOST, HIDDEN, SEEN } from "./visibility.mjs";
 
 const SHADOW_SIZE = 2048;
+const SNAP_PX = 9;
+const SPAN_M = 200;
 const NO_TURN = [0, 0, 0, 1];
 /** Nothing is cut off. */
 export const NO_CUT = { low: [-1e9, -1e9, -1e9], high: [1e9, 1e9, 1e9] };
@@ -39,6 +41,7 @@ export class Scene {
     this.edge = programOf(gl, EDGE_VERTEX, EDGE_FRAGMENT);
     this.depth = programOf(gl, SOLID_VERTEX, DEPTH_FRAGMENT);
     this.pickProgram = programOf(gl, PICK_VERTEX, PICK_FRAGMENT);
+    this.placeProgram = programOf(gl, PICK_VERTEX, PLACE_FRAGMENT);
     this._prepareLight();
     this.looks = new Uint8Array(this.parts.length);
     this.paint = null;
@@ -342,7 +345,59 @@ export class Scene {
   }
 
   /** The thing at a device pixel: {kind, index or record}, or null. */
-  pick({ camera, width, height }, layers, x, y) {
+  pick(frame, layers, x, y) {
+    const found = this._pixel(frame, layers, x, y, this.pickProgram, () => {});
+    return this._thingOf(found[0] + 256 * found[1] + 65536 * found[2]);
+  }
+
+  /** The point of the site at a device pixel: a corner of the part there if one is near, the surface, or the ground; null if nothing is there. */
+  pointAt(frame, layers, x, y) {
+    const thing = this.pick(frame, layers, x, y);
+    if (!thing) return this._groundAt(frame, x, y);
+    const corner = thing.kind === "part" && !layers.voxels ? this._cornerNear(frame, thing.index, x, y) : null;
+    if (corner) return corner;
+    const [low, high] = [this.slab.low.map((value) => value - SPAN_M), this.slab.high.map((value) => value + SPAN_M)];
+    return [0, 1, 2].map((axis) => {
+      const span = high[axis] - low[axis];
+      const found = this._pixel(frame, layers, x, y, this.placeProgram, (place) => {
+        this.gl.uniform1i(place("axis"), axis);
+        this.gl.uniform2f(place("span"), low[axis], span);
+      });
+      return low[axis] + (span * (found[0] + 256 * found[1] + 65536 * found[2])) / 16777215;
+    });
+  }
+
+  _groundAt({ camera, width, height }, x, y) {
+    const back = camera.direction;
+    const right = unit(cross([0, 0, 1], back));
+    const up = cross(back, right);
+    const [a, b] = [((2 * x) / width - 1) * camera.aspect, 1 - (2 * y) / height];
+    const way = [0, 1, 2].map((axis) => (right[axis] * a + up[axis] * b) / camera.focal - back[axis]);
+    const share = (this.slab.high[2] - camera.eye[2]) / way[2];
+    const at = [0, 1, 2].map((axis) => camera.eye[axis] + share * way[axis]);
+    const isThere = share > 0 && [0, 1].every((axis) => at[axis] >= this.slab.low[axis] && at[axis] <= this.slab.high[axis]);
+    return isThere ? at : null;
+  }
+
+  /** The corner of a part nearest to a pixel, if it is near enough. */
+  _cornerNear({ camera, width, height, pixels }, n, x, y) {
+    const clip = camera.matrix(this.radius);
+    const { points } = this.shapes[this.parts[n].geometry];
+    const data = this.rows.data.subarray(this.partRow(n) * 16, this.partRow(n) * 16 + 12);
+    let best = null;
+    let nearest = SNAP_PX * pixels;
+    for (let k = 0; k < points.length; k += 3) {
+      const local = [0, 1, 2].map((axis) => points[k + axis] * data[3] + data[8 + axis]);
+      const at = turned(Array.from(data.subarray(4, 8)), local).map((value, axis) => value + data[axis]);
+      const [cx, cy, , w] = [0, 1, 2, 3].map((row) => clip[row] * at[0] + clip[4 + row] * at[1] + clip[8 + row] * at[2] + clip[12 + row]);
+      const off = w > 0 ? Math.hypot(((cx / w + 1) / 2) * width - x, ((1 - cy / w) / 2) * height - y) : Infinity;
+      if (off < nearest) [best, nearest] = [at, off];
+    }
+    return best;
+  }
+
+  /** The colour that a program gives one device pixel. */
+  _pixel({ camera, width, height }, layers, x, y, program, uniforms) {
     const { gl } = this;
     const texture = textureOf(gl, gl.RGBA8, width, height, gl.RGBA, gl.UNSIGNED_BYTE, null);
     const depth = gl.createRenderbuffer();
@@ -358,7 +413,8 @@ export class Scene {
     gl.clearColor(0, 0, 0, 0);
     gl.enable(gl.DEPTH_TEST);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    this._useSolid(this.pickProgram, camera.matrix(this.radius));
+    this._useSolid(program, camera.matrix(this.radius));
+    uniforms(program.place);
     this._drawSolids(layers);
     const found = new Uint8Array(4);
     gl.readPixels(x, height - 1 - y, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, found);
@@ -368,7 +424,7 @@ export class Scene {
     gl.deleteFramebuffer(frame);
     gl.deleteRenderbuffer(depth);
     gl.deleteTexture(texture);
-    return this._thingOf(found[0] + 256 * found[1] + 65536 * found[2]);
+    return found;
   }
 
   _thingOf(row) {

@@ -164,6 +164,23 @@ void main() {
   colour = vec4(float(picked & 255u), float((picked >> 8u) & 255u), float(picked >> 16u), 255.0) / 255.0;
 }`;
 
+/** Where a pixel lies along one axis, as a share of a span. */
+export const PLACE_FRAGMENT = `#version 300 es
+precision highp float;
+precision highp int;
+${CUT}
+in vec3 world;
+flat in vec4 look;
+flat in uint picked;
+uniform int axis;
+uniform vec2 span;
+out vec4 colour;
+void main() {
+  if (cut_off(world, int(look.w))) discard;
+  uint share = uint(clamp((world[axis] - span.x) / span.y, 0.0, 1.0) * 16777215.0);
+  colour = vec4(float(share & 255u), float((share >> 8u) & 255u), float(share >> 16u), 255.0) / 255.0;
+}`;
+
 export const SLAB_VERTEX = `#version 300 es
 precision highp float;
 layout(location = 0) in vec3 at;
