@@ -147,13 +147,18 @@ def served(
     margin_m: float,
 ) -> NDArray[np.bool_]:
     """Return (B, N) whether a crane on each base carries each mass at its point, high enough."""
-    different, which = np.unique(masses_kg, return_inverse=True)
-    limits = np.array([allowed_radii_m(crane, float(mass)) for mass in different]).reshape(-1, 2)[which.ravel()]
+    limits = radii_for_m(crane, masses_kg)
     radii = distances_m(bases_m, points_m)
     able: NDArray[np.bool_] = (radii >= limits[:, 0] + margin_m) & (radii <= limits[:, 1] - margin_m)
     if crane.luffing is not None:
         able &= highest_hooks_m(crane.luffing, radii) >= height_under_hook_m
     return able
+
+
+def radii_for_m(crane: TowerCrane, masses_kg: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (N, 2) the smallest and the largest radius at which a crane carries each mass."""
+    different, which = np.unique(masses_kg, return_inverse=True)
+    return np.array([allowed_radii_m(crane, float(mass)) for mass in different]).reshape(-1, 2)[which.ravel()]
 
 
 def distances_m(bases_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -15,11 +15,10 @@ import shapely
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Element
-from bimvox.crane.fit import distances_m
+from bimvox.crane.fit import distances_m, radii_for_m
 from bimvox.crane.fit_luffing import highest_hooks_m
 from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.load_chart import capacity_kg
-from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError
 from bimvox.site.config.site_config import SiteConfig, ZoneConfig
@@ -134,8 +133,7 @@ class Trial:
         in_yard_m = np.sort(distances_m(base, points_m)[0])
         if used.luffing is not None:
             in_yard_m = in_yard_m[highest_hooks_m(used.luffing, in_yard_m) >= high_m]
-        different, which = np.unique(masses_kg, return_inverse=True)
-        low_m, far_m = np.array([allowed_radii_m(used, float(mass_kg)) for mass_kg in different])[which.ravel()].T
+        low_m, far_m = radii_for_m(used, masses_kg).T
         able = (radius_m >= low_m) & (radius_m <= far_m)
         if used.luffing is not None:
             able &= highest_hooks_m(used.luffing, radius_m) >= high_m
@@ -172,7 +170,7 @@ class Trial:
             common_m2 = float(shapely.union_all([shapely.Polygon(one) for one in polygons]).intersection(yard).area)
             if common_m2 > 0.01:
                 found.append(f"The yard lies on {name}; these {common_m2:.0f} m² hold no parts")
-        top_m = self._demands[True]
+        demand = self._demands[True]
         for crane in cranes:
             (x0, y0, _), (x1, y1, _) = mast_box_m(crane)
             mast = shapely.box(x0, y0, x1, y1)
@@ -180,12 +178,9 @@ class Trial:
             if len(hit):
                 part = self._parts[int(hit[0])]
                 found.append(f"The mast of {crane.name} stands at the place of {part.label}")
-            found += [
-                f"The mast of {crane.name} stands in {what}"
-                for what, area in (("the yard", yard),)
-                if mast.intersects(area)
-            ]
-            needed_m = top_m.height_m(top_m.as_used(crane))
+            if mast.intersects(yard):
+                found.append(f"The mast of {crane.name} stands in the yard")
+            needed_m = demand.height_m(demand.as_used(crane))
             if crane.luffing is None and crane.highest_hook_m < needed_m:
                 found.append(
                     f"The hook of {crane.name} reaches {crane.highest_hook_m:.1f} m; to carry every part over the "

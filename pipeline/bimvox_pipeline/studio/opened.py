@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Element, Role
 from bimvox.bim.read import ReadOptions, read_building
@@ -65,14 +66,18 @@ class Opened:
         return None if self.content is None else hashlib.sha256(self.content).hexdigest()
 
     @cached_property
+    def _placing(self) -> tuple[Building, NDArray[np.float64]]:
+        return place_building(self.config, self.building)
+
+    @property
     def placed(self) -> Building:
         """The building in the site frame."""
-        return place_building(self.config, self.building)[0]
+        return self._placing[0]
 
-    @cached_property
-    def site_to_ifc(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    @property
+    def site_to_ifc(self) -> NDArray[np.float64]:
         """(4, 4) transform from the site frame to model coordinates."""
-        return place_building(self.config, self.building)[1]
+        return self._placing[1]
 
     @cached_property
     def parts(self) -> list[Element]:
@@ -116,7 +121,7 @@ class Opened:
         return rigs_of(self.config, self.parts)
 
     @property
-    def to_map(self) -> np.ndarray[Any, np.dtype[np.float64]] | None:
+    def to_map(self) -> NDArray[np.float64] | None:
         """(4, 4) transform from the site frame to the map; None if the model has no map conversion."""
         found = (
             ifc_to_map(self.building.georeference, self.building.source.unit) if self.building.georeference else None

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from bimvox.crane.fit import standing
+from bimvox.crane.machine import carries_most
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.config.crane import CraneConfig, LuffingConfig
@@ -209,7 +210,7 @@ def _other_machine(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_heig
         raise InputError(
             f"{machine.name} has no reeving of {new.falls} falls", hint=f"it has {' and '.join(map(str, falls))}"
         )
-    crane = standing(max(able, key=lambda one: (one.chart.capacity_kg[0], one.falls)), hook_height_m)
+    crane = standing(carries_most(able), hook_height_m)
     if crane.luffing is None and new.height_m not in (old.height_m, None):
         crane = replace(crane, jib_height_m=float(new.height_m or 0.0))
     foot_m = own.base_m[2] if own.base_m is not None and len(own.base_m) == 3 else 0.0
