@@ -1,7 +1,8 @@
 """A plan or a watch in a process of its own: ``python -m bimvox_pipeline.studio.work SITE LOG [OBSTRUCTIONS [SPEED]]``.
 
 A line of JSON on stdout for each step: ``{"stage", "done", "of"}``. A plan ends with the ``document`` of ``bimvox plan
---json``, a watch says each ``event`` of ``bimvox watch --json``; either may end with an ``error``.
+--json``; a watch says each ``event`` of ``bimvox watch --json``, and ``clock`` when the site's clock starts. Either may
+end with an ``error``.
 """
 
 from __future__ import annotations
@@ -58,7 +59,10 @@ def _watch(site: Path, log: Path, obstructions: str, speed: str | None = None) -
     from bimvox_pipeline.watch.watch import watch
     from bimvox_pipeline.watch.wish import WatchWish
 
-    wish = WatchWish(speed=None if speed is None else float(speed))
+    def started(time_s: float) -> None:
+        say({"event": {"event": "clock", "time_s": time_s, "speed": float(speed or 0.0)}})
+
+    wish = WatchWish(speed=None if speed is None else float(speed), clock_started=started)
     changes = watch(Path(obstructions), site=site, out=log, how=wish, progress=_Lines())
     with suppress(KeyboardInterrupt), closing(changes):
         for change in changes:

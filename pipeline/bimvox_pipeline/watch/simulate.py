@@ -23,16 +23,24 @@ class PlanClock:
     Args:
         speed: Seconds on the site's clock per second on the wall clock.
         wall_s: The wall clock.
+        started: Told the time in seconds from which it runs.
     """
 
-    def __init__(self, speed: float, wall_s: Callable[[], float] = time.monotonic) -> None:
-        self.speed, self._wall_s = speed, wall_s
+    def __init__(
+        self,
+        speed: float,
+        wall_s: Callable[[], float] = time.monotonic,
+        started: Callable[[float], object] | None = None,
+    ) -> None:
+        self.speed, self._wall_s, self._on_start = speed, wall_s, started
         self._start_ns = 0
         self._started_s: float | None = None
 
     def start(self, at_ns: int = 0) -> None:
         """Run from a time on."""
         self._start_ns, self._started_s = at_ns, self._wall_s()
+        if self._on_start is not None:
+            self._on_start(at_ns / NS_PER_S)
 
     def stand_at(self, at_ns: int) -> None:
         """Stop at a time until it is started again."""

@@ -85,7 +85,7 @@ def watch(
         insist_on_one_crane(loaded.site)
     if how.speed is not None and not loaded.site.cranes:
         raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
-    clock = None if how.speed is None or traffic is not None else PlanClock(how.speed)
+    clock = None if how.speed is None or traffic is not None else PlanClock(how.speed, started=how.clock_started)
     plan = WatchedPlan(loaded, chosen, target, seed_of(loaded, wish.seed))
     watcher = Watcher(plan, preparation, obstructions, progress, clock)
     if traffic is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 
@@ -16,6 +17,7 @@ class WatchWish:
         retrain: Budget, in environment steps, of more training during the watch if the policy fails lifts; 0: none.
         serve: ``[HOST:]PORT`` of a websocket for viewers.
         traffic: Seed of people and vehicles among which the plan is carried out, or a file with their tracks.
+        clock_started: Told the time in seconds from which the site's clock runs, when it starts.
     """
 
     once: bool = False
@@ -24,3 +26,4 @@ class WatchWish:
     retrain: int = 0
     serve: str | None = None
     traffic: str | None = None
+    clock_started: Callable[[float], object] | None = None

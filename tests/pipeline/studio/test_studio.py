@@ -491,6 +491,22 @@ def test_a_watch_replans_what_a_dropped_box_is_in_the_way_of(page: Page, folder:
     assert page.post("/api/watch", path="a.site.toml", simulate="fast").status_code == 400
 
 
+def test_a_watch_that_carries_the_plan_out_tells_the_time_and_the_states(page: Page, folder: Path):
+    number = page.ok("/api/watch", path="a.site.toml", simulate=5000)["watch"]
+    events, lifts = [], set()
+    while not any(event.get("state") == "assembled" for event in events):
+        found = news(page, number, len(events))
+        assert found["state"] == "running", found
+        events += found["events"]
+    lifts = {lift.component.id for lift in bimvox.read_log(folder / "a.mcap").lifts}
+    (clock,) = [event for event in events if event["event"] == "clock"]
+    assert clock == {"event": "clock", "time_s": 0.0, "speed": 5000.0}
+    states = [event for event in events if event["event"] == "state"]
+    assert {state["component"] for state in states} <= lifts
+    assert events.index(clock) < events.index(states[0])
+    page.client.delete(f"/api/watch/{number}", headers={"X-Bimvox-Token": TOKEN})
+
+
 def test_a_watch_that_cannot_begin_says_why(page: Page, folder: Path):
     (folder / "far.site.toml").write_text(SITE.replace("[-6, -4]", "[-300, -4]"))
     found = news(page, page.ok("/api/watch", path="far.site.toml")["watch"], 0)

@@ -386,6 +386,7 @@ def test_an_obstruction_is_added_dragged_typed_and_written_at_once(studio):
 
 def test_a_truck_that_is_dropped_while_watched_brings_a_revision(studio):
     studio.page.click("#start-watch")
+    studio.page.keyboard.press("Enter")
     studio.wait("document.getElementById('stage')?.textContent.startsWith('Watching')")
     assert studio.page.is_disabled("#start-plan")
     studio.page.click('[data-key="add-box"]')
@@ -401,6 +402,29 @@ def test_a_truck_that_is_dropped_while_watched_brings_a_revision(studio):
     studio.page.click("#job button")
     studio.wait("document.getElementById('job').hidden")
     assert studio.page.locator(".part.changed").count() == 0
+
+
+def test_a_plan_is_carried_out_and_a_truck_is_dropped_meanwhile(studio):
+    studio.page.click("#start-watch")
+    studio.page.check("[name=carried][value=yes]")
+    studio.page.fill("#speed", "fast")
+    studio.page.keyboard.press("Enter")
+    assert "is a number" in studio.page.inner_text("#ask")
+    studio.page.fill("#speed", "200")
+    studio.page.keyboard.press("Enter")
+    studio.wait("/lifting .* of 33 set/.test(document.getElementById('carried')?.textContent)")
+    before = studio.page.inner_text("#carried")
+    assert studio.page.locator(".part.unset").count() > 20
+    assert studio.page.locator(".part.lifting").count() >= 1
+    assert studio.page.locator("#parts-list small", has_text="is lifted now").count() >= 1
+    studio.wait("/ [1-9]\\d* of 33 set/.test(document.getElementById('carried').textContent)")
+    assert studio.page.inner_text("#carried").split(" · ")[0] > before.split(" · ")[0]
+    studio.page.click('[data-key="add-box"]')
+    studio.wait("document.getElementById('stage').textContent.startsWith('Revision 1 (obstruction 1)')")
+    studio.wait("document.querySelector('#parts-list .changed .why')?.textContent.includes('obstruction 1')")
+    studio.page.click("#job button")
+    studio.wait("document.getElementById('job').hidden")
+    assert studio.page.locator(".part.unset").count() == 0
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

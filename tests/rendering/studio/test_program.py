@@ -15,7 +15,7 @@ import pytest
 from bimvox.rendering.studio.assets import web_files
 
 NODE = shutil.which("node")
-MODULES = ("geometry", "view", "snap", "history", "setup", "use", "dimensions", "numbers", "revision")
+MODULES = ("geometry", "view", "snap", "history", "setup", "use", "dimensions", "numbers", "revision", "carried")
 
 pytestmark = pytest.mark.skipif(NODE is None, reason="Node.js is not here")
 
@@ -236,6 +236,59 @@ def test_a_revision_is_told_in_words(run):
         ["c", "new path"],
         ["d", "cannot be set: its place is taken (truck)"],
     ]
+
+
+def test_a_revision_names_its_cause_and_the_load_that_was_stopped(run):
+    event = {"revision": 3, "kept": ["a"], "replanned": ["b"], "retimed": ["c"], "infeasible": []}
+    event |= {"obstructions": ["truck"], "stopped": {"component": "b", "held": False, "safe": True}}
+    assert run("revision.revisionWords(asked)", event).startswith("Revision 3 (truck): 1 kept, 1 replanned")
+    assert run("[...revision.changesOf(asked).values()].map(revision.changeWords)", event) == [
+        "same path, new motion, because of truck",
+        "new path, because of truck",
+    ]
+    assert run("revision.stopWords(asked, (id) => id.toUpperCase())", event) == (
+        "B was stopped and goes on along a new path"
+    )
+    held = {"stopped": {"component": "b", "held": True, "safe": False}}
+    assert "is held" in run("revision.stopWords(asked, (id) => id)", held)
+    assert "no stop was free" in run("revision.stopWords(asked, (id) => id)", held)
+    assert run("revision.stopWords(asked, (id) => id)", {"stopped": None}) is None
+
+
+def test_a_plan_that_is_carried_out_has_a_time_and_parts_on_the_way(run):
+    body = """(() => {
+      let now = 0;
+      const one = new carried.CarriedOut(() => now);
+      const told = [];
+      const tell = () => told.push(one.words((id) => id));
+      const state = (component, name, time_s) => one.take({ event: "state", component, state: name, time_s });
+      tell();
+      one.take({ event: "planned", kept: [], replanned: ["a", "b"] });
+      one.take({ event: "clock", time_s: 0, speed: 60 });
+      now = 2000;
+      tell();
+      state("a", "in_transit", 100);
+      tell();
+      const stages = ["a", "b"].map((id) => one.stageOf(id));
+      one.take({ event: "replanned", kept: ["b"], replanned: ["a"], stopped: { component: "a", held: true } });
+      tell();
+      one.take({ event: "replanned", kept: ["b"], replanned: ["a"], stopped: null });
+      state("a", "assembled", 110);
+      state("b", "assembled", 200);
+      now = 9e6;
+      tell();
+      return [told, stages, one.stageOf("b")];
+    })()"""
+    told, stages, last = run(body)
+    assert told == [
+        "The simulation starts",
+        "0:02:00 · between two lifts · 0 of 2 set",
+        "0:02:00 · lifting a · 0 of 2 set",
+        "0:02:00 · a is held · 0 of 2 set",
+        "0:03:20 · all parts are set · 2 of 2 set",
+    ]
+    assert stages == ["lifting", "unset"]
+    assert last == "set"
 
 
 def test_each_part_has_the_colour_of_its_use(run):

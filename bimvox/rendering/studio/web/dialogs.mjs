@@ -1,6 +1,7 @@
 // Questions to the person: which file, which name, what of unsaved changes.
 import { byId, el, fill } from "../page/dom.mjs";
 import { counted } from "../page/words.mjs";
+import { numberOf } from "./numbers.mjs";
 
 const KINDS = { site: "Site files", model: "Models", log: "Plans (logs)" };
 
@@ -44,6 +45,43 @@ export function askName(title, sentence, given, check) {
     dialog.addEventListener("close", () => done(chosen), { once: true });
     dialog.showModal();
     input.select();
+  });
+}
+
+/** Ask how a plan is watched; returns {speed: how many times as fast as real time it is carried out, null: it is not}, null if the person closed the question. */
+export function askWatch(last) {
+  const dialog = byId("ask");
+  return new Promise((done) => {
+    let chosen = null;
+    const choice = (value, words) => el("label", { class: "choice" }, el("input", { type: "radio", name: "carried", value, checked: (last === null) === (value === "no") }), el("span", {}, words));
+    const speed = el("input", { type: "text", id: "speed", inputmode: "decimal", value: String(last ?? 60), autocomplete: "off", "aria-label": "Times as fast as real time" });
+    const wrong = el("p", { class: "warn", role: "alert", hidden: true });
+    const form = el(
+      "form",
+      { method: "dialog" },
+      el("p", {}, "Every obstruction that is drawn, moved or removed then changes the plan at once, and what changed is marked. The log is kept up to date."),
+      choice("no", "Keep the whole plan up to date"),
+      choice("yes", "Also carry the plan out: a simulated clock runs, parts are lifted and set"),
+      el("label", { class: "speed", for: "speed" }, "Speed, times real time", speed),
+      wrong,
+      el("div", { class: "answers" }, el("button", { type: "submit", class: "main" }, "Start"), el("button", { type: "button", onclick: () => dialog.close() }, "Cancel")),
+    );
+    const isCarried = () => form.elements.carried.value === "yes";
+    const show = () => (speed.disabled = !isCarried());
+    form.addEventListener("change", show);
+    form.addEventListener("submit", (event) => {
+      const value = numberOf(speed.value);
+      if (!isCarried() || (value >= 0.1 && value <= 10000)) return void (chosen = { speed: isCarried() ? value : null });
+      event.preventDefault();
+      wrong.textContent = "The speed is a number from 0.1 to 10000, such as 60: a minute in a second.";
+      wrong.hidden = false;
+      speed.focus();
+    });
+    fill(dialog, el("h2", { id: "ask-title" }, "Watch the plan"), form);
+    show();
+    dialog.addEventListener("close", () => done(chosen), { once: true });
+    dialog.showModal();
+    form.querySelector("[type=submit]").focus();
   });
 }
 

@@ -117,7 +117,7 @@ export class Drawing {
       if (!path) continue;
       const state = app.stateOf(part);
       const change = app.changes?.get(part.id);
-      set(path, { class: `part ${state}${change ? ` changed ${change.kind}` : ""}${app.isShown(part) ? "" : " ghost"}${app.chosen === part.id ? " chosen" : ""}` });
+      set(path, { class: `part ${state}${change ? ` changed ${change.kind}` : ""} ${app.stageOf(part)}${app.isShown(part) ? "" : " ghost"}${app.chosen === part.id ? " chosen" : ""}` });
       if (app.chosen === part.id && path.nextSibling) this.plan.append(path);
     }
   }

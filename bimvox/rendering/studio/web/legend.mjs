@@ -15,7 +15,8 @@ export class Legend {
         return [key, { element: el("li", {}, button), button, count }];
       }),
     );
-    fill(byId("key").querySelector("ul"), ...[...this.entries.values()].map(({ element }) => element));
+    this.note = el("li", { class: "about" }, "faint: not set yet · blue: lifted now");
+    fill(byId("key").querySelector("ul"), ...[...this.entries.values()].map(({ element }) => element), this.note);
     if (matchMedia("(max-width: 860px)").matches) byId("key").open = false;
   }
 
@@ -32,6 +33,7 @@ export class Legend {
 
   render() {
     const { app } = this;
+    this.note.hidden = !app.carried;
     const counts = countsOf(app.opened.parts, app.setup, app.answer?.parts);
     for (const [key, { element, button, count }] of this.entries) {
       const pressed = app.states?.has(key) ?? false;

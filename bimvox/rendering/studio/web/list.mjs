@@ -3,6 +3,7 @@ import { byId, el, fill } from "../page/dom.mjs";
 import { counted, nameOf, tonnes, whole } from "../page/words.mjs";
 import { CHOICES, MEANS, withMeans } from "./setup.mjs";
 import { changedTitle, changeWords } from "./revision.mjs";
+import { stageWords } from "./carried.mjs";
 import { byUse, commonMeans, grouped, matching, useWords } from "./use.mjs";
 
 /** Beyond so many parts, groups start closed. */
@@ -40,7 +41,7 @@ export class List {
     const why = el("small", { class: "why" });
     const small = el("small", {}, tonnes(part.mass_kg));
     const button = el("button", { type: "button", onclick: () => this.app.choose(part.id, true) }, el("i", { class: "dot", "aria-hidden": "true" }), el("span", { class: "who" }, el("span", {}, nameOf(part)), small, why), use);
-    return { element: el("li", { "data-part": part.id }, button), button, use, why, state: null };
+    return { element: el("li", { "data-part": part.id }, button), button, use, why, small, state: null };
   }
 
   render() {
@@ -76,10 +77,12 @@ export class List {
     const row = this.rows.get(part.id);
     const state = app.stateOf(part);
     const found = app.found(part.id);
-    const use = useWords(state, found);
     const change = app.changes?.get(part.id);
+    const use = change?.kind === "refused" ? "no" : useWords(state, found);
     const why = change ? changeWords(change) : state === "cannot" ? found?.reason ?? "" : "";
     if (row.state !== state) row.element.className = row.state = state;
+    const small = [tonnes(part.mass_kg), stageWords(app.stageOf(part))].filter(Boolean).join(" · ");
+    if (row.small.textContent !== small) row.small.textContent = small;
     if (row.use.textContent !== use) row.use.textContent = use;
     if (row.why.textContent !== why) row.why.textContent = why;
     const chosen = app.chosen === part.id;

@@ -2,7 +2,7 @@
 import { byId, el, fill } from "../page/dom.mjs";
 import { counted, nameOf, percent, plain, whole } from "../page/words.mjs";
 import { call, first, Latest } from "./api.mjs";
-import { ask, askFile, askName, wrongName } from "./dialogs.mjs";
+import { ask, askFile, askName, askWatch, wrongName } from "./dialogs.mjs";
 import { Drawing } from "./drawing.mjs";
 import { Form } from "./form.mjs";
 import { watchHands } from "./hands.mjs";
@@ -14,7 +14,7 @@ import { Panes } from "./panes.mjs";
 import { Picture } from "./picture.mjs";
 import { Planning } from "./planning.mjs";
 import { handleOf, moved, saved, withCorner, withoutCorner } from "./setup.mjs";
-import { matching, stateOf } from "./use.mjs";
+import { matching, meansOf, stateOf } from "./use.mjs";
 import { Variants } from "./variants.mjs";
 import { Watching } from "./watching.mjs";
 
@@ -33,6 +33,8 @@ class App {
     this.variants = [];
     this.changes = null;
     this.changedBy = null;
+    this.carried = null;
+    this.speed = null;
     this.result = null;
     this.plans = 0;
     this.placed = "[]";
@@ -91,6 +93,11 @@ class App {
     return stateOf(part, this.setup, this.found(part.id));
   }
 
+  /** How far a part is that is lifted, while the plan is carried out: "unset", "lifting" or "set"; otherwise "". */
+  stageOf(part) {
+    return this.carried && meansOf(part, this.setup) === "crane" ? this.carried.stageOf(part.id) : "";
+  }
+
   isShown(part) {
     return this.shown === null || this.shown.has(part.id);
   }
@@ -131,7 +138,7 @@ class App {
       this.unsay();
       this.remember();
       const boxes = opened.exists ? await this.obstructionsOf(opened.path) : [];
-      Object.assign(this, { opened, history: new History({ ...opened.setup, boxes }, saved), placed: JSON.stringify(boxes), changes: null, changedBy: null, draft: null, moving: null, answer: null, chosen: null, onMap: false });
+      Object.assign(this, { opened, history: new History({ ...opened.setup, boxes }, saved), placed: JSON.stringify(boxes), changes: null, changedBy: null, carried: null, draft: null, moving: null, answer: null, chosen: null, onMap: false });
       this.legend.reset();
       this.list.open();
       this.panes.show("plan");
@@ -370,9 +377,12 @@ class App {
   /** Keep the plan up to date with the obstructions. */
   async watch() {
     if (!this.opened || this.isBusy) return;
+    const how = await askWatch(this.speed);
+    if (!how) return;
+    this.speed = how.speed;
     if ((this.isChanged || !this.opened.exists) && !(await this.save())) return;
     try {
-      await this.watching.start(this.opened.path);
+      await this.watching.start(this.opened.path, how.speed);
     } catch (error) {
       this.fail(error);
     }
@@ -387,6 +397,18 @@ class App {
   setChanges(changes, words) {
     Object.assign(this, { changes, changedBy: words });
     this.render();
+  }
+
+  /** Show how far a plan is that is carried out; null: none is. */
+  setCarried(carried) {
+    this.carried = carried;
+    this.render();
+  }
+
+  /** The name of a part. */
+  nameOf(id) {
+    const part = this.opened.parts.find((one) => one.id === id);
+    return part ? nameOf(part) : id;
   }
 
   /** Note the page of the newest result; it is loaded when it is looked at. */
@@ -473,8 +495,9 @@ class App {
     const chip = byId("served");
     chip.hidden = !answer;
     if (!answer) return;
-    const bad = answer.served < answer.of || answer.problems.length > 0;
-    const words = `${bad ? "✕" : "✓"} ${whole(answer.served)} of ${whole(answer.of)} lifted · highest ${percent(answer.highest)}${answer.problems.length ? ` · ${counted(answer.problems.length, "problem")}` : ""}`;
+    const refused = [...(this.changes?.values() ?? [])].filter(({ kind }) => kind === "refused").length;
+    const bad = answer.served < answer.of || answer.problems.length > 0 || refused > 0;
+    const words = `${bad ? "✕" : "✓"} ${whole(answer.served)} of ${whole(answer.of)} lifted · highest ${percent(answer.highest)}${answer.problems.length ? ` · ${counted(answer.problems.length, "problem")}` : ""}${refused ? ` · ${whole(refused)} refused in the plan` : ""}`;
     if (chip.textContent !== words) chip.textContent = words;
     chip.className = `chip ${bad ? "refused" : "clean"}`;
   }

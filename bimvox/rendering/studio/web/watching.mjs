@@ -1,7 +1,10 @@
 // A watch under way: obstructions that are dropped go to their file, and each revision says which parts it changed.
 import { byId, el, fill } from "../page/dom.mjs";
 import { call } from "./api.mjs";
-import { changesOf, revisionWords } from "./revision.mjs";
+import { CarriedOut } from "./carried.mjs";
+import { changesOf, revisionWords, stopWords } from "./revision.mjs";
+
+const TICK_MS = 200;
 
 export class Watching {
   constructor(app) {
@@ -14,14 +17,19 @@ export class Watching {
     return this.watch !== null;
   }
 
-  async start(path) {
-    const { watch } = await call("POST", "/api/watch", { path, simulate: null });
+  /** @param speed how many times as fast as real time the plan is carried out; null: it is not */
+  async start(path, speed) {
+    const { watch } = await call("POST", "/api/watch", { path, simulate: speed });
     this.watch = watch;
+    this.carried = speed === null ? null : new CarriedOut();
+    this.clock = el("span", { id: "carried" });
     this.status = el("span", { id: "stage", role: "status" }, "The watch starts");
     this.end = el("button", { type: "button", onclick: () => this.stop() }, "End the watch");
-    fill(this.bar, this.status, el("span", { class: "gap" }), this.end);
+    fill(this.bar, this.carried ? this.clock : null, this.status, el("span", { class: "gap" }), this.end);
     this.bar.hidden = false;
     this.app.setChanges(null, null);
+    if (this.carried) this.ticking = setInterval(() => this.tick(), TICK_MS);
+    this.tick();
     await this.follow(path);
   }
 
@@ -33,6 +41,7 @@ export class Watching {
         next = now.next;
         if (now.state === "starting" && now.stage) this.status.textContent = `The watch starts: ${now.stage}`;
         for (const event of now.events) this.take(event, now.page, path);
+        if (this.carried && now.events.length && path === this.app.opened?.path) this.app.setCarried(this.carried);
         if (now.state === "ended" || now.state === "failed") return this.ended(now);
       }
     } catch (error) {
@@ -43,17 +52,23 @@ export class Watching {
 
   take(event, page, path) {
     const { app } = this;
-    if (event.event === "state") return;
+    this.carried?.take(event);
+    if (event.event === "state" || event.event === "clock") return;
     if (event.revision === undefined || event.event === "rejected" || event.event === "failed") {
       if (event.message) app.say(event.message, event.hint);
       return;
     }
     const isFirst = event.event === "planned";
-    const words = isFirst ? `Watching ${path}` : revisionWords(event);
+    const words = isFirst ? `Watching ${path}` : [revisionWords(event), stopWords(event, (id) => app.nameOf(id))].filter(Boolean).join(" · ");
     this.status.textContent = words;
     if (path === app.opened?.path) app.setChanges(isFirst ? null : changesOf(event), words);
     app.setResult(page, event.revision);
     app.announce(words);
+  }
+
+  /** Show the simulated time and what is lifted. */
+  tick() {
+    if (this.carried) this.clock.textContent = this.carried.words((id) => this.app.nameOf(id));
   }
 
   async stop() {
@@ -67,8 +82,10 @@ export class Watching {
   }
 
   ended(now) {
-    this.watch = null;
+    clearInterval(this.ticking);
+    this.watch = this.carried = null;
     this.bar.hidden = true;
+    this.app.setCarried(null);
     this.app.setChanges(null, null);
     if (now.state === "failed") this.app.say(now.error ?? "The watch failed.", now.hint);
   }
