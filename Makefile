@@ -24,7 +24,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-slow test-all test-page test-fleet check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
-	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-generalist-seeds bench-decision bench-live bench-cold bench-frozen train-generalist soak-watch soak-files \
+	bench-planning bench-yard bench-watch bench-scale bench-studio bench-many-lifts bench-generalist bench-generalist-seeds bench-decision bench-live bench-cold bench-frozen train-generalist soak-watch soak-files \
 	picture site constraints audit advisories wheel release clean
 
 help: ## this list
@@ -132,6 +132,10 @@ bench-watch: setup ## from a changed obstruction file to the new plan on disk: d
 
 bench-scale: setup ## 50 to 1,000 components planned and proven: docs/scale.md
 	$(BIN)/python -m benchmarks.scale $(ARGS)
+
+bench-studio: setup ## dragging in the studio with 500 parts, in a headless Chromium: docs/scale.md
+	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) --group browser
+	$(BIN)/python -m benchmarks.dragging
 
 soak-watch: setup ## many random changes of a watched file, with all that may go wrong (ARGS="--changes 100" for a try)
 	$(BIN)/python -m benchmarks.soak_watch $(ARGS)

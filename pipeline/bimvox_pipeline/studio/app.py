@@ -6,6 +6,7 @@ which a page of another origin cannot send, and come from no other origin.
 
 from __future__ import annotations
 
+import gc
 import hmac
 import json
 from collections import OrderedDict
@@ -80,7 +81,12 @@ class Studio:
     def open(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Open a site."""
         found = self.opened(asked.get("path"), anew=True)
-        return found.document(self.folder.relative(found.site))
+        document = found.document(self.folder.relative(found.site))
+        # What is open stays: without this, every collection looks at all of it, in the middle of a drag.
+        gc.unfreeze()
+        gc.collect()
+        gc.freeze()
+        return document
 
     def tried(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Try a set-up."""

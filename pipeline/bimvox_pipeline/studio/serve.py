@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import socket
+import sys
 import webbrowser
 from collections.abc import Callable
 from contextlib import suppress
@@ -17,6 +18,8 @@ from bimvox.files import reason_of, require_input
 from bimvox_pipeline.studio.app import Studio, application
 
 _HOST = "127.0.0.1"
+_SWITCH_S = 0.001
+"""A try does not wait longer than this, many times over, for a picture that another thread draws."""
 
 
 def serve(
@@ -42,6 +45,8 @@ def serve(
         listening = socket.create_server((_HOST, port))
     except OSError as error:
         raise InputError(f"port {port}: {reason_of(error)}", hint="--port 0 takes a free one") from None
+    # asyncio does this only for sockets that name their protocol; otherwise each answer waits 40 ms for the system.
+    listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     with listening:
         port = listening.getsockname()[1]
         address = f"http://{_HOST}:{port}/?token={token}"
@@ -51,6 +56,7 @@ def serve(
             application(studio, port), log_level="warning", access_log=False, lifespan="off", server_header=False
         )
         server = uvicorn.Server(config)
+        sys.setswitchinterval(_SWITCH_S)
         ready(address)
         if browser:
             webbrowser.open(address)

@@ -33,7 +33,13 @@ export function elapsed(seconds) {
   return `${seconds < -0.5 ? "-" : ""}${far >= 86400 ? `${Math.floor(hours / 24)} d ${hours % 24} h` : clock(far)}`;
 }
 
-export const fixed = (value, digits) => Number(value).toLocaleString("en", { minimumFractionDigits: digits, maximumFractionDigits: digits });
+/** Writers of numbers by their digits: making one costs more than hundreds of numbers. */
+const WRITERS = [];
+
+export function fixed(value, digits) {
+  WRITERS[digits] ??= new Intl.NumberFormat("en", { minimumFractionDigits: digits, maximumFractionDigits: digits });
+  return WRITERS[digits].format(Number(value));
+}
 export const whole = (value) => fixed(value, 0);
 export const counted = (count, noun) => `${whole(count)} ${noun}${count === 1 ? "" : "s"}`;
 export const tonnes = (kg) => (kg < 1000 ? `${whole(kg)} kg` : `${fixed(kg / 1000, 2)} t`);

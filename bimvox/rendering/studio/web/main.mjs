@@ -316,7 +316,7 @@ class App {
   /** Take the server's answer about a set-up. */
   take(answer) {
     this.answer = answer;
-    this.picture.refresh();
+    this.picture.wait();
     this.render();
   }
 

@@ -4,6 +4,8 @@ import { Latest, picture } from "./api.mjs";
 import { saved } from "./setup.mjs";
 
 const STEP_DEG = 45;
+/** A picture takes the server a second: it waits until the hand rests. */
+const REST_MS = 400;
 
 export class Picture {
   constructor(app) {
@@ -28,8 +30,15 @@ export class Picture {
     this.refresh();
   }
 
+  /** Draw what is entered as soon as the hand rests. */
+  wait() {
+    clearTimeout(this.waiting);
+    this.waiting = setTimeout(() => this.refresh(), REST_MS);
+  }
+
   /** Draw what is entered; not while a hand still moves something. */
   refresh() {
+    clearTimeout(this.waiting);
     const { opened, draft } = this.app;
     if (opened && !draft && this.card.open) this.asking.ask({ opened, setup: saved(this.app.setup), turn: this.turn });
   }

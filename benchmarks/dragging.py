@@ -1,0 +1,126 @@
+"""Measures dragging in the studio with 500 parts: from the pointer's move to the drawn colours of the parts.
+
+    python -m benchmarks.dragging
+
+A headless Chromium that renders in software (``BIMVOX_BROWSER`` names another one; ``make test-page`` installs its
+driver) drags the crane, the yard and a corner of it, 150 moves each. For every answered move: the time from the
+browser's stamp of the move until the frame with the colours is drawn. The program fails if one takes longer than the
+bound.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from benchmarks.scale.building import write_site
+
+PARTS, BOUND_MS, MOVES = 500, 100.0, 150
+_STEP_MS, _REST_MS = 16, 500
+_LONGEST_S = 120.0
+_ARGUMENTS = ("--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+
+_MEASURE = """() => {
+  const app = window.studio, moved = new WeakMap();
+  let stamp = 0;
+  window.taken = [];
+  addEventListener("pointermove", (event) => (stamp = event.timeStamp), true);
+  const { preview } = app;
+  app.preview = (setup, id) => {
+    if (setup) moved.set(setup, stamp);
+    preview.call(app, setup, id);
+  };
+  const { done } = app.trying;
+  app.trying.done = (answer, value) => {
+    done(answer, value);
+    const at = moved.get(value.setup);
+    if (at === undefined) return;
+    moved.delete(value.setup);
+    requestAnimationFrame(() => {
+      const drawn = new MessageChannel();
+      drawn.port1.onmessage = () => window.taken.push(performance.now() - at);
+      drawn.port2.postMessage(0);
+    });
+  };
+}"""
+
+
+def drag(page: Any, handle: str) -> list[float]:
+    """Return the milliseconds of every answered move while a handle is dragged along a curve."""
+    page.evaluate("() => { window.taken = []; }")
+    box = page.locator(f'[data-handle="{handle}"]').bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for n in range(MOVES):
+        page.mouse.move(x + 120 * math.sin(n / 15), y - 60 * math.sin(n / 11))
+        page.wait_for_timeout(_STEP_MS)
+    _wait(page, "!window.studio.trying.busy")
+    page.wait_for_timeout(_REST_MS)
+    taken: list[float] = page.evaluate("() => window.taken")
+    page.keyboard.press("Escape")
+    page.mouse.up()
+    _rest(page)
+    return taken
+
+
+def _wait(page: Any, condition: str) -> None:
+    until_s = time.monotonic() + _LONGEST_S
+    while not page.evaluate(f"() => Boolean({condition})"):
+        if time.monotonic() > until_s:
+            raise SystemExit(f"never: {condition}")
+        page.wait_for_timeout(30)
+
+
+def _rest(page: Any) -> None:
+    """Wait until the set-up is tried and drawn in 3-D."""
+    _wait(page, "window.studio.answer && !window.studio.trying.busy")
+    page.wait_for_timeout(_REST_MS)
+    _wait(page, "!window.studio.picture.asking.busy")
+
+
+def main() -> int:
+    """Measure, print, and return 1 if a move took longer than the bound."""
+    from playwright.sync_api import sync_playwright
+
+    browser = os.environ.get("BIMVOX_BROWSER") or shutil.which("chromium") or shutil.which("google-chrome")
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        site = write_site(Path(folder), PARTS)
+        command = [sys.executable, "-m", "bimvox_cli", "studio", str(site), "--no-browser", "--json"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+            try:
+                assert server.stdout is not None
+                address = json.loads(server.stdout.readline())["url"]
+                chromium = playwright.chromium.launch(executable_path=browser, args=list(_ARGUMENTS))
+                page = chromium.new_page(viewport={"width": 1440, "height": 900})
+                page.goto(address)
+                _rest(page)
+                page.evaluate(_MEASURE)
+                print("| dragged | moves answered | median | 95 % | largest |\n|---|---:|---:|---:|---:|")
+                largest_ms = 0.0
+                for name, handle in (("crane", "cranes/0"), ("yard", "yard/0"), ("corner of the yard", "yard/0/2")):
+                    taken = sorted(drag(page, handle))
+                    largest_ms = max(largest_ms, taken[-1])
+                    high = taken[int(0.95 * (len(taken) - 1))]
+                    print(
+                        f"| {name} | {len(taken)} of {MOVES} | {statistics.median(taken):.0f} ms | {high:.0f} ms "
+                        f"| {taken[-1]:.0f} ms |"
+                    )
+                chromium.close()
+            finally:
+                server.terminate()
+    print(f"- every move drawn within {BOUND_MS:.0f} ms: {'met' if largest_ms <= BOUND_MS else 'not met'}")
+    return int(largest_ms > BOUND_MS)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
