@@ -189,7 +189,8 @@ class Trial:
         try:
             check_cranes(config, cranes, config.rules_in_force.crane_separation_m)
         except ConfigError as error:
-            found.append(error.message.removeprefix(f"{error.path}: {error.key}").lstrip(": "))
+            said = error.message.removeprefix(f"{error.path}: {error.key}").lstrip(": ")
+            found.append(f"{said}; {error.hint}" if error.hint else said)
         return found
 
 

@@ -148,7 +148,8 @@ class Opened:
         config = self.with_setup(wanted)
         cranes = cranes_of(config)
         means = {**self.means, **wanted.means}
-        named = {name: entry.crane for name, entry in self._entries.items()}
+        there = {crane.name for crane in cranes}
+        named = {name: entry.crane for name, entry in self._entries.items() if entry.crane in there}
         lifted = {part.id: named.get(part.id) for part in self.parts if means[part.id] == Means.CRANE.value}
         return _tried(self.trial.of(config, cranes, lifted), [part.id for part in self.parts], config, cranes)
 

@@ -21,7 +21,7 @@ from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.config.template import site_toml
 from bimvox.site.guess import complete_config
 from bimvox_pipeline.studio.opened import Opened, unchanged
-from bimvox_pipeline.studio.setup import Setup
+from bimvox_pipeline.studio.setup import Setup, origins_of
 
 _SAME_M = 1e-4
 
@@ -126,7 +126,7 @@ def _edited(opened: Opened, config: SiteConfig, wanted: Setup) -> tuple[str, lis
                 )
             changed.append(f"areas.{name}")
     if wanted.cranes != before.cranes or (wanted != before and given.crane is None and config.cranes):
-        changed += _cranes(document, opened, config, to_file)
+        changed += _cranes(document, opened, config, wanted, to_file)
     if wanted.zones != before.zones:
         document.pop("zone", None)
         if config.zone:
@@ -157,34 +157,59 @@ class _ToFile:
         return [self.point(corner) for corner in corners]
 
 
-def _cranes(document: Any, opened: Opened, config: SiteConfig, to_file: _ToFile) -> list[str]:
+def _cranes(document: Any, opened: Opened, config: SiteConfig, wanted: Setup, to_file: _ToFile) -> list[str]:
     """Write the tables of the cranes that differ; return their keys."""
-    changed: list[str] = []
+    origins = origins_of(opened.setup.cranes, wanted.cranes)
+    if not opened.given.cranes:
+        origins = [None] * len(origins)
+    own = {origin for origin in origins if origin is not None}
     several = isinstance(config.crane, tuple)
-    was = opened.given.cranes
-    for number, crane in enumerate(config.cranes):
+    tables = document.get("crane")
+    changed = [f"crane[{n}]" for n in range(len(opened.given.cranes)) if n not in own]
+    if several and not isinstance(tables, AoT):
+        document["crane"] = tomlkit.aot()
+        if own:
+            document["crane"].append(tables if isinstance(tables, Table) else _table(tables.unwrap()))
+        tables = document["crane"]
+    for number in sorted(set(range(len(opened.given.cranes))) - own, reverse=True) if several else ():
+        if number < len(tables):
+            del tables[number]
+    for number, (crane, origin) in enumerate(zip(config.cranes, origins, strict=True)):
         key = f"crane[{number}]" if several else "crane"
-        old = was[number] if number < len(was) else None
-        if old is not None and crane == opened.config.cranes[number]:
-            continue
-        values = _plain(crane)
-        if crane.base_m is not None:
-            values["base_m"] = to_file.point(crane.base_m)
-        if old is None:
-            document["crane"] = _table(values)
+        if origin is None:
+            table = _table(_crane_values(crane, to_file))
+            if several:
+                tables.insert(number, table)
+            else:
+                document["crane"] = table
             changed.append(key)
-            continue
-        table = document["crane"][number] if several else document["crane"]
-        before = _plain(opened.config.cranes[number])
-        if (crane.machine or crane.name) != (opened.config.cranes[number].machine or opened.config.cranes[number].name):
-            for name in set(table) - set(values):
-                table.remove(name)
-            before = {}
-        for name in CraneConfig.model_fields:
-            if name in values and (name not in before or _differs(values[name], before[name], name, to_file)):
-                _set(table, name, values[name])
-                changed.append(f"{key}.{name}")
+        elif crane != opened.config.cranes[origin]:
+            table = tables[number] if several else document["crane"]
+            changed += [f"{key}.{name}" for name in _crane(table, opened.config.cranes[origin], crane, to_file)]
     return changed
+
+
+def _crane_values(crane: CraneConfig, to_file: _ToFile) -> dict[str, Any]:
+    """Return the values of a crane's table, its place as in the file."""
+    return _plain(crane) | ({} if crane.base_m is None else {"base_m": to_file.point(crane.base_m)})
+
+
+def _crane(table: Any, was: CraneConfig, crane: CraneConfig, to_file: _ToFile) -> list[str]:
+    """Write what differs between two tables of a crane; return the keys."""
+    values, before = _crane_values(crane, to_file), _plain(was)
+    has_machine = crane.machine is not None or was.machine is not None
+    if has_machine and (crane.machine or crane.name) != (was.machine or was.name):
+        for name in set(table) - set(values):
+            table.remove(name)
+        before = {}
+    found = [
+        name
+        for name in CraneConfig.model_fields
+        if name in values and (name not in before or _differs(values[name], before[name], name, to_file))
+    ]
+    for name in found:
+        _set(table, name, values[name])
+    return found
 
 
 def _differs(value: Any, before: Any, name: str, to_file: _ToFile) -> bool:
@@ -211,11 +236,19 @@ def _components(document: Any, before: SiteConfig, config: SiteConfig) -> list[s
     for number, one in enumerate(config.component):
         if one.global_id in known and known[one.global_id] == one:
             continue
-        if number < len(tables):
-            tables[number]["means"] = one.means
-        else:
+        if number >= len(tables):
             tables.append(_table({"global_id": one.global_id, "means": one.means}))
-        changed.append(f"component[{number}].means")
+            changed.append(f"component[{number}].means")
+            continue
+        for key in ("means", "crane"):
+            value = getattr(one, key)
+            if value == getattr(known[one.global_id], key):
+                continue
+            if value is None:
+                tables[number].remove(key)
+            else:
+                tables[number][key] = value
+            changed.append(f"component[{number}].{key}")
     return changed
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -128,10 +128,8 @@ def with_setup(
         listed: The ids under which its ``[[component]]`` tables list parts, by element id.
 
     Raises:
-        InputError: If the set-up has another number of cranes, no yard, or values that a site file may not have.
+        InputError: If the set-up has no yard, two cranes of the same name, or values that a site file may not have.
     """
-    if len(opened.cranes) != len(wanted.cranes):
-        raise InputError("the number of cranes cannot change here", hint="add or remove a [[crane]] in the site file")
     update: dict[str, Any] = {}
     areas = {
         name: getattr(wanted, name) or None
@@ -145,16 +143,18 @@ def with_setup(
     if wanted.zones != opened.zones:
         update["zone"] = tuple(_zone(n, zone) for n, zone in enumerate(wanted.zones, start=1))
     if wanted.cranes != opened.cranes:
-        changed = [
-            own if new == old else _changed(own, old, new, hook_height_m)
-            for own, old, new in zip(config.cranes, opened.cranes, wanted.cranes, strict=True)
-        ]
-        update["crane"] = tuple(changed) if isinstance(config.crane, tuple) else changed[0]
+        cranes = _cranes(config, opened.cranes, wanted.cranes, hook_height_m)
+        update["crane"] = cranes if isinstance(config.crane, tuple) or len(cranes) > 1 else cranes[0]
     changed_means = {
         listed.get(name, name): means for name, means in wanted.means.items() if opened.means.get(name, means) != means
     }
     if changed_means:
         update["component"] = _with_means(config.component, changed_means)
+    if gone := {crane.name for crane in opened.cranes} - {crane.name for crane in wanted.cranes}:
+        update["component"] = tuple(
+            one.model_copy(update={"crane": None}) if one.crane in gone else one
+            for one in update.get("component", config.component)
+        )
     made = config.model_copy(update=update)
     made._file, made._machine_files = config._file, config._machine_files
     cranes_of(made)
@@ -168,6 +168,47 @@ def _zone(number: int, zone: ZoneSetup) -> ZoneConfig:
     except ValidationError as error:
         said = error.errors()[0]["msg"].removeprefix("Value error, ")
         raise InputError(f"zone {zone.name or number}: {said}") from None
+
+
+def origins_of(opened: Sequence[CraneSetup], wanted: Sequence[CraneSetup]) -> list[int | None]:
+    """Return which crane of a set-up each crane of another one was: by its name; None for a new one.
+
+    Cranes without a known name take the place of those that had no name, or of the others if there are as many.
+    """
+    names = [crane.name for crane in opened]
+    found = [names.index(crane.name) if crane.name in names else None for crane in wanted]
+    left = [n for n, name in enumerate(names) if n not in found and (not name or len(opened) == len(wanted))]
+    return [left.pop(0) if origin is None and left else origin for origin in found]
+
+
+def _cranes(
+    config: SiteConfig, opened: Sequence[CraneSetup], wanted: Sequence[CraneSetup], hook_height_m: float
+) -> tuple[CraneConfig, ...]:
+    """Return the tables of the cranes of a set-up."""
+    if not wanted:
+        raise InputError("there is no crane", hint="a set-up that has a crane keeps one")
+    names = [crane.name for crane in wanted]
+    if len(wanted) > 1:
+        for name in names:
+            if not name or names.count(name) > 1:
+                said = f"two cranes are called {name!r}" if name else "a crane has no name"
+                raise InputError(said, hint="each of several cranes needs its own name")
+        if config.rules.heading == "with_jib":
+            raise InputError(
+                "the loads turn with the jib, which is for one crane", hint='write heading = "kept" under [rules] first'
+            )
+    tables = []
+    for new, origin in zip(wanted, origins_of(opened, wanted), strict=True):
+        if origin is None:
+            blank = CraneSetup(name=new.name, base_m=new.base_m)
+            table = _other_machine(CraneConfig(), blank, new, hook_height_m)
+        else:
+            old, own = opened[origin], config.cranes[origin]
+            table = own if new == old else _changed(own, old, new, hook_height_m)
+        if (len(wanted) > 1 and table.name is None) or (origin is not None and new.name != opened[origin].name):
+            table = table.model_copy(update={"name": new.name or None})
+        tables.append(table)
+    return tuple(tables)
 
 
 def _changed(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_height_m: float) -> CraneConfig:

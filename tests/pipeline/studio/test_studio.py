@@ -550,3 +550,68 @@ def test_a_jib_that_would_hit_the_other_mast_is_a_problem(page: Page, folder: Pa
     (x, y), other = setup["cranes"][1]["base_m"], setup["cranes"][1]
     closer = {**setup, "cranes": [{**setup["cranes"][0], "base_m": [x + 1.0, y]}, other]}
     assert "masts of" in " ".join(page.ok("/api/try", path="hall.site.toml", setup=closer)["problems"])
+
+
+def another(**crane: Any) -> dict[str, Any]:
+    return {"name": "Crane 2", "machine": "hammerhead-30", "base_m": [18.0, 4.0], "jib_m": 18.0, **crane}
+
+
+def test_a_second_crane_is_tried_saved_planned_and_removed_again(page: Page, folder: Path):
+    file = folder / "a.site.toml"
+    file.write_text(SITE + "  [crane.override]\n  hook_block_kg = 400  # weighed\n\n[calendar]\nstart = 2027-03-01\n")
+    opened = page.open()
+    setup = opened["setup"]
+    one = {**setup["cranes"][0], "name": "Crane 1"}
+    two = {**setup, "cranes": [one, another()]}
+    tried = page.ok("/api/try", path="a.site.toml", setup=two)
+    assert [crane["name"] for crane in tried["cranes"]] == ["Crane 1", "Crane 2"]
+    assert tried["problems"] == []
+    assert tried["served"] == tried["of"]
+    saved = page.ok("/api/save", path="a.site.toml", setup=two, sha256=opened["sha256"])
+    assert {"crane[0].name", "crane[1]"} <= set(saved["changed"])
+    text = file.read_text()
+    for comment in ("# my site", "# the yard, measured by Ann", "# by the gate", "# weighed"):
+        assert comment in text
+    config = load_site_config(file)
+    assert [crane.name for crane in config.cranes] == ["Crane 1", "Crane 2"]
+    assert [crane.base_m[:2] for crane in config.cranes] == [(-6.0, -4.0), (18.0, 4.0)]
+    assert config.cranes[0].override.hook_block_kg == 400
+    assert config.calendar.start is not None
+    assert finished(page, page.ok("/api/plan", path="a.site.toml")["job"])["state"] == "done"
+    again = page.open()
+    first = {**again["setup"], "cranes": again["setup"]["cranes"][:1]}
+    saved = page.ok("/api/save", path="a.site.toml", setup=first, sha256=again["sha256"])
+    assert "crane[1]" in saved["changed"]
+    assert [crane.name for crane in load_site_config(file).cranes] == ["Crane 1"]
+    assert "# by the gate" in file.read_text()
+    back = {**again["setup"], "cranes": [another(name="Crane 0"), *again["setup"]["cranes"][:1]]}
+    page.ok("/api/save", path="a.site.toml", setup=back, sha256=saved["sha256"])
+    assert [crane.name for crane in load_site_config(file).cranes] == ["Crane 0", "Crane 1"]
+    assert load_site_config(file).cranes[1].override.hook_block_kg == 400
+
+
+def test_a_part_of_a_crane_that_is_removed_goes_to_the_other(page: Page, folder: Path):
+    shutil.copy(SAMPLES / "hall.ifc", folder)
+    part = next(one.id for one in bimvox.read(folder / "hall.ifc").elements if one.name == "Column A1")
+    file = folder / "hall.site.toml"
+    own = f'\n[[component]]\nglobal_id = "{part}"  # near the gate\ncrane = "east"\n'
+    file.write_text((SAMPLES / "hall.site.toml").read_text() + own)
+    opened = page.open("hall.site.toml")
+    west = {**opened["setup"], "cranes": opened["setup"]["cranes"][:1]}
+    tried = page.ok("/api/try", path="hall.site.toml", setup=west)
+    assert tried["parts"][part]["crane"] == "west"
+    page.ok("/api/save", path="hall.site.toml", setup=west, sha256=opened["sha256"])
+    assert "# near the gate" in file.read_text()
+    (entry,) = load_site_config(file).component
+    assert entry.crane is None
+    assert [crane.name for crane in load_site_config(file).cranes] == ["west"]
+
+
+def test_cranes_without_names_of_their_own_are_refused(page: Page):
+    setup = page.open()["setup"]
+    for name in ("", "Crane 1"):
+        two = {**setup, "cranes": [{**setup["cranes"][0], "name": "Crane 1"}, another(name=name)]}
+        answer = page.post("/api/try", path="a.site.toml", setup=two)
+        assert answer.status_code == 400
+        assert "name" in answer.json()["error"] + answer.json()["hint"]
+    assert page.post("/api/try", path="a.site.toml", setup={**setup, "cranes": []}).status_code == 400

@@ -252,6 +252,23 @@ def test_machine_and_jib_are_chosen(studio):
     assert studio.page.locator(".ring-label").all_text_contents() != rings
 
 
+def test_cranes_are_removed_and_added(studio):
+    studio.page.click('[data-key="crane-1-remove"]')
+    studio.settled()
+    assert [crane["name"] for crane in studio.setup()["cranes"]] == ["west"]
+    assert studio.page.locator('[data-handle^="cranes/"]').count() == 1
+    assert studio.page.locator('[data-key="crane-0-remove"]').count() == 0
+    studio.save()
+    assert [crane["name"] for crane in studio.saved()["crane"]] == ["west"]
+    studio.page.click('[data-key="add-crane"]')
+    assert studio.page.evaluate("() => document.activeElement.dataset.key") == "cranes/1-0"
+    studio.settled()
+    studio.save()
+    west, new = studio.saved()["crane"]
+    assert (west["base_m"], new["name"], new["machine"]) == (BASE, "Crane 2", "hammerhead-30")
+    assert studio.page.evaluate("() => window.studio.answer.cranes.length") == 2
+
+
 def test_zones_are_added_bent_and_removed(studio):
     studio.page.click('[data-key="add-zone"]')
     assert studio.page.locator('[data-handle="zones/0/3"]').count() == 1

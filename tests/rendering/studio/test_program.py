@@ -224,6 +224,21 @@ def test_obstructions_stay_boxes_and_are_not_part_of_the_site_file(run):
     assert run(body, given) == [False, True]
 
 
+def test_cranes_are_added_under_names_of_their_own_and_removed(run):
+    body = """(() => {
+      const place = setup.acrossOf(asked.cranes[0].base_m, [[[0, 0], [8, 0], [8, 6], [0, 6]]]);
+      const two = setup.withNewCrane(asked, "flat-top-75", place);
+      const three = setup.withNewCrane(two, "flat-top-75", [1.1, 2.4]);
+      const again = setup.withNewCrane(setup.withoutCrane(three, 1), "flat-top-75", [0, 0]);
+      const names = again.cranes.map(({ name }) => name);
+      return [three.cranes.map(({ name, base_m }) => [name, base_m]), names, setup.withoutCrane(asked, 0) === asked];
+    })()"""
+    three, again, stays = run(body, SETUP)
+    assert three == [["Crane 1", [-4, -4]], ["Crane 2", [12, 10]], ["Crane 3", [1, 2.5]]]
+    assert again == ["Crane 1", "Crane 3", "Crane 4"]
+    assert stays
+
+
 def test_a_revision_is_told_in_words(run):
     event = {"revision": 2, "kept": ["a", "b"], "replanned": ["c"], "retimed": [], "infeasible": ["d"]}
     event |= {

@@ -4,7 +4,7 @@ import { classWords, fixed, nameOf, tonnes } from "../page/words.mjs";
 import { areaWords } from "./dimensions.mjs";
 import { chooseMeans } from "./list.mjs";
 import { axisNames, numberOf, pointOf, shownPair, written } from "./numbers.mjs";
-import { areasOf, craneName, MEANS, withArea, withBox, withCorner, withCrane, withKind, withMeans, withObstruction, withoutArea, withoutCorner, withPolygon, withZone, polygonOf, ZONE_KINDS } from "./setup.mjs";
+import { areasOf, craneName, MEANS, acrossOf, withArea, withBox, withCorner, withCrane, withKind, withMeans, withNewCrane, withObstruction, withoutArea, withoutCorner, withoutCrane, withPolygon, withZone, polygonOf, ZONE_KINDS } from "./setup.mjs";
 import { meansOf, OTHERS, useWords } from "./use.mjs";
 
 export class Form {
@@ -55,7 +55,7 @@ export class Form {
       app.opened.map ? this.units() : null,
       ...app.setup.cranes.map((crane, n) => group(`cranes/${n}`, craneName(crane, n, several), this.crane(n))),
       ...areas,
-      el("div", { class: "links" }, el("button", { type: "button", "data-key": "add-yard", onclick: () => app.change(withArea(app.setup, "yard", app.drawing.view.centre), "new yard") }, "Add a yard"), el("button", { type: "button", "data-key": "add-access", onclick: () => app.change(withArea(app.setup, "access", app.drawing.view.centre, "", [12, 4]), "new access") }, "Add an access"), el("button", { type: "button", "data-key": "add-zone", onclick: () => app.change(withArea(app.setup, "zones", app.drawing.view.centre), "new zone") }, "Add a zone"), el("button", { type: "button", "data-key": "add-box", onclick: () => app.change(withObstruction(app.setup, app.drawing.view.centre), "new obstruction") }, "Add an obstruction")),
+      el("div", { class: "links" }, el("button", { type: "button", "data-key": "add-crane", onclick: () => this.addCrane() }, "Add a crane"), el("button", { type: "button", "data-key": "add-yard", onclick: () => app.change(withArea(app.setup, "yard", app.drawing.view.centre), "new yard") }, "Add a yard"), el("button", { type: "button", "data-key": "add-access", onclick: () => app.change(withArea(app.setup, "access", app.drawing.view.centre, "", [12, 4]), "new access") }, "Add an access"), el("button", { type: "button", "data-key": "add-zone", onclick: () => app.change(withArea(app.setup, "zones", app.drawing.view.centre), "new zone") }, "Add a zone"), el("button", { type: "button", "data-key": "add-box", onclick: () => app.change(withObstruction(app.setup, app.drawing.view.centre), "new obstruction") }, "Add an obstruction")),
     );
     if (key) this.body.querySelector(`[data-key="${CSS.escape(key)}"]`)?.focus();
   }
@@ -68,6 +68,19 @@ export class Form {
       return el("label", {}, input, words);
     };
     return el("fieldset", { class: "units" }, el("legend", {}, "Coordinates"), choice(false, "of the site"), choice(true, "of the map"));
+  }
+
+  /** Another crane, of the machine of the last one. */
+  addCrane() {
+    const { app } = this;
+    const { setup } = app;
+    const { machines, building } = app.opened;
+    const last = setup.cranes.at(-1);
+    const machine = machines.find(({ name }) => name === last?.machine) ?? machines[0];
+    const at = last ? acrossOf(last.base_m, building.outline) : app.drawing.view.centre;
+    app.change(withNewCrane(setup, machine.name, at), "new crane");
+    app.drawing.reveal(app.setup.cranes.at(-1).base_m);
+    this.focus(`cranes/${setup.cranes.length}`);
   }
 
   crane(n) {
@@ -88,6 +101,7 @@ export class Form {
       // A machine of another kind stands as high as the server says until a height is typed.
       machine?.kind === "mobile" || (!machine && !crane.height_m) ? null : this.number(`crane-${n}-height`, "Jib height, m", (setup) => setup.cranes[n].height_m ?? app.answer?.cranes[n]?.height_m, (value) => change({ height_m: value }, "jib height"), (value) => (value > 0 ? null : "The jib height must be above 0 m.")),
       this.pair(`cranes/${n}`, (setup) => setup.cranes[n].base_m, (at) => change({ base_m: at }, "place of the crane")),
+      app.setup.cranes.length > 1 ? el("div", {}, el("button", { type: "button", "data-key": `crane-${n}-remove`, onclick: () => app.change(withoutCrane(app.setup, n), "crane removed") }, "Remove this crane")) : null,
     );
   }
 

@@ -86,6 +86,23 @@ export function anchorOf(setup, id) {
 
 export const withCrane = (setup, n, values) => ({ ...setup, cranes: replaced(setup.cranes, n, { ...setup.cranes[n], ...values }) });
 
+/** The set-up with another crane of a machine at a place. Each of several cranes has a name of its own. */
+export function withNewCrane(setup, machine, at) {
+  const named = setup.cranes.map((crane, n) => (crane.name || setup.cranes.length > 1 ? crane : { ...crane, name: `Crane ${n + 1}` }));
+  let number = named.length + 1;
+  while (named.some(({ name }) => name === `Crane ${number}`)) number += 1;
+  return { ...setup, cranes: [...named, { name: `Crane ${number}`, machine, base_m: at.map((value) => Math.round(value * 2) / 2), height_m: null, jib_m: null, falls: null }] };
+}
+
+/** The set-up without a crane; the last one stays. */
+export const withoutCrane = (setup, n) => (setup.cranes.length > 1 ? { ...setup, cranes: setup.cranes.filter((_, m) => m !== n) } : setup);
+
+/** Where another crane stands at first: across the building from the last one. */
+export function acrossOf([x, y], outline) {
+  const box = boundsOf(outline.flat());
+  return box ? [box[0] + box[2] - x, box[1] + box[3] - y] : [x + 10, y];
+}
+
 export const withZone = (setup, n, values) => ({ ...setup, zones: replaced(setup.zones, n, { ...setup.zones[n], ...values }) });
 
 export const withBox = (setup, n, values) => ({ ...setup, boxes: replaced(setup.boxes, n, { ...setup.boxes[n], ...values }) });
