@@ -132,8 +132,10 @@ class Studio:
         if job.is_running:
             return {"state": "running", **found}
         if "document" in job.end:
-            return {"state": "done", **found, **job.end, "page": self._page_of(job)}
-        return {"state": "cancelled", **found} if job.is_cancelled else {"state": "failed", **found, **job.error}
+            return {"state": "done", **found, **self.folder.told(job.end), "page": self._page_of(job)}
+        if job.is_cancelled:
+            return {"state": "cancelled", **found}
+        return {"state": "failed", **found, **self.folder.told(job.error)}
 
     def cancel(self, number: str) -> dict[str, Any]:
         """Cancel a plan."""
@@ -154,8 +156,9 @@ class Studio:
         state = "running" if job.has_events else "starting"
         if not job.is_running:
             state = "failed" if job.has_failed else "ended"
+        error = job.error if state == "failed" else {}
         found = {"state": state, "stage": job.now["stage"], "events": events, "next": after + len(events)}
-        return {**found, "page": self._page_of(job), **(job.error if state == "failed" else {})}
+        return {**self.folder.told({**found, **error}), "page": self._page_of(job)}
 
     def end_watch(self, number: str) -> dict[str, Any]:
         """End a watch."""
@@ -198,6 +201,7 @@ class Studio:
 def application(studio: Studio, port: int) -> ASGIApp:
     """Return the application of a studio that listens on a port of this machine."""
     files = web_files()
+    api, by_path = partial(_api, studio.folder), partial(_by_path, studio.folder)
 
     def start(_: Request) -> Response:
         return Response(files[START], media_type=media_type(START), headers={"Content-Security-Policy": POLICY})
@@ -209,7 +213,7 @@ def application(studio: Studio, port: int) -> ASGIApp:
         return Response(files[name], media_type=media_type(name))
 
     async def page(request: Request) -> Response:
-        made: Response | bytes = await _answered(partial(studio.page, request.path_params["log"]))
+        made: Response | bytes = await _answered(studio.folder, partial(studio.page, request.path_params["log"]))
         if isinstance(made, Response):
             return made
         headers = {"Content-Security-Policy": "frame-ancestors 'self'"}
@@ -219,25 +223,25 @@ def application(studio: Studio, port: int) -> ASGIApp:
         Route("/", start),
         Route("/web/{name:path}", web),
         Route("/page/{log:path}", page),
-        Route("/api/files", _api(lambda _: {"folder": studio.folder.root.name, "files": studio.folder.files()})),
-        Route("/api/open", _api(studio.open), methods=["POST"]),
-        Route("/api/try", _api(studio.tried), methods=["POST"]),
-        Route("/api/picture", _api(studio.picture), methods=["POST"]),
-        Route("/api/save", _api(studio.save), methods=["POST"]),
-        Route("/api/variant", _api(studio.variant), methods=["POST"]),
-        Route("/api/plan", _api(studio.plan), methods=["POST"]),
-        Route("/api/plan/{job}", _by_path(lambda ask: studio.job(ask.path_params["job"]))),
-        Route("/api/plan/{job}", _by_path(lambda ask: studio.cancel(ask.path_params["job"])), methods=["DELETE"]),
-        Route("/api/obstructions", _by_path(lambda ask: studio.boxes(ask.query_params.get("path")))),
-        Route("/api/obstructions", _api(studio.set_boxes), methods=["POST"]),
-        Route("/api/watch", _api(studio.watch), methods=["POST"]),
-        Route("/api/watch/{job}", _by_path(lambda ask: studio.news(ask.path_params["job"], _number(ask)))),
-        Route("/api/watch/{job}", _by_path(lambda ask: studio.end_watch(ask.path_params["job"])), methods=["DELETE"]),
+        Route("/api/files", api(lambda _: {"folder": studio.folder.root.name, "files": studio.folder.files()})),
+        Route("/api/open", api(studio.open), methods=["POST"]),
+        Route("/api/try", api(studio.tried), methods=["POST"]),
+        Route("/api/picture", api(studio.picture), methods=["POST"]),
+        Route("/api/save", api(studio.save), methods=["POST"]),
+        Route("/api/variant", api(studio.variant), methods=["POST"]),
+        Route("/api/plan", api(studio.plan), methods=["POST"]),
+        Route("/api/plan/{job}", by_path(lambda ask: studio.job(ask.path_params["job"]))),
+        Route("/api/plan/{job}", by_path(lambda ask: studio.cancel(ask.path_params["job"])), methods=["DELETE"]),
+        Route("/api/obstructions", by_path(lambda ask: studio.boxes(ask.query_params.get("path")))),
+        Route("/api/obstructions", api(studio.set_boxes), methods=["POST"]),
+        Route("/api/watch", api(studio.watch), methods=["POST"]),
+        Route("/api/watch/{job}", by_path(lambda ask: studio.news(ask.path_params["job"], _number(ask)))),
+        Route("/api/watch/{job}", by_path(lambda ask: studio.end_watch(ask.path_params["job"])), methods=["DELETE"]),
     ]
     return _Guard(Starlette(routes=routes), studio.token, port)
 
 
-def _api(answer: Callable[[dict[str, Any]], dict[str, Any] | bytes]) -> Callable[[Request], Any]:
+def _api(folder: Folder, answer: Callable[[dict[str, Any]], dict[str, Any] | bytes]) -> Callable[[Request], Any]:
     """Return the endpoint of a function from a JSON object to a JSON object, or to a picture."""
 
     async def endpoint(request: Request) -> Response:
@@ -254,7 +258,7 @@ def _api(answer: Callable[[dict[str, Any]], dict[str, Any] | bytes]) -> Callable
                 asked = None
             if not isinstance(asked, dict):
                 return _refusal(400, "the request is not a JSON object")
-        made = await _answered(partial(answer, asked))
+        made = await _answered(folder, partial(answer, asked))
         if isinstance(made, bytes):
             return Response(made, media_type="image/png")
         return made if isinstance(made, Response) else JSONResponse(made)
@@ -262,11 +266,11 @@ def _api(answer: Callable[[dict[str, Any]], dict[str, Any] | bytes]) -> Callable
     return endpoint
 
 
-def _by_path(answer: Callable[[Request], dict[str, Any]]) -> Callable[[Request], Any]:
+def _by_path(folder: Folder, answer: Callable[[Request], dict[str, Any]]) -> Callable[[Request], Any]:
     """Return the endpoint of a function of an address."""
 
     async def endpoint(request: Request) -> Response:
-        made = await _answered(partial(answer, request))
+        made = await _answered(folder, partial(answer, request))
         return made if isinstance(made, Response) else JSONResponse(made)
 
     return endpoint
@@ -280,26 +284,26 @@ def _number(request: Request) -> int:
     return int(given)
 
 
-async def _answered(answer: Callable[[], Any]) -> Any:
-    """Return an answer, made in a thread; an error of the user's input as a response."""
+async def _answered(folder: Folder, answer: Callable[[], Any]) -> Any:
+    """Return an answer, made in a thread; an error as a response, with paths as the page has them."""
     try:
         return await run_in_threadpool(answer)
     except ChangedMeanwhileError as error:
-        return _error(409, error)
+        return _error(409, folder, error)
     except BimvoxError as error:
-        return _error(400, error)
+        return _error(400, folder, error)
     except OSError as error:
-        return _refusal(400, f"{error.filename or 'a file'}: {reason_of(error)}")
+        return _refusal(400, folder.told(f"{error.filename or 'a file'}: {reason_of(error)}"))
     except MemoryError:
         return _refusal(500, "this needs more memory than there is")
     except Exception as error:  # noqa: BLE001  # the last handler: the page says it, and the studio goes on
         said = f"sorry, bimvox failed: {type(error).__name__}: {error}".splitlines()[0]
-        return JSONResponse({"error": said, "where": None, "hint": "this is a fault of bimvox"}, 500)
+        return JSONResponse({"error": folder.told(said), "where": None, "hint": "this is a fault of bimvox"}, 500)
 
 
-def _error(status: int, error: BimvoxError) -> JSONResponse:
+def _error(status: int, folder: Folder, error: BimvoxError) -> JSONResponse:
     where = getattr(error, "key", None)
-    return JSONResponse({"error": error.message, "where": where, "hint": error.hint}, status)
+    return JSONResponse(folder.told({"error": error.message, "where": where, "hint": error.hint}), status)
 
 
 def _refusal(status: int, said: str) -> JSONResponse:

@@ -35,7 +35,7 @@ class Folder:
             raise InputError("no file is named", hint="give its path in the folder of the studio")
         found = (self.root / relative).resolve()
         if not found.is_relative_to(self.root):
-            raise InputError(f"{relative} is outside the folder of the studio", hint=f"it shows {self.root} alone")
+            raise InputError(f"{relative} is outside the folder of the studio", hint=f"it shows {self.root.name} alone")
         if suffixes and not found.name.lower().endswith(suffixes):
             raise InputError(f"{relative} is not a file of this kind", hint=f"it ends with {' or '.join(suffixes)}")
         return found
@@ -43,6 +43,15 @@ class Folder:
     def relative(self, path: Path) -> str:
         """Return a path as the page has it."""
         return path.relative_to(self.root).as_posix()
+
+    def told(self, value: Any) -> Any:
+        """Return a text, or the texts of a JSON value, with paths below the folder as the page has them."""
+        if isinstance(value, str):
+            near = value.replace(f"{self.root}{os.sep}", "").replace(str(self.root), self.root.name)
+            return near.replace(f"{self.root.parent}{os.sep}", f"..{os.sep}") if self.root.parent.name else near
+        if isinstance(value, dict):
+            return {key: self.told(own) for key, own in value.items()}
+        return [self.told(own) for own in value] if isinstance(value, list) else value
 
     def files(self) -> list[dict[str, Any]]:
         """Return models, site files and logs, sorted, at most a thousand."""

@@ -615,3 +615,28 @@ def test_cranes_without_names_of_their_own_are_refused(page: Page):
         assert answer.status_code == 400
         assert "name" in answer.json()["error"] + answer.json()["hint"]
     assert page.post("/api/try", path="a.site.toml", setup={**setup, "cranes": []}).status_code == 400
+
+
+def test_messages_name_files_as_the_page_does(page: Page, folder: Path):
+    (folder / "sub").mkdir()
+    (folder / "sub" / "b.site.toml").write_text(SITE.replace("[crane]", "[cran]"))
+    (folder / "bad.ifc").write_text("this is not a model")
+    (folder / "away.site.toml").write_text(SITE.replace("frame.ifc", "../away/frame.ifc"))
+    assert "../away/frame.ifc" in page.post("/api/open", path="away.site.toml").text
+    said = [
+        page.post("/api/open", path=path).text
+        for path in ("away.site.toml", "sub/b.site.toml", "bad.ifc", "../x.ifc", "none.ifc")
+    ]
+    assert "sub/b.site.toml" in said[1]
+    assert "bad.ifc" in said[2]
+    job = page.ok("/api/plan", path="a.site.toml")["job"]
+    done = finished(page, job)
+    assert done["document"]["log"] == "a.mcap"
+    said.append(str(done))
+    (folder / "a.obstructions.json").write_text("{")
+    said.append(page.get("/api/obstructions?path=a.site.toml").text)
+    number = page.ok("/api/watch", path="a.site.toml", simulate=None)["watch"]
+    said.append(str(news(page, number, 0)))
+    page.client.delete(f"/api/watch/{number}", headers={"X-Bimvox-Token": TOKEN})
+    for text in said:
+        assert str(folder.parent) not in text
