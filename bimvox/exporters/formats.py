@@ -48,6 +48,7 @@ FORMATS = (
     Format("layout", Source.LOG, ".layout.json", "panels for Foxglove-class viewers"),
     Format("ifc", Source.LOG, ".4d.ifc", "the building's own file with a 4D schedule", ".ifc", is_dated=True),
     Format("msproject", Source.LOG, ".project.xml", "XML", ".xml", is_dated=True),
+    Format("unloading", Source.LOG, ".unloading", "folder of site files, one a delivery: its truck is unloaded"),
     Format("vti", Source.GRID, ".vti", "the cells, for ParaView", ".vti"),
     Format("ply", Source.GRID, ".ply", "the faces of every part, for viewers", ".ply"),
     Format("glb", Source.GRID, ".glb", "the faces of every part, for viewers", ".glb"),

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
+from functools import partial
 from os import PathLike
 from pathlib import Path
 
-from bimvox.errors import InputError, shown
+from bimvox.errors import InputError, listed, shown
 from bimvox.exporters.formats import Format, Source, format_for, formats_of
 from bimvox.exporters.lift_schedule import DEFAULT_BEGIN
 from bimvox.files import check_new_folder, check_output, read_input, unwritable, write_atomically, write_together
 from bimvox.grid.voxel_grid import VoxelGrid
 from bimvox.library.arguments import insist, path_of
+from bimvox.library.attached_files import config_in
+from bimvox.library.completed_site_file import building_of, completed
 from bimvox.library.plan_value import Plan
 from bimvox.library.render import revision_of_plan
 from bimvox.log.dates import log_dates
@@ -26,6 +29,8 @@ from bimvox.rendering.page.schema import page_json
 from bimvox.rendering.page.source import PageSource
 
 _THREADS = 2
+_FOLDERS = ("ros2", "unloading")
+"""The formats that are folders."""
 
 
 def export(
@@ -45,9 +50,10 @@ def export(
 
     Args:
         what: A plan, the path of a log, or a grid.
-        path: The file, for ``ros2`` a new folder.
+        path: The file, for ``ros2`` and ``unloading`` a new folder.
         to: A format of ``bimvox.exporters.formats``, such as ``csv``, ``json``, ``page``, ``glb``, ``ros2``,
-            ``ifc`` or ``msproject``, of a grid ``vti``, ``ply`` or ``glb``; default: the one of the path's suffix.
+            ``ifc``, ``msproject`` or ``unloading``, of a grid ``vti``, ``ply`` or ``glb``; default: the one of the
+            path's suffix.
         lifts: Lift numbers from 1, or names, ids or GlobalIds of parts; default: all lifts.
         model: The IFC file that the plan was made from; needed for ``ifc`` alone.
         start: Local date and time from which on work is done, in the hours of the site file's ``[calendar]``; default:
@@ -86,14 +92,14 @@ def export(
 
 
 def require_whole_log(target: Path, partly: bool) -> None:
-    """Check that the data of a page are wanted of a whole log.
+    """Check that a format of a whole log is wanted of one.
 
     Raises:
         InputError: If only some lifts, or what can be saved of a damaged log, are wanted.
     """
     if partly:
-        hint = "export the lifts to mcap first, then that log to page"
-        raise InputError(f"{target}: the data of the page are those of a whole log", hint=hint)
+        hint = "leave --lift and --recover out"
+        raise InputError(f"{target}: this format is of a whole log", hint=hint)
 
 
 def write_page_data(source: PageSource, target: Path, *, inputs: Iterable[Path] = ()) -> None:
@@ -111,7 +117,7 @@ def check_targets(target: Path, wanted: Format, inputs: Iterable[Path]) -> None:
     Raises:
         FileError: If one of them cannot be written.
     """
-    if wanted.name == "ros2":
+    if wanted.name in _FOLDERS:
         check_new_folder(target)
         return
     for path in (target, *tables_of(target)) if wanted.name == "csv" else (target,):
@@ -154,7 +160,10 @@ def write_lifts(
     from bimvox.exporters.log import log_bytes, messages_in
 
     if wanted.name == "ros2":
-        return _write_bag(log.extract(orders), target)
+        return _write_folder(target, partial(_written_bag, log.extract(orders)))
+    if wanted.name == "unloading":
+        require_whole_log(target, len(orders) < len(log.plan.lifts))
+        return _write_folder(target, partial(_written_deliveries, log))
     own = (model, model_bytes(log, model)) if wanted.name == "ifc" and model else None
     dates = log_dates(log, begins)
     data = log_bytes(log, wanted, tuple(orders), begins=begins or DEFAULT_BEGIN, dates=dates, model=own)
@@ -234,15 +243,40 @@ def _format(source: Source, to: str | None, target: Path) -> Format:
     return found
 
 
-def _write_bag(log: PlanLog, folder: Path) -> int:
-    """Write a bag whole or not at all: into a temporary folder next to it, which is then renamed."""
-    from bimvox.exporters.ros2 import write_ros2_bag
-
+def _write_folder(folder: Path, write: Callable[[Path], int]) -> int:
+    """Write a folder whole or not at all: into a temporary folder next to it, which is then renamed."""
     with tempfile.TemporaryDirectory(prefix=".bimvox-", dir=folder.resolve().parent) as temporary:
         written = Path(temporary) / folder.name
         try:
-            messages = write_ros2_bag(log, written)
+            count = write(written)
             written.rename(folder)
         except OSError as error:
             raise unwritable(folder, error) from error
-    return messages
+    return count
+
+
+def _written_bag(log: PlanLog, folder: Path) -> int:
+    from bimvox.exporters.ros2 import write_ros2_bag
+
+    return write_ros2_bag(log, folder)
+
+
+def _written_deliveries(log: PlanLog, folder: Path) -> int:
+    """Write the site of every delivery; return how many parts are unloaded."""
+    from bimvox.exporters.unloading import delivery_sites
+
+    site, config = log.plan.site, config_in(log)
+    if config is None:
+        raise InputError(f"{folder}: the log carries no site file", hint="plan the site again")
+    found = delivery_sites(log, completed(config, site, building_of(site, config)))
+    if nowhere := [name for one in found for name in one.nowhere]:
+        raise InputError(
+            f"{folder}: {listed(nowhere)} can be unloaded nowhere: no place on the access holds it where the crane "
+            "carries it",
+            hint="widen [areas] access, or move it nearer to the crane",
+        )
+    folder.mkdir()
+    for one in found:
+        for name, data in one.files.items():
+            write_atomically(folder / name, data)
+    return sum(one.parts for one in found)

@@ -5,7 +5,8 @@ structures, and lies within the crane's reach for the part's mass. A flat part g
 (:mod:`bimvox.planning.stacks`), a wall into a rack (:mod:`bimvox.planning.racks`). Otherwise the place with the least
 travel time is used, including the travel from the part before; of equally good places the first.
 
-A new delivery begins if the next part does not fit into the yard or onto the truck (:mod:`bimvox.planning.truckload`).
+A new delivery begins if the next part does not fit into the yard or onto the truck (:mod:`bimvox.planning.truckload`),
+or if the site file gives its place to another part of the delivery.
 It arrives when every earlier lift is finished. By then the yard is empty except for places that the site file gives to
 later parts, so an earlier arrival could bring no more. Parts of an earlier delivery that could not be lifted go back
 with the truck.
@@ -75,9 +76,14 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
             now = _Delivery(site, now.number + 1, fresh)
         if component.start_vox is not None:
             pose, turn = _given(component)
+            place = (*component.start_vox[:2], *_footprint(component, pose, turn))
+            if now.holds_at(place):
+                now.settle(places)
+                now = _Delivery(site, now.number + 1, fresh)
             places[index] = yard_place(component, now.number, pose, component.start_vox, turn=turn)
             given.remove(index)
-            now.stacks.add(component, (*component.start_vox[:2], *_footprint(component, pose, turn)))
+            now.given.append(place)
+            now.stacks.add(component, place)
             now.load.add(component)
             continue
         own = times[component.crane] if times else None
@@ -119,6 +125,7 @@ class _Delivery:
     def __init__(self, site: Site, number: int, free: NDArray[np.bool_]) -> None:
         self._site, self._gap_vox = site, _gap_vox(site)
         self.number, self.free, self.load = number, free, Truckload(site)
+        self.given: list[Rectangle] = []
         taken = Taken(self._gap_vox)
         self.stacks, self.racks = Stacks(site, taken), Racks(site, taken)
 
@@ -143,6 +150,14 @@ class _Delivery:
                 free = self.racks.room_for_new(component, _footprint(component, *lying), room.columns, side)
                 racked.append(_Room(free, (lying,), room.is_fresh, side))
         return racked, alone
+
+    def holds_at(self, place: Rectangle) -> bool:
+        """Return whether the site file gives a place that overlaps this one to another of its parts."""
+        x, y, size_x, size_y = place
+        return any(
+            x < other_x + other_size_x and other_x < x + size_x and y < other_y + other_size_y and other_y < y + size_y
+            for other_x, other_y, other_size_x, other_size_y in self.given
+        )
 
     def add(self, component: Component, place: Rectangle, side: int) -> None:
         """Take a place for a part."""

@@ -28,7 +28,14 @@ from bimvox.proof.shape import check_shape, check_structure
 from bimvox.proof.site_rules import check_no_load, check_rope_margin, check_stored, check_wind, check_zones
 from bimvox.proof.slings import check_slings
 from bimvox.proof.stands import check_stands
-from bimvox.proof.storage import check_gap, check_last_in, check_stacks, check_truck, check_unloading
+from bimvox.proof.storage import (
+    check_gap,
+    check_last_in,
+    check_stacks,
+    check_truck,
+    check_unloading,
+    stands_on_something,
+)
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.records.reasons import NOT_ITS_CELLS
@@ -289,7 +296,10 @@ class _Verifier:
         check.look(inside, f"{component.id}: stored outside the site")
         if not inside:
             return
-        check.look(place.cell_vox[2] == 1 or place.stack > 0, f"{component.id}: is not stored on the ground")
+        check.look(
+            place.stack > 0 or stands_on_something(self.site, place),
+            f"{component.id}: is stored neither on the ground nor on structure",
+        )
         if component.start_vox is not None:
             check.look(
                 place.cell_vox == component.start_vox,

@@ -177,12 +177,27 @@ def check_stacks(check: Check, site: Site, lifts: Collection[Lift]) -> None:
         if place.stack:
             stacks.setdefault((place.delivery, place.stack), []).append((lift, place))
         else:
-            check.look(place.cell_vox[2] == 1, f"{name}: lies {place.cell_vox[2] - 1} cells high, but in no stack")
+            check.look(
+                stands_on_something(site, place),
+                f"{name}: lies {place.cell_vox[2] - 1} cells high, but in no stack and on no structure",
+            )
     for (delivery, number), members in stacks.items():
         if rules is None:
             check.look(False, f"stack {number} of delivery {delivery + 1}: the site's rules have no stacks")
             continue
         _check_stack(check, site, f"stack {number} of delivery {delivery + 1}", members)
+
+
+def stands_on_something(site: Site, place: YardPlace) -> bool:
+    """Return whether a stored part lies on the ground, or wholly on structure, such as a truck in the model."""
+    below = place.shape.cells[place.shape.cells[:, 2] == 0] + np.array(place.cell_vox) - np.array([0, 0, 1])
+    if place.cell_vox[2] <= 1 or (below < 0).any() or (below >= site.shape).any():
+        return place.cell_vox[2] == 1
+    filled = np.zeros(site.shape, np.bool_)
+    for blocker in site.blockers:
+        if blocker.kind == "structure":
+            filled[tuple(blocker.cells.T)] = True
+    return bool(filled[tuple(below.T)].all())
 
 
 def _check_stack(check: Check, site: Site, name: str, members: list[tuple[Lift, YardPlace]]) -> None:

@@ -2,7 +2,8 @@
 
 Each lift takes the crew's times for the slings of such a part, and the crane's fastest way from the nearest place where
 a truck stands and the crane carries the part (:mod:`bimvox.site.access`): from the deck over everything that lies in
-the yard, to the part's place, and back empty. That is a bound, not a planned motion; nothing is in the log for it.
+the yard, to the part's place, and back empty. That is a bound; the motions are those of the delivery's own plan
+(:mod:`bimvox.exporters.unloading`).
 """
 
 from __future__ import annotations

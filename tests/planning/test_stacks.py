@@ -1,5 +1,6 @@
 """Flat parts lie in stacks, the one that is lifted first on top, and people have room around them."""
 
+import dataclasses
 from itertools import combinations
 
 import numpy as np
@@ -130,3 +131,15 @@ def test_every_plan_passes_the_proofs_own_checks_of_gaps_and_stacks(sizes, gap_m
 
 def last_of(place: YardPlace) -> np.ndarray:
     return np.add(place.cell_vox, place.shape.size_vox)
+
+
+def test_a_place_that_the_site_file_gives_twice_is_free_again_with_the_next_delivery():
+    site = slab_site(lying=None)
+    first, second, *others = site.components
+    places = [place for lift in planned(site).lifts if (place := lift.place) is not None]
+    same = [dataclasses.replace(one, start_vox=places[0].cell_vox) for one in (first, second)]
+    plan = planned(dataclasses.replace(site, components=(*same, *others)))
+    deliveries = {lift.component: lift.place.delivery for lift in plan.lifts if lift.place is not None}
+    assert deliveries[0] != deliveries[1]
+    assert all(lift.status is Status.PLANNED for lift in plan.lifts)
+    assert verify_plan(plan).verified

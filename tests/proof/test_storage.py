@@ -155,3 +155,16 @@ def test_a_part_that_no_truck_brings_within_reach_is_refused(plan):
     forged = on_access(plan, slice(0, 1))
     forged = dataclasses.replace(forged, site=dataclasses.replace(forged.site, components=heavy))
     assert "does not carry it over any truck" in failures(forged, "yard")
+
+
+def test_a_part_above_the_ground_lies_on_structure_wholly(plan):
+    first, *others = plan.lifts
+    x, y, _ = first.place.cell_vox
+    places = [{"cell_vox": (x, y, 3), "stack": 0}, *({} for _ in others)]
+    said = f"{plan.site.components[first.component].id}: is stored neither on the ground nor on structure"
+    assert said in failures(with_places(plan, *places), "yard")
+    below = first.place.shape.cells[first.place.shape.cells[:, 2] == 0] + (x, y, 2)
+    for cells, accepted in ((below, True), (below[1:], False)):
+        site = dataclasses.replace(plan.site, blockers=(*plan.site.blockers, Blocker("deck", "structure", cells)))
+        found = failures(dataclasses.replace(with_places(plan, *places), site=site), "yard")
+        assert (said not in found) is accepted

@@ -250,7 +250,7 @@ def test_the_data_of_the_page_are_those_that_the_page_embeds(site_folder: Path) 
     page = page_of_log(site_folder / "frame.mcap", proven=True, progress=SilentProgress())
     assert Opened(page).document == {key: value for key, value in shown.items() if key != "numbers"}
     for options in ({"lifts": ["1"]}, {"recover": True}):
-        with pytest.raises(InputError, match="those of a whole log"):
+        with pytest.raises(InputError, match="this format is of a whole log"):
             run(site_folder, to="page", out=out, **options)
 
 
