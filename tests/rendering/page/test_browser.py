@@ -194,7 +194,7 @@ def test_search_and_sort(seen):
     seen.page.keyboard.type("0globalidcol")
     rows = "#list tbody tr"
     assert seen.page.locator(rows).count() == 2
-    assert seen.text("#count") == "2 of 3 lifts"
+    assert seen.text("#count") == "2 of 3 parts"
     seen.page.keyboard.press("Escape")
     assert seen.page.locator(rows).count() == 3
     seen.page.click('[data-sort="utilisation"]')
@@ -262,7 +262,7 @@ def test_the_plan_says_how_it_was_proven_and_from_what(seen):
     assert "2 checks, 19 samples" in told
     assert "Provided that:" in told
     assert "there is no wind" in told
-    assert terms["Planned"] == "2 of 3 lifts"
+    assert terms["Planned"] == "2 of 3 parts"
     assert terms["Model"] == "tiny.ifc"
     assert "cd" * 32 in told
     assert "ab" * 32 in told

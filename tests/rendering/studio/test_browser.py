@@ -271,6 +271,7 @@ def test_cranes_are_removed_and_added(studio):
 
 def test_zones_are_added_bent_and_removed(studio):
     studio.page.click('[data-key="add-zone"]')
+    assert studio.page.evaluate("() => document.activeElement.dataset.key") == "zones/0-name"
     assert studio.page.locator('[data-handle="zones/0/3"]').count() == 1
     studio.page.focus('[data-handle="zones/0/3"]')
     studio.page.keyboard.press("Insert")
@@ -278,8 +279,10 @@ def test_zones_are_added_bent_and_removed(studio):
     assert studio.page.evaluate("() => document.activeElement.dataset.handle") == "zones/0/3"
     studio.page.keyboard.press("Delete")
     assert len(studio.setup()["zones"][0]["polygon"]) == 4
-    studio.page.click('[data-group="zones/0"] summary')
-    studio.page.fill('[data-key="zones/0-name"]', "street")
+    studio.page.focus('[data-handle="zones/0"]')
+    studio.page.keyboard.press("Enter")
+    assert studio.page.evaluate("() => document.activeElement.dataset.key") == "zones/0-name"
+    studio.page.keyboard.type("street")
     studio.page.keyboard.press("Tab")
     assert studio.page.evaluate("() => document.activeElement.dataset.key") == "zones/0-kind"
     assert studio.page.inner_text('[data-group="zones/0"] summary') == "Zone street"

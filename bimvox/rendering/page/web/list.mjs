@@ -37,7 +37,7 @@ export class LiftList {
       button.setAttribute("aria-pressed", String(own));
       button.title = own ? `sorted ${this.descending ? "descending" : "ascending"}; again to reverse` : `sort by ${button.textContent}`;
     }
-    byId("count").textContent = lifts.length === plan.lifts.length ? counted(lifts.length, "lift") : `${lifts.length} of ${counted(plan.lifts.length, "lift")}`;
+    byId("count").textContent = lifts.length === plan.lifts.length ? counted(lifts.length, "part") : `${lifts.length} of ${counted(plan.lifts.length, "part")}`;
     this.states = null;
     this.update();
   }

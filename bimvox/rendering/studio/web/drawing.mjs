@@ -143,6 +143,7 @@ export class Drawing {
   ringLabels() {
     const { setup, answer } = this.app;
     const taken = [];
+    const grips = handlesOf(setup).map(({ at }) => toPixels(this.view, at));
     return setup.cranes.flatMap(({ base_m: base }, n) => {
       const found = answer?.cranes?.[n];
       if (!found) return [];
@@ -158,7 +159,8 @@ export class Drawing {
         for (const ring of sorted) {
           const at = place(ring.radius_m, turn);
           const meets = ([x, y]) => Math.abs(x - at[0]) < 115 && Math.abs(y - at[1]) < 18;
-          if (isFree(at) && !taken.some(meets) && !own.some((one) => meets(one.at))) own.push({ ring, at });
+          const onGrip = ([x, y]) => Math.abs(x - at[0]) < 60 && Math.abs(y - at[1]) < 20;
+          if (isFree(at) && !grips.some(onGrip) && !taken.some(meets) && !own.some((one) => meets(one.at))) own.push({ ring, at });
         }
         return own;
       };
@@ -217,7 +219,7 @@ export class Drawing {
         const flat = Math.abs(b[0] - a[0]) > Math.abs(b[1] - a[1]);
         const share = flat ? (4 - a[0]) / (b[0] - a[0]) : (12 - a[1]) / (b[1] - a[1]);
         const place = [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])];
-        const fits = flat ? place[1] > 26 : place[0] > 90;
+        const fits = flat ? place[1] > 26 : place[0] > 90 && place[0] < view.width - 8 * text.length;
         if (Number.isFinite(share) && fits) drawn.push(label(text, flat ? [4, place[1] - 3] : [place[0] + 3, 12], { class: "label grid-label", "text-anchor": "start" }));
       }
     }

@@ -45,6 +45,8 @@ export class Form {
     this.fields = [];
     const several = app.setup.cranes.length > 1;
     const group = (id, title, ...content) => el("details", { class: "group-of", "data-group": id, open: open.get(id) ?? !/^(access|construction|zones)/.test(id) }, el("summary", {}, title), ...content);
+    // What is added is typed next: its fields open, and the first one has the focus.
+    const adding = (key, words, added) => el("button", { type: "button", "data-key": key, onclick: () => this.add(words, added()) }, words);
     const areas = areasOf(app.setup).map((area) => {
       const made = group(area.id, area.name, ...this.area(area));
       this.fields.push({ update: (setup) => (made.firstChild.textContent = areasOf(setup).find(({ id }) => id === area.id).name) });
@@ -55,7 +57,7 @@ export class Form {
       app.opened.map ? this.units() : null,
       ...app.setup.cranes.map((crane, n) => group(`cranes/${n}`, craneName(crane, n, several), this.crane(n))),
       ...areas,
-      el("div", { class: "links" }, el("button", { type: "button", "data-key": "add-crane", onclick: () => this.addCrane() }, "Add a crane"), el("button", { type: "button", "data-key": "add-yard", onclick: () => app.change(withArea(app.setup, "yard", app.drawing.view.centre), "new yard") }, "Add a yard"), el("button", { type: "button", "data-key": "add-access", onclick: () => app.change(withArea(app.setup, "access", app.drawing.view.centre, "", [12, 4]), "new access") }, "Add an access"), el("button", { type: "button", "data-key": "add-zone", onclick: () => app.change(withArea(app.setup, "zones", app.drawing.view.centre), "new zone") }, "Add a zone"), el("button", { type: "button", "data-key": "add-box", onclick: () => app.change(withObstruction(app.setup, app.drawing.view.centre), "new obstruction") }, "Add an obstruction")),
+      el("div", { class: "links" }, el("button", { type: "button", "data-key": "add-crane", onclick: () => this.addCrane() }, "Add a crane"), adding("add-yard", "Add a yard", () => withArea(app.setup, "yard", app.drawing.view.centre)), adding("add-access", "Add an access", () => withArea(app.setup, "access", app.drawing.view.centre, "", [12, 4])), adding("add-zone", "Add a zone", () => withArea(app.setup, "zones", app.drawing.view.centre)), adding("add-box", "Add an obstruction", () => withObstruction(app.setup, app.drawing.view.centre))),
     );
     if (key) this.body.querySelector(`[data-key="${CSS.escape(key)}"]`)?.focus();
   }
@@ -68,6 +70,15 @@ export class Form {
       return el("label", {}, input, words);
     };
     return el("fieldset", { class: "units" }, el("legend", {}, "Coordinates"), choice(false, "of the site"), choice(true, "of the map"));
+  }
+
+  /** Enter a set-up with another area. */
+  add(words, setup) {
+    const { app } = this;
+    const had = new Set(areasOf(app.setup).map(({ id }) => id));
+    app.change(setup, words.replace(/^Add an? /, "new "));
+    const added = areasOf(app.setup).find(({ id }) => !had.has(id));
+    if (added) this.focus(added.id);
   }
 
   /** Another crane, of the machine of the last one. */
@@ -227,7 +238,7 @@ export class Form {
     const [what, n] = id.split("/");
     const group = this.body.querySelector(`[data-group="${what}/${n}"]`);
     if (group) group.open = true;
-    const key = what === "cranes" ? `cranes/${n}-0` : what === "boxes" ? `boxes/${n}-name` : id.split("/").length > 2 ? `${id}-0` : `${id}/0-0`;
+    const key = what === "cranes" ? `cranes/${n}-0` : what === "boxes" ? `boxes/${n}-name` : what === "zones" && id.split("/").length < 3 ? `zones/${n}-name` : id.split("/").length > 2 ? `${id}-0` : `${id}/0-0`;
     const field = this.body.querySelector(`[data-key="${CSS.escape(key)}"]`);
     field?.focus();
     field?.select();
@@ -262,7 +273,7 @@ export class Form {
       terms([
         ["Use", state in OTHERS ? (state === "cannot" ? null : MEANS[state] ?? OTHERS[state]) : useWords(state, found)],
         ["Mass", tonnes(part.mass_kg)],
-        ["On the hook", part.hook_load_kg ? tonnes(part.hook_load_kg) : null],
+        ["On the hook", meansOf(part, app.setup) === "crane" && part.hook_load_kg ? tonnes(part.hook_load_kg) : null],
         ["Radius", found?.radius_m !== null && found?.radius_m !== undefined ? `${fixed(found.radius_m, 2)} m` : null],
         ["Crane", app.setup.cranes.length > 1 ? found?.crane : null],
         ["Height", `${fixed(part.low_m, 2)} to ${fixed(part.top_m, 2)} m`],

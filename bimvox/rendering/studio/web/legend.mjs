@@ -33,6 +33,7 @@ export class Legend {
 
   render() {
     const { app } = this;
+    byId("key").hidden = false;
     this.note.hidden = !app.carried;
     const counts = countsOf(app.opened.parts, app.setup, app.answer?.parts);
     for (const [key, { element, button, count }] of this.entries) {

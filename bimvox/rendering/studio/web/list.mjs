@@ -102,7 +102,7 @@ export class List {
 export function chooseMeans(select, current) {
   const wanted = current === "pinned" ? ["pinned"] : current ? CHOICES : ["", ...CHOICES];
   if (select.options.length !== wanted.length || wanted.some((value, n) => select.options[n].value !== value))
-    fill(select, ...wanted.map((value) => el("option", { value, disabled: !value }, value ? MEANS[value] : "different")));
+    fill(select, ...wanted.map((value) => el("option", { value, disabled: !value }, value ? MEANS[value] : "set in different ways")));
   select.value = current;
   select.disabled = current === "pinned";
 }
