@@ -262,7 +262,7 @@ def test_the_plan_says_how_it_was_proven_and_from_what(seen):
     assert "2 checks, 19 samples" in told
     assert "Provided that:" in told
     assert "there is no wind" in told
-    assert terms["Planned"] == "2 of 3 parts"
+    assert terms["Planned"] == "2 of 3 lifts"
     assert terms["Model"] == "tiny.ifc"
     assert "cd" * 32 in told
     assert "ab" * 32 in told

@@ -62,7 +62,7 @@ export function askWatch(last) {
       el("p", {}, "Every obstruction that is drawn, moved or removed then changes the plan at once, and what changed is marked. The log is kept up to date."),
       choice("no", "Keep the whole plan up to date"),
       choice("yes", "Also carry the plan out: a simulated clock runs, parts are lifted and set"),
-      el("label", { class: "speed", for: "speed" }, "Speed, times real time", speed),
+      el("label", { class: "pace", for: "speed" }, "Speed, times real time", speed),
       wrong,
       el("div", { class: "answers" }, el("button", { type: "submit", class: "main" }, "Start"), el("button", { type: "button", onclick: () => dialog.close() }, "Cancel")),
     );

@@ -1,5 +1,5 @@
 // The plan view: a drawing to scale. What has a size in metres lies in one turned group; labels, handles and the frame are in pixels.
-import { areaOf, centreOf, distance, edgesOf, isInside, middle, northOf, toMap, fromMap } from "./geometry.mjs";
+import { areaOf, boundsOf, centreOf, distance, edgesOf, isInside, middle, northOf, toMap, fromMap } from "./geometry.mjs";
 import { dimensionsOf } from "./dimensions.mjs";
 import { areasOf, extentOf, handleOf, handlesOf } from "./setup.mjs";
 import { fitted, multiples, panned, resized, roundLength, scaleBar, shown, toMetres, toPixels, zoomed } from "./view.mjs";
@@ -58,7 +58,17 @@ export class Drawing {
     const { opened, setup } = this.app;
     this.waiting = !this.sheet.getBoundingClientRect().width;
     if (!opened || this.waiting) return;
-    this.view = fitted(extentOf(opened, setup), this.view.width, this.view.height, MARGIN);
+    const shown = (margin) => fitted(extentOf(opened, setup), this.view.width, this.view.height, margin);
+    this.view = shown(MARGIN);
+    // The legend does not cover what a hand takes hold of.
+    const [sheet, legend] = [this.sheet, byId("key")].map((one) => one.getBoundingClientRect());
+    const right = legend.right - sheet.left + 24;
+    const top = legend.top - sheet.top - 24;
+    const isCovered = handlesOf(setup).some(({ at }) => {
+      const [x, y] = toPixels(this.view, at);
+      return x < right && y > top;
+    });
+    if (isCovered && legend.width && right < this.view.width / 3) this.view = shown([right + 20, ...MARGIN.slice(1)]);
     this.render();
   }
 
@@ -144,6 +154,11 @@ export class Drawing {
     const { setup, answer } = this.app;
     const taken = [];
     const grips = handlesOf(setup).map(({ at }) => toPixels(this.view, at));
+    if (setup.construction?.length) {
+      const [x0, , x1, y1] = boundsOf(setup.construction);
+      const [x, y] = toPixels(this.view, [(x0 + x1) / 2, y1]);
+      grips.push([x, y - 12], [x - 40, y - 12], [x + 40, y - 12]); // its name
+    }
     return setup.cranes.flatMap(({ base_m: base }, n) => {
       const found = answer?.cranes?.[n];
       if (!found) return [];

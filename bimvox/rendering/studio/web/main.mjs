@@ -315,9 +315,11 @@ class App {
 
   /** Take the server's answer about a set-up. */
   take(answer) {
+    const isFirst = !this.answer;
     this.answer = answer;
     this.picture.wait();
     this.render();
+    if (isFirst && !this.draft) this.drawing.fit(); // the legend has its size now
   }
 
   // --- What is looked at
@@ -497,7 +499,7 @@ class App {
     if (!answer) return;
     const refused = [...(this.changes?.values() ?? [])].filter(({ kind }) => kind === "refused").length;
     const bad = answer.served < answer.of || answer.problems.length > 0 || refused > 0;
-    const words = `${bad ? "✕" : "✓"} ${whole(answer.served)} of ${whole(answer.of)} lifted · highest ${percent(answer.highest)}${answer.problems.length ? ` · ${counted(answer.problems.length, "problem")}` : ""}${refused ? ` · ${whole(refused)} refused in the plan` : ""}`;
+    const words = `${bad ? "✕" : "✓"} ${whole(answer.served)} of ${whole(answer.of)} can be lifted · highest ${percent(answer.highest)}${answer.problems.length ? ` · ${counted(answer.problems.length, "problem")}` : ""}${refused ? ` · ${whole(refused)} refused in the plan` : ""}`;
     if (chip.textContent !== words) chip.textContent = words;
     chip.className = `chip ${bad ? "refused" : "clean"}`;
   }

@@ -1,12 +1,12 @@
 // What a revision of the plan changed, and its words.
 import { counted, whole } from "../page/words.mjs";
 
-/** What a revision did to the parts that it changed: a map from their ids to {kind, reason}. */
-export function changesOf(event) {
+/** What a revision did to the parts that it changed: a map from their ids to {kind, reason}. `nameOf`: from an id to a name. */
+export function changesOf(event, nameOf = (id) => id) {
   const changes = new Map();
   const cause = event.obstructions?.length ? event.obstructions.join(", ") : null;
   for (const [kind, ids] of [["retimed", event.retimed], ["replanned", event.replanned], ["refused", event.infeasible]]) for (const id of ids ?? []) changes.set(id, { kind, reason: kind === "refused" ? null : cause }); // prettier-ignore
-  for (const { component, reason, blocked_by: by } of event.blocked ?? []) changes.set(component, { kind: "refused", reason: by?.length ? `${reason} (${by.join(", ")})` : reason });
+  for (const { component, reason, blocked_by: by } of event.blocked ?? []) changes.set(component, { kind: "refused", reason: by?.length ? `${reason} (${[...new Set(by.map(nameOf))].join(", ")})` : reason });
   return changes;
 }
 

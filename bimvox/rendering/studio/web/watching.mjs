@@ -61,7 +61,7 @@ export class Watching {
     const isFirst = event.event === "planned";
     const words = isFirst ? `Watching ${path}` : [revisionWords(event), stopWords(event, (id) => app.nameOf(id))].filter(Boolean).join(" · ");
     this.status.textContent = words;
-    if (path === app.opened?.path) app.setChanges(isFirst ? null : changesOf(event), words);
+    if (path === app.opened?.path) app.setChanges(isFirst ? null : changesOf(event, (id) => app.nameOf(id)), words);
     app.setResult(page, event.revision);
     app.announce(words);
   }
