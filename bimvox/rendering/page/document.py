@@ -16,6 +16,7 @@ from bimvox.rendering.colours import CLASSES, NO_GROUP, REMARKS, SHARES
 from bimvox.rendering.page.blob import Blob, rounded
 from bimvox.rendering.page.changes import changes
 from bimvox.rendering.page.crane import crane_record
+from bimvox.rendering.page.deliveries import unloading_records
 from bimvox.rendering.page.fixed import boxes_record, obstructions, slab_map, standing
 from bimvox.rendering.page.geometry import Shapes, shapes_of
 from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
@@ -170,8 +171,11 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
     driven = {motion.order: motion for motion in revision.motions}
     tracks = {track.lift.order: track for track in revision.tracks}
     lifts = []
+    unloading, deliveries = unloading_records(revision)
     for lift in revision.lifts:
         record = lift_record(revision, lift) | {"motion": None, "begins_s": None}
+        if lift.order in unloading:
+            record["unloading"] = unloading[lift.order]
         if (track := tracks.get(lift.order)) is not None:
             own = driven.get(lift.order)
             made = crane_motion(site, own, track, blob) if own is not None else carried_motion(track, blob)
@@ -193,6 +197,7 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
         "elapsed_s": revision.steps.elapsed_ns(revision.motions) / 1e9 if revision.steps != Steps() else None,
         "paused_s": revision.steps.paused_ns / 1e9,
         **({"dates": _blocks(revision.dates)} if revision.dates else {}),
+        **({"deliveries": deliveries} if deliveries else {}),
         "lifts": lifts,
         "obstructions": [boxes_record(blocker, blob) for blocker in obstructions(site)],
         "obstruction_notes": _named(site, site.obstruction_notes),

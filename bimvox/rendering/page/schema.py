@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from bimvox.rendering.page.document import document_of
-from bimvox.rendering.page.schema_lifts import PageLift, PageMotion
+from bimvox.rendering.page.schema_lifts import PageDelivery, PageLift, PageMotion
 from bimvox.rendering.page.schema_things import (
     Count,
     PageColours,
@@ -155,6 +155,8 @@ class PageRevision(Table):
     """How long the crane pauses."""
     dates: tuple[tuple[float, float, float], ...] = ()
     """Of each block of lifts: begin and end, crane time, and its begin in local time, seconds after 1970."""
+    deliveries: tuple[PageDelivery, ...] = ()
+    """What the crane unloads; none if no place for trucks is known."""
     lifts: tuple[PageLift, ...]
     """All lifts in their order."""
     obstructions: tuple[PageStanding, ...]

@@ -21,6 +21,28 @@ class PageStep(Table):
     """From when it carries."""
 
 
+class PageUnloading(Table):
+    """How the crane brings a part from the truck to its place in the yard; a bound, not a planned motion."""
+
+    radius_m: float
+    """Radius of the hook over the truck."""
+    utilisation: float
+    """Share of the capacity there."""
+    crane_s: float
+    """Crane time to the yard and back."""
+
+
+class PageDelivery(Table):
+    """A delivery that the crane unloads."""
+
+    number: Count
+    """From 0."""
+    begins_s: float | None
+    """When its unloading begins, local time, seconds after 1970; null without dates."""
+    ends_s: float | None
+    """When it ends."""
+
+
 class PageLifting(Table):
     """How a part hangs."""
 
@@ -103,6 +125,8 @@ class PageLift(Table):
     """Its times, if the crane does not lift it."""
     delivery: Count | None
     """Its delivery, from 0."""
+    unloading: PageUnloading | None = None
+    """How the crane unloads it; null if no place for trucks is known."""
     stored: Literal["as_built", "lying_x", "lying_y"] | None
     """How it is stored."""
     turn: Count

@@ -9,6 +9,7 @@ from opened_pages import Opened, failed_proof, passed_proof, revision_of, some_r
 
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.records.lift import Status
+from bimvox.records.unloading import unloading_lifts
 from bimvox.rendering.page.document import document_of
 from bimvox.rendering.page.page import page_of
 from bimvox.rendering.page.source import PageSource
@@ -182,3 +183,20 @@ def test_lifts_proven_against_earlier_obstructions_only_are_marked():
     (revision,) = Opened(page_of(tiny_source(proof=proof))).document["revisions"]
     assert [lift["current"] for lift in revision["lifts"]] == [True, True, False]
     assert [lift["number"] for lift in revision["proof"]["not_current"]] == [3]
+
+
+def test_parts_that_the_crane_unloads_say_how():
+    log = tiny_log()
+    site = dataclasses.replace(log.plan.site, access=~log.plan.site.yard)
+    with_access = dataclasses.replace(log, plan=dataclasses.replace(log.plan, site=site))
+    bare, data = (Opened(page_of(PageSource((revision_of(one),)))).document for one in (log, with_access))
+    assert "deliveries" not in bare["revisions"][0]
+    (revision,) = data["revisions"]
+    wanted = {one.order: one for one in unloading_lifts(site, [one for one in log.plan.lifts if one.place])}
+    found = {lift["order"]: lift["unloading"] for lift in revision["lifts"] if "unloading" in lift}
+    assert found.keys() == wanted.keys()
+    for order, one in found.items():
+        assert one["radius_m"] == pytest.approx(wanted[order].radius_m, abs=1e-3)
+        assert one["utilisation"] == pytest.approx(wanted[order].utilisation, abs=1e-6)
+    assert [one["number"] for one in revision["deliveries"]] == [0, 1]
+    assert revision["deliveries"][0]["begins_s"] is None

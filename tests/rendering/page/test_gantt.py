@@ -13,6 +13,7 @@ from two_cranes import two_crane_plan
 from bimvox.log.dates import log_dates
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
+from bimvox.records.unloading import unloading_lifts
 from bimvox.rendering.page.source import PageSource, Revision
 
 pytestmark = pytest.mark.browser
@@ -23,6 +24,9 @@ BARS = """() => [...document.querySelectorAll("#gantt .row:not(.axis)")].map((ro
     Number(bar.dataset.part), parseFloat(bar.style.left) / 100, parseFloat(bar.style.width) / 100,
   ]),
 ])"""
+
+
+SPAN = "(s) => s < 60 ? `${s.toFixed(1)} s` : `${Math.floor(Math.round(s) / 60)} min ${Math.round(s) % 60} s`"
 
 
 def two_cranes() -> Revision:
@@ -126,3 +130,24 @@ def test_bars_have_the_colours_of_the_parts_and_fade_with_the_filter(seen):
     assert seen.page.evaluate(paint, 2) == f"rgb({rgb[0]}, {rgb[1]}, {rgb[2]})"
     seen.page.evaluate("() => page.look('hide', 'part', page.parts[2].id)")
     assert seen.page.evaluate(paint, 2) == "rgba(0, 0, 0, 0)"
+
+
+def test_deliveries_that_the_crane_unloads_have_a_row(browser, tmp_path):
+    log = tiny_log()
+    site = dataclasses.replace(log.plan.site, access=~log.plan.site.yard)
+    log = dataclasses.replace(log, plan=dataclasses.replace(log.plan, site=site))
+    seen = show(browser, tmp_path, PageSource((revision_of(log, passed_proof()),)), reduced_motion="reduce")
+    seen.page.keyboard.press("t")
+    name, bars = seen.page.evaluate(BARS)[0]
+    loads = [[lift for lift in log.plan.lifts if lift.place and lift.place.delivery == n] for n in range(len(bars))]
+    assert "deliver" in name
+    bar = seen.page.locator(".truck-bar").first
+    found = unloading_lifts(site, loads[0])
+    assert f"{len(found)} part" in bar.get_attribute("aria-label")
+    bar.click()
+    part = next(one for one in found if one.order == log.plan.lifts[bars[0][0]].order)
+    told, terms = seen.text("#panel-part"), seen.terms("#panel-part")
+    assert "unloading from the truck" in told.lower()
+    assert terms["Crane time"] == seen.page.evaluate(SPAN, part.duration_s)
+    assert seen.complaints == []
+    seen.page.context.close()

@@ -1,7 +1,7 @@
 // Details of the chosen part and of the whole plan.
 import { byId, el, fill, terms } from "./dom.mjs";
 import { cranesOf } from "./cranes.mjs";
-import { HOW } from "./plan.mjs";
+import { HOW, deliveryWords } from "./plan.mjs";
 import { extent } from "./overlays.mjs";
 import { LOOKS, SCOPES, SEEN } from "./visibility.mjs";
 import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, elapsed, fixed, metres, nameOf, percent, point, span, tonnes, whole } from "./words.mjs";
@@ -182,6 +182,17 @@ export class Details {
         ["Stored", STORED[lift.stored] ?? lift.stored],
       ]),
     );
+    const delivery = (app.plan.revision.deliveries ?? []).find(({ number }) => number === lift.delivery);
+    if (lift.unloading)
+      parts.push(
+        el("h3", {}, "Unloading from the truck"),
+        terms([
+          ["Radius", metres(lift.unloading.radius_m)],
+          ["Utilisation", `${fixed(lift.unloading.utilisation * 100, 1)} %`],
+          ["Crane time", span(lift.unloading.crane_s)],
+          ["", delivery ? deliveryWords(app.plan, delivery).join(", ") : null, true],
+        ]),
+      );
     if (lift.pick)
       parts.push(
         el("h3", {}, "Hook"),

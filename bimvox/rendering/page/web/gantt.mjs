@@ -1,6 +1,7 @@
 // The lifts as bars in time, a row for each crane, storey or class; linked to view and list.
 import { colouring } from "./colours.mjs";
 import { byId, el, fill } from "./dom.mjs";
+import { deliveryWords } from "./plan.mjs";
 import { clock, counted, localDate, nameOf, percent, span } from "./words.mjs";
 
 const ROWS = ["crane", "storey", "class"];
@@ -69,7 +70,7 @@ export class Gantt {
     });
     this.axis = el("div", { class: "track", "aria-hidden": "true" });
     this.cursor = el("div", { class: "cursor", "aria-hidden": "true" });
-    fill(this.chart, el("div", { class: "row axis" }, el("span", { class: "name" }), this.axis), ...rows.filter(Boolean), this.cursor);
+    fill(this.chart, el("div", { class: "row axis" }, el("span", { class: "name" }), this.axis), this._deliveries(), ...rows.filter(Boolean), this.cursor);
     this.tracks = [...this.chart.querySelectorAll(".row:not(.axis) .track")];
     this.stop = null;
     this.paint();
@@ -103,6 +104,31 @@ export class Gantt {
       bar.append(wait);
     });
     this.bars.push({ lift, bar, ends });
+    return bar;
+  }
+
+  /** A row with a bar for each delivery that the crane unloads: from its first lift to the end of its last one. Null if there is none. */
+  _deliveries() {
+    const { plan } = this.app;
+    const bars = (plan.revision.deliveries ?? []).map((delivery) => this._delivery(delivery)).filter(Boolean);
+    if (!bars.length) return null;
+    return el("div", { class: "row", role: "group", "aria-label": counted(bars.length, "delivery").replace(/ys$/, "ies") }, el("span", { class: "name", title: "Deliveries, unloaded by the crane before their first lift" }, "Deliveries"), el("div", { class: "track" }, ...bars));
+  }
+
+  _delivery(delivery) {
+    const { app } = this;
+    const { plan } = app;
+    const lifts = plan.timed.filter((lift) => lift.delivery === delivery.number);
+    if (!lifts.length) return null;
+    const [begins, ends] = [lifts[0].begins_s, Math.max(...lifts.map((lift) => plan.endOf(lift)))];
+    const words = deliveryWords(plan, delivery);
+    const choose = () => {
+      app.choose(lifts[0].part, { from: "gantt" });
+      app.seek(begins);
+    };
+    const bar = el("button", { type: "button", tabindex: "-1", class: "truck-bar", title: words.join("\n"), "aria-label": words.join(", "), "data-part": lifts[0].part, onclick: choose }, el("span", {}, String(delivery.number + 1)));
+    bar.style.left = `${100 * this._share(begins)}%`;
+    bar.style.width = `${100 * (this._share(ends) - this._share(begins))}%`;
     return bar;
   }
 

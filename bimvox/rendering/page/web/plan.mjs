@@ -1,7 +1,19 @@
 // One revision of the plan: times of the lifts, states of the parts, and lists of lifts.
-import { classWords, localDate, nameOf } from "./words.mjs";
+import { classWords, counted, localDate, metres, nameOf, percent, span } from "./words.mjs";
 
 export const [AWAY, UNBUILT, IN_TRANSIT, ARRIVED, ASSEMBLED] = [0, 1, 2, 3, 4];
+
+/** A delivery that the crane unloads, in words: crane time, largest radius and utilisation, and when. */
+export function deliveryWords(plan, { number, begins_s: begins, ends_s: ends }) {
+  const own = plan.lifts.filter((lift) => lift.delivery === number && lift.unloading).map((lift) => lift.unloading);
+  const most = (key) => Math.max(...own.map((one) => one[key]));
+  return [
+    `Delivery ${number + 1}: ${counted(own.length, "part")} unloaded by the crane`,
+    `${span(own.reduce((sum, one) => sum + one.crane_s, 0))} of crane time before its first lift`,
+    `radius up to ${metres(most("radius_m"))}, up to ${percent(most("utilisation"))} of the capacity`,
+    begins === null ? null : `${localDate(begins)} to ${localDate(ends)}`,
+  ].filter(Boolean);
+}
 
 export class Plan {
   /**
