@@ -12,13 +12,13 @@ from shapely.geometry.base import BaseGeometry
 
 from bimvox.bim.building import Building, Element, Role
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.rendering.report.outlines import PLAN, hull, outline, rounded, union
 from bimvox.rendering.report.plan_view import ZONES
 from bimvox.rendering.report.site_values import crane_values, distances, north_of, outlines_of, storeys_of, survey_grid
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.guess import lifted_of
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import ifc_to_map
+from bimvox.site.outlines import PLAN, hull, outline, rounded, union
 from bimvox.site.parts import entries_by_id
 from bimvox.site.placement import built_bounds_m, place_building
 

@@ -17,9 +17,9 @@ from bimvox.proof.racks import frames_of
 from bimvox.records.lift import Status
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.exclusion import below_load, fall_zone
-from bimvox.rendering.report.outlines import PLAN, hull, outline, rounded, union
 from bimvox.rendering.report.site_values import crane_values, distances, north_of, outlines_of, storeys_of, survey_grid
 from bimvox.site.map_frame import map_of_model
+from bimvox.site.outlines import PLAN, hull, outline, rounded, union
 from bimvox.site.site import Blocker, Site
 
 _GEOREFERENCE = "georeference"

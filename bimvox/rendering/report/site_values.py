@@ -15,7 +15,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.rendering.report.outlines import FRONT, PLAN, SIDE, hull, outline, rounded, union
+from bimvox.site.outlines import FRONT, PLAN, SIDE, hull, outline, rounded, union
 
 _RINGS = 7
 _STEPS_M = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)

@@ -8,13 +8,14 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
 
-from bimvox.errors import InputError, ObstructionFileError
+from bimvox.errors import ObstructionFileError
 from bimvox.files import read_input, write_atomically
 from bimvox.site.config.validation import Point3, Table, Text
 from bimvox.site.nested import json_values
 from bimvox.site.obstructions.file import BoxEntry, parse_obstructions
 from bimvox.units import metres_per
 from bimvox_pipeline.studio.opened import SITE_SUFFIX
+from bimvox_pipeline.studio.setup import impossible
 
 _MOST = 10_000
 
@@ -66,9 +67,7 @@ def write_boxes(site: Path, values: object) -> dict[str, Any]:
         for one in boxes:
             BoxEntry(min=one.min, max=one.max)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"{where or 'an obstruction'}: {first['msg'].removeprefix('Value error, ')}") from None
+        raise impossible(error, Boxes, "the obstructions") from None
     file = file_of(site)
     document = _document(file)
     scale = metres_per(document["unit"])

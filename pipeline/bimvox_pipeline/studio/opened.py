@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Element, Role
@@ -32,6 +31,7 @@ from bimvox.site.guess import complete_config, guess_site, rigs_of
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import ifc_to_map
 from bimvox.site.means import Means, means_of
+from bimvox.site.outlines import PLAN, hull, union
 from bimvox.site.parts import entries_by_id
 from bimvox.site.placement import place_building
 from bimvox.site.trial import Trial, Tried
@@ -172,10 +172,7 @@ class Opened:
         """Return everything that the page shows of the site, as JSON."""
         cranes = cranes_of(self.config)
         structure = [one for one in self.placed.elements if one.role is Role.STRUCTURE]
-        hulls = shapely.convex_hull(
-            np.array([shapely.MultiPoint(one.mesh.vertices_m[:, :2]) for one in structure], dtype=object)
-        ) if structure else np.zeros(0, dtype=object)  # fmt: skip
-        outline = shapely.union_all(np.concatenate([hulls, self.trial.hulls]))
+        outline = union([*(hull(one.mesh, PLAN) for one in structure), *self.trial.hulls])
         bounds = [one.mesh.bounds_m for one in self.placed.elements if one.role in (Role.COMPONENT, Role.STRUCTURE)]
         rigs = self._rigs
         tackle_kg = cranes[0].hook_block_kg if cranes else 0.0

@@ -14,7 +14,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.config.crane import CraneConfig, LuffingConfig
 from bimvox.site.config.site_config import ComponentConfig, Polygon, SiteConfig, ZoneConfig
-from bimvox.site.config.validation import Number
+from bimvox.site.config.validation import Number, first_finding
 from bimvox.site.machine import cranes_of, machine_config
 from bimvox.site.machine_names import machines_called
 
@@ -59,6 +59,12 @@ class Setup(_Part):
     means: Annotated[dict[str, str], Field(max_length=_MOST)] = {}  # pydantic copies it
 
 
+def impossible(error: ValidationError, schema: type[BaseModel], what: str) -> InputError:
+    """Return the error that says what the first wrong value of the page's JSON is."""
+    found = first_finding(error, schema)
+    return InputError(f"{what}: {f'{found.key}: ' if found.key else ''}{found.message}", hint=found.hint)
+
+
 def read_setup(values: object) -> Setup:
     """Return a set-up from the page's JSON.
 
@@ -68,9 +74,7 @@ def read_setup(values: object) -> Setup:
     try:
         return Setup.model_validate(values)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"the set-up's {where or 'values'}: {first['msg'].removeprefix('Value error, ')}") from None
+        raise impossible(error, Setup, "the set-up") from None
 
 
 def setup_of(config: SiteConfig, cranes: tuple[TowerCrane, ...], means: Mapping[str, str]) -> dict[str, Any]:
@@ -166,8 +170,7 @@ def _zone(number: int, zone: ZoneSetup) -> ZoneConfig:
     try:
         return ZoneConfig.model_validate(values)
     except ValidationError as error:
-        said = error.errors()[0]["msg"].removeprefix("Value error, ")
-        raise InputError(f"zone {zone.name or number}: {said}") from None
+        raise impossible(error, ZoneConfig, f"zone {zone.name or number}") from None
 
 
 def origins_of(opened: Sequence[CraneSetup], wanted: Sequence[CraneSetup]) -> list[int | None]:
