@@ -33,6 +33,7 @@ from bimvox_pipeline.studio.obstacles import boxes_of, file_of, write_boxes
 from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_model, open_site, unchanged
 from bimvox_pipeline.studio.saving import ChangedMeanwhileError, save
 from bimvox_pipeline.studio.setup import read_setup
+from bimvox_pipeline.watch.log import segments_on_disk
 
 _MOST_BYTES = 8 << 20
 _KEPT = 6
@@ -57,7 +58,7 @@ class Studio:
     def __init__(self, folder: Path, token: str) -> None:
         self.folder, self.token, self.jobs = Folder(folder), token, Jobs()
         self._opened: OrderedDict[Path, Opened] = OrderedDict()
-        self._pages: OrderedDict[tuple[Path, int, int], bytes] = OrderedDict()
+        self._pages: OrderedDict[tuple[tuple[Path, int, int], ...], bytes] = OrderedDict()
 
     def opened(self, relative: object, *, anew: bool = False) -> Opened:
         """Return the site of a site file, or of a model without one."""
@@ -185,12 +186,12 @@ class Studio:
         return f"/page/{self.folder.relative(job.log)}"
 
     def page(self, relative: str) -> bytes:
-        """Return the page of a log, proven now."""
+        """Return the page of a log and its later revisions, proven now."""
         log = self.folder.path(relative, ".mcap")
         if not log.exists():
             raise InputError(f"there is no {relative}", hint="plan the site first")
-        status = log.stat()
-        key = (log, status.st_mtime_ns, status.st_size)
+        files = (log, *segments_on_disk(log).values())
+        key = tuple((file, status.st_mtime_ns, status.st_size) for file in files if (status := file.stat()))
         if key not in self._pages:
             self._pages[key] = page_of_log(log, proven=True, progress=SilentProgress())
             while len(self._pages) > _KEPT:

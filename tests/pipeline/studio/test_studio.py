@@ -640,3 +640,15 @@ def test_messages_name_files_as_the_page_does(page: Page, folder: Path):
     page.client.delete(f"/api/watch/{number}", headers={"X-Bimvox-Token": TOKEN})
     for text in said:
         assert str(folder.parent) not in text
+
+
+def test_a_page_is_made_again_when_a_revision_is_there(page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch):
+    made: list[Path] = []
+    monkeypatch.setattr("bimvox_pipeline.studio.app.page_of_log", lambda log, **_: made.append(log) or b"page")
+    (folder / "a.mcap").write_bytes(b"plan")
+    for _ in range(2):
+        page.studio.page("a.mcap")
+    assert len(made) == 1
+    (folder / "a.r0001.mcap").write_bytes(b"revision")
+    page.studio.page("a.mcap")
+    assert len(made) == 2

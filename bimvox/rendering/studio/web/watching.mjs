@@ -21,6 +21,7 @@ export class Watching {
   async start(path, speed) {
     const { watch } = await call("POST", "/api/watch", { path, simulate: speed });
     this.watch = watch;
+    this.isBegun = false;
     this.carried = speed === null ? null : new CarriedOut();
     this.clock = el("span", { id: "carried" });
     this.status = el("span", { id: "stage", role: "status" }, "The watch starts");
@@ -58,7 +59,8 @@ export class Watching {
       if (event.message) app.say(event.message, event.hint);
       return;
     }
-    const isFirst = event.event === "planned";
+    const isFirst = !this.isBegun; // a new plan, or the one on disk
+    this.isBegun = true;
     const words = isFirst ? `Watching ${path}` : [revisionWords(event), stopWords(event, (id) => app.nameOf(id))].filter(Boolean).join(" · ");
     this.status.textContent = words;
     if (path === app.opened?.path) app.setChanges(isFirst ? null : changesOf(event, (id) => app.nameOf(id)), words);
