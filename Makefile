@@ -133,6 +133,9 @@ bench-watch: setup ## from a changed obstruction file to the new plan on disk: d
 bench-scale: setup ## 50 to 1,000 components planned and proven: docs/scale.md
 	$(BIN)/python -m benchmarks.scale $(ARGS)
 
+bench-optimise: setup ## what optimise finds, against init, the classical estimate and brute force (ARGS="MODEL ... --write"): docs/data/optimise.txt
+	$(BIN)/python -m benchmarks.optimise $(or $(ARGS),sample_models/prefab.ifc)
+
 bench-studio: setup ## dragging in the studio with 500 parts, in a headless Chromium: docs/scale.md
 	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) --group browser
 	$(BIN)/python -m benchmarks.dragging

@@ -86,7 +86,9 @@ def export(
             told.finish()
             return target
         names = [str(one) for one in (lifts if lifts is not None else ())]
-        write_lifts(plan.record, wanted, chosen_lifts(plan.record, names), target, begins=start, model=base)
+        write_lifts(
+            plan.record, wanted, chosen_lifts(plan.record, names), target, begins=start, model=base, note=told.note
+        )
     told.finish()
     return target
 
@@ -139,6 +141,7 @@ def write_lifts(
     begins: datetime | None = None,
     model: Path | None = None,
     inputs: Iterable[Path] = (),
+    note: Callable[[str], None] = lambda _: None,
 ) -> int:
     """Write chosen lifts of a log, whole or not at all; return how many messages, rows or samples that are.
 
@@ -150,6 +153,7 @@ def write_lifts(
         begins: From when on work is done, local time; None takes the site file's start.
         model: The IFC file that the plan was made from; needed for ``ifc`` alone.
         inputs: Files that must not be replaced.
+        note: Told of what is left out.
 
     Raises:
         InputError: If ``ifc`` lacks the model, or it is another file.
@@ -163,7 +167,7 @@ def write_lifts(
         return _write_folder(target, partial(_written_bag, log.extract(orders)))
     if wanted.name == "unloading":
         require_whole_log(target, len(orders) < len(log.plan.lifts))
-        return _write_folder(target, partial(_written_deliveries, log))
+        return _write_folder(target, partial(_written_deliveries, log, note))
     own = (model, model_bytes(log, model)) if wanted.name == "ifc" and model else None
     dates = log_dates(log, begins)
     data = log_bytes(log, wanted, tuple(orders), begins=begins or DEFAULT_BEGIN, dates=dates, model=own)
@@ -261,7 +265,7 @@ def _written_bag(log: PlanLog, folder: Path) -> int:
     return write_ros2_bag(log, folder)
 
 
-def _written_deliveries(log: PlanLog, folder: Path) -> int:
+def _written_deliveries(log: PlanLog, note: Callable[[str], None], folder: Path) -> int:
     """Write the site of every delivery; return how many parts are unloaded."""
     from bimvox.exporters.unloading import delivery_sites
 
@@ -270,13 +274,16 @@ def _written_deliveries(log: PlanLog, folder: Path) -> int:
         raise InputError(f"{folder}: the log carries no site file", hint="plan the site again")
     found = delivery_sites(log, completed(config, site, building_of(site, config)))
     if nowhere := [name for one in found for name in one.nowhere]:
+        note(
+            f"left out, because no place on the access holds it where the crane carries it: {listed(nowhere)}; widen "
+            "[areas] access, or move it nearer to the crane"
+        )
+    if not any(one.parts for one in found):
         raise InputError(
-            f"{folder}: {listed(nowhere)} can be unloaded nowhere: no place on the access holds it where the crane "
-            "carries it",
-            hint="widen [areas] access, or move it nearer to the crane",
+            f"{folder}: nothing can be unloaded", hint="widen [areas] access, or move it nearer to the crane"
         )
     folder.mkdir()
     for one in found:
-        for name, data in one.files.items():
+        for name, data in one.files.items() if one.parts else ():
             write_atomically(folder / name, data)
     return sum(one.parts for one in found)

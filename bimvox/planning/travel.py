@@ -40,13 +40,21 @@ class Travel:
 
     def between_s(self, start: Axes, end: Axes) -> NDArray[np.float64]:
         """Return seconds between hook poses, broadcast against each other: the slowest axis (``crane.bound``)."""
-        turn = np.abs(end[0] - start[0])
+        across_s = self.across_s(end[0] - start[0], end[1] - start[1])
+        longer: NDArray[np.float64] = np.maximum(across_s, self.hoisting_s(end[2] - start[2]))
+        return longer
+
+    def across_s(self, turn_rad: NDArray[np.float64], radial_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return seconds of slewing, the shorter way around, and trolleying at the same time."""
+        turn = np.abs(turn_rad)
         turn = np.minimum(turn, 2.0 * math.pi - turn)
         slewing = _looked_up(self._slewing, turn / math.pi)
-        trolley = _looked_up(self._trolley, np.abs(end[1] - start[1]) / self._longest_m)
-        hoist = _looked_up(self._hoist, np.abs(end[2] - start[2]) / self._longest_m)
-        longer: NDArray[np.float64] = np.maximum(np.maximum(slewing, trolley), hoist)
+        longer: NDArray[np.float64] = np.maximum(slewing, _looked_up(self._trolley, np.abs(radial_m) / self._longest_m))
         return longer
+
+    def hoisting_s(self, height_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return seconds of hoisting or lowering."""
+        return _looked_up(self._hoist, np.abs(height_m) / self._longest_m)
 
 
 def _looked_up(table: NDArray[np.float64], share: NDArray[np.float64]) -> NDArray[np.float64]:

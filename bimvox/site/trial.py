@@ -103,7 +103,7 @@ class Trial:
             lifted: The ids of the parts that are to be lifted, each with the name of its crane if the site file says.
         """
         chosen = [gear is not None for gear in gear_by_crane(config, len(cranes))]
-        points_m = _yard_points(config)
+        points_m = yard_points(config)
         ways = [self._by(crane, own, config, points_m) for crane, own in zip(cranes, chosen, strict=True)]
         names = [crane.name for crane in cranes]
         rows = {name: n for n, name in enumerate(self._ids)}
@@ -202,7 +202,7 @@ class _Way:
     reasons: list[str | None]
 
 
-def _yard_points(config: SiteConfig) -> NDArray[np.float64]:
+def yard_points(config: SiteConfig) -> NDArray[np.float64]:
     """Return (P, 2) places of the yard at which parts may be picked: a lattice of a metre, and every middle."""
     closed = [zone.polygon for zone in config.zone if zone.kind in NO_HOOK | NO_LOAD]
     closed += [*(config.areas.access or ()), *([config.areas.construction] if config.areas.construction else [])]

@@ -8,6 +8,7 @@ EXAMPLES = {
     "inspect": ("bimvox inspect house.ifc", "bimvox inspect house.mcap --json"),
     "init": ("bimvox init house.ifc", "bimvox init yard.glb --crane mobile -o yard.site.toml"),
     "cranes": ("bimvox cranes", "bimvox cranes house.site.toml --crane luffing"),
+    "optimise": ("bimvox optimise house.site.toml", "bimvox optimise house.site.toml --crane hammerhead --plans 2"),
     "studio": ("bimvox studio", "bimvox studio house.ifc", "bimvox studio house.site.toml --port 8020 --no-browser"),
     "train": ("bimvox train house.site.toml", "bimvox train house.site.toml --budget 600 --curve tests.csv"),
     "plan": (

@@ -19,6 +19,7 @@ from bimvox_cli.experiment import experiment
 from bimvox_cli.export import export
 from bimvox_cli.init import init
 from bimvox_cli.inspect import inspect
+from bimvox_cli.optimise import optimise
 from bimvox_cli.options import HELP_NAMES
 from bimvox_cli.plain_help import PlainCommand
 from bimvox_cli.plan import plan
@@ -73,6 +74,7 @@ for _command in (
     inspect,
     init,
     cranes,
+    optimise,
     studio,
     train,
     plan,

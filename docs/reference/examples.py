@@ -18,6 +18,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         'bimvox init sample_models/frame.ifc --select "IfcColumn" -o columns.site.toml --json',
     ),
     "cranes": ("bimvox cranes", "bimvox cranes frame.site.toml --crane hammerhead --json"),
+    "optimise": ("bimvox optimise frame.site.toml --crane hammerhead-45 --plans 1",),
     "studio": (),
     "train": ("bimvox train frame.site.toml --steps 2000 --seed 1 --json",),
     "plan": (
@@ -58,6 +59,7 @@ READ_ON: dict[str, tuple[tuple[str, str], ...]] = {
     "inspect": (("formats", "formats.md"),),
     "init": (("the site file", "formats/site.md"), ("tutorial", "tutorial.md")),
     "cranes": (("cranes", "cranes.md"), ("the crane file", "formats/crane.md")),
+    "optimise": (("cranes", "cranes.md#choosing-a-crane"), ("the site file", "formats/site.md")),
     "studio": (("tutorial", "tutorial.md"), ("the site file", "formats/site.md")),
     "train": (("policies", "generalist.md"), ("their files", "formats.md")),
     "plan": (("tutorial", "tutorial.md"), ("the site file", "formats/site.md"), ("the log", "formats/log.md")),

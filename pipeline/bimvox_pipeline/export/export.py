@@ -84,7 +84,7 @@ def export(
             for failure in check.failures:
                 progress.note(f"not proven: {failure}")
     progress.stage("write")
-    messages = write_lifts(log, wanted, chosen, target, begins=begins, model=model, inputs=[source])
+    messages = write_lifts(log, wanted, chosen, target, begins=begins, model=model, inputs=[source], note=progress.note)
     progress.finish()
     otherwise = {lift.order for lift in log.plan.lifts if lift.status in NOT_LIFTED}
     document: dict[str, Any] = {"out": str(target), "lifts": len(set(chosen) - otherwise), "messages": messages}

@@ -128,6 +128,11 @@ class Opened:
         )
         return None if found is None else np.array(found) @ self.site_to_ifc
 
+    @property
+    def load_top_m(self) -> float:
+        """Height that the top of a load must reach."""
+        return self._height_m
+
     def with_setup(self, wanted: Setup) -> SiteConfig:
         """Return its values with what a set-up changes.
 

@@ -55,15 +55,30 @@ def save(opened: Opened, wanted: Setup, target: Path | None = None) -> tuple[Ope
             )
     elif target.exists():
         raise FileError(target, "exists already and may hold edits", hint="choose another name")
+    site = target or opened.site
+    text, changed, saved = as_text(opened, config, wanted, site)
+    write_atomically(site, text.encode(), inputs=[saved.given.model.path])
+    return saved, changed
+
+
+def as_text(opened: Opened, config: SiteConfig, wanted: Setup, site: Path) -> tuple[str, list[str], Opened]:
+    """Return the text of a site file with a set-up, the keys that change, and the site as the text is read back.
+
+    Args:
+        opened: The site.
+        config: Its values with the set-up.
+        wanted: The set-up.
+        site: The file that the text is for, in the folder of the one that was opened.
+
+    Raises:
+        InputError: If the text would be read as something else.
+    """
     if opened.content is None:
         examples = [one.id for one in opened.building.elements if one.role is Role.COMPONENT][:2]
         text, changed = site_toml(config, example_ids=examples), ["everything"]
     else:
         text, changed = _edited(opened, config, wanted)
-    site = target or opened.site
-    saved = _as_read(opened, text, site, wanted)
-    write_atomically(site, text.encode(), inputs=[saved.given.model.path])
-    return saved, changed
+    return text, changed, _as_read(opened, text, site, wanted)
 
 
 def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:

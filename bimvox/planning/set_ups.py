@@ -1,0 +1,136 @@
+"""Many places of a crane at once: which parts it serves from each, and how many crane hours that takes about.
+
+The estimate adds up, over the erection sequence, the crew's times and the crane's fastest way with nothing in the way:
+empty from the place before to the yard, loaded to the next place, over everything that is built by then. Where a part
+will lie is the plan's to find, so a way is the mean over the places of the yard at which the crane can pick the part.
+A luffing jib counts as slow as at its worst radius, so its hours are too many.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.fit import distances_m, radii_for_m
+from bimvox.crane.fit_luffing import highest_hooks_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.planning.travel import Travel
+
+_AT_ONCE = 2_000_000
+"""Pairs of a part and a place of the yard, times bases, that are in memory at once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LiftWork:
+    """What is to be lifted, in the erection sequence.
+
+    Attributes:
+        places_m: (N, 2) hook over each part at its place.
+        tops_m: (N,) height of each part's top at its place.
+        heights_m: (N,) height of each part.
+        masses_kg: (N,) mass of each part, with its gear if that is chosen for it.
+        standing_s: (N,) how long the crane stands for each part.
+        yard_m: (P, 2) places of the yard at which parts may be picked.
+        closed: (N,) whether a zone forbids the hook or the load at the part's place.
+    """
+
+    places_m: NDArray[np.float64]
+    tops_m: NDArray[np.float64]
+    heights_m: NDArray[np.float64]
+    masses_kg: NDArray[np.float64]
+    standing_s: NDArray[np.float64]
+    yard_m: NDArray[np.float64]
+    closed: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SetUps:
+    """How a crane serves a site from each base.
+
+    Attributes:
+        served: (B, N) whether it carries each part from some place of the yard to its place.
+        crane_s: (B,) estimated crane time of the parts that it serves.
+        used: (B,) highest share of the largest radius allowed for a part's mass, over the parts that it serves.
+    """
+
+    served: NDArray[np.bool_]
+    crane_s: NDArray[np.float64]
+    used: NDArray[np.float64]
+
+
+def set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, hook_m: float) -> SetUps:
+    """Return how a crane serves the work from each of (B, 2) bases.
+
+    Args:
+        crane: The crane on its mast, with the permitted share of its chart; its base is ignored.
+        bases_m: (B, 2) places of its mast.
+        work: The parts.
+        hook_m: Height that the hook must reach.
+    """
+    pairs = max(1, len(work.places_m) * len(work.yard_m))
+    step = max(1, _AT_ONCE // pairs)
+    parts = [_set_ups(crane, bases_m[n : n + step], work, hook_m) for n in range(0, len(bases_m), step)]
+    if not parts:
+        count = len(work.places_m)
+        return SetUps(np.zeros((0, count), np.bool_), np.zeros(0), np.zeros(0))
+    return SetUps(
+        np.concatenate([one.served for one in parts]),
+        np.concatenate([one.crane_s for one in parts]),
+        np.concatenate([one.used for one in parts]),
+    )
+
+
+def _set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, hook_m: float) -> SetUps:
+    low_m, far_m = radii_for_m(crane, work.masses_kg).T
+    radius_m, yard_radius_m = distances_m(bases_m, work.places_m), distances_m(bases_m, work.yard_m)
+    able = (radius_m >= low_m) & (radius_m <= far_m) & ~work.closed
+    picked = (yard_radius_m[:, None] >= low_m[:, None]) & (yard_radius_m[:, None] <= far_m[:, None])
+    if crane.luffing is not None:
+        able &= _high_enough(crane, radius_m, hook_m)
+        picked &= _high_enough(crane, yard_radius_m, hook_m)[:, None]
+    served = able & picked.any(axis=2)
+    crane_s = _crane_s(crane, bases_m, work, served, picked, (radius_m, yard_radius_m))
+    share = np.where(served, radius_m / np.maximum(far_m, 1e-9), 0.0)
+    return SetUps(served, crane_s, share.max(axis=1, initial=0.0))
+
+
+def _high_enough(crane: TowerCrane, radius_m: NDArray[np.float64], hook_m: float) -> NDArray[np.bool_]:
+    assert crane.luffing is not None
+    found: NDArray[np.bool_] = highest_hooks_m(crane.luffing, radius_m.ravel()).reshape(radius_m.shape) >= hook_m
+    return found
+
+
+def _crane_s(
+    crane: TowerCrane,
+    bases_m: NDArray[np.float64],
+    work: LiftWork,
+    served: NDArray[np.bool_],
+    picked: NDArray[np.bool_],
+    radii_m: tuple[NDArray[np.float64], NDArray[np.float64]],
+) -> NDArray[np.float64]:
+    """Return the (B,) estimated crane time."""
+    radius_m, yard_radius_m = radii_m
+    over_m = np.maximum.accumulate(work.tops_m) + work.heights_m + crane.sling_m
+    longest_m = float(max(radius_m.max(initial=1.0), yard_radius_m.max(initial=1.0), over_m.max(initial=1.0)))
+    travel = Travel(replace(crane, base_m=(0.0, 0.0, 0.0)), longest_m)
+    slew, yard_slew = _slews(bases_m, work.places_m), _slews(bases_m, work.yard_m)
+    at_yard_m, at_place_m = work.heights_m + crane.sling_m, work.tops_m + crane.sling_m
+    loaded_s = travel.hoisting_s(over_m - at_yard_m) + travel.hoisting_s(over_m - at_place_m)
+    across_s = travel.across_s(
+        yard_slew[:, None, :] - slew[:, :, None], yard_radius_m[:, None, :] - radius_m[:, :, None]
+    )
+    there_s = np.maximum(across_s, loaded_s[:, None])
+    # The empty hook comes from the place of the part before; the first one starts above its own place.
+    back_s = np.maximum(np.concatenate([across_s[:, :1], across_s[:, :-1]], axis=1), loaded_s[:, None])
+    count = np.maximum(picked.sum(axis=2), 1)
+    mean_s = ((there_s + back_s) * picked).sum(axis=2) / count
+    total: NDArray[np.float64] = ((mean_s + work.standing_s) * served).sum(axis=1)
+    return total
+
+
+def _slews(bases_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (B, N) directions from bases to points."""
+    found: NDArray[np.float64] = np.arctan2(points_m[:, 1] - bases_m[:, 1, None], points_m[:, 0] - bases_m[:, 0, None])
+    return found

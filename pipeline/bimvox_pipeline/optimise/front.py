@@ -1,0 +1,46 @@
+"""The set-ups that no other beats, and why the others lost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bimvox_pipeline.optimise.search import Tried
+
+
+def front_of(found: Sequence[Tried]) -> list[Tried]:
+    """Return the set-ups that no other beats: none serves as many parts in as little time with as small a machine.
+
+    Of equal ones the first. Fewer crane hours first; set-ups that serve fewer parts than the best are not among them.
+    """
+    most = max((one.served for one in found if one.crane is not None), default=0)
+    able = [one for one in found if one.crane is not None and one.served == most and most]
+    able.sort(key=lambda one: (one.crane_s, one.load_moment_tm))
+    front: list[Tried] = []
+    for one in able:
+        if all(one.load_moment_tm < other.load_moment_tm for other in front):
+            front.append(one)
+    return front
+
+
+def spread(front: Sequence[Tried], most: int) -> list[Tried]:
+    """Return at most so many of a front: the fastest, the smallest machine, and others evenly between them."""
+    if len(front) <= most:
+        return list(front)
+    if most == 1:
+        return [front[0]]
+    places = {round(n * (len(front) - 1) / (most - 1)) for n in range(most)}
+    return [front[n] for n in sorted(places)]
+
+
+def why_lost(one: Tried, front: Sequence[Tried]) -> str:
+    """Return why a set-up is not of the front; empty if it is."""
+    if one in front:
+        return ""
+    if one.crane is None or not front or one.served < front[0].served:
+        return one.why
+    better = min(
+        (other for other in front if other.crane_s <= one.crane_s and other.load_moment_tm <= one.load_moment_tm),
+        key=lambda other: other.crane_s,
+    )
+    slower_h = (one.crane_s - better.crane_s) / 3600.0
+    return f"{better.machine} with a jib of {better.jib_m:g} m is no larger and takes {slower_h:.2f} h less"

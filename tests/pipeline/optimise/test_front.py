@@ -1,0 +1,56 @@
+"""The front holds what no other set-up beats, and every loser says why."""
+
+from __future__ import annotations
+
+import numpy as np
+from bimvox_pipeline.optimise.front import front_of, spread, why_lost
+from bimvox_pipeline.optimise.search import Tried
+from box_sites import test_crane as crane_of
+from hypothesis import given
+from hypothesis import strategies as st
+
+CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
+
+
+def tried(served: int, crane_s: float, size: float, *, placed: bool = True) -> Tried:
+    none = np.zeros(0)
+    return Tried(
+        "m", 40.0, 2, size, CRANE if placed else None, served, crane_s, np.zeros((0, 2)), none.astype(int), none, "why"
+    )
+
+
+some = st.lists(
+    st.builds(tried, st.integers(0, 3), st.floats(0.0, 1e5), st.floats(1.0, 500.0), placed=st.booleans()), max_size=12
+)
+
+
+@given(some)
+def test_no_set_up_beats_one_of_the_front_and_all_others_are_beaten(found: list[Tried]) -> None:
+    front = front_of(found)
+    most = max((one.served for one in found if one.crane is not None), default=0)
+    for one in front:
+        assert one.served == most > 0
+        assert not any(
+            other.crane is not None
+            and other.served >= one.served
+            and other.crane_s <= one.crane_s
+            and other.load_moment_tm <= one.load_moment_tm
+            and (other.crane_s, other.load_moment_tm) != (one.crane_s, one.load_moment_tm)
+            for other in found
+        )
+    assert [one.crane_s for one in front] == sorted(one.crane_s for one in front)
+    for one in found:
+        in_front = any(one is other for other in front)
+        assert bool(why_lost(one, front)) is not in_front
+    assert bool(front) is any(one.crane is not None and one.served for one in found)
+
+
+@given(some, st.integers(1, 5))
+def test_a_few_of_the_front_hold_its_fastest_and_its_smallest(found: list[Tried], most: int) -> None:
+    front = front_of(found)
+    few = spread(front, most)
+    assert len(few) == min(most, len(front))
+    if front:
+        assert few[0] is front[0]
+    if most > 1 and front:
+        assert few[-1] is front[-1]

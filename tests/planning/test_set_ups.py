@@ -1,0 +1,79 @@
+"""Many places of a crane at once agree with one place at a time, with the load chart, and with plans."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from box_sites import test_crane as crane_of
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bimvox.crane.reach import allowed_radii_m
+from bimvox.planning.set_ups import LiftWork, set_ups
+
+CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
+
+
+def work_of(places, masses, yard, closed=None) -> LiftWork:
+    count = len(places)
+    return LiftWork(
+        places_m=np.array(places, np.float64).reshape(-1, 2),
+        tops_m=np.linspace(1.0, 10.0, count),
+        heights_m=np.full(count, 1.0),
+        masses_kg=np.array(masses, np.float64),
+        standing_s=np.full(count, 600.0),
+        yard_m=np.array(yard, np.float64).reshape(-1, 2),
+        closed=np.zeros(count, np.bool_) if closed is None else np.array(closed),
+    )
+
+
+points = st.tuples(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
+
+
+@given(
+    st.lists(st.tuples(points, st.floats(100.0, 6000.0)), min_size=1, max_size=6),
+    st.lists(points, min_size=1, max_size=5),
+    st.lists(points, min_size=1, max_size=4),
+)
+def test_a_part_is_served_if_the_chart_permits_it_at_its_place_and_somewhere_in_the_yard(parts, yard, bases):
+    places, masses = zip(*parts, strict=True)
+    found = set_ups(CRANE, np.array(bases), work_of(places, masses, yard), 20.0)
+    for row, base in enumerate(bases):
+        for n, (place, mass) in enumerate(parts):
+            low, high = allowed_radii_m(CRANE, mass)
+
+            def carried(at, base=base, low=low, high=high):
+                return low <= np.hypot(at[0] - base[0], at[1] - base[1]) <= high
+
+            assert bool(found.served[row, n]) == (carried(place) and any(map(carried, yard)))
+        assert found.crane_s[row] >= 600.0 * found.served[row].sum() - 1e-6
+
+
+def test_several_bases_at_once_are_each_base_by_itself(monkeypatch):
+    bases = np.array([[0.0, 0.0], [10.0, 5.0], [-8.0, 3.0], [20.0, -20.0]])
+    work = work_of([(5.0, 20.0), (12.0, 18.0), (-10.0, 9.0)], [900.0, 2000.0, 300.0], [(15.0, 0.0), (18.0, 3.0)])
+    together = set_ups(CRANE, bases, work, 20.0)
+    monkeypatch.setattr("bimvox.planning.set_ups._AT_ONCE", 1)
+    apart = set_ups(CRANE, bases, work, 20.0)
+    for name in ("served", "crane_s", "used"):
+        assert np.allclose(getattr(together, name), getattr(apart, name), rtol=1e-3)
+
+
+def test_a_yard_further_away_takes_longer_and_a_closed_place_is_not_served():
+    base, places = np.array([[0.0, 0.0]]), [(0.0, 15.0), (3.0, 15.0)]
+    near = set_ups(CRANE, base, work_of(places, [500.0, 500.0], [(6.0, 14.0)]), 20.0)
+    far = set_ups(CRANE, base, work_of(places, [500.0, 500.0], [(0.0, -30.0)]), 20.0)
+    assert near.served.all()
+    assert far.served.all()
+    assert far.crane_s[0] > near.crane_s[0] + 30.0
+    closed = set_ups(CRANE, base, work_of(places, [500.0, 500.0], [(6.0, 14.0)], [True, False]), 20.0)
+    assert closed.served.tolist() == [[False, True]]
+    assert set_ups(CRANE, np.zeros((0, 2)), work_of(places, [1.0, 1.0], [(1.0, 1.0)]), 20.0).served.shape == (0, 2)
+
+
+def test_a_slower_crane_takes_longer():
+    base, work = np.array([[0.0, 0.0]]), work_of([(0.0, 15.0), (15.0, 0.0)], [500.0, 500.0], [(-12.0, -12.0)])
+    slow = dataclasses.replace(CRANE, slewing=dataclasses.replace(CRANE.slewing, rate=CRANE.slewing.rate / 4.0))
+    times = [set_ups(one, base, work, 20.0).crane_s[0] for one in (CRANE, slow)]
+    assert times[1] > times[0]
+    assert times[0] == pytest.approx(1200.0, abs=600.0)
