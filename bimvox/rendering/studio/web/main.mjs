@@ -421,7 +421,7 @@ class App {
   }
 
   openResult() {
-    if (this.result) this.planning.open(this.result.page, this.result.mark);
+    if (this.result) this.planning.open(this.result.page, this.result.mark, this.carried?.time_s ?? null);
   }
 
   /** Plan a saved site. */

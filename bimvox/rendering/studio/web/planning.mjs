@@ -81,10 +81,13 @@ export class Planning {
     else if (now.error) app.say(typeof now.error === "string" ? now.error : now.error.error, now.hint ?? now.error.hint);
   }
 
-  /** Put the page of a log into the pane of the result. */
-  open(page, mark = "") {
+  /** Put the page of a log into the pane of the result; it begins at a time if one is given, in seconds. */
+  open(page, mark = "", time_s = null) {
     const address = `${page}?token=${encodeURIComponent(token)}${mark === "" ? "" : `&revision=${mark}`}`;
     const pane = byId("pane-result");
-    if (pane.firstChild?.getAttribute("src") !== address) fill(pane, el("iframe", { src: address, title: "The plan" }));
+    if (pane.querySelector("iframe")?.getAttribute("src").split("#")[0] === address) return;
+    const wait = el("p", { class: "aside", role: "status" }, "The plan is read and proven again …");
+    const src = address + (time_s === null ? "" : `#t=${Math.round(time_s)}`);
+    fill(pane, wait, el("iframe", { src, title: "The plan", onload: () => wait.remove() }));
   }
 }
