@@ -1,11 +1,11 @@
-"""What ``bimvox optimise`` finds, against the given set-up, the classical estimate, and places tried by brute force.
+"""What ``bimvox optimise`` finds, against the given set-up, the classical estimate, and set-ups drawn at random.
 
 ``python -m benchmarks.optimise MODEL... [--places N] [--write]``: each model gets the site file of ``bimvox init``. A
 machine that serves all parts that any machine serves is drawn N times, each with one of its places, and planned in
 full. The table says how well the estimate ranks these plans (Spearman), and how many hours the crane moves with the
-given set-up, with the one that ``optimise`` chooses, with the one that the classical estimate chooses among the same
-machines and places (one cycle time: straight lines between the middle of the yard and each part's place, at the mean
-speed of the hook), and with the best of all those planned.
+given set-up, with the best that ``optimise`` plans, with the best of as many that the classical estimate chooses among
+the same machines and places (one cycle time: straight lines between the middle of the yard and each part's place, at
+the mean speed of the hook), and with the best of those drawn.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from pathlib import Path
 import numpy as np
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish, runs_of
-from bimvox_pipeline.optimise.front import front_of
+from bimvox_pipeline.optimise.front import front_of, to_plan
+from bimvox_pipeline.optimise.optimise import MEMBERS
 from bimvox_pipeline.optimise.search import Search, Tried
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import Opened, open_site
@@ -31,7 +32,7 @@ from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import catalogue
 
 _TABLE = Path(__file__).parents[1] / "docs" / "data" / "optimise.txt"
-_HEAD = ("model", "parts", "standing_h", "given", "optimise", "classical", "brute", "less", "spearman", "n")
+_HEAD = ("model", "parts", "standing_h", "given", "optimise", "classical", "drawn", "less", "spearman", "n")
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ def main() -> None:
     for model in given.models:
         lines.append("  ".join(f"{word:>10}" for word in _row(model, given.places)))
         print(lines[-1], flush=True)
-    lines.append("given, optimise, classical, brute: hours in which the crane moves, and (infeasible lifts)")
+    lines.append("given, optimise, classical, drawn: hours in which the crane moves, and (infeasible lifts)")
     print(lines[-1])
     if given.write:
         _TABLE.write_text("\n".join(lines) + "\n")
@@ -78,7 +79,9 @@ def _row(model: Path, places: int) -> list[str]:
         able = [one for one in found if one.served == best.served]
         rng = np.random.default_rng(0)
         drawn = [(one, _any_place(one, rng)) for one in (able[int(rng.integers(len(able)))] for _ in range(places))]
-        chosen = [(best, _place(best)), _classical(search, able), *drawn]
+        ours = [(one, _place(one)) for one in to_plan(found, front_of(found), MEMBERS)]
+        theirs = _classical(search, able)[: len(ours)]
+        chosen = [*ours, *theirs, *drawn]
         files = [_file(opened, n, *one) for n, one in enumerate(chosen)]
         wishes = [Wish(path) for path in (site, *files)]
         runs = fleet(wishes, folder / "runs", progress=SilentProgress())["runs"]
@@ -89,11 +92,11 @@ def _row(model: Path, places: int) -> list[str]:
         plans = [by_site[path.resolve()] for path in (site, *files)]
         standing_h = float(search.work.standing_s.sum()) / 3600.0
         estimates = [one.all_crane_s[at] for one, at in drawn]
-        like = [n for n, plan in enumerate(plans[3:]) if plan.infeasible == plans[1].infeasible]
-        rank = _spearman([estimates[n] for n in like], [plans[3 + n].hours for n in like])
-        brute = min(plans, key=lambda plan: (plan.infeasible, plan.hours))
-        moving = [plans[0], plans[1], plans[2], brute]
-        less = 1.0 - (plans[1].hours - standing_h) / (plans[0].hours - standing_h)
+        by_us, by_them, random = plans[1 : 1 + len(ours)], plans[1 + len(ours) : -places], plans[-places:]
+        like = [n for n, plan in enumerate(random) if plan.infeasible == plans[0].infeasible]
+        rank = _spearman([estimates[n] for n in like], [random[n].hours for n in like])
+        moving = [plans[0], *(_best(some) for some in (by_us, by_them, random))]
+        less = 1.0 - (moving[1].hours - standing_h) / (moving[0].hours - standing_h)
         return [
             model.stem[:10],
             str(len(search.work.places_m)),
@@ -116,22 +119,24 @@ def _place(one: Tried) -> int:
     return int(np.argmin(np.hypot(*(one.bases_m - np.array(one.crane.base_m[:2])).T)))
 
 
-def _classical(search: Search, able: Sequence[Tried]) -> tuple[Tried, int]:
-    """Return the machine and the place with the least sum of cycle times, each from one mean speed of the hook."""
+def _best(plans: Sequence[Planned]) -> Planned:
+    return min(plans, key=lambda plan: (plan.infeasible, plan.hours))
+
+
+def _classical(search: Search, able: Sequence[Tried]) -> list[tuple[Tried, int]]:
+    """Return machines, each with its best place, by the sum of cycle times, each from one mean speed of the hook."""
     middle = search.work.yard_m.mean(axis=0)
-    best: tuple[float, Tried, int] | None = None
+    way_m = 2.0 * float(np.hypot(*(search.work.places_m - middle).T).mean())
+    found: dict[str, tuple[float, Tried, int]] = {}
     for one in able:
         assert one.crane is not None
-        for at in np.flatnonzero(one.all_served == one.served):
+        for at in np.flatnonzero(one.all_served == one.served).tolist():
             base = one.bases_m[at]
-            radius_m = np.hypot(*(search.work.places_m - base).T)
-            reach_m = float(np.hypot(*(middle - base)))
-            speed = 0.5 * (one.crane.trolley.rate + one.crane.slewing.rate * 0.5 * (float(radius_m.mean()) + reach_m))
-            cycle_s = 2.0 * float(np.hypot(*(search.work.places_m - middle).T).mean()) / speed
-            if best is None or cycle_s < best[0]:
-                best = (cycle_s, one, int(at))
-    assert best is not None
-    return best[1], best[2]
+            radius_m = float(np.hypot(*(search.work.places_m - base).T).mean()) + float(np.hypot(*(middle - base)))
+            cycle_s = way_m / (0.5 * (one.crane.trolley.rate + one.crane.slewing.rate * 0.5 * radius_m))
+            if one.machine not in found or cycle_s < found[one.machine][0]:
+                found[one.machine] = (cycle_s, one, at)
+    return [(one, at) for _, one, at in sorted(found.values(), key=lambda each: each[0])]
 
 
 def _file(opened: Opened, number: int, one: Tried, at: int) -> Path:

@@ -30,7 +30,7 @@ def optimise(
     ] = None,
     members: Annotated[
         int, typer.Option("--plans", min=1, max=100, metavar="N", help="How many of the best set-ups are planned.")
-    ] = 4,
+    ] = 6,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -87,6 +87,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
         console,
         [
             ("tried", f"{document['machines']:,} machines with jib and reeving, {document['tried']:,} set-ups"),
+            ("best", document["best"]),
             ("site files", "\n".join(one["site"] for one in document["set_ups"][1:])),
             ("table", document["table"]),
             ("map", document["map"]),

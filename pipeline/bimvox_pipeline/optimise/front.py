@@ -32,6 +32,23 @@ def spread(front: Sequence[Tried], most: int) -> list[Tried]:
     return [front[n] for n in sorted(places)]
 
 
+def to_plan(found: Sequence[Tried], front: Sequence[Tried], most: int) -> list[Tried]:
+    """Return at most so many set-ups to be planned in full: those of the front, then the fastest of other machines.
+
+    The estimate ranks; it does not decide between machines that are nearly as fast.
+    """
+    chosen = spread(front, most)
+    if not chosen:
+        return []
+    named = {one.machine for one in chosen}
+    others = [one for one in found if one.crane is not None and one.served == chosen[0].served]
+    for one in sorted(others, key=lambda one: one.crane_s):
+        if len(chosen) < most and one.machine not in named:
+            chosen.append(one)
+            named.add(one.machine)
+    return chosen
+
+
 def why_lost(one: Tried, front: Sequence[Tried]) -> str:
     """Return why a set-up is not of the front; empty if it is."""
     if one in front:

@@ -19,13 +19,13 @@ from bimvox_pipeline.fleet.backends import Backend
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish, runs_of
 from bimvox_pipeline.fleet.work import log_file
-from bimvox_pipeline.optimise.front import front_of, spread, why_lost
+from bimvox_pipeline.optimise.front import front_of, to_plan, why_lost
 from bimvox_pipeline.optimise.search import Search, Tried
 from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_site
 from bimvox_pipeline.studio.saving import as_text
 from bimvox_pipeline.studio.setup import CraneSetup
 
-MEMBERS = 4
+MEMBERS = 6
 """How many set-ups are planned in full if nothing else is asked for."""
 _TABLE = "set-ups.csv"
 _MAP = "crane-hours.svg"
@@ -80,7 +80,7 @@ def optimise(
         progress.advance()
     progress.finish()
     front = front_of(found)
-    chosen = spread(front, members)
+    chosen = to_plan(found, front, members)
     if not chosen:
         raise InputError(
             f"{site}: no machine serves any part", hint="`bimvox cranes SITE` says why; move the yard, or lift less"
@@ -123,9 +123,17 @@ def optimise(
         "parts": len(search.work.places_m),
         "standing_hours": round(standing_h, 4),
         "set_ups": members_found,
+        "best": _best(members_found),
         "verified": runs["verified"],
         "seconds": progress.seconds,
     }
+
+
+def _best(found: Sequence[dict[str, Any]]) -> str | None:
+    """Return the site file of the plan with most parts and, of these, least crane time; None if there is no plan."""
+    planned = [one for one in found if one["crane_hours"] is not None]
+    best = min(planned, key=lambda one: (one["infeasible"], one["crane_hours"]), default=None)
+    return None if best is None else str(best["site"])
 
 
 def _base(one: Tried) -> tuple[float, float]:

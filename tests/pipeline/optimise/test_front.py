@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from bimvox_pipeline.optimise.front import front_of, spread, why_lost
+from bimvox_pipeline.optimise.front import front_of, spread, to_plan, why_lost
 from bimvox_pipeline.optimise.search import Tried
 from box_sites import test_crane as crane_of
 from hypothesis import given
@@ -12,15 +12,23 @@ from hypothesis import strategies as st
 CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
 
 
-def tried(served: int, crane_s: float, size: float, *, placed: bool = True) -> Tried:
+def tried(served: int, crane_s: float, size: float, name: str = "m", *, placed: bool = True) -> Tried:
     none = np.zeros(0)
     return Tried(
-        "m", 40.0, 2, size, CRANE if placed else None, served, crane_s, np.zeros((0, 2)), none.astype(int), none, "why"
+        name, 40.0, 2, size, CRANE if placed else None, served, crane_s, np.zeros((0, 2)), none.astype(int), none, "why"
     )
 
 
 some = st.lists(
-    st.builds(tried, st.integers(0, 3), st.floats(0.0, 1e5), st.floats(1.0, 500.0), placed=st.booleans()), max_size=12
+    st.builds(
+        tried,
+        st.integers(0, 3),
+        st.floats(0.0, 1e5),
+        st.floats(1.0, 500.0),
+        st.sampled_from("abc"),
+        placed=st.booleans(),
+    ),
+    max_size=12,
 )
 
 
@@ -54,3 +62,17 @@ def test_a_few_of_the_front_hold_its_fastest_and_its_smallest(found: list[Tried]
         assert few[0] is front[0]
     if most > 1 and front:
         assert few[-1] is front[-1]
+
+
+@given(some, st.integers(1, 5))
+def test_what_is_planned_begins_with_the_front_and_has_no_machine_twice_beyond_it(
+    found: list[Tried], most: int
+) -> None:
+    front = front_of(found)
+    chosen = to_plan(found, front, most)
+    few = spread(front, most)
+    assert chosen[: len(few)] == few
+    assert len(chosen) <= most
+    named = [one.machine for one in chosen[len(few) :]]
+    assert len(named) == len(set(named))
+    assert not set(named) & {one.machine for one in few}
