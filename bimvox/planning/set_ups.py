@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.fit import distances_m, radii_for_m
 from bimvox.crane.fit_luffing import highest_hooks_m
+from bimvox.crane.rigging import hoist_limits
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.travel import Travel
 
@@ -117,13 +118,19 @@ def _crane_s(
     travel = Travel(replace(crane, base_m=(0.0, 0.0, 0.0)), longest_m)
     slew, yard_slew = _slews(bases_m, work.places_m), _slews(bases_m, work.yard_m)
     at_yard_m, at_place_m = work.heights_m + crane.sling_m, work.tops_m + crane.sling_m
-    loaded_s = travel.hoisting_s(over_m - at_yard_m) + travel.hoisting_s(over_m - at_place_m)
+    ups_m = np.stack([over_m - at_yard_m, over_m - at_place_m], axis=1)
+    winches = [
+        Travel(replace(crane, hoist=hoist_limits(crane, mass_kg), base_m=(0.0, 0.0, 0.0)), longest_m)
+        for mass_kg in (0.0, *work.masses_kg.tolist())
+    ]
+    empty_s = winches[0].hoisting_s(ups_m).sum(axis=1)
+    loaded_s = np.array([one.hoisting_s(up_m).sum() for one, up_m in zip(winches[1:], ups_m, strict=True)])
     across_s = travel.across_s(
         yard_slew[:, None, :] - slew[:, :, None], yard_radius_m[:, None, :] - radius_m[:, :, None]
     )
     there_s = np.maximum(across_s, loaded_s[:, None])
     # The empty hook comes from the place of the part before; the first one starts above its own place.
-    back_s = np.maximum(np.concatenate([across_s[:, :1], across_s[:, :-1]], axis=1), loaded_s[:, None])
+    back_s = np.maximum(np.concatenate([across_s[:, :1], across_s[:, :-1]], axis=1), empty_s[:, None])
     count = np.maximum(picked.sum(axis=2), 1)
     mean_s = ((there_s + back_s) * picked).sum(axis=2) / count
     total: NDArray[np.float64] = ((mean_s + work.standing_s) * served).sum(axis=1)

@@ -7,6 +7,7 @@ over the building is nearly the same for all orders.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,5 +63,6 @@ def _looked_up(table: NDArray[np.float64], share: NDArray[np.float64]) -> NDArra
     return found
 
 
+@lru_cache(maxsize=256)
 def _table(limits: AxisLimits, longest: float) -> NDArray[np.float64]:
     return np.array([rest_to_rest_s(longest * n / _STEPS, limits) for n in range(_STEPS + 1)])

@@ -33,20 +33,22 @@ def spread(front: Sequence[Tried], most: int) -> list[Tried]:
 
 
 def to_plan(found: Sequence[Tried], front: Sequence[Tried], most: int) -> list[Tried]:
-    """Return at most so many set-ups to be planned in full: those of the front, then the fastest of other machines.
+    """Return at most so many set-ups to be planned in full.
 
-    The estimate ranks; it does not decide between machines that are nearly as fast.
+    First those of the front, then the fastest of other machines, then others by their estimate. The estimate ranks; it
+    does not decide between machines that are nearly as fast.
     """
     chosen = spread(front, most)
     if not chosen:
         return []
+    others = [one for one in found if one.crane is not None and one.served == chosen[0].served and one not in chosen]
+    others.sort(key=lambda one: one.crane_s)
     named = {one.machine for one in chosen}
-    others = [one for one in found if one.crane is not None and one.served == chosen[0].served]
-    for one in sorted(others, key=lambda one: one.crane_s):
+    for one in others:
         if len(chosen) < most and one.machine not in named:
             chosen.append(one)
             named.add(one.machine)
-    return chosen
+    return [*chosen, *(one for one in others if one not in chosen)][:most]
 
 
 def why_lost(one: Tried, front: Sequence[Tried]) -> str:
