@@ -407,6 +407,7 @@ def test_revisions_are_switched_and_say_what_changed(browser, tmp_path):
     after = dataclasses.replace(before, plan=plan, revision=4)
     revisions = (revision_of(before, passed_proof()), revision_of(after))
     seen = show(browser, tmp_path, PageSource(revisions), reduced_motion="reduce")
+    seen.page.set_viewport_size({"width": 1700, "height": 720})  # no verdict wraps, so both pictures have one size
     assert seen.text("#proof") == "✕ NOT PROVEN: no proof was made"
     seen.page.click("#plan-button")
     terms = seen.terms("#panel-plan")
