@@ -127,30 +127,21 @@ def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
 
 
 def _joint_limits(crane: TowerCrane, start: CranePose, end: CranePose) -> AxisLimits:
-    # Called for every pair of corners of a path, so it is written out: a loop over the axes takes twice as long.
     rate = acceleration = jerk = inf
-    if (travel := abs(end.slew_rad - start.slew_rad)) > 0.0:
-        limits = crane.slewing
-        rate, acceleration, jerk = limits.rate / travel, limits.acceleration / travel, limits.jerk / travel
-    if (travel := abs(end.radius_m - start.radius_m)) > 0.0:
-        limits = crane.trolley
-        if crane.luffing is not None:  # its limits depend on the radius
-            near, far = sorted((start.radius_m, end.radius_m))
-            limits = radius_limits(crane.luffing, crane.luffing.winch, near, far)
-        if (share := limits.rate / travel) < rate:
-            rate = share
-        if (share := limits.acceleration / travel) < acceleration:
-            acceleration = share
-        if (share := limits.jerk / travel) < jerk:
-            jerk = share
-    if (travel := abs(end.height_m - start.height_m)) > 0.0:
-        limits = crane.hoist
-        if (share := limits.rate / travel) < rate:
-            rate = share
-        if (share := limits.acceleration / travel) < acceleration:
-            acceleration = share
-        if (share := limits.jerk / travel) < jerk:
-            jerk = share
+    radial = crane.trolley
+    if crane.luffing is not None:  # its limits depend on the radius
+        near, far = sorted((start.radius_m, end.radius_m))
+        radial = radius_limits(crane.luffing, crane.luffing.winch, near, far)
+    for limits, first, last in (
+        (crane.slewing, start.slew_rad, end.slew_rad),
+        (radial, start.radius_m, end.radius_m),
+        (crane.hoist, start.height_m, end.height_m),
+    ):
+        if first != last:
+            travel = abs(last - first)
+            rate = min(rate, limits.rate / travel)
+            acceleration = min(acceleration, limits.acceleration / travel)
+            jerk = min(jerk, limits.jerk / travel)
     return AxisLimits(rate, acceleration, jerk)
 
 
