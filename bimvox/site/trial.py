@@ -141,7 +141,7 @@ class Trial:
         picked = (picked_m >= low_m) & (picked_m <= far_m)
         if not len(points_m):
             picked, picked_m = np.ones(len(masses_kg), np.bool_), np.zeros(len(masses_kg))
-        closed = _closed(config.zone, demand.places_m)
+        closed = closed_over(config.zone, demand.places_m)
         worst_m = np.where(np.isfinite(picked_m), np.maximum(radius_m, picked_m), radius_m)
         hung_kg = masses_kg + used.tackle_kg
         share = hung_kg / np.maximum(capacity_kg(crane.chart, np.minimum(worst_m, crane.chart.radius_m[-1])), 1e-9)
@@ -221,7 +221,7 @@ def yard_points(config: SiteConfig) -> NDArray[np.float64]:
     return np.concatenate(found) if found else np.zeros((0, 2))
 
 
-def _closed(zones: Sequence[ZoneConfig], places_m: NDArray[np.float64]) -> NDArray[np.str_]:
+def closed_over(zones: Sequence[ZoneConfig], places_m: NDArray[np.float64]) -> NDArray[np.str_]:
     """Return (N,) the zone over which the hook of each place may not be; empty if it may."""
     found = np.full(len(places_m), "", dtype=object)
     for number, zone in enumerate(zones, start=1):

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli import complete
-from bimvox_cli.options import Json, Quiet, Verbose
+from bimvox_cli.options import Json, MachineChoice, Quiet, Verbose
 from bimvox_cli.output import open_output, rows
 
 if TYPE_CHECKING:
@@ -21,15 +20,7 @@ def cranes(
         Path | None,
         typer.Argument(metavar="[SITE]", help="Site file on which the machines are compared. Without it, lists them."),
     ] = None,
-    crane: Annotated[
-        str | None,
-        typer.Option(
-            "--crane",
-            metavar="NAME",
-            autocompletion=complete.cranes,
-            help="Only a kind (hammerhead, luffing, mobile), or one machine. Default: all.",
-        ),
-    ] = None,
+    crane: MachineChoice = None,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,

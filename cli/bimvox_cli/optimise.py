@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli import complete
 from bimvox_cli.fleet_options import BackendName, Fresh, Jobs
-from bimvox_cli.options import Json, Quiet, SiteFile, Verbose
+from bimvox_cli.options import Json, MachineChoice, Quiet, SiteFile, Verbose
 from bimvox_cli.output import fields, open_output, rows, spent
 
 if TYPE_CHECKING:
@@ -19,15 +18,7 @@ if TYPE_CHECKING:
 
 def optimise(
     site: SiteFile,
-    crane: Annotated[
-        str | None,
-        typer.Option(
-            "--crane",
-            metavar="NAME",
-            autocompletion=complete.cranes,
-            help="Only a kind (hammerhead, luffing, mobile), or one machine. Default: all.",
-        ),
-    ] = None,
+    crane: MachineChoice = None,
     members: Annotated[
         int, typer.Option("--plans", min=1, max=100, metavar="N", help="How many of the best set-ups are planned.")
     ] = 6,

@@ -44,6 +44,16 @@ Model = Annotated[
 SiteFile = Annotated[Path, typer.Argument(metavar="SITE", help="A site file (TOML), as `bimvox init` writes it.")]
 Log = Annotated[Path, typer.Argument(metavar="LOG", help="A log, as `bimvox plan` writes it.")]
 
+MachineChoice = Annotated[
+    str | None,
+    typer.Option(
+        "--crane",
+        metavar="NAME",
+        autocompletion=complete.cranes,
+        help="Only a kind (hammerhead, luffing, mobile), or one machine. Default: all.",
+    ),
+]
+
 Json = Annotated[
     bool,
     typer.Option("--json", envvar="BIMVOX_JSON", help="Print one JSON document on stdout, and nothing else there."),

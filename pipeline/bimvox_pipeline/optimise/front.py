@@ -62,4 +62,4 @@ def why_lost(one: Tried, front: Sequence[Tried]) -> str:
         key=lambda other: other.crane_s,
     )
     slower_h = (one.crane_s - better.crane_s) / 3600.0
-    return f"{better.machine} with a jib of {better.jib_m:g} m is no larger and takes {slower_h:.2f} h less"
+    return f"{better.machine} with a jib of {better.jib_m:g} m is not larger and takes {slower_h:.2f} h less"

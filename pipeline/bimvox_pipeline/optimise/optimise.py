@@ -66,9 +66,10 @@ def optimise(
     """
     machines = catalogue() if crane is None else machines_called(crane)
     opened = open_site(require_input(site))
-    if len(opened.config.cranes) != 1 or not cranes_of(opened.config):
+    cranes = cranes_of(opened.config)
+    if len(cranes) != 1:
         raise InputError(
-            f"{site}: the place of one crane is looked for, but the site has {len(cranes_of(opened.config))}",
+            f"{site}: the place of one crane is looked for, but the site has {len(cranes)}",
             hint="give the site file one crane",
         )
     folder = out or default_output(site, "-set-ups")
@@ -96,8 +97,8 @@ def optimise(
     progress.finish()
     planned = zip(runs_of(wishes), runs["runs"], strict=True)
     records = {run.wish.site: {**record, "log": str(log_file(folder, run.name))} for run, record in planned}
-    served, crane_s = search.of(cranes_of(opened.config)[0])
-    own = cranes_of(opened.config)[0]
+    (own,) = cranes
+    served, crane_s = search.of(own)
     given = {"machine": own.machine or own.name, "jib_m": own.jib_length_m, "falls": own.falls}
     standing_h = float(search.work.standing_s.sum()) / 3600.0
     members_found = [

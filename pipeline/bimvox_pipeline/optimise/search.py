@@ -17,15 +17,14 @@ from bimvox.library.site import built_site
 from bimvox.planning.assembly import prepare
 from bimvox.planning.set_ups import LiftWork, set_ups
 from bimvox.progress import Progress
-from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.crane_guess import Demand
 from bimvox.site.crew_times import crew_times
 from bimvox.site.guess import rigs_of
 from bimvox.site.means import Means
+from bimvox.site.outlines import PLAN, hull
 from bimvox.site.rigging import gear_by_crane
 from bimvox.site.site import Site
-from bimvox.site.trial import yard_points
-from bimvox.site.zones import NO_HOOK, NO_LOAD
+from bimvox.site.trial import closed_over, yard_points
 from bimvox_pipeline.studio.opened import Opened
 
 _RING_M = 20.0
@@ -94,7 +93,7 @@ class Search:
             masses_kg=self._demand.masses_kg,
             standing_s=np.array([crew_times(rules, self._site.components[n]).total_s for n in lifted]),
             yard_m=yard[:: 1 + len(yard) // _MOST_YARD],
-            closed=_closed(config, self._demand.places_m),
+            closed=closed_over(config.zone, self._demand.places_m) != "",
         )
         self._free = _ground(opened)
         progress.finish()
@@ -154,19 +153,11 @@ def _in_sequence(site: Site) -> list[int]:
     return [n for n in order if site.components[n].means is Means.CRANE]
 
 
-def _closed(config: SiteConfig, places_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-    closed = np.zeros(len(places_m), np.bool_)
-    for zone in config.zone:
-        if zone.kind in NO_HOOK | NO_LOAD:
-            closed |= shapely.contains_xy(shapely.Polygon(zone.polygon), places_m)
-    return closed
-
-
 def _ground(opened: Opened) -> shapely.Geometry:
     """Return where masts may stand: around building and yard, clear of both, of the access and of every zone."""
     config = opened.config
     built = [part for part in opened.placed.elements if part.role in (Role.COMPONENT, Role.STRUCTURE)]
-    hulls = [shapely.MultiPoint(part.mesh.vertices_m[:, :2]).convex_hull for part in built]
+    hulls = [hull(part.mesh, PLAN) for part in built]
     polygons = [*(config.areas.yard or ()), *(config.areas.access or ())]
     polygons += [zone.polygon for zone in config.zone if zone.kind not in ("assembly", "slow", "limiter")]
     taken = shapely.union_all([*hulls, *(shapely.Polygon(one) for one in polygons)])

@@ -106,7 +106,8 @@ class Opened:
         return setup_of(self.config, cranes_of(self.config), self.means)
 
     @cached_property
-    def _height_m(self) -> float:
+    def load_top_m(self) -> float:
+        """Height that the top of a load must reach."""
         return top_m(self.placed) + 2 * (self.config.model.voxel_size_m or 0.0)
 
     @cached_property
@@ -114,7 +115,7 @@ class Opened:
         """Its parts, ready to be tried."""
         lifted = [part for part in self.parts if self.means[part.id] == Means.CRANE.value]
         highest_m = rigs_of(self.config, lifted).height_m if lifted else 0.0
-        return Trial(self.parts, self._height_m, replace(self._rigs, height_m=highest_m))
+        return Trial(self.parts, self.load_top_m, replace(self._rigs, height_m=highest_m))
 
     @cached_property
     def _rigs(self) -> Rigs:
@@ -128,11 +129,6 @@ class Opened:
         )
         return None if found is None else np.array(found) @ self.site_to_ifc
 
-    @property
-    def load_top_m(self) -> float:
-        """Height that the top of a load must reach."""
-        return self._height_m
-
     def with_setup(self, wanted: Setup) -> SiteConfig:
         """Return its values with what a set-up changes.
 
@@ -141,7 +137,7 @@ class Opened:
         """
         listed = {name: entry.global_id for name, entry in self._entries.items()}
         slings_m = max([crane.sling_m for crane in cranes_of(self.config)], default=HOOK_BLOCK_M)
-        hook_m = math.ceil(2.0 * (self._height_m + slings_m)) / 2.0
+        hook_m = math.ceil(2.0 * (self.load_top_m + slings_m)) / 2.0
         return with_setup(self.config, self.setup, wanted, hook_m, listed)
 
     def tried(self, wanted: Setup) -> dict[str, Any]:
