@@ -189,7 +189,8 @@ def _hook(
     x, y = (int(n) for n in np.clip((frame.cell_of(centre_m) - np.array(target_vox))[:2], 0, most - 1))
     at = (centre_m - np.array(frame.origin_m))[:2] / frame.voxel_size_m - target_vox[:2]
     aside = np.clip(at - np.array([x, y]) - 0.5, -_ASIDE_VOX, _ASIDE_VOX)
-    return (x, y, size_vox[2]), (round(float(aside[0]), 9), round(float(aside[1]), 9))
+    # A log does not keep the sign of zero, which the digest of a site would see.
+    return (x, y, size_vox[2]), (round(float(aside[0]), 9) + 0.0, round(float(aside[1]), 9) + 0.0)
 
 
 def _find(config: SiteConfig, key: str, name: str, components: Sequence[Element]) -> str:

@@ -66,6 +66,15 @@ def test_the_hook_is_above_the_centre_of_mass_inside_the_box():
     assert component_of(0, without_volume, np.array(l_cells), None, FRAME).hook_offset_vox == (2, 2, 1)
 
 
+def test_a_hook_in_the_middle_of_its_cell_has_no_sign():
+    """The centre of mass may be some 1e-16 before the middle: a log keeps no negative zero."""
+    high = float(np.nextafter(0.5, 0.0))
+    component = component_of(
+        0, box_element("a", (0, 0, 0), (high, high, 1)), box_cells(FRAME, (0, 0, 0), (0.5, 0.5, 1)), None, FRAME
+    )
+    assert repr(component.hook_aside_vox) == "(0.0, 0.0)"
+
+
 def _fields(element):
     return {name: getattr(element, name) for name in element.__slots__}
 
