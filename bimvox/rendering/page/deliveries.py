@@ -26,9 +26,9 @@ def unloading_records(revision: Revision) -> tuple[dict[int, dict[str, float]], 
             continue
         for one in found:
             lifts[one.order] = {
-                "radius_m": round(one.radius_m, 3),
-                "utilisation": round(one.utilisation, 6),
-                "crane_s": round(one.duration_s, 3),
+                "radius_m": one.radius_m,
+                "utilisation": one.utilisation,
+                "crane_s": one.duration_s,
             }
         begins_s, ends_s = _local_s(revision, number)
         deliveries.append({"number": number, "begins_s": begins_s, "ends_s": ends_s})

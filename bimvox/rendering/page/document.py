@@ -203,7 +203,7 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
         "obstruction_notes": _named(site, site.obstruction_notes),
         "notes": _named(site, revision.plan.notes),
         "clashes": [
-            {"first": c.first, "second": c.second, "depth_m": round(c.depth_m, 4), "at_least": c.at_least}
+            {"first": c.first, "second": c.second, "depth_m": c.depth_m, "at_least": c.at_least}
             for c in revision.plan.clashes
         ],
         "proof": proof_record(revision),

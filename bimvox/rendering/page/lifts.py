@@ -55,7 +55,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "current": revision.proof is None or component.id not in revision.proof.not_current,
         "duration_s": motion.loaded.duration_s if motion else None,
         "bound_s": motion.loaded.bound_s if motion else None,
-        "samples": sum(len(part.time_ns) for part in motion.trajectories) if motion else None,
+        "samples": len(motion.samples()[0]) if motion else None,
         "governs": _governing(site, motion) if motion else None,
         "pick": _hook(site, motion, last=False) if motion else None,
         "set": _hook(site, motion, last=True) if motion else None,
@@ -89,7 +89,7 @@ def proof_record(revision: Revision) -> dict[str, Any] | None:
             "name": check.name,
             "passed": check.passed,
             "samples": check.samples,
-            "worst": float(check.worst) if check.worst is not None and np.isfinite(check.worst) else None,
+            "worst": None if check.worst is None or not np.isfinite(check.worst) else round(float(check.worst), 9),
             "unit": check.unit,
             "failed": check.failed,
             "failures": list(check.failures),
@@ -125,7 +125,7 @@ def _lifting(site: Site, component: Component) -> dict[str, Any]:
         "points_m": [list(point) for point in component.lifting.points_m],
         "sling_m": None if crane is None else round(crane.sling_m + rise_m, 6),
         "sail_area_m2": component.sail_area_m2,
-        "permitted_wind_m_s": None if wind is None else round(wind, 3),
+        "permitted_wind_m_s": wind,
         "rig": None if component.lifting.rig is None else component.lifting.rig.document(),
     }
 
@@ -155,7 +155,7 @@ def _hook(site: Site, motion: LiftMotion, *, last: bool) -> dict[str, Any]:
     part, n = (motion.loaded, -1) if last else (motion.raising, 0)
     slew_rad, radius_m, height_m = float(part.slew_rad[n]), float(part.radius_m[n]), float(part.height_m[n])
     return {
-        "hook_m": rounded(hook_of(crane, slew_rad, radius_m, height_m)),
+        "hook_m": [float(value) for value in hook_of(crane, slew_rad, radius_m, height_m)],
         "slew_rad": slew_rad,
         "radius_m": radius_m,
         "height_m": height_m,

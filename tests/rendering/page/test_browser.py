@@ -93,7 +93,7 @@ def test_every_lift_is_in_the_list_with_the_numbers_of_the_log(seen):
         assert terms["Bound"].startswith(f"{motion.loaded.bound_s:.1f} s")
         assert terms["Carrying"] == f"{motion.loaded.duration_s:.1f} s"
         crane = log.plan.site.cranes[0]
-        assert terms["Load + rigging"] == f"{(component.mass_kg + crane.rigging_mass_kg) / 1000:.2f} t"
+        assert terms["On the hook"].startswith(f"{(component.mass_kg + crane.tackle_kg) / 1000:.2f} t ")
         radius_m = max(motion.raising.radius_m.max(), motion.loaded.radius_m.max())
         assert terms["Capacity"].endswith(f"at {radius_m:.2f} m")
         share = float(terms["Utilisation"].removesuffix(" %"))

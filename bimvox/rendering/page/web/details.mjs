@@ -4,7 +4,7 @@ import { cranesOf } from "./cranes.mjs";
 import { HOW, deliveryWords } from "./plan.mjs";
 import { extent } from "./overlays.mjs";
 import { LOOKS, SCOPES, SEEN } from "./visibility.mjs";
-import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, elapsed, fixed, metres, nameOf, percent, point, span, tonnes, whole } from "./words.mjs";
+import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, digitsOf, elapsed, fixed, metres, nameOf, percent, point, span, tonnes, whole } from "./words.mjs";
 
 export class Details {
   constructor(app) {
@@ -74,7 +74,7 @@ export class Details {
         ["Mass", tonnes(part.mass_kg)],
         ["Mass from", MASS_SOURCES[part.mass_source] ?? "not recorded"],
         ["Cells", whole(part.cells)],
-        ["Size", `${part.size_m.map((value) => fixed(value, 2)).join(" × ")} m`],
+        ["Size", `${part.size_m.map((value) => fixed(value, digitsOf(app.document.site.voxel_size_m))).join(" × ")} m`],
       ]),
       ...(lift && !bad ? this._lift(lift, motion, use) : []),
     ];
@@ -150,7 +150,7 @@ export class Details {
         el("div", { class: "meter", role: "img", "aria-label": `${percent(use.utilisation)} of the capacity used` }, bar),
         terms([
           ["Utilisation", `${use.utilisation === null ? "beyond the chart" : `${fixed(use.utilisation * 100, 1)} %`}`],
-          ["Load + rigging", tonnes(use.load_kg)],
+          ["On the hook", `${tonnes(use.load_kg)} with rigging and hook block`],
           ["Capacity", `${tonnes(use.capacity_kg)} at ${metres(use.radius_m)}`],
           ["Permitted wind", lift.lifting?.permitted_wind_m_s ? `up to ${fixed(lift.lifting.permitted_wind_m_s, 1)} m/s` : null],
           ["Governing sample", el("button", { type: "button", onclick: () => app.seek(use.time_s), title: "Go there" }, clock(use.time_s))],
@@ -237,7 +237,7 @@ export class Details {
       el("h2", {}, record.id),
       el("p", {}, "Obstruction (its cells, extended by the site's clearance)"),
       boxes.length ? terms([
-        ["Size", `${low.map((value, axis) => fixed((high[axis] - value) * cell, 2)).join(" × ")} m`],
+        ["Size", `${low.map((value, axis) => fixed((high[axis] - value) * cell, digitsOf(cell))).join(" × ")} m`],
         ["Lowest corner", point(low.map((value, axis) => app.document.site.origin_m[axis] + value * cell)), true],
       ]) : null,
       el("h3", {}, "Blocks"),
@@ -269,10 +269,10 @@ export class Details {
         ["Crane", cranesOf(app.document).length > 1 ? null : app.document.crane?.name],
         ...this._cranes(),
         ...this._overrides(),
-        ["Rigging", app.document.crane ? tonnes(app.document.crane.rigging_mass_kg) : null],
+        ...cranesOf(app.document).map(({ name, rigging_mass_kg: mass }, _, all) => [all.length > 1 ? `Empty hook, ${name}` : "Empty hook", `${tonnes(mass)}: hook block and rigging`]),
         ["Mass lifted", tonnes(app.plan.lifts.filter((lift) => lift.status === "planned").reduce((sum, lift) => sum + app.parts[lift.part].mass_kg, 0))],
         ["Found by", [...shares].map(([method, count]) => `${METHODS[method] ?? method} ${count}`).join(", ")],
-        ["Cells", `${site.shape.join(" × ")} of ${metres(site.voxel_size_m)}`],
+        ["Cells", `${site.shape.join(" × ")} of ${fixed(site.voxel_size_m, digitsOf(site.voxel_size_m))} m`],
       ]),
       ...this._infeasibleList(),
       el("h3", {}, "Proof"),

@@ -37,13 +37,15 @@ export function elapsed(seconds) {
 const WRITERS = [];
 
 export function fixed(value, digits) {
-  WRITERS[digits] ??= new Intl.NumberFormat("en", { minimumFractionDigits: digits, maximumFractionDigits: digits });
+  WRITERS[digits] ??= new Intl.NumberFormat("en", { signDisplay: "negative", minimumFractionDigits: digits, maximumFractionDigits: digits });
   return WRITERS[digits].format(Number(value));
 }
 export const whole = (value) => fixed(value, 0);
 export const counted = (count, noun) => `${whole(count)} ${noun}${count === 1 ? "" : "s"}`;
 export const tonnes = (kg) => (kg < 1000 ? `${whole(kg)} kg` : `${fixed(kg / 1000, 2)} t`);
 export const percent = (share) => (share === null || share === undefined ? "–" : `${fixed(share * 100, 0)} %`);
+/** Digits of lengths that are whole cells: millimetres if a cell is not whole centimetres. */
+export const digitsOf = (cell) => (Math.abs(cell * 100 - Math.round(cell * 100)) < 1e-6 ? 2 : 3);
 export const metres = (value) => `${fixed(value, 2)} m`;
 export const point = (at) => `x ${fixed(at[0], 2)}, y ${fixed(at[1], 2)}, z ${fixed(at[2], 2)} m`;
 export const degrees = (radians) => `${fixed((radians * 180) / Math.PI, 1)}°`;
