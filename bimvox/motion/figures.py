@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,7 @@ class PlanFigures:
         hook_travel_m: Travel of the hook, empty and loaded, along the samples of the motions.
         critical: Lifts that use ``critical_share`` of the crane's capacity or more.
         critical_share: 0..1.
+        highest: The largest share of the capacity that a lift uses; None without a crane, or beyond the chart.
         swing: Whether the crane's moves are shaped against the swing of loads; None without a crane.
         cranes: Each crane, if the site has several.
         wind: The smallest wind in which every planned lift is permitted; None without a crane.
@@ -70,6 +72,7 @@ class PlanFigures:
     swing: SwingRule | None = None
     cranes: tuple[CraneFigures, ...] = ()
     wind: GoverningWind | None = None
+    highest: float | None = None
 
     @property
     def length_ratio(self) -> float | None:
@@ -91,6 +94,8 @@ def plan_figures(plan: LiftPlan, motions: Sequence[LiftMotion], *, critical_shar
     """
     share = plan.site.rules.critical_share if critical_share is None else critical_share
     planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
+    used = [capacity_used(plan.site, motion) for motion in motions]
+    highest = max(used, default=inf)
     return PlanFigures(
         lifts=len(plan.lifts),
         planned=len(planned),
@@ -101,11 +106,12 @@ def plan_figures(plan: LiftPlan, motions: Sequence[LiftMotion], *, critical_shar
         crane_s=_clock_s(motions) if motions else None,
         loaded_s=sum(motion.loaded.duration_s for motion in motions) if motions else None,
         hook_travel_m=sum(hook_travel_m(plan.site, motion) for motion in motions) if motions else None,
-        critical=sum(capacity_used(plan.site, motion) >= share for motion in motions) if motions else None,
+        critical=sum(one >= share for one in used) if motions else None,
         critical_share=share,
         swing=plan.site.rules.swing if plan.site.cranes else None,
         cranes=_each(plan.site, motions) if plan.site.has_several_cranes else (),
         wind=governing_wind(plan.site, (plan.site.components[lift.component] for lift in planned)),
+        highest=highest if isfinite(highest) else None,
     )
 
 

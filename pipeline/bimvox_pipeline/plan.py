@@ -148,6 +148,7 @@ def figures_document(figures: PlanFigures) -> dict[str, Any]:
         "hook_travel_m": None if travel is None else round(travel, 3),
         "critical_lifts": figures.critical,
         "critical_share": figures.critical_share,
+        "highest_utilisation": figures.highest,
         "swing": None if figures.swing is None else figures.swing.value,
         "permitted_wind": None if figures.wind is None else asdict(figures.wind),
         **({"cranes": [_crane_document(crane) for crane in figures.cranes]} if figures.cranes else {}),

@@ -42,6 +42,7 @@ def test_the_hook_travels_no_less_than_from_end_to_end():
     used = [capacity_used(plan.site, motion) for motion in motions]
     assert figures.critical == sum(share >= 0.75 for share in used)
     assert plan_figures(plan, motions, critical_share=min(used)).critical == len(motions)
+    assert plan_figures(plan, motions).highest == max(used)
 
 
 def test_without_a_crane_there_are_no_figures_of_a_crane():

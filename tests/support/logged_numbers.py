@@ -17,7 +17,20 @@ from typing import Any
 
 import numpy as np
 from mcap.reader import make_reader
-from number_words import clock, counted, date, elapsed, fixed, metres, percent, point, short_clock, span, tonnes
+from number_words import (
+    clock,
+    counted,
+    date,
+    elapsed,
+    fixed,
+    metres,
+    percent,
+    point,
+    sentence,
+    short_clock,
+    span,
+    tonnes,
+)
 
 from bimvox.log.reader import read_log
 
@@ -225,7 +238,7 @@ class Logged:
             rows += self.lift_rows(lift)
             said.append(self._proof(lift))
         elif lift["status"] == "infeasible":
-            said.append(lift["reason"] or "")
+            said.append(sentence(lift["reason"] or ""))
             if lift["by_other_means"]:
                 said.append(
                     f"It is needed after all earlier parts of the sequence{by}; "
@@ -234,7 +247,7 @@ class Logged:
             names = {part.id: part.name or part.global_id for part in self.site.components}
             said += [names.get(one, one) for one in lift["blocked_by"]]
         else:
-            said.append(f"{lift['reason']}. It is needed after all earlier parts of the sequence{by}.")
+            said.append(f"{sentence(lift['reason'])}. It is needed after all earlier parts of the sequence{by}.")
             if lift["carries_s"] is not None:
                 begins, ends, carries = (
                     elapsed(lift[key]) for key in ("elapsed_start_s", "elapsed_end_s", "carries_s")

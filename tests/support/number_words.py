@@ -37,8 +37,8 @@ def span(seconds: float) -> str:
 
 def elapsed(seconds: float) -> str:
     hours = near(abs(seconds) / 3600)
-    sign = "-" if seconds < -0.5 else ""
-    return sign + (f"{hours // 24} d {hours % 24} h" if abs(seconds) >= 86400 else clock(abs(seconds)))
+    before = " before the first lift" if seconds < -0.5 else ""
+    return (f"{hours // 24} d {hours % 24} h" if abs(seconds) >= 86400 else clock(abs(seconds))) + before
 
 
 def tonnes(kg: float) -> str:
@@ -54,11 +54,16 @@ def metres(value: float) -> str:
 
 
 def point(at: Any) -> str:
-    return ", ".join(f"{axis} {fixed(value, 2)}" for axis, value in zip("xyz", at, strict=True)) + " m"
+    """A place; micrometres are noise of sines and cosines, which would decide about halves."""
+    return ", ".join(f"{axis} {fixed(round(value, 6), 2)}" for axis, value in zip("xyz", at, strict=True)) + " m"
 
 
 def counted(count: int, noun: str) -> str:
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
+def sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def date(iso: str) -> str:

@@ -95,10 +95,11 @@ def _header(seen: Seen, logged: Logged, found: Differences) -> None:
     planned = f"{counted(counts[0], 'lift')} planned, {counts[1]} infeasible"
     facts = f"{planned} · {time} · log {logged.log.name}, SHA-256 {sha[:12]}…"
     found.same("header", seen.text("#facts"), facts)
-    notes = [remark["severity"] for remark in logged.remarks]
-    said = [int(number) for number in re.findall(r"\d+", seen.text("#remarks-button"))]
-    counts = [count for name in ("serious", "minor", "note") if (count := notes.count(name))]
-    found.same("header, remarks", sum(said) in (sum(counts), sum(counts) - notes.count("note")), True)
+    kinds = [remark["severity"] for remark in logged.remarks]
+    count, serious = len(kinds) - kinds.count("note"), kinds.count("serious")
+    words = counted(count, "remark") if count else counted(kinds.count("note"), "note") if kinds else "no remarks"
+    words += f" ({serious} serious)" if serious else ""
+    found.same("header, remarks", seen.text("#remarks-button").lstrip("⚠\ufe0e! "), words)
 
 
 def _list(seen: Seen, logged: Logged, found: Differences) -> None:
@@ -241,7 +242,7 @@ def _hook_at(seen: Seen, logged: Logged, lift: dict[str, Any], found: Difference
 def _bars(seen: Seen, logged: Logged, found: Differences) -> None:
     seen.page.evaluate("() => window.page.gantt.toggle(true)")
     read = """(kind) => [...document.querySelectorAll(`#gantt-chart button${kind}`)].map((bar) =>
-      [Number(bar.dataset.part), bar.title, bar.innerText, parseFloat(bar.style.left), parseFloat(bar.style.width)])"""
+      [Number(bar.dataset.part), bar.title, bar.textContent, ...["left", "width"].map((key) => parseFloat(bar.style[key]))])"""
     ids, whole = [part.id for part in logged.site.components], logged.ends_s - logged.begins_s
     shown = {row[0]: row[1:] for row in seen.page.evaluate(read, ":not(.truck-bar)")}
     found.same("timeline, bars", len(shown), len(logged.planned))

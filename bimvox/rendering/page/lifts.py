@@ -155,7 +155,7 @@ def _hook(site: Site, motion: LiftMotion, *, last: bool) -> dict[str, Any]:
     part, n = (motion.loaded, -1) if last else (motion.raising, 0)
     slew_rad, radius_m, height_m = float(part.slew_rad[n]), float(part.radius_m[n]), float(part.height_m[n])
     return {
-        "hook_m": [float(value) for value in hook_of(crane, slew_rad, radius_m, height_m)],
+        "hook_m": rounded(hook_of(crane, slew_rad, radius_m, height_m)),
         "slew_rad": slew_rad,
         "radius_m": radius_m,
         "height_m": height_m,

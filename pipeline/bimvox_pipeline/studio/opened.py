@@ -189,8 +189,8 @@ class Opened:
                     "name": part.name or part.id,
                     "class": part.ifc_class,
                     "storey": part.storey or "",
-                    "mass_kg": round(part.mass_kg, 1),
-                    "hook_load_kg": round(part.mass_kg + float(rigs.mass_kg[n]) + tackle_kg, 1),
+                    "mass_kg": part.mass_kg,
+                    "hook_load_kg": round(part.mass_kg + float(rigs.mass_kg[n]) + tackle_kg, 6),
                     "hull": [[round(x, 3), round(y, 3)] for x, y in _ring(self.trial.hulls[n])],
                     "low_m": round(float(part.mesh.bounds_m[0, 2]), 3),
                     "top_m": round(float(part.mesh.bounds_m[1, 2]), 3),
@@ -265,7 +265,7 @@ def _tried(tried: Tried, ids: list[str], config: SiteConfig, cranes: Any) -> dic
             parts[name] = {"utilisation": None, "radius_m": None, "crane": None, "reason": None}
             continue
         parts[name] = {
-            "utilisation": round(one.utilisation, 4) if math.isfinite(one.utilisation) else None,
+            "utilisation": round(one.utilisation, 9) if math.isfinite(one.utilisation) else None,
             "radius_m": round(one.radius_m, 3),
             "crane": None if one.crane is None else names[one.crane],
             "reason": one.reason,
@@ -278,14 +278,14 @@ def _tried(tried: Tried, ids: list[str], config: SiteConfig, cranes: Any) -> dic
                 "least_m": round(crane.min_radius_m, 3),
                 "most_m": round(crane.jib_length_m, 3),
                 "height_m": round(crane.jib_height_m, 3),
-                "rings": [{"radius_m": round(r.radius_m, 3), "capacity_kg": round(r.capacity_kg, 1)} for r in rings],
+                "rings": [{"radius_m": round(r.radius_m, 3), "capacity_kg": round(r.capacity_kg, 6)} for r in rings],
             }
             for name, crane, rings in zip(names, cranes, tried.rings, strict=True)
         ],
         "problems": list(tried.problems),
         "served": sum(one.crane is not None for one in tried.parts.values()),
         "of": len(tried.parts),
-        "highest": round(max(shares, default=0.0), 4),
+        "highest": round(max(shares, default=0.0), 9),
     }
 
 

@@ -11,6 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from logged_numbers import Logged
+from number_words import fixed, percent, tonnes
+from seen_pages import Seen
+from shown_numbers import differences
 from studios import served
 
 pytestmark = pytest.mark.browser
@@ -359,6 +363,26 @@ def test_plan_shows_its_progress_and_then_its_page(studio):
     assert "/page/" in studio.page.get_attribute("#pane-result iframe", "src")
     studio.page.click("#tab-variants")
     assert float(figures(studio, "Hours")[0]) > 0
+
+
+def test_the_numbers_of_table_list_and_result_are_those_of_the_log(studio, tmp_path):
+    studio.page.click("#start-plan")
+    studio.wait("document.querySelector('#pane-result iframe')")
+    logged = Logged(Path(shutil.copy(studio.folder / "hall.mcap", tmp_path)))
+    shares = [logged.governing(lift)["share"] for lift in logged.planned]
+    studio.page.click("#tab-variants")
+    assert figures(studio, "Hours") == [fixed((logged.ends_s - logged.begins_s) / 3600, 1)]
+    assert figures(studio, "Highest in the plan") == [percent(max(shares))]
+    assert figures(studio, "Critical") == [str(sum(share >= logged.site.rules.critical_share for share in shares))]
+    assert figures(studio, "Refused") == [str(sum(lift["status"] == "infeasible" for lift in logged.lifts))]
+    read = "(all) => all.map((one) => [one.dataset.part, one.querySelector('small').textContent])"
+    masses = dict(studio.page.eval_on_selector_all("#parts-list li", read))
+    assert masses == {lift["component"]: tonnes(lift["mass_kg"]) for lift in logged.lifts}
+    result = studio.page.context.new_page()
+    result.goto(studio.page.evaluate("() => document.querySelector('#pane-result iframe').src"))
+    seen = Seen(result)
+    seen.wait("document.documentElement.dataset.drawn > 0")
+    assert differences(seen, logged).found == []
 
 
 def test_planning_is_cancelled(studio):

@@ -4,7 +4,7 @@ import { cranesOf } from "./cranes.mjs";
 import { HOW, deliveryWords } from "./plan.mjs";
 import { extent } from "./overlays.mjs";
 import { LOOKS, SCOPES, SEEN } from "./visibility.mjs";
-import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, digitsOf, elapsed, fixed, metres, nameOf, percent, point, span, tonnes, whole } from "./words.mjs";
+import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, digitsOf, elapsed, fixed, metres, nameOf, percent, point, sentence, span, tonnes, whole } from "./words.mjs";
 
 export class Details {
   constructor(app) {
@@ -103,7 +103,7 @@ export class Details {
     const { step } = lift;
     return el("div", { class: "aside", role: "note" },
       el("strong", {}, `No lift of the crane: ${words}.`),
-      el("p", {}, `${lift.reason}. It is needed after all earlier parts of the sequence${by}.`),
+      el("p", {}, `${sentence(lift.reason)}. It is needed after all earlier parts of the sequence${by}.`),
       step ? el("p", {}, `In elapsed time, the work begins at ${elapsed(step.begins_s)} and ends at ${elapsed(step.ends_s)}; it carries what rests on it from ${elapsed(step.carries_s)}.`) : null,
     ); // prettier-ignore
   }
@@ -112,7 +112,7 @@ export class Details {
     const { app } = this;
     return el("div", { class: "warn", role: "note" },
       el("strong", {}, lift.by_other_means ? "NOT LIFTED: to be set by other means." : "INFEASIBLE: not lifted."),
-      el("p", {}, lift.reason ?? "No reason is recorded."),
+      el("p", {}, sentence(lift.reason ?? "no reason is recorded.")),
       lift.by_other_means ? el("p", {}, `It is needed after all earlier parts of the sequence${lift.needed_by_s === null ? "" : `, by ${clock(lift.needed_by_s)}`}; what rests on it is proven with it in place.`) : null,
       lift.blocked_by.length ? el("p", {}, "Blocked by (red in the view):") : null,
       lift.blocked_by.length ? el("div", { class: "links" }, ...lift.blocked_by.map((id) => this._link(id))) : null,

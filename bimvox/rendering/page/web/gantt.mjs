@@ -229,7 +229,7 @@ export class Gantt {
     let free = -Infinity;
     for (const tick of ticks.sort((a, b) => a[0] - b[0] || b[2] - a[2])) {
       const x = this._share(tick[0]) * this.wide;
-      if (x < free || x > this.wide - (tick[2] ? DATE_PX : 30)) continue;
+      if (x < free || x > this.wide - (tick[2] ? DATE_PX : 44)) continue;
       kept.push(tick);
       free = x + (tick[2] ? DATE_PX : LABEL_PX - 20);
     }

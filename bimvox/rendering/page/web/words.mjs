@@ -26,12 +26,15 @@ export function span(seconds) {
   return `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
 }
 
-/** An elapsed time: `8 d 16 h`, less than a day as on the clock; `-` before it starts. */
+/** An elapsed time: `8 d 16 h`, less than a day as on the clock; in words before the first lift. */
 export function elapsed(seconds) {
   const far = Math.abs(seconds);
   const hours = Math.round(far / 3600);
-  return `${seconds < -0.5 ? "-" : ""}${far >= 86400 ? `${Math.floor(hours / 24)} d ${hours % 24} h` : clock(far)}`;
+  return `${far >= 86400 ? `${Math.floor(hours / 24)} d ${hours % 24} h` : clock(far)}${seconds < -0.5 ? " before the first lift" : ""}`;
 }
+
+/** A text that begins a sentence. */
+export const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
 /** Writers of numbers by their digits: making one costs more than hundreds of numbers. */
 const WRITERS = [];

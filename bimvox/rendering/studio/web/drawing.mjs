@@ -165,7 +165,7 @@ export class Drawing {
       const rings = found.rings.length ? found.rings : [{ radius_m: found.most_m, capacity_kg: null }];
       const place = (radius, turn) => toPixels(this.view, [base[0] + radius * Math.cos(turn), base[1] + radius * Math.sin(turn)]);
       const [width, height] = [this.view.width - 60, this.view.height - 60];
-      const isFree = ([x, y]) => x > 60 && x < width && y > 50 && y < height && !(x < 260 && y > height - 130);
+      const isFree = ([x, y]) => x > 115 && x < width && y > 50 && y < height && !(x < 260 && y > height - 130);
       const turns = Array.from({ length: 24 }, (_, k) => Math.PI / 2 + ((k % 2 ? 1 : -1) * Math.ceil(k / 2) * Math.PI) / 12);
       const outline = this.app.opened.building.outline.map((polygon) => polygon.map((point) => toPixels(this.view, point)));
       const sorted = [...rings].sort((a, b) => b.radius_m - a.radius_m);

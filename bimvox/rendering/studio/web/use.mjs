@@ -29,7 +29,7 @@ export function stateOf(part, setup, found) {
 }
 
 /** A state in a word or two, as the list has it. */
-export const useWords = (state, found) => (state === "cannot" ? "no" : state in OTHERS ? { in_situ: "in place", by_hand: "by hand", pinned: "stays", unknown: "…" }[state] : percent(found.utilisation));
+export const useWords = (state, found) => (state === "cannot" ? "no" : state in OTHERS ? { in_situ: "cast", by_hand: "by hand", pinned: "stays", unknown: "…" }[state] : percent(found.utilisation));
 
 /** How many parts have each state. */
 export function countsOf(parts, setup, found) {

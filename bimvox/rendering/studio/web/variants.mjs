@@ -3,13 +3,13 @@ import { byId, el, fill } from "../page/dom.mjs";
 import { fixed, percent, whole } from "../page/words.mjs";
 
 /**
- * @typedef Variant {path, name, setup, answer: of `try`, figures: {hours, critical, refused} of its plan or null, log}
+ * @typedef Variant {path, name, setup, answer: of `try`, figures: {hours, critical, highest, refused} of its plan or null, log}
  */
 
 /** The figures of a plan's document that the table has. */
 export function figuresOf(document) {
-  const { crane_hours: hours, critical_lifts: critical } = document.figures ?? {};
-  return { hours: hours ?? null, critical: critical ?? null, refused: document.infeasible?.length ?? null, log: document.log ?? null };
+  const { crane_hours: hours, critical_lifts: critical, highest_utilisation: highest } = document.figures ?? {};
+  return { hours: hours ?? null, critical: critical ?? null, highest: highest ?? null, refused: document.infeasible?.length ?? null, log: document.log ?? null };
 }
 
 const ROWS = [
@@ -20,6 +20,7 @@ const ROWS = [
   ["Highest utilisation", ({ answer }) => (answer ? percent(answer.highest) : "…")],
   ["Problems", ({ answer }) => (answer ? whole(answer.problems.length) : "…")],
   ["Hours of crane time", ({ figures }) => (figures ? (figures.hours === null ? "–" : fixed(figures.hours, 1)) : "not planned")],
+  ["Highest in the plan", ({ figures }) => (figures ? percent(figures.highest) : "not planned")],
   ["Critical lifts", ({ figures }) => (figures ? whole(figures.critical ?? 0) : "not planned")],
   ["Refused parts", ({ figures }) => (figures ? whole(figures.refused ?? 0) : "not planned")],
 ];
@@ -56,7 +57,7 @@ export class Variants {
     fill(
       this.pane,
       el("h2", {}, "Variants"),
-      el("p", { class: "about" }, "The set-up that is open, next to saved ones. Hours, critical lifts and refused parts come from a plan."),
+      el("p", { class: "about" }, "The set-up that is open, next to saved ones. What can be lifted and the highest utilisation are tried without a plan; the rows from the hours on come from a plan."),
       el("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Table of variants" }, el("table", { class: "compare" }, el("thead", {}, el("tr", {}, el("td"), ...head)), el("tbody", {}, ...rows, acts))),
       el("div", { class: "links" }, el("button", { type: "button", "data-key": "variant", class: "main", onclick: () => app.saveVariant() }, "Save as variant…"), el("button", { type: "button", "data-key": "compare", onclick: () => app.addVariant() }, "Compare with a site file…")),
     );
