@@ -10,8 +10,8 @@ from typing import Any
 
 
 def fixed(value: float, digits: int) -> str:
-    """A number with so many digits; halves go away from zero, and nothing is a negative zero."""
-    exact = Decimal(float(value)).quantize(Decimal(1).scaleb(-digits), ROUND_HALF_UP)
+    """A number with so many digits; halves of what is written go away from zero, and nothing is a negative zero."""
+    exact = Decimal(repr(float(value))).quantize(Decimal(1).scaleb(-digits), ROUND_HALF_UP)
     return f"{exact if exact else abs(exact):,}"
 
 

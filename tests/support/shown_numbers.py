@@ -242,7 +242,8 @@ def _hook_at(seen: Seen, logged: Logged, lift: dict[str, Any], found: Difference
 def _bars(seen: Seen, logged: Logged, found: Differences) -> None:
     seen.page.evaluate("() => window.page.gantt.toggle(true)")
     read = """(kind) => [...document.querySelectorAll(`#gantt-chart button${kind}`)].map((bar) =>
-      [Number(bar.dataset.part), bar.title, bar.textContent, ...["left", "width"].map((key) => parseFloat(bar.style[key]))])"""
+      [Number(bar.dataset.part), bar.title, bar.textContent,
+        ...["left", "width"].map((key) => parseFloat(bar.style[key]))])"""
     ids, whole = [part.id for part in logged.site.components], logged.ends_s - logged.begins_s
     shown = {row[0]: row[1:] for row in seen.page.evaluate(read, ":not(.truck-bar)")}
     found.same("timeline, bars", len(shown), len(logged.planned))

@@ -108,4 +108,4 @@ def test_a_number_that_differs_is_found(browser, tmp_path):
 
 
 def test_halves_go_away_from_zero_and_zero_has_no_sign():
-    assert [fixed(value, 1) for value in (0.25, 0.75, -0.04, 1234.5)] == ["0.3", "0.8", "0.0", "1,234.5"]
+    assert [fixed(value, 1) for value in (0.25, 0.35, -0.04, 1234.5)] == ["0.3", "0.4", "0.0", "1,234.5"]
