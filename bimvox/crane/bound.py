@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from bimvox.compiled import inline_kernel
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.luffing import luff_of_radius
 from bimvox.crane.tower_crane import CranePose, TowerCrane
@@ -23,7 +24,12 @@ def rest_to_rest_s(distance: float, limits: AxisLimits) -> float:
         distance: Travel of the axis, in its unit; the sign does not matter.
         limits: Limits of the axis.
     """
-    travel, v, a, j = abs(distance), limits.rate, limits.acceleration, limits.jerk
+    return float(least_time_s(abs(distance), limits.rate, limits.acceleration, limits.jerk))
+
+
+@inline_kernel
+def least_time_s(travel: float, v: float, a: float, j: float) -> float:
+    """Return the same for a travel that is not negative, a rate, an acceleration and a jerk."""
     reaches_acceleration = v * j >= a * a
     run_up = v / a + a / j if reaches_acceleration else 2.0 * math.sqrt(v / j)
     if travel >= v * run_up:
@@ -31,7 +37,7 @@ def rest_to_rest_s(distance: float, limits: AxisLimits) -> float:
     if reaches_acceleration and travel >= 2.0 * a**3 / j**2:
         ramp = a / j
         return ramp + math.sqrt(ramp * ramp + 4.0 * travel / a)
-    return 4.0 * math.cbrt(travel / (2.0 * j))
+    return float(np.cbrt(travel / (2.0 * j)) * 4.0)
 
 
 def point_to_point_s(

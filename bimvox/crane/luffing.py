@@ -10,11 +10,13 @@ that no overlap of the two exceeds the winch.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cbrt, cos, sin, sqrt
+from math import cos, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import inline_kernel
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.errors import InputError
 
@@ -109,27 +111,63 @@ def radius_limits(jib: LuffingJib, winch: AxisLimits, nearest_m: float, furthest
         nearest_m: Smallest radius of the motion.
         furthest_m: Largest radius.
     """
+    return AxisLimits(*luffing_limits(luffing_numbers(jib, winch), nearest_m, furthest_m))
+
+
+class LuffingNumbers(NamedTuple):
+    """What the limits of the radius follow from, as kernels take it.
+
+    Attributes:
+        pivot_offset_m: Radius of the pivot.
+        length_m: Length of the jib.
+        flattest_m: Reach of the jib in front of its pivot at the smallest luff angle.
+        luff: Rate, acceleration and jerk of the luffing axis, rad.
+        rope: The same of the winch's share for luffing, m of rope.
+    """
+
+    pivot_offset_m: float
+    length_m: float
+    flattest_m: float
+    luff: tuple[float, float, float]
+    rope: tuple[float, float, float]
+
+
+def luffing_numbers(jib: LuffingJib, winch: AxisLimits) -> LuffingNumbers:
+    """Return the numbers of a jib with its winch in its gear."""
+    luff, left = jib.limits, 1.0 - HOIST_SHARE
+    return LuffingNumbers(
+        jib.pivot_offset_m,
+        jib.length_m,
+        jib.length_m * cos(jib.luff_rad[0]),
+        (luff.rate, luff.acceleration, luff.jerk),
+        (left * winch.rate, left * winch.acceleration, left * winch.jerk),
+    )
+
+
+@inline_kernel
+def luffing_limits(jib: LuffingNumbers, nearest_m: float, furthest_m: float) -> tuple[float, float, float]:
+    """Return what ``radius_limits`` does: rate, acceleration and jerk."""
     far, length = furthest_m - jib.pivot_offset_m, jib.length_m
     x = max(abs(far), abs(nearest_m - jib.pivot_offset_m), 1e-3)
-    x = min(x, length * cos(jib.luff_rad[0]))
+    x = min(x, jib.flattest_m)
     s = sqrt(length * length - x * x)
-    luff, left = jib.limits, 1.0 - HOIST_SHARE
-    rope_rate, rope_acceleration, rope_jerk = left * winch.rate, left * winch.acceleration, left * winch.jerk
+    luff_rate, luff_acceleration, luff_jerk = jib.luff
+    rope_rate, rope_acceleration, rope_jerk = jib.rope
     rate = min(
-        luff.rate * s,
+        luff_rate * s,
         rope_rate * s / x,
-        sqrt(luff.acceleration * s**3 / (2.0 * x)),
+        sqrt(luff_acceleration * s**3 / (2.0 * x)),
         sqrt(rope_acceleration * s**3 / (2.0 * length**2)),
-        cbrt(luff.jerk / (3.0 * (1.0 / s**3 + 3.0 * x * x / s**5))),
-        cbrt(rope_jerk * s**5 / (9.0 * length**2 * x)),
+        np.cbrt(luff_jerk / (3.0 * (1.0 / s**3 + 3.0 * x * x / s**5))),
+        np.cbrt(rope_jerk * s**5 / (9.0 * length**2 * x)),
     )
     acceleration = min(
-        luff.acceleration * s / 2.0,
+        luff_acceleration * s / 2.0,
         rope_acceleration * s / (2.0 * x),
-        luff.jerk * s**3 / (9.0 * x * rate),
+        luff_jerk * s**3 / (9.0 * x * rate),
         rope_jerk * s**3 / (9.0 * length**2 * rate),
     )
-    return AxisLimits(rate, acceleration, min(luff.jerk * s / 3.0, rope_jerk * s / (3.0 * x)))
+    return rate, acceleration, min(luff_jerk * s / 3.0, rope_jerk * s / (3.0 * x))
 
 
 def hook_limits(winch: AxisLimits) -> AxisLimits:

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import hypot, inf, pi
+from math import hypot, pi
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import inline_kernel
 from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.bound import rest_to_rest_s
+from bimvox.crane.bound import least_time_s, rest_to_rest_s
 from bimvox.crane.kinematics import hook_of, pose_of
-from bimvox.crane.luffing import radius_limits
+from bimvox.crane.luffing import LuffingNumbers, luffing_limits, luffing_numbers
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 
 AXES = 3
@@ -126,23 +128,64 @@ def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
     return AxisLimits(*tightest)
 
 
+class AxisNumbers(NamedTuple):
+    """A crane's limits as kernels take them: rate, acceleration and jerk of each axis.
+
+    Attributes:
+        slewing: rad.
+        trolley: m; of a luffing jib the limits of the radius depend on the radius.
+        hoist: m.
+        luffs: Whether it has a luffing jib.
+        luffing: Its numbers; of another crane they mean nothing.
+    """
+
+    slewing: tuple[float, float, float]
+    trolley: tuple[float, float, float]
+    hoist: tuple[float, float, float]
+    luffs: bool
+    luffing: LuffingNumbers
+
+
+_NO_JIB = LuffingNumbers(0.0, 1.0, 0.0, (1.0, 1.0, 1.0), (1.0, 1.0, 1.0))
+
+
+def axis_numbers(crane: TowerCrane) -> AxisNumbers:
+    """Return a crane's limits as kernels take them."""
+    slewing, trolley, hoist = (
+        (float(axis.rate), float(axis.acceleration), float(axis.jerk))
+        for axis in (crane.slewing, crane.trolley, crane.hoist)
+    )
+    jib = crane.luffing
+    return AxisNumbers(
+        slewing, trolley, hoist, jib is not None, _NO_JIB if jib is None else luffing_numbers(jib, jib.winch)
+    )
+
+
 def _joint_limits(crane: TowerCrane, start: CranePose, end: CranePose) -> AxisLimits:
-    rate = acceleration = jerk = inf
-    radial = crane.trolley
-    if crane.luffing is not None:  # its limits depend on the radius
-        near, far = sorted((start.radius_m, end.radius_m))
-        radial = radius_limits(crane.luffing, crane.luffing.winch, near, far)
-    for limits, first, last in (
-        (crane.slewing, start.slew_rad, end.slew_rad),
-        (radial, start.radius_m, end.radius_m),
-        (crane.hoist, start.height_m, end.height_m),
-    ):
-        if first != last:
-            travel = abs(last - first)
-            rate = min(rate, limits.rate / travel)
-            acceleration = min(acceleration, limits.acceleration / travel)
-            jerk = min(jerk, limits.jerk / travel)
-    return AxisLimits(rate, acceleration, jerk)
+    return AxisLimits(*_line_limits(axis_numbers(crane), axes_of(start), axes_of(end)))
+
+
+@inline_kernel
+def _line_limits(axes: AxisNumbers, start: NDArray[np.float64], end: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return rate, acceleration and jerk of the share driven between two poses ((3,) axes); infinite at rest."""
+    radial = axes.trolley
+    if axes.luffs:  # its limits depend on the radius
+        radial = luffing_limits(axes.luffing, min(start[1], end[1]), max(start[1], end[1]))
+    rate, acceleration, jerk = np.inf, np.inf, np.inf
+    for axis, limits in enumerate((axes.slewing, radial, axes.hoist)):
+        if start[axis] != end[axis]:
+            travel = abs(end[axis] - start[axis])
+            rate = min(rate, limits[0] / travel)
+            acceleration = min(acceleration, limits[1] / travel)
+            jerk = min(jerk, limits[2] / travel)
+    return rate, acceleration, jerk
+
+
+@inline_kernel
+def line_time_s(axes: AxisNumbers, start: NDArray[np.float64], end: NDArray[np.float64]) -> float:
+    """Return the shortest time along a joint line between two poses ((3,) axes), from rest to rest; 0 at rest."""
+    rate, acceleration, jerk = _line_limits(axes, start, end)
+    return 0.0 if rate == np.inf else least_time_s(1.0, rate, acceleration, jerk)
 
 
 def slowed(limits: AxisLimits, share: float) -> AxisLimits:
@@ -158,16 +201,10 @@ def no_shorter(limits: AxisLimits, least_s: float) -> AxisLimits:
     return AxisLimits(limits.rate * pace, limits.acceleration * pace**2, limits.jerk * pace**3)
 
 
-def joint_time_s(crane: TowerCrane, start: CranePose, end: CranePose) -> float:
-    """Return the shortest time along a joint line from rest to rest; 0 if nothing moves."""
-    limits = _joint_limits(crane, start, end)
-    return 0.0 if limits.rate == inf else rest_to_rest_s(1.0, limits)
-
-
 def move_time_s(crane: TowerCrane, move: Move) -> float:
     """Return the shortest time of a move from rest to rest; 0 if nothing moves."""
     if move.line is Line.JOINT:
-        return joint_time_s(crane, move.start, move.end)
+        return float(line_time_s(axis_numbers(crane), axes_of(move.start), axes_of(move.end)))
     return rest_to_rest_s(1.0, share_limits(crane, move))
 
 

@@ -8,7 +8,6 @@ last moves of the path, in contact with neighbours, are driven exactly as planne
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -17,12 +16,13 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.bound import rest_to_rest_s
+from bimvox.compiled import inline_kernel, kernel
+from bimvox.crane.bound import least_time_s
 from bimvox.crane.kinematics import nearest_turn, unwrap_slew
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import PlanningError
 from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, in_cell
-from bimvox.motion.move import Line, Move, axes_of, joint_time_s, move_time_s
+from bimvox.motion.move import AxisNumbers, Line, Move, axes_of, axis_numbers, line_time_s, move_time_s
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.swept import line_is_free
 from bimvox.planning.search import all_free
@@ -120,34 +120,95 @@ def along_the_path(rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray
     crane, load = rigged.crane, rigged.load
     every = poses_of_path(load, path_vox, slew_rad)
     poses = [every[corner] for corner in _corners(path_vox)]
-    goal = len(poses) - 1
-    left_s = [_least_s(crane, pose, poses[goal]) for pose in poses]
-    heap: list[tuple[float, float, int, int, Line]] = [(left_s[0], 0.0, 0, 0, Line.JOINT)]
-    came_by: dict[int, tuple[int, Move]] = {}
-    while goal not in came_by:
-        _, cost, node, before, line = heapq.heappop(heap)
-        if node in came_by:
-            continue
-        move = Move(poses[before], poses[node], line)
-        # Edges between neighbouring corners were checked when they were put on the heap.
-        if node > before + 1 and not move_is_free(space, load, move):
-            continue
-        came_by[node] = (before, move)
-        for later in range(node + 1, goal + 1):
-            onward = Line.JOINT
-            if later == node + 1 and not move_is_free(space, load, Move(poses[node], poses[later])):
-                onward = Line.SITE
-                reached = cost + move_time_s(crane, Move(poses[node], poses[later], onward))
-            else:
-                reached = cost + joint_time_s(crane, poses[node], poses[later])
-            heapq.heappush(heap, (reached + left_s[later], reached, later, node, onward))
+    axes = np.array([axes_of(pose) for pose in poses])
+    own_s = np.zeros(len(poses))
+    for n in _blocked_runs(space, load, axes).tolist():
+        own_s[n] = move_time_s(crane, Move(poses[n], poses[n + 1], Line.SITE))
+    before = _fastest_chain(space, load, axes, axis_numbers(crane), own_s)
     moves: list[Move] = []
-    node = goal
+    node = len(poses) - 1
     while node > 0:
-        node, move = came_by[node]
-        moves.append(move)
+        first = int(before[node])
+        along_run = node == first + 1 and own_s[first] > 0.0
+        moves.append(Move(poses[first], poses[node], Line.SITE if along_run else Line.JOINT))
+        node = first
     moves = _without_rests(moves[::-1])
     return Route(tuple(moves), max(pose.height_m for pose in [poses[0], *(move.end for move in moves)]))
+
+
+@kernel
+def _blocked_runs(space: CollisionSpace, load: LoadFrame, axes: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the corners ((N, 3) axes) from which the joint line to the next one is not free."""
+    blocked = np.zeros(axes.shape[0], np.bool_)
+    for n in range(axes.shape[0] - 1):
+        blocked[n] = not line_is_free(space, load, axes[n], axes[n + 1], False)
+    return np.flatnonzero(blocked)
+
+
+@kernel
+def _fastest_chain(
+    space: CollisionSpace,
+    load: LoadFrame,
+    axes: NDArray[np.float64],
+    limits: AxisNumbers,
+    own_s: NDArray[np.float64],
+) -> NDArray[np.int64]:
+    """Return (N,) int64 the corner before each on the fastest chain to it; of corners that it leaves out, anything.
+
+    Args:
+        space: The collision rule.
+        load: How hook poses and reference cells correspond.
+        axes: (N, 3) slew, radius and height of the corners.
+        limits: The crane's.
+        own_s: (N,) time of the path's own run to the next corner if the joint line there is not free, else 0.
+    """
+    goal = axes.shape[0] - 1
+    left_s = np.empty(goal + 1)
+    for n in range(goal + 1):
+        left_s[n] = _least_s(limits, axes[n], axes[goal])
+    # By corner, then by the corner before: when it is reached; infinite if unknown, or not free.
+    reached_s = np.full((goal + 1, goal + 1), np.inf)
+    before = np.full(goal + 1, -1)
+    done = np.zeros(goal + 1, np.bool_)
+    node, cost_s = 0, 0.0
+    done[0] = True
+    while node < goal:
+        for later in range(node + 1, goal + 1):
+            if done[later]:
+                continue
+            if later == node + 1 and own_s[node] > 0.0:
+                reached_s[later, node] = cost_s + own_s[node]
+            else:
+                reached_s[later, node] = cost_s + line_time_s(limits, axes[node], axes[later])
+            if before[later] < 0 or reached_s[later, node] < reached_s[later, before[later]]:
+                before[later] = node
+        while True:
+            node = _most_promising(reached_s, before, done, left_s)
+            # Runs between neighbouring corners are free.
+            if node == before[node] + 1 or line_is_free(space, load, axes[before[node]], axes[node], False):
+                break
+            reached_s[node, before[node]] = np.inf
+            before[node] = np.argmin(reached_s[node])
+            if reached_s[node, before[node]] == np.inf:
+                before[node] = -1
+        done[node] = True
+        cost_s = reached_s[node, before[node]]
+    return before
+
+
+@inline_kernel
+def _most_promising(
+    reached_s: NDArray[np.float64], before: NDArray[np.int64], done: NDArray[np.bool_], left_s: NDArray[np.float64]
+) -> int:
+    """Return the corner over which the goal may be reached soonest."""
+    best, best_s, best_reached_s = -1, np.inf, np.inf
+    for n in range(before.shape[0]):
+        if done[n] or before[n] < 0:
+            continue
+        at_s = reached_s[n, before[n]]
+        if at_s + left_s[n] < best_s or (at_s + left_s[n] == best_s and at_s < best_reached_s):
+            best, best_s, best_reached_s = n, at_s + left_s[n], at_s
+    return best
 
 
 def follow(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float) -> list[Move]:
@@ -209,13 +270,13 @@ def _corners(path_vox: NDArray[np.int32]) -> list[int]:
     return sorted({0, *turns.tolist(), len(path_vox) - 1})
 
 
-def _least_s(crane: TowerCrane, a: CranePose, b: CranePose) -> float:
-    """Return a lower bound of the time from rest to rest: each axis on its own."""
-    return max(
-        rest_to_rest_s(b.slew_rad - a.slew_rad, crane.slewing),
-        rest_to_rest_s(b.radius_m - a.radius_m, crane.trolley),
-        rest_to_rest_s(b.height_m - a.height_m, crane.hoist),
-    )
+@inline_kernel
+def _least_s(limits: AxisNumbers, start: NDArray[np.float64], end: NDArray[np.float64]) -> float:
+    """Return a lower bound of the time between two poses ((3,) axes) from rest to rest: each axis on its own."""
+    longest_s = 0.0
+    for axis, (rate, acceleration, jerk) in enumerate((limits.slewing, limits.trolley, limits.hoist)):
+        longest_s = max(longest_s, least_time_s(abs(end[axis] - start[axis]), rate, acceleration, jerk))
+    return longest_s
 
 
 def _without_rests(moves: Sequence[Move]) -> list[Move]:

@@ -12,7 +12,7 @@ from bimvox.grid.summed_area import summed_area_table
 from bimvox.motion import drive
 from bimvox.motion.drive import drive_free, drive_path
 from bimvox.motion.load_frame import axes_of_cells, cells_of_axes
-from bimvox.motion.move import Line
+from bimvox.motion.move import Line, Move, move_time_s
 from bimvox.motion.shortcut import along_the_path, follow, move_is_free, over_the_top
 from bimvox.motion.steady import steadied
 from bimvox.motion.timeline import in_sequence
@@ -167,6 +167,31 @@ def test_both_kinds_of_short_cuts_are_free_and_continuous(seed):
             assert a.end == b.start
         ends = np.array([[m.slew_rad, m.radius_m, m.height_m] for m in (route.moves[0].start, route.moves[-1].end)])
         assert cells_of_axes(room.load, ends) == pytest.approx(np.array([room.start, room.goal]), abs=1e-6)
+
+
+def test_no_chain_of_free_lines_between_corners_is_faster():
+    """Compared with all chains, tried one by one: along joint lines, between neighbours also along the path's own run."""
+    cut, along_runs = 0, 0
+    for seed in range(40):
+        room = crane_room(seed)
+        corners = [follow(room.load, room.path, 0.0)[0].start, *(m.end for m in follow(room.load, room.path, 0.0))]
+        least_s = [0.0]
+        for later in range(1, len(corners)):
+            ways = []
+            for first in range(later):
+                move = Move(corners[first], corners[later])
+                if not move_is_free(room.space, room.load, move):
+                    if later > first + 1:
+                        continue
+                    move = Move(corners[first], corners[later], Line.SITE)
+                ways.append(least_s[first] + move_time_s(room.crane, move))
+            least_s.append(min(ways))
+        moves = along_the_path(room.rigged, room.space, room.path, 0.0).moves
+        assert sum(move_time_s(room.crane, move) for move in moves) == pytest.approx(least_s[-1], rel=1e-12)
+        cut += len(moves) < len(corners) - 1
+        along_runs += any(move.line is Line.SITE for move in moves)
+    assert cut > 10
+    assert along_runs
 
 
 def test_it_starts_at_the_turn_nearest_to_the_last_one():
