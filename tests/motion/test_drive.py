@@ -170,7 +170,7 @@ def test_both_kinds_of_short_cuts_are_free_and_continuous(seed):
 
 
 def test_no_chain_of_free_lines_between_corners_is_faster():
-    """Compared with all chains, tried one by one: along joint lines, between neighbours also along the path's own run."""
+    """Compared with all chains, tried one by one: along joint lines, or along the path's own runs."""
     cut, along_runs = 0, 0
     for seed in range(40):
         room = crane_room(seed)
