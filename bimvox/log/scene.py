@@ -121,6 +121,16 @@ class SceneUpdates:
         gone = [index for index in self.sent if index not in states]
         changed = [index for index, state in states.items() if self.sent.get(index) is not state]
         self.sent = dict(states)
+        return self._update(gone, changed, time_ns)
+
+    def change_of(self, index: int, state: ConstructionState, time_ns: int) -> Any | None:
+        """Return the update if only one component may change; None if it does not."""
+        if self.sent.get(index) is state:
+            return None
+        self.sent[index] = state
+        return self._update([], [index], time_ns)
+
+    def _update(self, gone: Sequence[int], changed: Sequence[int], time_ns: int) -> Any | None:
         if not gone and not changed:
             return None
         deletions = [
@@ -132,8 +142,9 @@ class SceneUpdates:
         update, begins = SceneUpdate(deletions=deletions), SceneEntity(timestamp=stamp(time_ns)).SerializeToString()
         for index in sorted(changed):
             lift = self.lifts[index]
+            part, state = self.site.components[index], self.sent[index]
             # Protobuf merges concatenated messages into one with all fields.
-            rest = _entity_bytes(self.site.components[index], lift.place, lift.order, states[index], self.site.frame)
+            rest = _entity_bytes(part, lift.place, lift.order, state, self.site.frame)
             update.entities.add().MergeFromString(begins + rest)
         return update
 
@@ -259,16 +270,19 @@ def scene_messages(
     scene = SceneUpdates(site, {lift.component: lift for lift in lifts}, {})
     yield start_ns, topics.SCENE, scene.fixed(start_ns)
     changes = [(time_ns, track, state) for track in tracks for time_ns, state in track.states]
-    states: dict[int, ConstructionState] = {}
     begun: dict[int, ConstructionState] = {}
     for time_ns, track, state in sorted(changes, key=lambda change: change[0]):
+        begun[track.lift.component] = state
         if state is ConstructionState.UNBUILT:
             # With several cranes, earlier lifts in the order may still be under way, or begin later.
             later = {one.lift.component for one in tracks if one.start_ns > time_ns}
             states = states_before(lifts, track.lift.order) | begun
             states |= {n: ConstructionState.UNBUILT for n in later if states.get(n) is ConstructionState.ASSEMBLED}
-        states[track.lift.component] = begun[track.lift.component] = state
-        if (update := scene.change(states, time_ns)) is not None:
+            states[track.lift.component] = state
+            update = scene.change(states, time_ns)
+        else:
+            update = scene.change_of(track.lift.component, state, time_ns)
+        if update is not None:
             yield time_ns, topics.SCENE, update
 
 
