@@ -181,7 +181,7 @@ def test_an_infeasible_lift_says_why_and_leads_to_what_blocks_it(seen):
     seen.page.click("#list tr.bad button")
     told = seen.text("#panel-part")
     assert "INFEASIBLE" in told
-    assert "the obstruction stands on its place" in told
+    assert "The obstruction stands on its place" in told
     picture = seen.picture()
     assert ((picture[..., 0] > 170) & (picture[..., 1] < 70) & (picture[..., 2] < 60)).sum() > 30  # red boxes
     seen.page.click("#panel-part .links button")
