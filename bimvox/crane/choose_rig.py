@@ -253,4 +253,5 @@ def _total_kg(parts: Sequence[RigPart]) -> float:
 
 
 def _t(mass_kg: float) -> str:
-    return f"{mass_kg / 1000.0:.3g} t"
+    # Three digits, without an exponent from 1000 t on.
+    return f"{float(f'{mass_kg / 1000.0:.3g}'):,.10g} t"

@@ -67,6 +67,8 @@ def test_points_far_apart_hang_on_a_spreader():
 def test_where_no_gear_serves_the_strongest_is_named():
     with pytest.raises(NoGearError, match=r"no shackle carries 69.1 t.*bow shackle 55 t, carries 55 t"):
         rig_of(120_000.0, PAIR)
+    with pytest.raises(NoGearError, match=r"no shackle carries 6,910 t"):
+        rig_of(12_000_000.0, PAIR)
     with pytest.raises(NoGearError, match=r"no spreader of 24.0 m carries .*is at most 23 m long"):
         rig_of(9000.0, ((-12.0, 0.0, 0.0), (12.0, 0.0, 0.0)))
     with pytest.raises(NoGearError, match="the catalogue has none"):

@@ -56,7 +56,7 @@ export const degrees = (radians) => `${fixed((radians * 180) / Math.PI, 1)}°`;
 /** `IfcBuildingElementPart` -> `Building element part` */
 export function classWords(ifcClass) {
   const words = ifcClass.replace(/^Ifc/, "").replace(/([a-z0-9])([A-Z])/g, "$1 $2").toLowerCase();
-  return words ? words[0].toUpperCase() + words.slice(1) : "";
+  return sentence(words);
 }
 
 /** A text from a file with control characters written out, not obeyed; line ends stay. */

@@ -1,6 +1,6 @@
 // The pane of the set-up: what is typed and chosen. Fields are made once for a structure and then only updated, so that focus stays.
 import { byId, el, fill, terms } from "../page/dom.mjs";
-import { classWords, fixed, nameOf, tonnes } from "../page/words.mjs";
+import { classWords, fixed, nameOf, sentence, tonnes } from "../page/words.mjs";
 import { areaWords } from "./dimensions.mjs";
 import { chooseMeans } from "./list.mjs";
 import { axisNames, numberOf, pointOf, shownPair, written } from "./numbers.mjs";
@@ -119,7 +119,7 @@ export class Form {
   area({ id, what, kind, polygon, name }) {
     const { app } = this;
     const n = Number(id.split("/")[1]);
-    const remove = (words) => el("button", { type: "button", "data-key": `${id}-remove`, onclick: () => app.change(withoutArea(app.setup, id), words) }, words[0].toUpperCase() + words.slice(1));
+    const remove = (words) => el("button", { type: "button", "data-key": `${id}-remove`, onclick: () => app.change(withoutArea(app.setup, id), words) }, sentence(words));
     const size = el("p", { class: "about" });
     this.fields.push({ update: (setup) => (size.textContent = areaWords(polygonOf(setup, id))) });
     const corners = polygon.map((_, m) =>
