@@ -40,8 +40,8 @@ def optimise(
 ) -> None:
     """Look for a better crane and a better place for it.
 
-    Every machine is tried at every place where its mast can stand. The best set-ups are planned and proven in full,
-    and so is the given one. Their site files are written next to it.
+    Every machine is tried at every place where its mast can stand. The set-ups that no other beats in hours and cost
+    are planned and proven in full, and so is the given one. Their site files are written next to it. Rates: `[costs]`.
     """
     from bimvox_pipeline.optimise.optimise import optimise as run
 
@@ -55,7 +55,19 @@ def optimise(
 def _show(console: Console, document: Mapping[str, Any]) -> None:
     rows(
         console,
-        ("set-up", "jib m", "falls", "at", "parts", "estimate h", "infeasible", "crane h", "moving h", "critical"),
+        (
+            "set-up",
+            "jib m",
+            "falls",
+            "at",
+            "parts",
+            "estimate h",
+            "infeasible",
+            "crane h",
+            "moving h",
+            "critical",
+            document["currency"],
+        ),
         [
             (
                 one["machine"] if n else f"given: {one['machine']}",
@@ -68,6 +80,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
                 one["crane_hours"],
                 None if one["crane_hours"] is None else one["crane_hours"] - document["standing_hours"],
                 one["critical_lifts"],
+                None if one["cost"] is None else round(one["cost"]),
             )
             for n, one in enumerate(document["set_ups"])
         ],
@@ -78,7 +91,8 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
         console,
         [
             ("tried", f"{document['machines']:,} machines with jib and reeving, {document['tried']:,} set-ups"),
-            ("best", document["best"]),
+            ("fastest", document["best"]),
+            ("cheapest", document["cheapest"]),
             ("site files", "\n".join(one["site"] for one in document["set_ups"][1:])),
             ("table", document["table"]),
             ("map", document["map"]),

@@ -19,6 +19,7 @@ from bimvox.bim.options import MOST_SELECT
 from bimvox.errors import ConfigError, shown
 from bimvox.site.component import StoredPose
 from bimvox.site.config.calendar import CalendarConfig
+from bimvox.site.config.costs import CostsConfig
 from bimvox.site.config.crane import CraneConfig
 from bimvox.site.config.project import ProjectConfig
 from bimvox.site.config.rigging import RiggingConfig
@@ -291,6 +292,7 @@ class SiteConfig(Table):
     rules: RulesConfig = RulesConfig()
     yard: YardConfig | None = None
     calendar: CalendarConfig = CalendarConfig()
+    costs: CostsConfig = CostsConfig()
     policy: PolicyConfig = PolicyConfig()
     support: Annotated[tuple[SupportConfig, ...], Field(max_length=MOST_SUPPORTS)] = ()
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from datetime import date
 
 from bimvox.site.config.calendar import DEFAULT_BREAKS, DEFAULT_SHIFT, CalendarConfig
+from bimvox.site.config.costs import CostsConfig
 from bimvox.site.config.crane import CraneConfig, OverrideConfig
 from bimvox.site.config.project import ProjectConfig
 from bimvox.site.config.rigging import RiggingConfig
@@ -63,6 +64,7 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_note
         _rules(config),
         _yard(config.yard),
         _calendar(config.calendar),
+        _costs(config.costs),
         _policy(config),
         *(_support(one) for one in config.support),
     ]
@@ -373,6 +375,15 @@ def _calendar(calendar: CalendarConfig) -> str:
     keys = (key for key in CalendarConfig.model_fields if getattr(calendar, key) not in (None, ()))
     breaks = ["breaks = []"] if calendar.breaks == () else []
     return _lines(note, "[calendar]", *(_key(key, getattr(calendar, key)) for key in keys), *breaks)
+
+
+def _costs(costs: CostsConfig) -> str:
+    if costs == CostsConfig():
+        return ""
+    title = ("# What cranes and crew cost, to compare set-ups.", "[costs]")
+    return _lines(
+        *title, *(_key(key, value) for key in CostsConfig.model_fields if (value := getattr(costs, key)) != ())
+    )
 
 
 def _support(support: SupportConfig) -> str:

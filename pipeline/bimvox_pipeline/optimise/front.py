@@ -8,22 +8,22 @@ from bimvox_pipeline.optimise.search import Tried
 
 
 def front_of(found: Sequence[Tried]) -> list[Tried]:
-    """Return the set-ups that no other beats: none serves as many parts in as little time with as small a machine.
+    """Return the set-ups that no other beats: none serves as many parts in as little time at as little cost.
 
     Of equal ones the first. Fewer crane hours first; set-ups that serve fewer parts than the best are not among them.
     """
     most = max((one.served for one in found if one.crane is not None), default=0)
     able = [one for one in found if one.crane is not None and one.served == most and most]
-    able.sort(key=lambda one: (one.crane_s, one.load_moment_tm))
+    able.sort(key=lambda one: (one.crane_s, one.cost))
     front: list[Tried] = []
     for one in able:
-        if all(one.load_moment_tm < other.load_moment_tm for other in front):
+        if all(one.cost < other.cost for other in front):
             front.append(one)
     return front
 
 
 def spread(front: Sequence[Tried], most: int) -> list[Tried]:
-    """Return at most so many of a front: the fastest, the smallest machine, and others evenly between them."""
+    """Return at most so many of a front: the fastest, the cheapest, and others evenly between them."""
     if len(front) <= most:
         return list(front)
     if most == 1:
@@ -58,8 +58,9 @@ def why_lost(one: Tried, front: Sequence[Tried]) -> str:
     if one.crane is None or not front or one.served < front[0].served:
         return one.why
     better = min(
-        (other for other in front if other.crane_s <= one.crane_s and other.load_moment_tm <= one.load_moment_tm),
+        (other for other in front if other.crane_s <= one.crane_s and other.cost <= one.cost),
         key=lambda other: other.crane_s,
     )
+    saved = one.cost - better.cost
     slower_h = (one.crane_s - better.crane_s) / 3600.0
-    return f"{better.machine} with a jib of {better.jib_m:g} m is not larger and takes {slower_h:.2f} h less"
+    return f"{better.machine} with a jib of {better.jib_m:g} m takes {slower_h:.2f} h less and costs {saved:,.0f} less"

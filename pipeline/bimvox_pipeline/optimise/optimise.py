@@ -13,6 +13,7 @@ from bimvox.files import default_output, require_input, write_atomically
 from bimvox.progress import Progress
 from bimvox.rendering.report.heat_map import HeatMap, heat_map
 from bimvox.site.catalogue import catalogue
+from bimvox.site.costs import Rates
 from bimvox.site.machine import cranes_of
 from bimvox.site.machine_names import machines_called
 from bimvox_pipeline.fleet.backends import Backend
@@ -31,7 +32,7 @@ _TABLE = "set-ups.csv"
 _MAP = "crane-hours.svg"
 _COLUMNS = (
     "machine", "jib_m", "falls", "load_moment_tm", "x_m", "y_m", "places", "parts", "parts_served",
-    "estimated_hours", "why_lost",
+    "estimated_hours", "estimated_cost", "currency", "why_lost",
 )  # fmt: skip
 
 
@@ -91,7 +92,7 @@ def optimise(
     runs = fleet(wishes, folder, backend=backend, jobs=jobs, fresh=fresh, progress=progress)
     progress.stage("table")
     table, picture = folder / _TABLE, folder / _MAP
-    write_atomically(table, _csv(found, front, len(search.work.places_m)).encode())
+    write_atomically(table, _csv(found, front, len(search.work.places_m), opened.config.costs.currency).encode())
     fastest = front[0]
     write_atomically(picture, heat_map(_heat(opened, fastest)))
     progress.finish()
@@ -99,10 +100,12 @@ def optimise(
     records = {run.wish.site: {**record, "log": str(log_file(folder, run.name))} for run, record in planned}
     (own,) = cranes
     served, crane_s = search.of(own)
+    own_rates = search.rates_of_crane(own)
+    rates = {machine.name: search.rates(machine) for machine in machines}
     given = {"machine": own.machine or own.name, "jib_m": own.jib_length_m, "falls": own.falls}
     standing_h = float(search.work.standing_s.sum()) / 3600.0
     members_found = [
-        _member(site, records, {**given, "base_m": own.base_m[:2]}, served, crane_s),
+        _member(site, records, {**given, "base_m": own.base_m[:2]}, served, crane_s, own_rates),
         *(
             _member(
                 path,
@@ -110,6 +113,7 @@ def optimise(
                 {"machine": one.machine, "jib_m": one.jib_m, "falls": one.falls, "base_m": _base(one)},
                 one.served,
                 one.crane_s,
+                rates[one.machine],
             )
             for path, one in zip(files, chosen, strict=True)
         ),
@@ -124,16 +128,19 @@ def optimise(
         "parts": len(search.work.places_m),
         "standing_hours": round(standing_h, 4),
         "set_ups": members_found,
-        "best": _best(members_found),
+        "best": _best(members_found, "crane_hours"),
+        "cheapest": _best(members_found, "cost"),
+        "currency": opened.config.costs.currency,
+        "costs": opened.config.costs.model_dump(mode="json"),
         "verified": runs["verified"],
         "seconds": progress.seconds,
     }
 
 
-def _best(found: Sequence[dict[str, Any]]) -> str | None:
-    """Return the site file of the plan with most parts and, of these, least crane time; None if there is no plan."""
+def _best(found: Sequence[dict[str, Any]], by: str) -> str | None:
+    """Return the site file of the plan with most parts and, of these, least of a figure; None if there is no plan."""
     planned = [one for one in found if one["crane_hours"] is not None]
-    best = min(planned, key=lambda one: (one["infeasible"], one["crane_hours"]), default=None)
+    best = min(planned, key=lambda one: (one["infeasible"], one[by]), default=None)
     return None if best is None else str(best["site"])
 
 
@@ -144,7 +151,7 @@ def _base(one: Tried) -> tuple[float, float]:
 
 
 def _member(
-    path: Path, records: dict[Path, dict[str, Any]], values: dict[str, Any], served: int, crane_s: float
+    path: Path, records: dict[Path, dict[str, Any]], values: dict[str, Any], served: int, crane_s: float, rates: Rates
 ) -> dict[str, Any]:
     """Return what is known of a set-up: its estimate, and its plan."""
     record = records[path.resolve()]
@@ -155,9 +162,11 @@ def _member(
         "base_m": [float(value) for value in values["base_m"]],
         "parts_served": served,
         "estimated_hours": round(crane_s / 3600.0, 4),
+        "estimated_cost": round(rates.total(crane_s / 3600.0), 2),
         "status": record["status"],
         "infeasible": record.get("infeasible"),
         "crane_hours": figures.get("crane_hours"),
+        "cost": None if (hours := figures.get("crane_hours")) is None else round(rates.total(hours), 2),
         "critical_lifts": figures.get("critical_lifts"),
         "log": record["log"] if figures else None,
         "error": record.get("error"),
@@ -182,7 +191,7 @@ def _written(opened: Opened, one: Tried) -> Path:
     return path
 
 
-def _csv(found: Sequence[Tried], front: Sequence[Tried], parts: int) -> str:
+def _csv(found: Sequence[Tried], front: Sequence[Tried], parts: int, currency: str) -> str:
     """Return the table of all machines, each with its best place, and why it lost."""
     stream = io.StringIO()
     rows = csv.writer(stream, lineterminator="\n")
@@ -191,8 +200,9 @@ def _csv(found: Sequence[Tried], front: Sequence[Tried], parts: int) -> str:
         size = f"{one.load_moment_tm:.0f}"
         x, y = ("", "") if one.crane is None else (f"{value:g}" for value in _base(one))
         hours = "" if one.crane is None else f"{one.crane_s / 3600.0:.3f}"
+        cost = "" if one.crane is None else f"{one.cost:.0f}"
         row = (one.machine, f"{one.jib_m:g}", one.falls, size, x, y, len(one.bases_m), parts, one.served, hours)
-        rows.writerow((*row, why_lost(one, front)))
+        rows.writerow((*row, cost, currency, why_lost(one, front)))
     return stream.getvalue()
 
 

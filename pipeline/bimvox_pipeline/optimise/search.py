@@ -17,6 +17,8 @@ from bimvox.library.site import built_site
 from bimvox.planning.assembly import prepare
 from bimvox.planning.set_ups import LiftWork, set_ups
 from bimvox.progress import Progress
+from bimvox.site.catalogue import catalogue
+from bimvox.site.costs import Rates, rates_of
 from bimvox.site.crane_guess import Demand
 from bimvox.site.crew_times import crew_times
 from bimvox.site.guess import rigs_of
@@ -50,6 +52,7 @@ class Tried:
         bases_m: (B, 2) all places.
         all_served: (B,) number of parts served from each.
         all_crane_s: (B,) estimated crane time from each.
+        cost: Estimated cost from there, in the currency of the site.
         why: Why the first part that it does not serve is not served; empty if it serves all.
     """
 
@@ -64,6 +67,7 @@ class Tried:
     all_served: NDArray[np.int64]
     all_crane_s: NDArray[np.float64]
     why: str
+    cost: float
 
 
 class Search:
@@ -96,6 +100,7 @@ class Search:
             closed=closed_over(config.zone, self._demand.places_m) != "",
         )
         self._free = _ground(opened)
+        self._config = config
         progress.finish()
 
     def tried(self, machines: Sequence[Machine]) -> Iterator[Tried]:
@@ -110,6 +115,20 @@ class Search:
         found = set_ups(used, np.array([crane.base_m[:2]]), self.work, self._demand.height_m(used))
         return int(found.served[0].sum()), float(found.crane_s[0])
 
+    def rates(self, machine: Machine) -> Rates:
+        """Return what a machine costs on this site."""
+        config = self._config
+        return rates_of(config.costs, config.calendar, machine.name, machine.kind, machine.load_moment_tm)
+
+    def rates_of_crane(self, crane: TowerCrane) -> Rates:
+        """Return what a crane of the site costs; one that is not of the catalogue has the size of its own chart."""
+        name = crane.machine or crane.name
+        for machine in catalogue():
+            if machine.name == name:
+                return self.rates(machine)
+        config, alone = self._config, Machine(name, crane.kind, "", (crane.jib_length_m,), (crane,))
+        return rates_of(config.costs, config.calendar, name, crane.kind, alone.load_moment_tm)
+
     def _tried(self, machine: Machine, jib_m: float, usual: TowerCrane) -> Tried:
         crane = self._demand.as_used(usual)
         hook_m = self._demand.height_m(crane)
@@ -119,7 +138,9 @@ class Search:
         counts, crane_s = found.served.sum(axis=1), found.crane_s
         common = (machine.name, jib_m, usual.falls, machine.load_moment_tm)
         if not len(bases_m):
-            return Tried(*common, None, 0, 0.0, bases_m, counts, crane_s, "its mast has no place clear of all areas")
+            return Tried(
+                *common, None, 0, 0.0, bases_m, counts, crane_s, "its mast has no place clear of all areas", 0.0
+            )
         best = int(np.lexsort((found.used, np.round(crane_s), -counts))[0])
         placed = replace(standing(usual, hook_m), base_m=(*bases_m[best].tolist(), 0.0))
         why = ""
@@ -132,7 +153,9 @@ class Search:
                 radius_m = float(np.hypot(*(self.work.places_m[first] - bases_m[best])))
                 why = str(self._demand.unserved(first, replace(crane, base_m=placed.base_m), radius_m, ""))
             why += f", and {len(missed) - 1} more" if len(missed) > 1 else ""
-        return Tried(*common, placed, int(counts[best]), float(crane_s[best]), bases_m, counts, crane_s, why)
+        best_s = float(crane_s[best])
+        cost = self.rates(machine).total(best_s / 3600.0)
+        return Tried(*common, placed, int(counts[best]), best_s, bases_m, counts, crane_s, why, cost)
 
     def _bases(self, crane: TowerCrane) -> NDArray[np.float64]:
         """Return the (B, 2) places of a lattice where a mast can stand, by y, then x."""

@@ -15,7 +15,18 @@ CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
 def tried(served: int, crane_s: float, size: float, name: str = "m", *, placed: bool = True) -> Tried:
     none = np.zeros(0)
     return Tried(
-        name, 40.0, 2, size, CRANE if placed else None, served, crane_s, np.zeros((0, 2)), none.astype(int), none, "why"
+        name,
+        40.0,
+        2,
+        size,
+        CRANE if placed else None,
+        served,
+        crane_s,
+        np.zeros((0, 2)),
+        none.astype(int),
+        none,
+        "why",
+        size,
     )
 
 
@@ -42,8 +53,8 @@ def test_no_set_up_beats_one_of_the_front_and_all_others_are_beaten(found: list[
             other.crane is not None
             and other.served >= one.served
             and other.crane_s <= one.crane_s
-            and other.load_moment_tm <= one.load_moment_tm
-            and (other.crane_s, other.load_moment_tm) != (one.crane_s, one.load_moment_tm)
+            and other.cost <= one.cost
+            and (other.crane_s, other.cost) != (one.crane_s, one.cost)
             for other in found
         )
     assert [one.crane_s for one in front] == sorted(one.crane_s for one in front)
@@ -54,7 +65,7 @@ def test_no_set_up_beats_one_of_the_front_and_all_others_are_beaten(found: list[
 
 
 @given(some, st.integers(1, 5))
-def test_a_few_of_the_front_hold_its_fastest_and_its_smallest(found: list[Tried], most: int) -> None:
+def test_a_few_of_the_front_hold_its_fastest_and_its_cheapest(found: list[Tried], most: int) -> None:
     front = front_of(found)
     few = spread(front, most)
     assert len(few) == min(most, len(front))

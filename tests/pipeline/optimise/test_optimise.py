@@ -29,9 +29,9 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]
     return site, run(site)
 
 
-def run(site: Path, **options: Any) -> dict[str, Any]:
+def run(site: Path, out: Path | None = None, **options: Any) -> dict[str, Any]:
     options = {"members": 2, "crane": "hammerhead", "jobs": 1, **options}
-    return optimise(site, site.parent / "found", progress=SilentProgress(), **options)
+    return optimise(site, out or site.parent / "found", progress=SilentProgress(), **options)
 
 
 def test_the_set_ups_are_proven_and_no_slower_than_the_given_one(made: tuple[Path, dict[str, Any]]) -> None:
@@ -45,6 +45,20 @@ def test_the_set_ups_are_proven_and_no_slower_than_the_given_one(made: tuple[Pat
         assert one["infeasible"] == given["infeasible"]
         assert one["crane_hours"] >= document["standing_hours"] - 1e-3
         assert verify(one["log"]).verified
+
+
+def test_hours_are_paid_by_the_site_files_rates(made: tuple[Path, dict[str, Any]]) -> None:
+    site, document = made
+    assert document["currency"] == "EUR"
+    by_cost = [one for one in document["set_ups"] if one["cost"] is not None]
+    assert document["cheapest"] == min(by_cost, key=lambda one: (one["infeasible"], one["cost"]))["site"]
+    given = document["set_ups"][0]
+    priced = site.with_name("priced.site.toml")
+    offer = f'machine = [{{ name = "{given["machine"]}", month = 0, set_up = 5 }}]'
+    priced.write_text(f'{site.read_text()}\n[costs]\ncurrency = "CHF"\nperson_hour = 100\n{offer}\n')
+    again = run(priced, site.parent / "priced", members=1)
+    assert again["currency"] == "CHF"
+    assert again["set_ups"][0]["cost"] == pytest.approx(5.0 + 400.0 * given["crane_hours"], abs=0.01)
 
 
 def test_a_site_file_of_a_set_up_keeps_what_people_wrote(made: tuple[Path, dict[str, Any]]) -> None:
