@@ -48,6 +48,8 @@ class CostsConfig(Table):
     """Erecting and dismantling a tower crane."""
     set_up_per_tm: NotNegative = 40.0
     """Its transport and foundation, for each tonne-metre; assumed."""
+    budget: NotNegative | None = None
+    """The most that a set-up may cost. Default: no limit."""
     machine: Annotated[tuple[MachineCosts, ...], Field(max_length=1000)] = ()
     """Offers; they take the place of the rates above."""
 

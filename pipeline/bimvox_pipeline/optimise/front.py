@@ -10,10 +10,12 @@ from bimvox_pipeline.optimise.search import Tried
 def front_of(found: Sequence[Tried]) -> list[Tried]:
     """Return the set-ups that no other beats: none serves as many parts in as little time at as little cost.
 
-    Of equal ones the first. Fewer crane hours first; set-ups that serve fewer parts than the best are not among them.
+    Of equal ones the first; none over the budget. Fewer crane hours first; set-ups that serve fewer parts than the best
+    are not among them.
     """
-    most = max((one.served for one in found if one.crane is not None), default=0)
-    able = [one for one in found if one.crane is not None and one.served == most and most]
+    within = [one for one in found if one.crane is not None and not one.over]
+    most = max((one.served for one in within), default=0)
+    able = [one for one in within if one.served == most and most]
     able.sort(key=lambda one: (one.crane_s, one.cost))
     front: list[Tried] = []
     for one in able:
@@ -41,7 +43,8 @@ def to_plan(found: Sequence[Tried], front: Sequence[Tried], most: int) -> list[T
     chosen = spread(front, most)
     if not chosen:
         return []
-    others = [one for one in found if one.crane is not None and one.served == chosen[0].served and one not in chosen]
+    able = [one for one in found if one.crane is not None and not one.over]
+    others = [one for one in able if one.served == chosen[0].served and one not in chosen]
     others.sort(key=lambda one: one.crane_s)
     named = {one.machine for one in chosen}
     for one in others:
@@ -55,6 +58,8 @@ def why_lost(one: Tried, front: Sequence[Tried]) -> str:
     """Return why a set-up is not of the front; empty if it is."""
     if one in front:
         return ""
+    if one.over:
+        return one.over
     if one.crane is None or not front or one.served < front[0].served:
         return one.why
     better = min(

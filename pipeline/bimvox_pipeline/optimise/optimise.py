@@ -83,6 +83,12 @@ def optimise(
     progress.finish()
     front = front_of(found)
     chosen = to_plan(found, front, members)
+    if not chosen and any(one.served for one in found):
+        cheapest = min(one.cost for one in found if one.served)
+        raise InputError(
+            f"{site}: no set-up is within the budget; the cheapest costs {cheapest:,.0f}",
+            hint="raise [costs] budget",
+        )
     if not chosen:
         raise InputError(
             f"{site}: no machine serves any part", hint="`bimvox cranes SITE` says why; move the yard, or lift less"
@@ -128,8 +134,8 @@ def optimise(
         "parts": len(search.work.places_m),
         "standing_hours": round(standing_h, 4),
         "set_ups": members_found,
-        "best": _best(members_found, "crane_hours"),
-        "cheapest": _best(members_found, "cost"),
+        "best": _best(members_found, "crane_hours", opened.config.costs.budget),
+        "cheapest": _best(members_found, "cost", opened.config.costs.budget),
         "currency": opened.config.costs.currency,
         "costs": opened.config.costs.model_dump(mode="json"),
         "verified": runs["verified"],
@@ -137,9 +143,12 @@ def optimise(
     }
 
 
-def _best(found: Sequence[dict[str, Any]], by: str) -> str | None:
-    """Return the site file of the plan with most parts and, of these, least of a figure; None if there is no plan."""
-    planned = [one for one in found if one["crane_hours"] is not None]
+def _best(found: Sequence[dict[str, Any]], by: str, budget: float | None) -> str | None:
+    """Return the site file of the plan with most parts and, of these, least of a figure.
+
+    None if no plan is within the budget.
+    """
+    planned = [one for one in found if one["crane_hours"] is not None and (budget is None or one["cost"] <= budget)]
     best = min(planned, key=lambda one: (one["infeasible"], one[by]), default=None)
     return None if best is None else str(best["site"])
 

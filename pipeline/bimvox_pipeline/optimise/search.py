@@ -18,6 +18,7 @@ from bimvox.planning.assembly import prepare
 from bimvox.planning.set_ups import LiftWork, set_ups
 from bimvox.progress import Progress
 from bimvox.site.catalogue import catalogue
+from bimvox.site.config.costs import CostsConfig
 from bimvox.site.costs import Rates, rates_of
 from bimvox.site.crane_guess import Demand
 from bimvox.site.crew_times import crew_times
@@ -53,6 +54,7 @@ class Tried:
         all_served: (B,) number of parts served from each.
         all_crane_s: (B,) estimated crane time from each.
         cost: Estimated cost from there, in the currency of the site.
+        over: Why its cost is refused; empty if it is within the budget.
         why: Why the first part that it does not serve is not served; empty if it serves all.
     """
 
@@ -68,6 +70,7 @@ class Tried:
     all_crane_s: NDArray[np.float64]
     why: str
     cost: float
+    over: str = ""
 
 
 class Search:
@@ -155,7 +158,8 @@ class Search:
             why += f", and {len(missed) - 1} more" if len(missed) > 1 else ""
         best_s = float(crane_s[best])
         cost = self.rates(machine).total(best_s / 3600.0)
-        return Tried(*common, placed, int(counts[best]), best_s, bases_m, counts, crane_s, why, cost)
+        over = _over(cost, self._config.costs)
+        return Tried(*common, placed, int(counts[best]), best_s, bases_m, counts, crane_s, why, cost, over)
 
     def _bases(self, crane: TowerCrane) -> NDArray[np.float64]:
         """Return the (B, 2) places of a lattice where a mast can stand, by y, then x."""
@@ -168,6 +172,13 @@ class Search:
         y, x = np.meshgrid(np.arange(first[1], y1, pitch_m), np.arange(first[0], x1, pitch_m), indexing="ij")
         inside = shapely.contains_xy(area, x, y)
         return np.column_stack([x[inside], y[inside]])
+
+
+def _over(cost: float, costs: CostsConfig) -> str:
+    """Return why a cost is refused; empty if it is within the budget."""
+    if costs.budget is None or cost <= costs.budget:
+        return ""
+    return f"costs {cost:,.0f} {costs.currency}, more than the budget of {costs.budget:,.0f}"
 
 
 def _in_sequence(site: Site) -> list[int]:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
 
 
-def tried(served: int, crane_s: float, size: float, name: str = "m", *, placed: bool = True) -> Tried:
+def tried(served: int, crane_s: float, size: float, name: str = "m", *, placed: bool = True, over: str = "") -> Tried:
     none = np.zeros(0)
     return Tried(
         name,
@@ -27,6 +27,7 @@ def tried(served: int, crane_s: float, size: float, name: str = "m", *, placed: 
         none,
         "why",
         size,
+        over,
     )
 
 
@@ -38,6 +39,7 @@ some = st.lists(
         st.floats(1.0, 500.0),
         st.sampled_from("abc"),
         placed=st.booleans(),
+        over=st.sampled_from(["", "", "costs more than the budget"]),
     ),
     max_size=12,
 )
@@ -46,22 +48,23 @@ some = st.lists(
 @given(some)
 def test_no_set_up_beats_one_of_the_front_and_all_others_are_beaten(found: list[Tried]) -> None:
     front = front_of(found)
-    most = max((one.served for one in found if one.crane is not None), default=0)
+    able = [one for one in found if one.crane is not None and not one.over]
+    most = max((one.served for one in able), default=0)
     for one in front:
         assert one.served == most > 0
         assert not any(
-            other.crane is not None
-            and other.served >= one.served
+            other.served >= one.served
             and other.crane_s <= one.crane_s
             and other.cost <= one.cost
             and (other.crane_s, other.cost) != (one.crane_s, one.cost)
-            for other in found
+            for other in able
         )
     assert [one.crane_s for one in front] == sorted(one.crane_s for one in front)
     for one in found:
         in_front = any(one is other for other in front)
         assert bool(why_lost(one, front)) is not in_front
-    assert bool(front) is any(one.crane is not None and one.served for one in found)
+    assert bool(front) is any(one.served for one in able)
+    assert all(why_lost(one, front) == one.over for one in found if one.over)
 
 
 @given(some, st.integers(1, 5))
@@ -81,7 +84,8 @@ def test_what_is_planned_begins_with_the_front_then_other_machines(found: list[T
     chosen = to_plan(found, front, most)
     few = spread(front, most)
     assert chosen[: len(few)] == few
-    able = [one for one in found if one.crane is not None and front and one.served == front[0].served]
+    able = [one for one in found if one.crane is not None and not one.over]
+    able = [one for one in able if front and one.served == front[0].served]
     assert len(chosen) == min(most, len(able))
     assert len({id(one) for one in chosen}) == len(chosen)
     if len({one.machine for one in able}) >= most:

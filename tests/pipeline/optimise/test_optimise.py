@@ -105,3 +105,17 @@ def test_a_site_with_several_cranes_or_none_is_refused(made: tuple[Path, dict[st
         run(other)
     with pytest.raises(InputError):
         run(site, crane="no such crane")
+
+
+def test_no_set_up_over_the_budget_is_planned(made: tuple[Path, dict[str, Any]]) -> None:
+    site, document = made
+    most = min(one["estimated_cost"] for one in document["set_ups"][1:]) + 1.0
+    limited = site.with_name("limited.site.toml")
+    limited.write_text(f"{site.read_text()}\n[costs]\nbudget = {most}\n")
+    found = run(limited, site.parent / "limited")
+    assert all(one["estimated_cost"] <= most for one in found["set_ups"][1:])
+    rows = csv.DictReader(Path(found["table"]).read_text().splitlines())
+    assert any("more than the budget" in row["why_lost"] for row in rows)
+    limited.write_text(f"{site.read_text()}\n[costs]\nbudget = 1\n")
+    with pytest.raises(InputError, match="the cheapest costs"):
+        run(limited, site.parent / "none")
