@@ -81,9 +81,8 @@ def row(name: str, site_file: Path, narrow: NarrowPhase) -> str:
 def crane_hours(site: Any, preparation: Any, plan: Any) -> tuple[int, float, float]:
     """Return planned lifts, crane hours, and hours in which the crane moves."""
     from bimvox.motion.time_plan import time_plan
-    from bimvox.planning.assembly import replay
 
-    motions = time_plan(plan, replay(site, preparation, plan))
+    motions = time_plan(plan, preparation)
     driven_ns = sum(p.end_ns - p.start_ns for m in motions for p in m.phases if p.name.value in _DRIVEN)
     return len(motions), motions[-1].end_ns / 3.6e12, driven_ns / 3.6e12
 

@@ -29,6 +29,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 
 def shown(value: object, most: int = 80) -> str:
@@ -65,6 +66,16 @@ class BimvoxError(Exception):
 
     def __str__(self) -> str:
         return f"{self.message}\n  hint: {self.hint}" if self.hint else self.message
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how it is restored in another process: with its evidence, whatever its constructor takes."""
+        return _restored, (type(self), self.args, self.__dict__)
+
+
+def _restored(kind: type[BimvoxError], args: tuple[object, ...], evidence: dict[str, Any]) -> BimvoxError:
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(evidence)
+    return error
 
 
 class InputError(BimvoxError):

@@ -1,7 +1,7 @@
 """Starts and ends child processes: a command run to its end, the environment of workers, and their end.
 
 Used by everything that starts a process; each user has its own way of communicating: the geometry workers use a socket,
-the runs of a fleet use pipes, the paper's jobs and retraining use ``multiprocessing``.
+the runs of a fleet and the workers of a plan use pipes, the paper's jobs and retraining use ``multiprocessing``.
 """
 
 from __future__ import annotations
@@ -20,6 +20,12 @@ from typing import IO
 
 CAN_FORK = hasattr(os, "fork")
 """Whether a process can be forked; Windows cannot."""
+
+ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""Environment of planning processes, set before a library reads it: with two processes, two threads each are slower
+than one."""
 
 _LOOK_EVERY_S = 0.3
 _ROOT = str(Path(__file__).resolve().parents[1])

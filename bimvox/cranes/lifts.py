@@ -33,7 +33,7 @@ from bimvox.grid.frame import NO_CELLS
 from bimvox.motion.empty_hook import empty_hook_clearance
 from bimvox.motion.load_frame import HookEnd, axes_of_cells, cells_of_axes, in_cell
 from bimvox.motion.rigged_crane import rigged_crane
-from bimvox.motion.time_plan import empty_hook_move, hook_on_at, left_at, left_cells, time_lift
+from bimvox.motion.time_lift import empty_hook_move, hook_on_at, left_at, left_cells, time_lift
 from bimvox.motion.trajectories import delayed, one_after_another
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace

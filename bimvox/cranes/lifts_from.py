@@ -20,7 +20,7 @@ from bimvox.cranes.parking import KEPT_PARKINGS
 from bimvox.cranes.track import carrying_track
 from bimvox.errors import PlanningError
 from bimvox.motion.load_frame import HookEnd, cells_of_axes
-from bimvox.motion.time_plan import hook_on_at
+from bimvox.motion.time_lift import hook_on_at
 from bimvox.motion.timeline import in_sequence
 from bimvox.motion.timing import sampled
 from bimvox.motion.trajectories import delayed, one_after_another

@@ -18,7 +18,7 @@ it is or slews to a parking place. A load never waits in the air.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import product
 
@@ -32,28 +32,29 @@ from bimvox.errors import MotionError
 from bimvox.motion.shift import held_longer
 from bimvox.motion.steps import may_pause
 from bimvox.motion.time_plan import KnownMotions, time_plan
+from bimvox.planning.assembly import Preparation, replay
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
-from bimvox.site.collision import CollisionSpace
 from bimvox.units import NS_PER_S
+from bimvox.workers import ALONE, Workers
 
 _STEP_NS = 5 * NS_PER_S
 
 
 def time_lifts(
-    plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]], known: KnownMotions | None = None
+    plan: LiftPlan, preparation: Preparation, known: KnownMotions | None = None, workers: Workers = ALONE
 ) -> tuple[LiftMotion, ...]:
     """Return the motion of every planned lift, in order, of a site with one crane or several; as ``time_plan``.
 
-    Several cranes do not use the known motions: each of theirs depends on all others.
+    Several cranes use neither known motions nor workers: each motion of theirs depends on all others.
 
     Raises:
         InputError: If the site has no crane.
         MotionError: If a path is not free or cannot be driven, or a crane always obstructs a lift; names the lift.
     """
     if not plan.site.has_several_cranes:
-        return time_plan(plan, clearances, known)
-    return _Schedule(plan, crane_lifts(plan, clearances)).run()
+        return time_plan(plan, preparation, known, workers)
+    return _Schedule(plan, crane_lifts(plan, replay(plan.site, preparation, plan))).run()
 
 
 def time_rest(

@@ -13,6 +13,7 @@ from bimvox.library.obstructions import ReadObstructions, obstructed, read_obstr
 from bimvox.library.plan_value import Plan
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import Planned, Retraining, insist_on_one_lift, plan_and_prove, prepared
+from bimvox.library.sharing import constants_of, workers_of
 from bimvox.library.site import OBSTRUCTIONS, LoadedSite, attached_as
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.planning.assembly import Preparation
@@ -24,7 +25,7 @@ from bimvox.site.obstructions.obstruction_set import ObstructionSet
 from bimvox.site.site import Site
 
 
-def plan(
+def plan(  # noqa: PLR0913  (the options of a verb)
     site: LoadedSite,
     *,
     obstructions: ObstructionSet | ReadObstructions | Path | str | None = None,
@@ -33,6 +34,7 @@ def plan(
     steps: int | None = None,
     train: bool = False,
     retrain: int = 0,
+    jobs: int | None = None,
     progress: Listener = None,
 ) -> Plan:
     """Return the proven plan of a site: every lift planned or infeasible with its reason, timed, and proven.
@@ -49,6 +51,7 @@ def plan(
         train: Whether a policy is trained for this site if there is none; otherwise nothing is tested or trained.
         retrain: Environment steps of more training, on the site with its obstructions, if the policy fails lifts; 0:
             the search finds these at once.
+        jobs: Number of processes that share the work, from 1; default: one per processor. The plan is the same.
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
@@ -65,18 +68,20 @@ def plan(
     if obstructions is not None:
         found, content = obstructions_of(obstructions, built)
         built, files = obstructed(built, found, told), {**files, **content}
-    preparation = prepared(built, told)
-    chosen = policy_of(site, built, preparation, PolicyWish(policy, seed, steps, train), told)
-    number = seed_of(site, seed)
-    used = [chosen]
+    with workers_of(built, whole("jobs", jobs, 1)) as workers:
+        preparation = prepared(built, told)
+        chosen = policy_of(site, built, preparation, PolicyWish(policy, seed, steps, train), told)
+        number = seed_of(site, seed)
+        used = [chosen]
 
-    def retraining(failed: tuple[int, ...]) -> PolicyInUse:
-        used.append(retrained(built, preparation, chosen, failed=failed, seed=number, steps=retrain, progress=told))
-        told.note(f"the policy failed {len(failed)} lifts: {_outcome(chosen, used[-1])}")
-        return used[-1]
+        def retraining(failed: tuple[int, ...]) -> PolicyInUse:
+            used.append(retrained(built, preparation, chosen, failed=failed, seed=number, steps=retrain, progress=told))
+            told.note(f"the policy failed {len(failed)} lifts: {_outcome(chosen, used[-1])}")
+            return used[-1]
 
-    again: Retraining | None = retraining if retrain else None
-    proven = plan_and_prove(built, preparation, chosen, progress=told, retraining=again)
+        again: Retraining | None = retraining if retrain else None
+        with workers.knowing(*constants_of(built, preparation)):
+            proven = plan_and_prove(built, preparation, chosen, progress=told, retraining=again, workers=workers)
     record = log_of(proven, site, chosen, files, seed=number, revision=0)
     better = used[-1] if used[-1] is not chosen else None
     return Plan(record, proven.verdict, chosen, preparation, better)

@@ -9,7 +9,7 @@ from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError, NoPlanError, listed
 from bimvox.motion.steps import steps_of
 from bimvox.motion.time_plan import KnownMotions
-from bimvox.planning.assembly import Preparation, prepare, replay
+from bimvox.planning.assembly import Preparation, prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.propose import Propose
 from bimvox.planning.rollout import proposer
@@ -28,6 +28,7 @@ from bimvox.records.reasons import NOT_DRIVEN
 from bimvox.records.steps import Steps
 from bimvox.site.part_names import names_by_id
 from bimvox.site.site import Site
+from bimvox.workers import ALONE, Workers
 
 Retraining = Callable[[tuple[int, ...]], PolicyInUse]
 """From the components whose lifts a policy failed to the policy after more training, or to the same one."""
@@ -84,6 +85,7 @@ def plan_and_prove(
     previous: LiftPlan | None = None,
     progress: Progress,
     retraining: Retraining | None = None,
+    workers: Workers = ALONE,
 ) -> Planned:
     """Plan all lifts, time them, and prove both.
 
@@ -99,6 +101,7 @@ def plan_and_prove(
         progress: Told of the stages.
         retraining: Called once with the components whose lifts the policy failed, if there are any; these lifts are
             then planned again with the policy that it returns.
+        workers: Share the work; they know site and preparation.
 
     Raises:
         NoPlanError: If no lift can be planned.
@@ -129,7 +132,7 @@ def plan_and_prove(
             if better.network is not None and better.network is not policy.network:
                 made = planned(proposer(better.network, every_guard=True), _without(made, failed), refused)
         previous = made
-        found = _prove(made, preparation, proven, driven, progress)
+        found = _prove(made, preparation, proven, driven, workers, progress)
         if isinstance(found, Planned):
             progress.finish()
             return found
@@ -151,28 +154,33 @@ def _without(made: LiftPlan, components: tuple[int, ...]) -> LiftPlan:
 
 
 def _prove(
-    made: LiftPlan, preparation: Preparation, proven: ProvenLifts, driven: KnownMotions, progress: Progress
+    made: LiftPlan,
+    preparation: Preparation,
+    proven: ProvenLifts,
+    driven: KnownMotions,
+    workers: Workers,
+    progress: Progress,
 ) -> Planned | dict[str, str]:
     """Prove and time a plan; return the lifts to refuse, and why, if it is not proven."""
     progress.stage("prove")
     values = check_values(made)
-    of_plan = (
-        Verification((values, *verify_plan(made, proven=proven).checks)) if values.passed else Verification((values,))
-    )
+    of_plan = Verification((values,))
+    if values.passed:
+        of_plan = Verification((values, *verify_plan(made, proven=proven, workers=workers).checks))
     if not of_plan.verified:
         return refusals(of_plan)
     if not made.site.cranes:
         return Planned(made, (), of_plan)
     progress.stage("time", len(made.lifts))
     try:
-        motions = time_lifts(made, replay(made.site, preparation, made), driven)
+        motions = time_lifts(made, preparation, driven, workers)
     except MotionError as error:
         return {error.component: f"{NOT_DRIVEN}{error.message}"}
     progress.stage("prove")
     check_motion_values(values, made.site, motions)
     if not values.passed:
         return refusals(Verification((values,)))
-    of_motions = verify_motions(made, motions, proven=proven)
+    of_motions = verify_motions(made, motions, proven=proven, workers=workers)
     if not of_motions.verified:
         return refusals(of_motions)
     steps = steps_of(made.site, made.lifts, motions)

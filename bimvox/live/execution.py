@@ -21,7 +21,7 @@ from bimvox.live.planned import job_of, live_lift_of, seconds_in
 from bimvox.live.tracks import Track, with_tracks
 from bimvox.live.traffic import CREW, KIND, LORRY, Density
 from bimvox.live.way import TICK_S
-from bimvox.motion.time_plan import time_lift
+from bimvox.motion.time_lift import time_lift
 from bimvox.planning.assembly import Assembly, Preparation
 from bimvox.records.carried_out import Other, OtherKind
 from bimvox.records.lift import Lift, LiftPlan, Status

@@ -14,7 +14,7 @@ from bimvox.crane.kinematics import hook_of, pose_of
 from bimvox.crane.reach import HOOK_FORBIDDEN
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import MotionError
-from bimvox.motion.time_plan import time_lift
+from bimvox.motion.time_lift import time_lift
 from bimvox.planning.assembly import Preparation, replay
 from bimvox.planning.search import all_free
 from bimvox.proof.motion import verify_motions

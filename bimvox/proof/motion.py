@@ -11,8 +11,9 @@ may exceed their limit by 0.1 %.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any, NamedTuple
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.between import Between, EmptyWay
@@ -42,6 +43,8 @@ from bimvox.proof.swing import SwingProof
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, Verification, turn_to
+from bimvox.site.component import Component
+from bimvox.workers import ALONE, Workers, in_chunks
 
 UNITS = {
     "timeline": "",
@@ -76,6 +79,7 @@ def verify_motions(
     window_ns: tuple[int, int] = ALWAYS_NS,
     known: Sequence[LiftMotion] | None = None,
     proven: ProvenLifts | None = None,
+    workers: Workers = ALONE,
 ) -> Verification:
     """Check the motions of a plan.
 
@@ -88,11 +92,12 @@ def verify_motions(
             where. ``verify_together`` then proves the crane distances for the whole time at once.
         proven: Motions of one crane that earlier plans of the same site proved; they are not proven again if nothing
             around them changed, and those that pass now are added. Only for a whole plan, over all time.
+        workers: Share the work of one crane.
 
     Returns:
         Every check, with what failed and where.
     """
-    return _Verifier(plan, motions, context, window_ns, known, proven).run()
+    return _Verifier(plan, motions, context, window_ns, known, proven).run(workers)
 
 
 def verify_together(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()) -> Verification:
@@ -100,6 +105,19 @@ def verify_together(plan: LiftPlan, motions: Sequence[LiftMotion], context: Coll
     verifier = _Verifier(plan, motions, context, ALWAYS_NS, None, None)
     verifier.check_cranes()
     return Verification(tuple(check for name, check in verifier.checks.items() if name in CRANES_UNITS))
+
+
+class _Driven(NamedTuple):
+    """A motion, the moment before its lift, the motion before it if it is compared with one, and other hooks' ways."""
+
+    moment: Moment
+    motion: LiftMotion
+    before: LiftMotion | None
+    ways: tuple[EmptyWay, ...] | None
+
+
+def _name(moment: Moment, component: Component) -> str:
+    return f"lift {moment.lift.number} ({component.id})"
 
 
 class _Verifier:
@@ -120,15 +138,62 @@ class _Verifier:
         if plan.site.rules.transit_clearance_m > 0.0 or plan.site.rules.rope_clearance_m > 0.0:
             units |= {MOTION_MARGIN: ""}
         self.checks = {name: Check(name, unit=unit) for name, unit in units.items()}
+        self.cells, self.proofs = RawCells(plan.site.shape), dict[int, _Proofs]()
+        self.left, self.next_order = moments(plan, context), 0
 
-    def run(self) -> Verification:
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how another process begins it anew, to check some of the motions."""
+        return _Verifier, (self.plan, (), tuple(self.context), self.window_ns, None, None)
+
+    def run(self, workers: Workers) -> Verification:
         if not self.site.cranes:
             self.checks["timeline"].look(not self.motions, "motions on a site that has no crane")
             return Verification(tuple(self.checks.values()))
         self._check_timeline()
+        found = self._shared(workers)
+        for driven in self._driven():
+            checks = self._proven(driven)
+            if checks is None:
+                checks = found.get(driven.motion.order) or self._checks_of(driven)
+                self.proven.add_motion(driven.moment, driven.motion, driven.before, checks)
+            for check in checks.values():
+                self.checks[check.name].add(check)
+        if self.known is None:
+            self.check_cranes()
+        return Verification(tuple(self.checks.values()))
+
+    def _shared(self, workers: Workers) -> dict[int, Mapping[str, Check]]:
+        """Return the checks of the motions that are not proven yet, by order, if there are processes to share them."""
+        if workers.count == 1 or self.site.has_several_cranes:
+            return {}
+        timeline, self.checks["timeline"] = self.checks["timeline"], Check("timeline")  # looked at again later
+        pairs = [(one.motion, one.before) for one in self._driven() if self._proven(one) is None]
+        self.checks["timeline"] = timeline
+        with workers.knowing(self):
+            found = workers.run(_Verifier.of_motions, [(self, chunk) for chunk in in_chunks(pairs, workers.count)])
+        orders = [motion.order for motion, _ in pairs]
+        return dict(zip(orders, (checks for chunk in found for checks in chunk), strict=True))
+
+    def of_motions(self, pairs: Sequence[tuple[LiftMotion, LiftMotion | None]]) -> list[Mapping[str, Check]]:
+        """Return the checks of motions, each after another one; it goes through the plan once if asked in order."""
+        if pairs and pairs[0][0].order < self.next_order:
+            self.left = moments(self.plan, self.context)
+        waiting = {motion.order: (motion, before) for motion, before in pairs}
+        found = []
+        for moment in self.left:
+            self.next_order = moment.lift.order + 1
+            if moment.lift.order in waiting:
+                found.append(self._checks_of(_Driven(moment, *waiting.pop(moment.lift.order), None)))
+            if not waiting:
+                break
+        return found
+
+    def _proven(self, driven: _Driven) -> Mapping[str, Check] | None:
+        return self.proven.checks_of_motion(driven.moment, driven.motion, driven.before)
+
+    def _driven(self) -> Iterator[_Driven]:
+        """Yield every motion that is fit to be checked, in order; report the others."""
         by_order = {motion.order: motion for motion in self.motions}
-        cells = RawCells(self.site.shape)
-        proofs = [self._proofs(number, cells) for number in range(len(self.site.cranes))]
         seen = self.motions if self.known is None else self.known
         between = Between(self.plan, self._sound_ones(seen), self.context) if self.site.has_several_cranes else None
         previous: dict[int, LiftMotion] = {}
@@ -136,7 +201,7 @@ class _Verifier:
             motion = by_order.get(moment.lift.order)
             component = self.site.components[moment.lift.component]
             turn_to(self.checks.values(), component.id)
-            name = f"lift {moment.lift.number} ({component.id})"
+            name = _name(moment, component)
             before = previous.pop(component.crane, None)
             if motion is None or motion.component != moment.lift.component:
                 self.checks["timeline"].look(False, f"{name}: it has no motion")
@@ -151,30 +216,15 @@ class _Verifier:
             if before is not None and (moment.before is None or before.order != moment.before.order):
                 before = None
             ways = None if between is None else tuple(between.ways(moment, motion))
-            found = self.proven.checks_of_motion(moment, motion, before)
-            if found is None:
-                found = self._checks_of(name, proofs[component.crane], cells, moment, motion, before, ways)
-                self.proven.add_motion(moment, motion, before, found)
-            for check in found.values():
-                self.checks[check.name].add(check)
+            yield _Driven(moment, motion, before, ways)
             previous[component.crane] = motion
-        if self.known is None:
-            self.check_cranes()
-        return Verification(tuple(self.checks.values()))
 
-    def _checks_of(
-        self,
-        name: str,
-        proofs: _Proofs,
-        cells: RawCells,
-        moment: Moment,
-        motion: LiftMotion,
-        before: LiftMotion | None,
-        ways: tuple[EmptyWay, ...] | None,
-    ) -> Mapping[str, Check]:
+    def _checks_of(self, driven: _Driven) -> Mapping[str, Check]:
         """Return the checks of one motion, each by itself."""
-        crane, load, hook, swing, transit = proofs
+        moment, motion, before, ways = driven
         component, whole = self.site.components[moment.lift.component], dict(self.checks)
+        name = _name(moment, component)
+        crane, load, hook, swing, transit = self._proofs(component.crane)
         # The proofs share this dictionary, so it is filled with checks of this motion alone for a while.
         self.checks.update({n: Check(n, unit=check.unit, about=component.id) for n, check in whole.items()})
         self._check_axes(name, crane, moment, motion)
@@ -183,7 +233,7 @@ class _Verifier:
         check_heading(timeline, name, self.site, crane, moment.lift, component, motion)
         check_phase_names(timeline, name, motion)
         check_ends(self.checks["ends"], name, self.site, crane, moment, motion, before)
-        cells.move_to(moment.present)
+        self.cells.move_to(moment.present)
         load.check(name, moment, motion)
         transit.check(name, moment, motion)
         hook.check(name, moment, motion, ways)
@@ -192,12 +242,14 @@ class _Verifier:
         self.checks.update(whole)
         return own
 
-    def _proofs(self, number: int, cells: RawCells) -> _Proofs:
-        crane = self.site.cranes[number]
-        shared = (self.site, crane, self.triangles, cells, self.checks, self.window_ns)
-        transit = TransitProof(*shared)
-        transit.clearances = self.clearances
-        return crane, LoadProof(*shared), HookProof(*shared), SwingProof(*shared), transit
+    def _proofs(self, number: int) -> _Proofs:
+        if number not in self.proofs:
+            crane = self.site.cranes[number]
+            shared = (self.site, crane, self.triangles, self.cells, self.checks, self.window_ns)
+            transit = TransitProof(*shared)
+            transit.clearances = self.clearances
+            self.proofs[number] = crane, LoadProof(*shared), HookProof(*shared), SwingProof(*shared), transit
+        return self.proofs[number]
 
     def _sound_ones(self, motions: Sequence[LiftMotion]) -> dict[int, LiftMotion]:
         """Return the motions with sound trajectories, by order; the others are reported when they are checked."""

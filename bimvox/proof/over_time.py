@@ -22,6 +22,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, Verification
 from bimvox.records.reasons import LOAD_IS_HELD
 from bimvox.site.site import Blocker, Site
+from bimvox.workers import ALONE, Workers
 
 
 def verify_plan_over_time(
@@ -31,6 +32,7 @@ def verify_plan_over_time(
     *,
     known_shapes: set[int] | None = None,
     proven: ProvenLifts | None = None,
+    workers: Workers = ALONE,
 ) -> Verification:
     """Check every planned lift of a plan, each path against the obstructions when the load began to follow it.
 
@@ -40,9 +42,10 @@ def verify_plan_over_time(
         context: Lifts of the same plan that it does not carry.
         known_shapes: See ``verify_plan``.
         proven: See ``verify_plan``; lifts whose obstructions changed under way are not added.
+        workers: Share the work, if the obstructions did not change.
     """
     if not plan.history and not any(lift.left for lift in plan.lifts):
-        return verify_plan(plan, context, known_shapes=known_shapes, proven=proven)
+        return verify_plan(plan, context, known_shapes=known_shapes, proven=proven, workers=workers)
     starts = {motion.order: begins_ns(plan.site, motion) for motion in motions}
     epochs = Check("epochs")
     _check_epochs(epochs, plan, motions, context)
@@ -68,6 +71,7 @@ def verify_motions_over_time(
     context: Collection[Lift] = (),
     *,
     proven: ProvenLifts | None = None,
+    workers: Workers = ALONE,
 ) -> Verification:
     """Check the motions of a plan, each moment against the obstructions at that time.
 
@@ -76,12 +80,14 @@ def verify_motions_over_time(
         motions: One per planned lift, in order.
         context: Lifts of the same plan that it does not carry.
         proven: See ``verify_motions``; only of a plan whose obstructions did not change.
+        workers: See ``verify_plan_over_time``.
     """
     clock = Check("timeline")
     check_clock(clock, plan, motions, context)
     check_stops(clock, plan, motions)
     if not plan.history:
-        return _together([verify_motions(plan, motions, context, proven=proven), Verification((clock,))])
+        found_now = verify_motions(plan, motions, context, proven=proven, workers=workers)
+        return _together([found_now, Verification((clock,))])
     found = []
     known = motions if plan.site.has_several_cranes else None
     for from_ns, until_ns, site in epochs_of(plan):

@@ -8,7 +8,8 @@ not set.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +43,7 @@ from bimvox.records.reasons import NOT_ITS_CELLS
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.means import Means
 from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
+from bimvox.workers import ALONE, Workers, in_chunks
 
 CHECKS = (
     "complete",
@@ -61,6 +63,9 @@ CHECKS = (
 )
 """The checks that every plan gets; clearances and wind are checked if the rules ask for them."""
 
+_OF_THE_PART = ("shapes", "mass", "slings", "rigging")
+"""The checks of a part by itself, wherever it is."""
+
 _SHARE = 1e-9
 """Rounding tolerance: the share by which a load may exceed the capacity."""
 
@@ -71,6 +76,7 @@ def verify_plan(
     *,
     known_shapes: set[int] | None = None,
     proven: ProvenLifts | None = None,
+    workers: Workers = ALONE,
 ) -> Verification:
     """Check every planned lift of a plan.
 
@@ -83,11 +89,12 @@ def verify_plan(
             is known, so the parts of the context are checked too: their shapes, and what carries them.
         proven: Lifts that earlier plans of the same site proved; they are not proven again if nothing around them
             changed, and those that pass now are added. Not with known shapes.
+        workers: Share the work.
 
     Returns:
         Every check, with what failed and where.
     """
-    return _Verifier(plan, context, known_shapes, proven or ProvenLifts()).run()
+    return _Verifier(plan, context, known_shapes, proven or ProvenLifts()).run(workers)
 
 
 class _Verifier:
@@ -112,6 +119,7 @@ class _Verifier:
             self.checks["wind"] = Check("wind", unit="share of permitted wind")
         if self.site.rules.yard is not None or any(lift.place is not None and lift.place.stack for lift in self.lifts):
             self.checks |= {"gap": Check("gap"), "stacks": Check("stacks")}
+        self.left, self.next_order = moments(plan, context), 0
         self.racks: dict[tuple[int, int], list[str]] = {}
         for lift in self.lifts:
             if (rack := rack_of(lift)) is not None:
@@ -122,7 +130,11 @@ class _Verifier:
         self.checks["mass"].unit, self.checks["rigging"].unit = "kg/m3", "share of limit"
         self.checks["reach"].unit = "share of capacity"
 
-    def run(self) -> Verification:
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how another process begins it anew, to check some of the lifts."""
+        return _Verifier, (self.plan, tuple(self.context), self.known_shapes, ProvenLifts())
+
+    def run(self, workers: Workers) -> Verification:
         self._check_complete()
         self._check_deliveries()
         if "stacks" in self.checks:
@@ -135,9 +147,34 @@ class _Verifier:
         for blocker in self.site.blockers:
             check_structure(self.checks["shapes"], blocker, self.site.frame, self.site.shape)
         self._check_others()
+        found = self._shared(workers)
         for moment in moments(self.plan, self.context):
-            self._check_moment(moment)
+            self._check_moment(moment, found.get(moment.lift.order))
         return Verification(tuple(self.checks.values()))
+
+    def _shared(self, workers: Workers) -> dict[int, Mapping[str, Check]]:
+        """Return the checks of the lifts that are not proven yet, by order, if there are processes to share them."""
+        if workers.count == 1:
+            return {}
+        all_moments = moments(self.plan, self.context)
+        orders = [moment.lift.order for moment in all_moments if self._proven(moment) is None]
+        with workers.knowing(self):
+            found = workers.run(_Verifier.of_lifts, [(self, chunk) for chunk in in_chunks(orders, workers.count)])
+        return dict(zip(orders, (checks for chunk in found for checks in chunk), strict=True))
+
+    def of_lifts(self, orders: Sequence[int]) -> list[Mapping[str, Check]]:
+        """Return the checks of lifts, each by itself; it goes through the plan once if it is asked in order."""
+        if orders and orders[0] < self.next_order:
+            self.left = moments(self.plan, self.context)
+        wanted = set(orders)
+        found = []
+        for moment in self.left:
+            self.next_order = moment.lift.order + 1
+            if moment.lift.order in wanted:
+                found.append(self._checks_of(moment))
+            if moment.lift.order == orders[-1]:
+                break
+        return found
 
     def _check_others(self) -> None:
         """Check the parts that no lift of this proof sets: where they are, they are in the way and carry others."""
@@ -202,20 +239,33 @@ class _Verifier:
                 f"{self._name(lift)}: set by other means, but it is planned or the site's rules do not allow that",
             )
 
-    def _check_moment(self, moment: Moment) -> None:
-        component = self.site.components[moment.lift.component]
-        not_set = frozenset(self.infeasible if component.after or component.before else ())
-        found = self.proven_lifts.checks_of(moment, not_set)
+    def _check_moment(self, moment: Moment, checks: Mapping[str, Check] | None) -> None:
+        """Add the checks of a lift, which are given if they were made in another process or another plan."""
+        found = self._proven(moment)
         if found is None:
-            whole, self.checks = (
-                self.checks,
-                {check.name: Check(check.name, unit=check.unit) for check in self.checks.values()},
-            )
-            self._check_lift(moment.lift, moment.present, moment.placed)
-            found, self.checks = self.checks, whole
-            self.proven_lifts.add(moment, not_set, found)
+            found = self._checks_of(moment) if checks is None else checks
+            self.proven_lifts.add(moment, self._not_set(moment), found)
+            if found["shapes"].samples and all(found[name].passed for name in _OF_THE_PART):
+                self.known_shapes.add(moment.lift.component)
         for name, check in found.items():
             self.checks[name].add(check)
+
+    def _proven(self, moment: Moment) -> Mapping[str, Check] | None:
+        return self.proven_lifts.checks_of(moment, self._not_set(moment))
+
+    def _not_set(self, moment: Moment) -> frozenset[int]:
+        component = self.site.components[moment.lift.component]
+        return frozenset(self.infeasible if component.after or component.before else ())
+
+    def _checks_of(self, moment: Moment) -> Mapping[str, Check]:
+        """Return the checks of one lift by itself."""
+        whole, self.checks = (
+            self.checks,
+            {check.name: Check(check.name, unit=check.unit) for check in self.checks.values()},
+        )
+        self._check_lift(moment.lift, moment.present, moment.placed)
+        found, self.checks = self.checks, whole
+        return found
 
     def _check_lift(self, lift: Lift, present: Sequence[Thing], placed: Collection[int]) -> None:
         component = self.site.components[lift.component]
@@ -246,7 +296,7 @@ class _Verifier:
         """Check a part by itself: its cells, its mass, its slings and its gear."""
         if component.index in self.known_shapes:
             return
-        own = [self.checks[name] for name in ("shapes", "mass", "slings", "rigging")]
+        own = [self.checks[name] for name in _OF_THE_PART]
         failed = sum(check.failed for check in own)
         check_shape(own[0], component, self.site.frame, exact_hook=self.site.exact_hook)
         check_mass(own[1], component, self.site.frame.voxel_size_m)

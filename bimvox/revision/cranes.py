@@ -14,7 +14,6 @@ import numpy as np
 
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError
-from bimvox.planning.assembly import replay
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
@@ -54,7 +53,7 @@ class SeveralCranes:
         """Return the draft with all motions on the clock; or which lift cannot be driven, and why."""
         plan = draft.plan(self._was, self._request, self._change)
         try:
-            motions = time_lifts(plan, replay(plan.site, self._request.preparation, plan))
+            motions = time_lifts(plan, self._request.preparation)
         except MotionError as error:
             return {error.component: f"{NOT_DRIVEN}{error.message}"}
         return with_motions(self._was, draft, motions)

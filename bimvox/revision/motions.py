@@ -6,8 +6,7 @@ from dataclasses import replace
 
 from bimvox.errors import MotionError
 from bimvox.motion.shift import joined_on, waiting
-from bimvox.motion.time_plan import time_lift
-from bimvox.planning.assembly import Assembly
+from bimvox.motion.time_plan import LiftTimes
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Status
 from bimvox.records.motion import LiftMotion
@@ -47,28 +46,13 @@ def _missing_motions(request: RevisionRequest, draft: RevisionDraft) -> tuple[di
     Returns:
         Motions by order; and why the crane cannot drive other lifts, by component.
     """
-    motions: dict[int, LiftMotion] = {}
-    refused: dict[str, str] = {}
-    site, missing = request.site, set(draft.motions_to_make)
+    missing, site = draft.motions_to_make, request.site
     if not missing:
-        return motions, refused
-    assembly, before = Assembly(site, request.preparation, one_at_a_time=True), None
-    for lift in draft.lifts:
-        assembly.skip(lift.component)
-        if lift.order in missing:
-            rule = assembly.space_of(lift)
-            try:
-                crane = site.cranes[site.components[lift.component].crane]
-                motions[lift.order] = time_lift(site, crane, lift, rule, before, 0, 0.0)
-            except MotionError as error:
-                component = site.components[lift.component].id
-                refused[component] = f"{NOT_DRIVEN}{error.message}"
-            missing.remove(lift.order)
-            if not missing:
-                break
-        assembly.finish(lift.component, placed=lift.is_set)
-        before = lift if lift.status is Status.PLANNED else before
-    return motions, refused
+        return {}, {}
+    times = LiftTimes(site, request.preparation, draft.lifts[: missing[-1] + 1])
+    found = dict(zip(missing, times.shared(missing, request.workers), strict=True))
+    refused = {one.component: f"{NOT_DRIVEN}{one.message}" for one in found.values() if isinstance(one, MotionError)}
+    return {order: one for order, one in found.items() if isinstance(one, LiftMotion)}, refused
 
 
 def _in_time(request: RevisionRequest, motion: LiftMotion) -> LiftMotion:

@@ -12,6 +12,7 @@ from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_ti
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.footprints import Footprints
+from bimvox.workers import Workers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,13 +32,14 @@ class Proof:
     stuck: frozenset[str] = frozenset()
 
 
-def prove_new(plan: LiftPlan, draft: RevisionDraft, known_shapes: set[int]) -> Proof:
+def prove_new(plan: LiftPlan, draft: RevisionDraft, known_shapes: set[int], workers: Workers) -> Proof:
     """Return the proof of the paths and motions that are new in a part.
 
     Args:
         plan: The plan of the part.
         draft: The draft, with all motions.
         known_shapes: See ``verify_plan``.
+        workers: Share the work.
 
     Raises:
         VerificationError: If the proof fails, and no lift is at fault.
@@ -46,8 +48,8 @@ def prove_new(plan: LiftPlan, draft: RevisionDraft, known_shapes: set[int]) -> P
     reasons: dict[str, str] = {}
     stuck: set[str] = set()
     for orders, verify in (
-        (paths, partial(verify_plan_over_time, known_shapes=known_shapes)),
-        (motions, verify_motions_over_time),
+        (paths, partial(verify_plan_over_time, known_shapes=known_shapes, workers=workers)),
+        (motions, partial(verify_motions_over_time, workers=workers)),
     ):
         if orders:
             is_whole = plan.site.has_several_cranes and orders == timed.keys()

@@ -9,6 +9,7 @@ from bimvox.planning.propose import Propose
 from bimvox.revision.current_plan import RetrainedPolicy
 from bimvox.site.site import Site
 from bimvox.stop.redirect import HOLD_S
+from bimvox.workers import ALONE, Workers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,6 +27,7 @@ class RevisionRequest:
         hold_s: The shortest time for which a stopped load is held.
         retrained: A policy that was trained further, asked again for some lifts; its paths are taken if they are proven
             and no longer.
+        workers: Share the work.
     """
 
     site: Site
@@ -35,3 +37,4 @@ class RevisionRequest:
     now_ns: int | None = None
     hold_s: float = HOLD_S
     retrained: RetrainedPolicy | None = None
+    workers: Workers = ALONE

@@ -86,7 +86,7 @@ def _proven_part(
             failed: RevisionDraft | Refused = work.timed(replanning.draft)
             if isinstance(failed, RevisionDraft):
                 draft, plan = failed, failed.plan(current, request, change)
-                found = prove_new(plan, draft, known_shapes)
+                found = prove_new(plan, draft, known_shapes, request.workers)
                 if not found.refused:
                     known_shapes.update(lift.component for lift in draft.lifts if lift.order in found.path_footprints)
                     return _part(current, draft, plan, change, found)

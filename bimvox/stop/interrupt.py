@@ -9,7 +9,7 @@ import numpy as np
 from bimvox.errors import InputError
 from bimvox.motion.phases import cut_at, phases_from
 from bimvox.motion.rigged_crane import RiggedCrane
-from bimvox.motion.time_plan import carrying_phases
+from bimvox.motion.time_lift import carrying_phases
 from bimvox.motion.timeline import Timeline
 from bimvox.motion.timing import sampled
 from bimvox.motion.trajectories import stopped, trajectory_of

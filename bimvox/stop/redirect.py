@@ -19,7 +19,7 @@ from bimvox.motion import phases, trajectories
 from bimvox.motion.empty_hook import empty_hook_clearance
 from bimvox.motion.load_frame import cells_of_axes, in_cell
 from bimvox.motion.rigged_crane import RiggedCrane, rigged_crane
-from bimvox.motion.time_plan import carrying_phases, drive_lift, left_cells
+from bimvox.motion.time_lift import carrying_phases, drive_lift, left_cells
 from bimvox.motion.timeline import after_a_pause
 from bimvox.motion.timing import sampled
 from bimvox.planning.assembly import Obstacle, Stage

@@ -25,7 +25,13 @@ BackendName = Annotated[
 ]
 Jobs = Annotated[
     int | None,
-    typer.Option("--jobs", min=1, metavar="N", envvar="BIMVOX_JOBS", help="Runs at a time. Default: one per core."),
+    typer.Option(
+        "--jobs",
+        min=1,
+        metavar="N",
+        envvar="BIMVOX_JOBS",
+        help="Processes: for runs, or for the lifts of one site. Default: one per core.",
+    ),
 ]
 Cluster = Annotated[
     str | None,

@@ -68,8 +68,8 @@ def plan(
 ) -> None:
     """Plan every lift, prove the plan, time it, and write the log.
 
-    Several sites are planned in parallel: one log each and one table. --backend, --jobs, --cluster and --fresh apply to
-    several sites, as in `bimvox sweep`.
+    Several sites are planned in parallel: one log each and one table. --backend, --cluster and --fresh apply to several
+    sites, as in `bimvox sweep`. The lifts of one site are planned, timed and proven in --jobs processes.
     """
     if len(sites) > 1:
         if retrain or programme is not None:
@@ -104,6 +104,7 @@ def plan(
             programme=programme,
             wish=PolicyWish(policy, seed, steps, train),
             retrain=retrain,
+            jobs=jobs,
             progress=output.progress,
         )
     code = output.result(document, partial(_show, every=remarks))

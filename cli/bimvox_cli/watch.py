@@ -12,6 +12,7 @@ import typer
 
 from bimvox.records.remark import number_in_words
 from bimvox_cli import failure
+from bimvox_cli.fleet_options import Jobs
 from bimvox_cli.options import Json, PolicyId, Programme, Quiet, Seed, Steps, Train, Verbose
 from bimvox_cli.output import Output, console_on, open_output
 
@@ -80,6 +81,7 @@ def watch(
             "needs bimvox[live].",
         ),
     ] = None,
+    jobs: Jobs = None,
     programme: Programme = None,
     policy: PolicyId = None,
     seed: Seed = None,
@@ -109,7 +111,7 @@ def watch(
             out=out,
             programme=programme,
             wish=PolicyWish(policy, seed, steps, train),
-            how=WatchWish(once, poll, simulate, retrain, serve, traffic),
+            how=WatchWish(once, poll, simulate, retrain, serve, traffic, jobs=jobs),
             progress=output.progress,
         )
         planned = False

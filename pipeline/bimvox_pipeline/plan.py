@@ -34,6 +34,7 @@ def plan(
     programme: Path | None = None,
     wish: PolicyWish = PolicyWish(),  # noqa: B008  (immutable)
     retrain: int = 0,
+    jobs: int | None = None,
     progress: Progress,
 ) -> dict[str, Any]:
     """Plan a site file with :func:`bimvox.plan`, write the log, and return the document of ``bimvox plan --json``.
@@ -51,7 +52,7 @@ def plan(
     given = None if obstructions is None else read_obstructions(obstructions)  # before the site, which takes its time
     loaded = load_site(site, progress, programme=programme)
     check_output(target, inputs=[*inputs, loaded.config.model.path])
-    made = plan_site(loaded, obstructions=given, retrain=retrain, progress=progress, **asdict(wish))
+    made = plan_site(loaded, obstructions=given, retrain=retrain, jobs=jobs, progress=progress, **asdict(wish))
     progress.stage("write")
     write_log_file(target, made.record, inputs=inputs)
     progress.finish()

@@ -13,7 +13,7 @@ from bimvox.errors import MotionError
 from bimvox.motion.figures import plan_figures
 from bimvox.motion.steps import may_pause, steps_of
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
@@ -27,7 +27,7 @@ from bimvox.site.means import Means
 def planned(site):
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    return plan, time_lifts(plan, replay(site, preparation, plan))
+    return plan, time_lifts(plan, preparation)
 
 
 @cache
@@ -118,7 +118,7 @@ def test_a_crane_without_parts_is_not_an_obstacle():
     single = dataclasses.replace(alone, cranes=(west,))
     preparation = prepare(single)
     one_plan = plan_lifts(single, preparation)
-    serial = time_plan(one_plan, replay(single, preparation, one_plan))
+    serial = time_plan(one_plan, preparation)
     assert max(motion.end_ns for motion in motions) <= max(motion.end_ns for motion in serial) + len(serial)
 
 
@@ -128,7 +128,7 @@ def test_a_part_set_by_other_means_is_in_the_way_of_every_crane_from_its_turn_on
     for name in ("west left", "east left"):
         preparation = prepare(site)
         made = plan_lifts(site, preparation, refused={name: "so"})
-        timed = time_lifts(made, replay(site, preparation, made))
+        timed = time_lifts(made, preparation)
         (left,) = by_other_means(made.lifts)
         assert site.components[left.component].id == name
         assert len(timed) == len(plan.lifts) - 1

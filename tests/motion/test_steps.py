@@ -10,7 +10,7 @@ from box_sites import box_site, test_crane
 
 from bimvox.motion.steps import may_pause, steps_of
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion
@@ -50,7 +50,7 @@ def portal(casting=CASTING, curing=None, **means: Means) -> tuple[LiftPlan, tupl
     site = dataclasses.replace(site, components=tuple(parts))
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    return plan, time_plan(plan, replay(site, preparation, plan))
+    return plan, time_plan(plan, preparation)
 
 
 def steps_by_name(plan: LiftPlan, motions: tuple[LiftMotion, ...]) -> tuple[Steps, dict[str, Step], dict[str, int]]:
@@ -111,7 +111,7 @@ def test_a_part_that_is_set_by_other_means_waits_for_what_it_rests_on():
     plan, _ = portal(beam=Means.IN_SITU)
     site, preparation = plan.site, prepare(plan.site)
     made = plan_lifts(site, preparation, refused={"slab": "so"})
-    steps, of, _ = steps_by_name(made, time_plan(made, replay(site, preparation, made)))
+    steps, of, _ = steps_by_name(made, time_plan(made, preparation))
     assert of["slab"].begins_ns == of["slab"].carries_ns == of["beam"].carries_ns
     assert not steps.pauses
 

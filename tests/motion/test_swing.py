@@ -23,7 +23,7 @@ from bimvox.motion.swing import PLANNED_RESIDUAL_M, Pendulum, pendulum_of, swing
 from bimvox.motion.time_plan import time_plan
 from bimvox.motion.timeline import in_sequence
 from bimvox.motion.timing import sampled
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.crane.pendulum import swung_parts
 from bimvox.proof.footprint import motion_footprint, path_footprint
@@ -123,7 +123,7 @@ def made(rule):
     site = box_site(COLUMNS, crane=crane, shape=(40, 30, 24), rules=Rules(swing=rule))
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    return plan, time_plan(plan, replay(site, preparation, plan))
+    return plan, time_plan(plan, preparation)
 
 
 def with_site(plan, **changes):

@@ -10,8 +10,9 @@ from bimvox.errors import InputError
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.motion import time_plan as timing
 from bimvox.motion.commands import commands
+from bimvox.motion.time_lift import time_lift
 from bimvox.motion.time_plan import KnownMotions, time_plan
-from bimvox.planning.assembly import Assembly, Stage, prepare, replay
+from bimvox.planning.assembly import Assembly, Stage, prepare
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.motion import verify_motions
@@ -48,7 +49,7 @@ def stages(plan, preparation):
 
 @pytest.fixture(scope="module")
 def motions(planned):
-    return time_plan(planned[0], stages(*planned))
+    return time_plan(*planned)
 
 
 def test_every_lift_has_its_phases_in_order_on_one_clock(planned, motions):
@@ -125,7 +126,7 @@ def test_the_empty_hook_meets_nothing(planned, motions):
 
 
 def test_the_same_plan_gives_the_same_motions(planned, motions):
-    again = time_plan(planned[0], stages(*planned))
+    again = time_plan(*planned)
     for one, other in zip(motions, again, strict=True):
         assert one.phases == other.phases
         for a, b in zip(one.samples(), other.samples(), strict=True):
@@ -135,7 +136,7 @@ def test_the_same_plan_gives_the_same_motions(planned, motions):
 def test_a_site_without_a_crane_is_refused():
     site = box_site(PORTAL[2:])
     with pytest.raises(InputError, match="no crane"):
-        time_plan(plan_lifts(site, prepare(site)), [])
+        time_plan(plan_lifts(site, prepare(site)), prepare(site))
 
 
 def test_a_lift_that_cannot_be_driven_is_named(planned):
@@ -147,7 +148,7 @@ def test_a_lift_that_cannot_be_driven_is_named(planned):
     )
     name = planned[0].site.components[lift.component].id
     with pytest.raises(PlanningError, match=f"{name}: the path is not free"):
-        time_plan(planned[0], [(lift, full)])
+        time_lift(planned[0].site, planned[0].site.cranes[0], lift, full, None, 0, 0.0)
 
 
 def test_commands_lead_along_the_motion(planned, motions):
@@ -189,7 +190,7 @@ def test_last_moves_from_the_side_are_driven_as_planned():
     lift = plan.lifts[0]
     last = lift.path_vox[-1 - lift.contact_moves :]
     assert (last[:, :2] != last[0, :2]).any()
-    motions = time_plan(plan, replay(site, preparation, plan))
+    motions = time_plan(plan, preparation)
     assert verify_motions(plan, motions).verified
 
 
@@ -206,7 +207,7 @@ def test_the_path_to_the_last_moves_does_not_cut_through_them():
     plan = plan_lifts(site, preparation)
     lift = plan.lifts[0]
     assert lift.contact_moves > 1
-    assert verify_motions(plan, time_plan(plan, replay(site, preparation, plan))).verified
+    assert verify_motions(plan, time_plan(plan, preparation)).verified
 
 
 @pytest.fixture
@@ -235,35 +236,35 @@ def are_alike(motions, others):
 
 def test_known_motions_are_not_made_again(planned, motions, made_for):
     known = KnownMotions()
-    assert are_alike(time_plan(planned[0], stages(*planned), known), motions)
+    assert are_alike(time_plan(*planned, known), motions)
     assert made_for == [0, 1, 2, 3]
     made_for.clear()
-    assert are_alike(time_plan(planned[0], stages(*planned), known), motions)
+    assert are_alike(time_plan(*planned, known), motions)
     assert made_for == []
 
 
 def test_only_another_lift_and_the_one_after_it_get_new_motions(planned, made_for):
     plan, preparation = planned
     known = KnownMotions()
-    time_plan(plan, stages(plan, preparation), known)
+    time_plan(plan, preparation, known)
     made_for.clear()
     other = dataclasses.replace(plan.lifts[1], path_vox=detour(plan.lifts[1].path_vox))
     changed = dataclasses.replace(plan, lifts=(plan.lifts[0], other, *plan.lifts[2:]))
-    again = time_plan(changed, replay(plan.site, preparation, changed), known)
+    again = time_plan(changed, preparation, known)
     assert made_for == [1, 2]
-    assert are_alike(again, time_plan(changed, replay(plan.site, preparation, changed)))
+    assert are_alike(again, time_plan(changed, preparation))
 
 
 def test_after_a_part_that_is_no_longer_set_all_motions_are_made(planned, made_for):
     plan, preparation = planned
     known = KnownMotions()
-    time_plan(plan, replay(plan.site, preparation, plan), known)
+    time_plan(plan, preparation, known)
     made_for.clear()
     out = dataclasses.replace(plan.lifts[1], status=Status.INFEASIBLE, reason="no path", path_vox=None)
     changed = dataclasses.replace(plan, lifts=(plan.lifts[0], out, *plan.lifts[2:]))
-    again = time_plan(changed, replay(plan.site, preparation, changed), known)
+    again = time_plan(changed, preparation, known)
     assert made_for == [2, 3]
-    assert are_alike(again, time_plan(changed, replay(plan.site, preparation, changed)))
+    assert are_alike(again, time_plan(changed, preparation))
 
 
 def detour(path_vox):

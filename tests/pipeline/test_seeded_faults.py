@@ -33,7 +33,7 @@ from bimvox.log.reader import read_log
 from bimvox.log.segments import FIRST_PLAN
 from bimvox.motion.commands import commands
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.progress import SilentProgress
 from bimvox.records.heading import headings_off_rad
@@ -650,7 +650,7 @@ def test_the_true_triangles_decide_on_the_motions_last_moves(tmp_path: Path, mon
     site = with_digests(site)
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    record = PlanLog(plan=plan, motions=tuple(time_plan(plan, replay(site, preparation, plan))))
+    record = PlanLog(plan=plan, motions=tuple(time_plan(plan, preparation)))
     record = faults.with_files(record, {"site.toml": faults.site_file_of(site)})
     assert proven(record, tmp_path)["verified"] is True
     # The cells are the same; only the surface is 80 mm higher.

@@ -5,7 +5,7 @@ from box_sites import box_cells, box_mesh, box_site, test_crane
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
@@ -99,7 +99,7 @@ def test_a_part_passes_through_an_opening_that_cells_close():
     assert lift.status is Status.PLANNED, lift.reason
     assert lift.contact_moves >= 9  # from above the slab down
     assert verify_plan(plan).verified
-    motions = time_plan(plan, replay(site, preparation, plan))
+    motions = time_plan(plan, preparation)
     found = verify_motions(plan, motions)
     assert found.verified, found.failures
     # The same plan with an opening 30 mm too narrow: both proofs find it by true triangles.

@@ -3,7 +3,7 @@ import dataclasses
 from box_sites import box_site, test_crane
 
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
@@ -41,10 +41,10 @@ def test_the_path_is_longer_with_a_margin():
 
 
 def test_the_crane_drives_a_path_with_a_margin():
-    site, preparation, plan = planned(0.5, crane=test_crane(base=(13.0, 13.0, 0.0)))
+    _, preparation, plan = planned(0.5, crane=test_crane(base=(13.0, 13.0, 0.0)))
     assert [lift.status for lift in plan.lifts] == [Status.PLANNED] * 3
     assert verify_plan(plan).verified
-    motions = time_plan(plan, replay(site, preparation, plan))
+    motions = time_plan(plan, preparation)
     assert verify_motions(plan, motions).verified
 
 
@@ -142,5 +142,5 @@ def test_a_load_clear_above_the_yard_comes_near_nothing_again_while_its_rope_is_
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
     assert verify_plan(plan).verified
-    assert verify_motions(plan, time_plan(plan, replay(site, preparation, plan))).verified
+    assert verify_motions(plan, time_plan(plan, preparation)).verified
     assert [(lift.status, lift.clearance_m) for lift in plan.lifts] == [(Status.PLANNED, 0.0)]

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from bimvox.log.plan_json import plan_from_json, plan_to_json
 from bimvox.log.track import crane_track
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
@@ -42,7 +42,7 @@ def test_a_long_beam_lies_turned_in_a_narrow_yard_and_is_turned_back_above_it():
     hook = np.add(lift.place.transit_start_vox, site.components[0].hook_offset_vox)[:2]
     assert site.yard[tuple(hook)]
     assert verify_plan(plan).verified
-    motions = time_plan(plan, replay(site, preparation, plan))
+    motions = time_plan(plan, preparation)
     assert verify_motions(plan, motions).verified
     turned = [phase for phase in motions[0].phases if phase.name is PhaseName.TURN]
     assert [(phase.end_ns - phase.start_ns) / 1e9 for phase in turned] == [site.rules.turn_s]
@@ -89,7 +89,7 @@ def test_a_turn_that_the_site_file_gives_is_kept_and_written(turn):
     lift = plan.lifts[0]
     assert (lift.status, lift.place.turn) == (Status.PLANNED, turn)
     assert verify_plan(plan).verified
-    motions = time_plan(plan, replay(site, preparation, plan))
+    motions = time_plan(plan, preparation)
     assert verify_motions(plan, motions).verified
     again, _ = plan_from_json(plan_to_json(plan), site, {0: lift.path_vox}, "log")
     place = again.lifts[0].place
@@ -100,7 +100,7 @@ def test_a_turn_that_the_site_file_gives_is_kept_and_written(turn):
 def test_a_turn_without_time_in_the_log_is_found():
     site = site_of()
     preparation, plan = planned(site)
-    (motion,) = time_plan(plan, replay(site, preparation, plan))
+    (motion,) = time_plan(plan, preparation)
     place = dataclasses.replace(plan.lifts[0].place, turn=3)
     assert not verify_plan(dataclasses.replace(plan, lifts=(dataclasses.replace(plan.lifts[0], place=place),))).verified
     phases = tuple(
@@ -130,7 +130,7 @@ def test_a_part_is_erected_and_turned_in_one_lift():
     assert (lift.status, lift.place.pose, lift.place.turn) == (Status.PLANNED, StoredPose.LYING_X, 1)
     assert lift.place.shape.size_vox == (12, 1, 4)
     assert verify_plan(plan).verified
-    (motion,) = time_plan(plan, replay(site, preparation, plan))
+    (motion,) = time_plan(plan, preparation)
     assert verify_motions(plan, (motion,)).verified
     assert {PhaseName.RAISE, PhaseName.TURN} <= {phase.name for phase in motion.phases}
     assert motion.raising.slew_rad[0] != motion.raising.slew_rad[-1]  # hooked at its head, tipped upright over its foot
@@ -142,7 +142,7 @@ def test_its_box_is_shown_lying_being_upended_and_turning():
     """The frame of the track puts the panel's corners in its yard cells, then upright, then as in the building."""
     site = panel_site()
     preparation, plan = planned(site)
-    (motion,) = time_plan(plan, replay(site, preparation, plan))
+    (motion,) = time_plan(plan, preparation)
     track = crane_track(site, plan.lifts[0], motion)
     size_m = site.frame.voxel_size_m * np.array(site.components[0].shape.size_vox)
     corners = np.array(list(itertools.product(*zip(np.zeros(3), size_m, strict=True))))
@@ -170,7 +170,7 @@ def test_pose_and_turn_of_the_site_file_are_kept(pose, turn):
     (lift,) = plan.lifts
     assert (lift.status, lift.place.pose, lift.place.turn) == (Status.PLANNED, pose, turn)
     assert verify_plan(plan).verified
-    assert verify_motions(plan, time_plan(plan, replay(site, preparation, plan))).verified
+    assert verify_motions(plan, time_plan(plan, preparation)).verified
 
 
 def test_a_post_where_it_is_erected_or_turned_is_found_by_the_verifier():

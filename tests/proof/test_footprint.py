@@ -11,7 +11,7 @@ from box_sites import box_site, test_crane
 from scipy.ndimage import maximum_filter
 
 from bimvox.cranes.schedule import time_lifts
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.footprint import motion_footprint, path_footprint
 from bimvox.proof.hook import jib_cell
@@ -35,7 +35,7 @@ def planned():
     site = with_digests(box_site(PARTS, crane=crane, shape=(40, 40, 24), rules=rules))
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    return plan, time_lifts(plan, replay(site, preparation, plan))
+    return plan, time_lifts(plan, preparation)
 
 
 def cells_of(footprint, shape):

@@ -8,7 +8,7 @@ from box_sites import box_cells, box_site, test_crane
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.motion import UNITS, verify_motions
 from bimvox.records.lift import Status
@@ -29,7 +29,7 @@ def made(site):
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
     assert all(lift.status is Status.PLANNED for lift in plan.lifts)
-    return plan, time_plan(plan, replay(site, preparation, plan))
+    return plan, time_plan(plan, preparation)
 
 
 @pytest.fixture(scope="module")

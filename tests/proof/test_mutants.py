@@ -447,31 +447,31 @@ MUTANTS: dict[str, Mutant] = {
     "no tag lines for a kept heading": Mutant(
         turned_beside_a_tower,
         "timeline",
-        {"bimvox.motion.time_plan.crew_times": lambda own: lambda rules, part, **_: own(rules, part, tag_lines=False)},
+        {"bimvox.motion.time_lift.crew_times": lambda own: lambda rules, part, **_: own(rules, part, tag_lines=False)},
     ),
     "no time to hook on": Mutant(
         portal,
         "timeline",
-        {"bimvox.motion.time_plan.crew_times": returning(lambda own: replace(own, sling_s=0.1 * own.sling_s))},
+        {"bimvox.motion.time_lift.crew_times": returning(lambda own: replace(own, sling_s=0.1 * own.sling_s))},
     ),
     "no time for tag lines": Mutant(
-        portal, "timeline", {"bimvox.motion.time_plan.crew_times": returning(lambda own: replace(own, tag_line_s=0.0))}
+        portal, "timeline", {"bimvox.motion.time_lift.crew_times": returning(lambda own: replace(own, tag_line_s=0.0))}
     ),
     "a column braced as fast as a slab": Mutant(
         portal, "timeline", {"bimvox.site.crew_times.work_of": always(Work.SLAB)}
     ),
     "one time for all although there are times by class": Mutant(
-        portal, "timeline", {"bimvox.motion.time_plan.crew_times": always(UNIFORM_TIMES)}
+        portal, "timeline", {"bimvox.motion.time_lift.crew_times": always(UNIFORM_TIMES)}
     ),
-    "no trial lift": Mutant(portal, "timeline", {"bimvox.motion.time_plan.TRIAL_LIFT_S": times(0.0)}),
+    "no trial lift": Mutant(portal, "timeline", {"bimvox.motion.time_lift.TRIAL_LIFT_S": times(0.0)}),
     "no time to set": Mutant(
-        portal, "timeline", {"bimvox.motion.time_plan.phases_from": given(lengths_ns=shortened(PhaseName.SET))}
+        portal, "timeline", {"bimvox.motion.time_lift.phases_from": given(lengths_ns=shortened(PhaseName.SET))}
     ),
     "no time to release": Mutant(
-        portal, "timeline", {"bimvox.motion.time_plan.phases_from": given(lengths_ns=shortened(PhaseName.RELEASE))}
+        portal, "timeline", {"bimvox.motion.time_lift.phases_from": given(lengths_ns=shortened(PhaseName.RELEASE))}
     ),
     "load a second early": Mutant(
-        portal, "timeline", {"bimvox.motion.time_plan.delayed": given(by_ns=lambda by_ns: by_ns - 10**9)}
+        portal, "timeline", {"bimvox.motion.time_lift.delayed": given(by_ns=lambda by_ns: by_ns - 10**9)}
     ),
     "hook a fifth of a cell aside": Mutant(
         portal,
@@ -497,7 +497,7 @@ MUTANTS: dict[str, Mutant] = {
         close_to_a_wall,
         "empty_hook",
         {
-            "bimvox.motion.time_plan.empty_hook_clearance": returning(
+            "bimvox.motion.time_lift.empty_hook_clearance": returning(
                 lambda own: own._replace(table=np.zeros_like(own.table), hook_floor=np.zeros_like(own.hook_floor))
             )
         },
@@ -543,7 +543,7 @@ def made(site: Site) -> Made:
     """Return the plan and motions of a site as the planner makes them."""
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    return plan, time_lifts(plan, replay(site, preparation, plan)) if site.cranes else ()
+    return plan, time_lifts(plan, preparation) if site.cranes else ()
 
 
 def digest(plan: LiftPlan, motions: tuple[LiftMotion, ...]) -> str:
@@ -615,7 +615,7 @@ def stopped(site: Site, share: float) -> Made:
     """Return the lift of a site's only part, stopped after a share of its loaded motion and resumed 20 s later."""
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    (motion,) = time_lifts(plan, replay(site, preparation, plan))
+    (motion,) = time_lifts(plan, preparation)
     ((lift, space),) = replay(site, preparation, plan)
     rigged = rigged_crane(site, site.cranes[0], site.components[0])
     first, last = motion.loaded.time_ns[[0, -1]].tolist()

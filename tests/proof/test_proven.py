@@ -94,9 +94,9 @@ def driven_at(monkeypatch):
     """Numbers of the lifts whose motions are proven."""
     numbers, checks_of = [], motion_proof._Verifier._checks_of
 
-    def spied(self, name, proofs, cells, moment, *more):
-        numbers.append(moment.lift.number)
-        return checks_of(self, name, proofs, cells, moment, *more)
+    def spied(self, one):
+        numbers.append(one.moment.lift.number)
+        return checks_of(self, one)
 
     monkeypatch.setattr(motion_proof._Verifier, "_checks_of", spied)
     return numbers

@@ -14,7 +14,7 @@ from bimvox.crane.axis_limits import AxisLimits
 from bimvox.cranes.schedule import time_lifts
 from bimvox.library.obstructions import rasterise
 from bimvox.motion.load_frame import cells_of_axes, load_frame
-from bimvox.planning.assembly import Preparation, prepare, replay
+from bimvox.planning.assembly import Preparation, prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.lift import Status
@@ -38,7 +38,7 @@ def planned(slow: bool = False) -> tuple[CurrentPlan, Preparation]:
         site = with_digests(dataclasses.replace(site, cranes=tuple(cranes)))
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    return current_plan_of(plan, time_lifts(plan, replay(site, preparation, plan))), preparation
+    return current_plan_of(plan, time_lifts(plan, preparation)), preparation
 
 
 def revised(current: CurrentPlan, site: Any, now_ns: int, hold_s: float = 30.0) -> RevisionPart:

@@ -13,7 +13,7 @@ from bimvox.library.obstructions import rasterise
 from bimvox.library.search import check_search
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.segments import newest, segment_of
-from bimvox.planning.assembly import Preparation, prepare, replay
+from bimvox.planning.assembly import Preparation, prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.progress import SilentProgress
 from bimvox.records.proof import Check
@@ -44,7 +44,7 @@ def obstructed(site: Site, *boxes: Box) -> Site:
 def planned(site: Site) -> tuple[CurrentPlan, Preparation]:
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    return current_plan_of(plan, time_lifts(plan, replay(site, preparation, plan))), preparation
+    return current_plan_of(plan, time_lifts(plan, preparation)), preparation
 
 
 def revised(current: CurrentPlan, preparation: Preparation, site: Site) -> CurrentPlan:

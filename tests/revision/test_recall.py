@@ -10,7 +10,7 @@ from box_sites import box_site, test_crane
 import bimvox.revision.revise as module
 from bimvox.cranes.schedule import time_lifts
 from bimvox.library.obstructions import rasterise
-from bimvox.planning.assembly import Preparation, prepare, replay
+from bimvox.planning.assembly import Preparation, prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.footprint import motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions
@@ -39,7 +39,7 @@ def planned() -> tuple[CurrentPlan, Preparation]:
     site = with_digests(box_site(PARTS, crane=crane, shape=(40, 40, 24)))
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    return current_plan_of(plan, time_lifts(plan, replay(site, preparation, plan))), preparation
+    return current_plan_of(plan, time_lifts(plan, preparation)), preparation
 
 
 def order_of(name: str) -> int:

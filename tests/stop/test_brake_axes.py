@@ -87,7 +87,7 @@ def lifts():
     site = box_site(columns, crane=crane, shape=(40, 30, 24))
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    return plan, preparation, time_plan(plan, replay(site, preparation, plan))
+    return plan, preparation, time_plan(plan, preparation)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.5, 0.62, 0.8, 0.95])

@@ -10,7 +10,7 @@ from box_sites import box_site, test_crane
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
@@ -40,7 +40,7 @@ def portal_site(crane: TowerCrane, *, parts: dict[str, dict[str, Any]] | None = 
 def planned(site: Site) -> tuple[LiftPlan, tuple[LiftMotion, ...]]:
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    return plan, time_plan(plan, replay(site, preparation, plan))
+    return plan, time_plan(plan, preparation)
 
 
 def failures(plan: LiftPlan, motions: tuple[LiftMotion, ...], **site: Any) -> set[str]:

@@ -50,7 +50,7 @@ from bimvox.log import schema as topics
 from bimvox.log.archive import pack, unpack
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.progress import SilentProgress
 from bimvox.proof.carried_out import planned_axes, tally_of
@@ -144,7 +144,7 @@ def log_of(site: Site) -> PlanLog:
     site = with_digests(site)
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    motions = time_plan(plan, replay(site, preparation, plan)) if site.cranes else ()
+    motions = time_plan(plan, preparation) if site.cranes else ()
     return with_files(PlanLog(plan=plan, motions=tuple(motions)), {"site.toml": site_file_of(site)})
 
 
@@ -368,7 +368,7 @@ def with_clearance(log: PlanLog, **rules) -> PlanLog:
     site = careful.plan.site
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    return dataclasses.replace(careful, plan=plan, motions=tuple(time_plan(plan, replay(site, preparation, plan))))
+    return dataclasses.replace(careful, plan=plan, motions=tuple(time_plan(plan, preparation)))
 
 
 def a_path_that_dips_over_the_wall(log: PlanLog) -> PlanLog:
@@ -384,7 +384,7 @@ def a_motion_lower_than_its_path(log: PlanLog) -> PlanLog:
     careful = with_clearance(log)
     preparation = prepare(careful.plan.site)
     low = plan_lifts(log.plan.site, preparation)
-    motions = time_plan(low, replay(log.plan.site, preparation, low))
+    motions = time_plan(low, preparation)
     return dataclasses.replace(careful, motions=tuple(motions))
 
 
@@ -637,7 +637,7 @@ def a_corner_that_is_none(log: PlanLog) -> PlanLog:
 def moves_that_are_not_shaped(log: PlanLog) -> PlanLog:
     loose = with_site(log, rules=dataclasses.replace(log.plan.site.rules, swing=SwingRule.OFF))
     site = loose.plan.site
-    motions = time_plan(loose.plan, replay(site, prepare(site), loose.plan))
+    motions = time_plan(loose.plan, prepare(site))
     return with_site(dataclasses.replace(loose, motions=tuple(motions)), rules=log.plan.site.rules)
 
 
@@ -1677,7 +1677,7 @@ def a_column_by_other_means(log: PlanLog) -> PlanLog:
 def retimed(log: PlanLog) -> PlanLog:
     """Return a log with the motions of its plan."""
     site = log.plan.site
-    return dataclasses.replace(log, motions=time_plan(log.plan, replay(site, prepare(site), log.plan)))
+    return dataclasses.replace(log, motions=time_plan(log.plan, prepare(site)))
 
 
 def one_cell_by_other_means(log: PlanLog) -> PlanLog:
@@ -1915,7 +1915,7 @@ def called_infeasible(log: PlanLog, name: str, reason: str, blocked_by: tuple[st
     """The same, with a clock as if the lift had never been planned."""
     spoiled = unplanned(log, name, reason, blocked_by)
     site = spoiled.plan.site
-    return dataclasses.replace(spoiled, motions=time_plan(spoiled.plan, replay(site, prepare(site), spoiled.plan)))
+    return dataclasses.replace(spoiled, motions=time_plan(spoiled.plan, prepare(site)))
 
 
 def infeasible_for(reason: str, *blocked_by: str) -> Forge:

@@ -9,7 +9,8 @@ from functools import cache
 import numpy as np
 from box_sites import box_site, test_crane
 
-from bimvox.motion.time_plan import time_plan
+from bimvox.motion.shift import chained
+from bimvox.motion.time_lift import time_lift
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.records.lift import LiftPlan, Status
@@ -56,8 +57,12 @@ def two_crane_plan() -> tuple[LiftPlan, tuple[LiftMotion, ...]]:
     plan = dataclasses.replace(made, site=site)
     motions: dict[int, LiftMotion] = {}
     for number in (0, 1):
-        mine = [pair for pair in replay(view, preparation, made) if site.components[pair[0].component].crane == number]
-        motions |= {motion.order: motion for motion in time_plan(plan, mine)}
+        own, before = [], None
+        for lift, rule in replay(view, preparation, made):
+            if site.components[lift.component].crane == number:
+                own.append(time_lift(site, site.cranes[number], lift, rule, before, 0, 0.0))
+                before = lift
+        motions |= {motion.order: motion for motion in chained(own)}
     return plan, one_after_the_other([motions[order] for order in sorted(motions)])
 
 

@@ -15,9 +15,9 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from bimvox.processes import end_with, python_module
+from bimvox.processes import ONE_THREAD, end_with, python_module
 from bimvox_pipeline.fleet.runs import Run
-from bimvox_pipeline.fleet.work import ONE_THREAD, failed, record_file, write_record
+from bimvox_pipeline.fleet.work import failed, record_file, write_record
 
 Work = Callable[[Run, Path], None]
 

@@ -10,12 +10,6 @@ from bimvox.errors import BimvoxError
 from bimvox.files import sha256_of, write_atomically
 from bimvox_pipeline.fleet.runs import Run, digest_of
 
-ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-)
-"""Environment of the planning processes, set before a library reads it: with two processes, two threads each are slower
-than one."""
-
 RECORDS = "runs"
 """Folder of the records inside the fleet's folder."""
 
@@ -66,6 +60,7 @@ def _planned(run: Run, folder: Path) -> dict[str, Any]:
         log,
         obstructions=wish.obstructions,
         wish=PolicyWish(wish.policy, wish.seed, wish.steps, wish.train),
+        jobs=1,  # the runs share the processors
         progress=SilentProgress(),
     )
     return {

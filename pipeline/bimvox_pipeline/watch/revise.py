@@ -20,6 +20,7 @@ from bimvox.revision.request import RevisionRequest
 from bimvox.revision.revise import revise
 from bimvox.site.site import Site
 from bimvox.stop.redirect import HOLD_S
+from bimvox.workers import ALONE, Workers
 from bimvox_pipeline.plan import infeasible_lifts
 from bimvox_pipeline.watch.documents import event_fields, stop_events, transit
 from bimvox_pipeline.watch.log import segment_file
@@ -72,14 +73,17 @@ class Reviser:
         plan: The current plan, which is updated.
         preparation: Contacts, order and yard of its site.
         clock: The site's clock; None if the plan is not carried out.
+        workers: Share the work; they know the site and its preparation.
 
     Attributes:
         propose: The policy; None for search alone.
         known_shapes: See ``verify_plan``.
     """
 
-    def __init__(self, plan: WatchedPlan, preparation: Preparation, clock: PlanClock | None) -> None:
-        self._plan, self._preparation, self._clock = plan, preparation, clock
+    def __init__(
+        self, plan: WatchedPlan, preparation: Preparation, clock: PlanClock | None, workers: Workers = ALONE
+    ) -> None:
+        self._plan, self._preparation, self._clock, self._workers = plan, preparation, clock, workers
         self.propose: Propose | None = None
         self.known_shapes: set[int] = set()
         self._sites: SiteWriter | None = None
@@ -107,6 +111,7 @@ class Reviser:
             now_ns,
             HOLD_S if self._clock is None else max(HOLD_S, self._clock.hold_s(len(change.site.cranes))),
             change.better,
+            self._workers,
         )
         for part in revise(plan.current, request, known_shapes=self.known_shapes, on_verdict=making.note_verdict):
             yield Revised(part, making.write(part))

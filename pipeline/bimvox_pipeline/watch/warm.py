@@ -13,17 +13,24 @@ from dataclasses import replace
 from bimvox.library.obstructions import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
+from bimvox.motion.shift import chained
+from bimvox.motion.time_plan import LiftTimes
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.propose import Propose
 from bimvox.proof.bodies.solid import solid_of
+from bimvox.proof.motion import verify_motions
+from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import LiftPlan, Status
+from bimvox.records.motion import LiftMotion
 from bimvox.revision.current_plan import CurrentPlan, RevisionPart
 from bimvox.revision.request import RevisionRequest
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.obstruction_set import Obstruction, ObstructionSet, Voxels
 from bimvox.site.site import Site
+from bimvox.workers import Workers
 
-_TRIES = 3
+_TRIES, _WARM_LIFTS = 3, 24
 
 
 def warm_up(
@@ -55,6 +62,19 @@ def warm_up(
             revise(current, RevisionRequest(site, preparation, propose=propose, first=1), known_shapes=known_shapes)
         )
         write_log(io.BytesIO(), record_of(part, {}, {}))
+
+
+def warm_workers(plan: LiftPlan, preparation: Preparation, workers: Workers) -> None:
+    """Have every process time and prove some lifts: it loads its compiled code, and builds what is built once."""
+    orders = [lift.order for lift in plan.lifts if lift.status is Status.PLANNED][:_WARM_LIFTS]
+    if workers.count == 1 or not orders or not plan.site.cranes:
+        return
+    few = replace(plan, lifts=tuple(lift for lift in plan.lifts if lift.order in orders))
+    others = tuple(lift for lift in plan.lifts if lift.order not in orders)
+    found = LiftTimes(plan.site, preparation, plan.lifts).shared(orders, workers)
+    motions = chained([motion for motion in found if isinstance(motion, LiftMotion)])
+    verify_plan(few, others, workers=workers)
+    verify_motions(few, motions, others, workers=workers)
 
 
 def _with_cell(site: Site, cell: list[int]) -> Site:

@@ -20,6 +20,7 @@ from bimvox.library.log import write_log_file
 from bimvox.library.plan import policy_of, seed_of
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import plan_and_prove, prepared
+from bimvox.library.sharing import constants_of, workers_of
 from bimvox.library.site import load_site
 from bimvox.library.verify import prove_plan
 from bimvox.log.held import HELD_CRANES_FILE
@@ -32,6 +33,7 @@ from bimvox.records.remark import counts_of
 from bimvox.revision.current_plan import CurrentPlan, RetrainedPolicy, current_plan_of
 from bimvox.site.build import with_digests
 from bimvox.site.site import Site
+from bimvox.workers import ALONE, Workers
 from bimvox_pipeline.plan import infeasible_lifts
 from bimvox_pipeline.watch.documents import left_to_search, revision_events
 from bimvox_pipeline.watch.file_watch import FileState, changes, state_of
@@ -43,7 +45,7 @@ from bimvox_pipeline.watch.retrain import Retraining
 from bimvox_pipeline.watch.revise import Change, Reviser
 from bimvox_pipeline.watch.simulate import Execution, PlanClock
 from bimvox_pipeline.watch.traffic import WishedTraffic, carry_out, insist_on_one_crane, traffic_of
-from bimvox_pipeline.watch.warm import warm_up
+from bimvox_pipeline.watch.warm import warm_up, warm_workers
 from bimvox_pipeline.watch.wish import WatchWish
 
 
@@ -79,23 +81,25 @@ def watch(
     check_output(target, inputs=inputs)
     loaded = load_site(site, progress, programme=programme)
     check_output(target, inputs=[*inputs, loaded.config.model.path])
-    preparation = prepared(loaded.site, progress)
-    chosen = policy_of(loaded, loaded.site, preparation, wish, progress)
-    if traffic is not None:
-        insist_on_one_crane(loaded.site)
-    if how.speed is not None and not loaded.site.cranes:
-        raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
-    clock = None if how.speed is None or traffic is not None else PlanClock(how.speed, started=how.clock_started)
-    plan = WatchedPlan(loaded, chosen, target, seed_of(loaded, wish.seed))
-    watcher = Watcher(plan, preparation, obstructions, progress, clock)
-    if traffic is not None:
-        yield from among_others(watcher, preparation, traffic)
-        return
-    watcher.retrain(how.retrain)
-    if server is not None:
-        server.advertise(len(loaded.site.cranes))
-    viewers = () if server is None else (server,)
-    yield from follow(watcher, once=how.once, poll_s=how.poll_s, stop=threading.Event(), viewers=viewers)
+    with workers_of(loaded.site, how.jobs) as workers:
+        preparation = prepared(loaded.site, progress)
+        chosen = policy_of(loaded, loaded.site, preparation, wish, progress)
+        if traffic is not None:
+            insist_on_one_crane(loaded.site)
+        if how.speed is not None and not loaded.site.cranes:
+            raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
+        clock = None if how.speed is None or traffic is not None else PlanClock(how.speed, started=how.clock_started)
+        plan = WatchedPlan(loaded, chosen, target, seed_of(loaded, wish.seed))
+        watcher = Watcher(plan, preparation, obstructions, progress, clock, workers)
+        with workers.knowing(*constants_of(loaded.site, preparation)):
+            if traffic is not None:
+                yield from among_others(watcher, preparation, traffic)
+                return
+            watcher.retrain(how.retrain)
+            if server is not None:
+                server.advertise(len(loaded.site.cranes))
+            viewers = () if server is None else (server,)
+            yield from follow(watcher, once=how.once, poll_s=how.poll_s, stop=threading.Event(), viewers=viewers)
 
 
 def among_others(watcher: Watcher, preparation: Preparation, traffic: WishedTraffic) -> Iterator[dict[str, Any]]:
@@ -143,6 +147,7 @@ class Watcher:
         file: The obstruction file.
         progress: Receives stages and notes.
         clock: The site's clock; None if the plan is not carried out.
+        workers: Share the work; they know the site and its preparation.
 
     Attributes:
         file: The obstruction file.
@@ -159,14 +164,15 @@ class Watcher:
         file: Path,
         progress: Progress,
         clock: PlanClock | None = None,
+        workers: Workers = ALONE,
     ) -> None:
-        self._plan, self._preparation = plan, preparation
+        self._plan, self._preparation, self._workers = plan, preparation, workers
         plan.is_carried_out = clock is not None
         self.file, self.progress, self.told = file, progress, progress
         self.live: LiveView | None = None
         self.is_cold = True
         self._reader = ObstructionReader(file, plan.loaded)
-        self._reviser = Reviser(plan, preparation, clock)
+        self._reviser = Reviser(plan, preparation, clock, workers)
         self._whole = WholeLog(plan.target, progress)
         self._clock = clock
         self._execution = None if clock is None else Execution(clock)
@@ -281,6 +287,7 @@ class Watcher:
                 self._plan.loaded.site
             )  # a plan from disk has its own site object; its revisions have this one
             warm_up(self.current, self._preparation, reviser.propose, reviser.known_shapes, self._plan.segment)
+            warm_workers(self.current.plan, self._preparation, self._workers)
         # Everything in memory now is permanent: the garbage collector need not scan it at every change.
         gc.collect()
         gc.freeze()
@@ -355,7 +362,7 @@ class Watcher:
 
     def _first_plan(self, site: Site, content: dict[str, bytes], started_s: float) -> dict[str, Any]:
         plan = self._plan
-        planned = plan_and_prove(site, self._preparation, plan.policy, progress=self.progress)
+        planned = plan_and_prove(site, self._preparation, plan.policy, progress=self.progress, workers=self._workers)
         self._reviser.known_shapes = set(range(len(site.components)))
         segment = segment_file(plan.target, plan.revision + 1)
         record = plan.first_log(planned, content)

@@ -17,6 +17,7 @@ class WatchWish:
         retrain: Budget, in environment steps, of more training during the watch if the policy fails lifts; 0: none.
         serve: ``[HOST:]PORT`` of a websocket for viewers.
         traffic: Seed of people and vehicles among which the plan is carried out, or a file with their tracks.
+        jobs: Number of processes that share the work; None: one per processor.
         clock_started: Told the time in seconds from which the site's clock runs, when it starts.
     """
 
@@ -26,4 +27,5 @@ class WatchWish:
     retrain: int = 0
     serve: str | None = None
     traffic: str | None = None
+    jobs: int | None = None
     clock_started: Callable[[float], object] | None = None

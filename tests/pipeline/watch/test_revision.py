@@ -19,7 +19,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
 from bimvox.log.segments import newest, pending_of, segment_of
-from bimvox.motion.time_plan import time_lift
+from bimvox.motion.time_lift import time_lift
 from bimvox.policy.choice import NO_POLICY
 from bimvox.progress import SilentProgress
 from bimvox.proof.footprint import path_footprint

@@ -21,7 +21,7 @@ from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
 from bimvox.motion.load_frame import cells_of_axes, load_frame
 from bimvox.motion.rigged_crane import rigged_crane
-from bimvox.motion.time_plan import left_cells
+from bimvox.motion.time_lift import left_cells
 from bimvox.progress import SilentProgress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time

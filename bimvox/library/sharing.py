@@ -1,0 +1,42 @@
+"""The processes that share the work of planning one site."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from bimvox.motion.time_plan import time_plan
+from bimvox.planning.assembly import Preparation
+from bimvox.processes import processors
+from bimvox.proof.motion import verify_motions
+from bimvox.proof.plan import verify_plan
+from bimvox.site.site import Site
+from bimvox.workers import ALONE, Workers
+
+_FEW_PARTS = 100
+"""So few are planned before a worker has started."""
+
+
+@contextmanager
+def workers_of(site: Site, jobs: int | None) -> Iterator[Workers]:
+    """Start the processes that share the work on a site, and end them after the block.
+
+    Args:
+        site: The site.
+        jobs: Number of processes, this one included; None: one per processor.
+    """
+    wanted = processors() if jobs is None else jobs
+    if wanted == 1 or len(site.components) < _FEW_PARTS:
+        yield ALONE
+        return
+    workers = Workers(wanted, (verify_plan, time_plan, verify_motions))
+    try:
+        yield workers
+    finally:
+        workers.close()
+
+
+def constants_of(site: Site, preparation: Preparation) -> list[object]:
+    """Return what does not change while a site is planned, or revised: what is sent to a worker once."""
+    places = [place for place in preparation.places if place is not None]
+    return [*site.components, *site.blockers, *places, site.frame, preparation, site]

@@ -1,0 +1,252 @@
+"""The motion of one lift: the empty hook's way to the part, hooking on, the carry along its path, and setting it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.kinematics import nearest_turn
+from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.errors import MotionError, PlanningError
+from bimvox.motion.drive import drive_free, drive_path
+from bimvox.motion.drive_turning import drive_turning
+from bimvox.motion.empty_hook import empty_hook_clearance
+from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, pose_next_to
+from bimvox.motion.move import Line, Move
+from bimvox.motion.phases import phases_from
+from bimvox.motion.rigged_crane import HOOK_OFFSET, RiggedCrane, rigged_crane
+from bimvox.motion.timeline import Timeline, in_sequence, pause_of
+from bimvox.motion.timing import sampled
+from bimvox.motion.trajectories import delayed
+from bimvox.records.lift import Lift, YardPlace
+from bimvox.records.motion import LiftMotion, PhaseName, quarters_of
+from bimvox.records.trajectory import Trajectory
+from bimvox.site.collision import CollisionSpace, placement_is_free
+from bimvox.site.component import Component, StoredPose
+from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
+from bimvox.site.shape import turned_aside
+from bimvox.site.site import Site
+from bimvox.units import NS_PER_S
+
+
+def time_lift(
+    site: Site,
+    crane: TowerCrane,
+    lift: Lift,
+    space: CollisionSpace,
+    before: Lift | None,
+    clock_ns: int,
+    slew_rad: float,
+    carrying: CollisionSpace | None = None,
+) -> LiftMotion:
+    """Return the motion of one planned lift.
+
+    Args:
+        site: The site.
+        crane: Its crane.
+        lift: The lift; it must have a path and a place in the yard.
+        space: The collision rule of its stage.
+        before: The planned lift before it; None for the first.
+        clock_ns: When it starts on the site's clock.
+        slew_rad: Slewing angle at which the lift before ended, including full turns.
+        carrying: The rule for the load, if it is stricter than that for the empty hook.
+
+    Raises:
+        MotionError: If its path is not free or cannot be driven, or the empty hook cannot reach it.
+    """
+    try:
+        return _motion(site, crane, lift, space, before, clock_ns, slew_rad, carrying or space)
+    except PlanningError as error:
+        raise MotionError(site.components[lift.component].id, error.message, hint=error.hint) from error
+
+
+def _motion(
+    site: Site,
+    crane: TowerCrane,
+    lift: Lift,
+    space: CollisionSpace,
+    before: Lift | None,
+    clock_ns: int,
+    slew_rad: float,
+    carrying: CollisionSpace,
+) -> LiftMotion:
+    component, place = site.components[lift.component], lift.place
+    assert lift.path_vox is not None
+    assert place is not None
+    # The empty hook carries the usual slings, longer ones hooked back; the load moves in its gear, with its own slings.
+    empty, rigged = rigged_crane(site, crane, None), rigged_crane(site, crane, component)
+    crew = crew_times(site.rules, component, tag_lines=not lift.with_jib)
+    spans: list[tuple[PhaseName, int]] = []
+    approach: Trajectory | None = None
+    hook_on_vox = hook_on_at(component, place, space)
+    if before is not None:
+        left_vox = left_cells(site, before)
+        rule = empty_hook_clearance(site, empty.crane, space, place, left_vox)
+        approach = empty_hook_move(empty, rule, left_at(site, before), hook_on_vox, slew_rad)
+        slew_rad = float(approach.slew_rad[-1])
+        spans.append((PhaseName.APPROACH, int(approach.time_ns[-1])))
+    spans.append((PhaseName.HOOK_ON, round(crew.hook_on_s * NS_PER_S)))
+    raise_timeline = _raising(rigged, empty.load, component, place, hook_on_vox, slew_rad)
+    raising = delayed(sampled(raise_timeline, 0.0, rigged._replace(pendulum=None)), _total(spans))
+    spans.append((PhaseName.RAISE, _length_ns(raising) + round(TRIAL_LIFT_S * NS_PER_S)))
+    spans.append((PhaseName.TURN, round(quarters_of(place.turn) * site.rules.turn_s * NS_PER_S)))
+    slew_rad = float(raising.slew_rad[-1])
+    timeline, needed_m = drive_lift(site, rigged, carrying, lift, slew_rad)
+    loaded = delayed(sampled(timeline, needed_m, rigged), _total(spans))
+    spans += carrying_phases(timeline, _length_ns(loaded))
+    spans.append((PhaseName.SET, round(crew.brace_s * NS_PER_S)))
+    spans.append((PhaseName.RELEASE, round(crew.hook_off_s * NS_PER_S)))
+    phases = phases_from(clock_ns, spans)
+    return LiftMotion(
+        lift.order,
+        lift.component,
+        approach,
+        raising,
+        loaded,
+        phases,
+        start_ns=clock_ns,
+        end_ns=phases[-1].end_ns,
+        crane=component.crane,
+    )
+
+
+def drive_lift(
+    site: Site, rigged: RiggedCrane, space: CollisionSpace, lift: Lift, slew_rad: float
+) -> tuple[Timeline, float]:
+    """Return what ``drive_path`` does for the path of a lift, whether or not its load turns with the jib."""
+    assert lift.path_vox is not None
+    if lift.with_jib:
+        return drive_turning(site, rigged, space, lift, slew_rad)
+    return drive_path(rigged, space, lift.path_vox, lift.contact_moves, slew_rad, lift.guide)
+
+
+def empty_hook_move(
+    empty: RiggedCrane,
+    rule: CollisionSpace,
+    start_vox: HookEnd,
+    end_vox: HookEnd,
+    slew_rad: float,
+) -> Trajectory:
+    """Return the trajectory of the empty hook between two cells of the slings' lower end (``empty_hook_clearance``).
+
+    Above a part's centre of mass, an end is aside of a whole cell.
+
+    Raises:
+        PlanningError: If there is no free route.
+    """
+    return sampled(*drive_free(empty, rule, start_vox, end_vox, slew_rad), empty)
+
+
+def carrying_phases(timeline: Timeline, length_ns: int) -> list[tuple[PhaseName, int]]:
+    """Return hoist, traverse and lower of a loaded motion: names and lengths, ns.
+
+    They are cut at the start of the first move that is not vertical, and of the final moves down. While the crane
+    pauses, the load is turned to its final heading.
+    """
+    pause = pause_of(timeline)
+    if pause is None:
+        return _carrying(timeline, 0, len(timeline.moves), (0, length_ns))
+    first_after, begins_s, ends_s = pause
+    begins_ns, ends_ns = round(begins_s * NS_PER_S), round(ends_s * NS_PER_S)
+    return [
+        *_carrying(timeline, 0, first_after, (0, begins_ns)),
+        (PhaseName.TURN, ends_ns - begins_ns),
+        *_carrying(timeline, first_after, len(timeline.moves), (ends_ns, length_ns)),
+    ]
+
+
+def _carrying(timeline: Timeline, first: int, until: int, span_ns: tuple[int, int]) -> list[tuple[PhaseName, int]]:
+    """Return hoist, traverse and lower of the moves from one to the one before another, in a span of time."""
+    moves = timeline.moves
+    flat = [i for i in range(first, until) if not moves[i].is_vertical]
+    final = until
+    while final > first and moves[final - 1].is_vertical and moves[final - 1].difference[2] < 0.0:
+        final -= 1
+    lowers = round(timeline.start_s[final] * NS_PER_S) if final < until else span_ns[1]
+    hoisted = round(timeline.start_s[flat[0]] * NS_PER_S) if flat else lowers
+    return [
+        (PhaseName.HOIST, hoisted - span_ns[0]),
+        (PhaseName.TRAVERSE, lowers - hoisted),
+        (PhaseName.LOWER, span_ns[1] - lowers),
+    ]
+
+
+def hook_on_at(component: Component, place: YardPlace, space: CollisionSpace) -> NDArray[np.float64]:
+    """Return (3,) where the slings' lower end is at hook on, in cells: above the part's top as it lies.
+
+    That is above its centre of mass. A part that lies is hooked at its head, the end away from its foot, and upended.
+    If the hook may not be over the head, or anywhere between head and foot (reach, rope, zones), the part is hooked
+    over its foot.
+    """
+    x, y, z = place.cell_vox
+    size_x, size_y, size_z = place.shape.size_vox
+    foot = np.add(place.transit_start_vox, component.hook_offset_vox).astype(np.int32)
+    foot[2] = z + size_z + component.lifting.sling_rise_vox
+    head = foot.copy()
+    if place.pose is StoredPose.LYING_X:
+        head[0] = x + size_x - 1
+    elif place.pose is StoredPose.LYING_Y:
+        head[1] = y + size_y - 1
+    above = space._replace(boxes=np.array([[0, 0, 0, 1, 1, 1]], np.int32), hook_offset=HOOK_OFFSET)
+    path = foot + np.sign(head - foot) * np.arange(np.abs(head - foot).max() + 1, dtype=np.int32)[:, None]
+    inside = (path[:, :2] < space.hook_floor.shape).all()
+    hooked = head if inside and all(placement_is_free(above, *cell) for cell in path) else foot
+    at: NDArray[np.float64] = hooked + np.array([*turned_aside(component.hook_aside_vox, place.turn), 0.0])
+    return at
+
+
+def left_cells(site: Site, lift: Lift) -> NDArray[np.int32]:
+    """(N, 3) cells of the slings' lower end on the last moves of a lift, its place last."""
+    component = site.components[lift.component]
+    rise = np.array([0, 0, component.lifting.sling_rise_vox], np.int32)
+    cells: NDArray[np.int32] = lift.last_moves_vox + np.array(component.hook_offset_vox, np.int32) + rise
+    return cells
+
+
+def left_at(site: Site, lift: Lift) -> NDArray[np.float64]:
+    """(3,) where the slings' lower end is at the set point of a lift, in cells: above the part's centre of mass."""
+    aside = site.components[lift.component].hook_aside_vox
+    at: NDArray[np.float64] = left_cells(site, lift)[-1] + np.array([*aside, 0.0])
+    return at
+
+
+def _raising(
+    rigged: RiggedCrane,
+    hook: LoadFrame,
+    component: Component,
+    place: YardPlace,
+    hook_on_vox: NDArray[np.float64],
+    slew_rad: float,
+) -> Timeline:
+    """Return the moves that upend a lying part about its foot and lift it straight up to the transit start.
+
+    A part that is turned afterwards about its hook, onto whole cells, is first moved to where its hook is then.
+    """
+    on = axes_of_cells(hook, hook_on_vox)
+    up = axes_of_cells(rigged.load, np.array(place.transit_start_vox))
+    start = CranePose(nearest_turn(float(on[0]), slew_rad), float(on[1]), float(on[2]))
+    end = CranePose(nearest_turn(float(up[0]), start.slew_rad), float(up[1]), float(up[2]))
+    foot = hook_on_vox.copy()
+    foot[:2] = np.add(place.transit_start_vox, component.hook_offset_vox)[:2]
+    foot[:2] += turned_aside(component.hook_aside_vox, place.turn)
+    raised = pose_next_to(hook, foot, replace(end, height_m=float(on[2])))
+    raised = replace(raised, height_m=end.height_m)
+    if (hook_on_vox[:2] == foot[:2]).all():
+        raised = replace(start, height_m=end.height_m)
+        moves = [Move(start, raised)]
+    else:
+        upright = replace(raised, height_m=end.height_m - place.rise_vox * hook.voxel_size_m)
+        moves = [Move(start, upright, Line.ARC), Move(upright, raised)]
+    if place.turn and component.hook_aside_vox != turned_aside(component.hook_aside_vox, place.turn):
+        moves.append(Move(raised, end, Line.SITE))
+    return in_sequence(rigged.crane, moves)
+
+
+def _length_ns(trajectory: Trajectory) -> int:
+    return int(trajectory.time_ns[-1] - trajectory.time_ns[0])
+
+
+def _total(spans: list[tuple[PhaseName, int]]) -> int:
+    return sum(length_ns for _, length_ns in spans)
