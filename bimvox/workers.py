@@ -40,9 +40,9 @@ class Workers:
 
     def __init__(self, jobs: int, functions: Sequence[Callable[..., Any]] = ()) -> None:
         self._known: list[Any] = []
-        self._parcels = [_Parcel(0, self._pickled(list(functions)))]
+        self._parcels = [_Parcel(0, _pickled(list(functions), self._known))]
         self._known += functions
-        self._workers = [_Worker(self._parcels[0], self._pickled) for _ in range(jobs - 1)]
+        self._workers = [_Worker(self._parcels[0], self._known) for _ in range(jobs - 1)]
 
     @property
     def count(self) -> int:
@@ -56,19 +56,22 @@ class Workers:
             yield
             return
         known, sent = len(self._known), len(self._parcels)
-        self._parcels.append(_Parcel(known, self._pickled(list(values))))
+        self._parcels.append(_Parcel(known, _pickled(list(values), self._known)))
         self._known += values
         try:
             yield
         finally:
             del self._known[known:], self._parcels[sent:]
 
-    def run(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]]) -> list[T]:
+    def run(
+        self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], done: Callable[[int], object] | None = None
+    ) -> list[T]:
         """Return ``function(*task)`` of every task, in their order.
 
         Args:
             function: A function of a module, or of a class in one. It gives the same whatever was done before it.
-            tasks: Arguments of each call, all of which can be pickled.
+            tasks: Arguments of each call; one that cannot be pickled is done by this process.
+            done: Called now and then with the number of finished tasks.
         """
         work = _Work(function, tasks, self._parcels)
         try:
@@ -76,6 +79,8 @@ class Workers:
                 worker.works.put(work)
             while (number := work.next()) is not None:
                 work.finish(number, function(*tasks[number]))
+                if done is not None:
+                    done(len(work.results))
             for number in work.failed():
                 work.finish(number, function(*tasks[number]))
         except BaseException:
@@ -87,11 +92,6 @@ class Workers:
         """End the workers; this process does all tasks from now on."""
         for worker in self._workers:
             worker.close()
-
-    def _pickled(self, value: object) -> bytes:
-        stream = io.BytesIO()
-        _Pickler(stream, {id(known): number for number, known in enumerate(self._known)}).dump(value)
-        return stream.getvalue()
 
 
 def in_chunks(items: Sequence[T], processes: int) -> list[Sequence[T]]:
@@ -147,7 +147,7 @@ class _Work:
 class _Worker:
     """One worker process as the process that it works for sees it."""
 
-    def __init__(self, first: _Parcel, pickled: Callable[[object], bytes]) -> None:
+    def __init__(self, first: _Parcel, known: list[Any]) -> None:
         with Path(os.devnull).open("wb") as nowhere:
             self._process, self._connection = start_connected(
                 python_module(_MODULE), str(os.getpid()), nowhere, worker_environment() | ONE_THREAD
@@ -155,7 +155,7 @@ class _Worker:
         self.works: SimpleQueue[_Work] = SimpleQueue()
         self.is_alive = True
         self._sent: list[_Parcel] = []
-        threading.Thread(target=self._follow, args=(first, pickled), name="worker", daemon=True).start()
+        threading.Thread(target=self._follow, args=(first, known), name="worker", daemon=True).start()
 
     def close(self) -> None:
         """End the process."""
@@ -164,7 +164,7 @@ class _Worker:
         with suppress(Exception):
             self._process.wait(_END_S)
 
-    def _follow(self, first: _Parcel, pickled: Callable[[object], bytes]) -> None:
+    def _follow(self, first: _Parcel, known: list[Any]) -> None:
         """Have the process do tasks until it ends or fails one."""
         number, work = None, None
         try:
@@ -173,7 +173,12 @@ class _Worker:
             while True:
                 work = self.works.get()
                 while (number := work.next()) is not None:
-                    work.finish(number, self._result(work, number, pickled))
+                    try:
+                        task = _pickled((work.function, work.tasks[number]), known)
+                    except (pickle.PicklingError, AttributeError, TypeError):
+                        work.fail(number)
+                    else:
+                        work.finish(number, _Unpickler(self._answer(work, task), known).load())
         except Exception:  # noqa: BLE001  (whatever it is: the process that it works for does the task, and sees it)
             self.is_alive = False
             if work is not None and number is not None:
@@ -182,13 +187,13 @@ class _Worker:
             self.close()
             self._connection.close()
 
-    def _result(self, work: _Work, number: int, pickled: Callable[[object], bytes]) -> Any:
+    def _answer(self, work: _Work, task: bytes) -> bytes:
         for parcel in work.parcels:
             if not any(parcel is one for one in self._sent):
                 self._send(parcel)
         self._connection.send_bytes(b"")
-        self._connection.send_bytes(pickled((work.function, work.tasks[number])))
-        return pickle.loads(self._connection.recv_bytes())
+        self._connection.send_bytes(task)
+        return self._connection.recv_bytes()
 
     def _send(self, parcel: _Parcel) -> None:
         """Have the process know values, from a number on, instead of those that it knows by that number."""
@@ -197,8 +202,14 @@ class _Worker:
         self._sent = [one for one in self._sent if one.first < parcel.first] + [parcel]
 
 
+def _pickled(value: object, known: Sequence[Any]) -> bytes:
+    stream = io.BytesIO()
+    _Pickler(stream, {id(one): number for number, one in enumerate(known)}).dump(value)
+    return stream.getvalue()
+
+
 class _Pickler(pickle.Pickler):
-    """Pickles known values as their numbers."""
+    """Pickles known values as their numbers, so that they remain the same objects."""
 
     def __init__(self, stream: io.BytesIO, numbers: dict[int, int]) -> None:
         super().__init__(stream, _PROTOCOL)
@@ -238,7 +249,7 @@ def _serve(connection: Connection) -> None:
                 is_ready = True
             continue
         function, task = _Unpickler(content, known).load()
-        connection.send_bytes(pickle.dumps(function(*task), _PROTOCOL))
+        connection.send_bytes(_pickled(function(*task), known))
 
 
 def main() -> None:

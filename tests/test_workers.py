@@ -30,6 +30,10 @@ class Base:
         return other is self
 
 
+def itself(value):
+    return value
+
+
 def slow_square(number):
     time.sleep(0.01)
     return number * number, os.getpid()
@@ -85,6 +89,7 @@ def test_known_values_keep_their_identity_and_their_arrays_stay_read_only(two):
             15 * n for n in range(20)
         ]
         assert all(two.run(Base.same, [(base, base)] * 20))
+        assert all(one is base for one in two.run(itself, [(base,)] * 20))
         assert not any(two.run(Base.is_writable, [(base,)] * 20))
         assert all(two.run(Base.is_writable, [(free,)] * 20))
         with two.knowing(other := Base(np.ones(3))):

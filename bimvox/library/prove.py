@@ -120,6 +120,7 @@ def plan_and_prove(
             previous=kept,
             refused=Refusals(refused, other_ways),
             progress=progress.report,
+            workers=workers,
         )
 
     def attempt(refused: Refused) -> Planned | Refused:

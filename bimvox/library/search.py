@@ -15,7 +15,7 @@ from bimvox.errors import MotionError, listed
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_lift import time_lift
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage, prepare
-from bimvox.planning.planner import plan_lift, unplanned_lift
+from bimvox.planning.one_lift import plan_lift, unplanned_lift
 from bimvox.planning.search import shortest_path
 from bimvox.planning.turning import turning_stage
 from bimvox.progress import Progress

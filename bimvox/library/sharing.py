@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import Preparation
+from bimvox.planning.planner import plan_lifts
 from bimvox.processes import processors
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
@@ -29,14 +30,14 @@ def workers_of(site: Site, jobs: int | None) -> Iterator[Workers]:
     if wanted == 1 or len(site.components) < _FEW_PARTS:
         yield ALONE
         return
-    workers = Workers(wanted, (verify_plan, time_plan, verify_motions))
+    workers = Workers(wanted, (plan_lifts, verify_plan, time_plan, verify_motions))
     try:
         yield workers
     finally:
         workers.close()
 
 
-def constants_of(site: Site, preparation: Preparation) -> list[object]:
-    """Return what does not change while a site is planned, or revised: what is sent to a worker once."""
-    places = [place for place in preparation.places if place is not None]
-    return [*site.components, *site.blockers, *places, site.frame, preparation, site]
+def constants_of(site: Site, preparation: Preparation | None = None) -> list[object]:
+    """Return what does not change while a site is planned, proven or revised: what is sent to a worker once."""
+    prepared = [] if preparation is None else [*filter(None, preparation.places), preparation]
+    return [*site.components, *site.blockers, site.frame, *prepared, site]

@@ -9,6 +9,7 @@ from bimvox.library.arguments import path_of
 from bimvox.library.attached_files import check_attached_files
 from bimvox.library.plan_value import Plan
 from bimvox.library.search import with_search
+from bimvox.library.sharing import constants_of, workers_of
 from bimvox.library.user_files import check_user_files
 from bimvox.log import schema as topics
 from bimvox.log.check import check_commands, check_digests, check_load_poses
@@ -28,6 +29,7 @@ from bimvox.proof.values import check_values
 from bimvox.records.proof import Verification
 from bimvox.records.steps import Steps
 from bimvox.uncollected import uncollected
+from bimvox.workers import ALONE, Workers
 
 
 def verify(
@@ -127,7 +129,9 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
         progress: Receives the stages.
     """
     told = contents.attachments.get(topics.STEPS_FILE)
-    proven = prove_plan(record, progress, None if told is None else steps_from_json(told, "the log"))
+    steps = None if told is None else steps_from_json(told, "the log")
+    with workers_of(record.plan.site, None) as workers, workers.knowing(*constants_of(record.plan.site)):
+        proven = prove_plan(record, progress, steps, workers)
     if not proven.checks[0].passed:
         return proven
     progress.stage("log")
@@ -144,7 +148,9 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
         return replace(found, checks=(*found.checks, check_shown(contents, record)))
 
 
-def prove_plan(record: PlanLog, progress: Progress, told: Steps | None = None) -> Verification:
+def prove_plan(
+    record: PlanLog, progress: Progress, told: Steps | None = None, workers: Workers = ALONE
+) -> Verification:
     """Prove a plan, its motions, and how it was carried out, if the record says so and the plan is proven.
 
     If its values make no sense, that is the only check: nothing follows from them.
@@ -153,15 +159,18 @@ def prove_plan(record: PlanLog, progress: Progress, told: Steps | None = None) -
         record: The plan.
         progress: Receives the stages.
         told: The steps that its log states. Default: those that follow from the plan.
+        workers: Share the work.
     """
     progress.stage("plan")
     values = check_values(record.plan, record.motions, record.context)
     if not values.passed:
         return Verification((values,))
     proven = ProvenLifts()
-    of_plan = verify_plan_over_time(record.plan, record.motions, record.context, proven=proven).checks
+    of_plan = verify_plan_over_time(record.plan, record.motions, record.context, proven=proven, workers=workers).checks
     progress.stage("motions")
-    of_motions = verify_motions_over_time(record.plan, record.motions, record.context, proven=proven).checks
+    of_motions = verify_motions_over_time(
+        record.plan, record.motions, record.context, proven=proven, workers=workers
+    ).checks
     steps = told or record.steps
     # The joints of an extract are not all known.
     is_whole = not record.context and len(record.motions) == len(record.planned)

@@ -261,13 +261,25 @@ def proposer(values: Values | TowardsTarget, *, limit: StepLimit = PLAN_LIMIT, e
         every_guard: Whether each transit is tried as in a test, under every guard and both ways. For a policy that was
             retrained on the lifts that are hard on this site.
     """
+    ask = _RolledOut(values, limit, every_guard)
+    return ProposedGreedily(ask) if isinstance(values, TowardsTarget) else ask
 
-    def propose(transit: Transit) -> NDArray[np.int32] | None:
+
+@dataclass(frozen=True, slots=True)
+class _RolledOut:
+    """Proposes paths by roll-out; see ``proposer``."""
+
+    values: Values | TowardsTarget
+    limit: StepLimit
+    every_guard: bool
+
+    def __call__(self, transit: Transit) -> NDArray[np.int32] | None:
         problem = lift_problem(transit.space, transit.start_vox, transit.goal_vox)
-        rollout = roll_out(values, problem) if every_guard else _under_guard(values, [problem], limit, CALM)[0]
+        if self.every_guard:
+            rollout = roll_out(self.values, problem)
+        else:
+            rollout = _under_guard(self.values, [problem], self.limit, CALM)[0]
         return rollout.path_vox if rollout.arrived else None
-
-    return ProposedGreedily(propose) if isinstance(values, TowardsTarget) else propose
 
 
 class _Runs(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 
 from bimvox.proof.footprint import Footprint
 
@@ -35,7 +35,16 @@ class Footprints(Mapping[int, Footprint]):
 
     def after(self, earlier: Mapping[int, Footprint]) -> Footprints:
         """Return these, and the earlier ones of other lifts; none is made."""
-        return Footprints(self._to_make, {**earlier, **self._made})
+        before = earlier if isinstance(earlier, Footprints) else Footprints({}, earlier)
+        made = {order: one for order, one in before._made.items() if order not in self._to_make}
+        to_make = {order: make for order, make in before._to_make.items() if order not in self._made}
+        return Footprints({**to_make, **self._to_make}, {**made, **self._made})
+
+    def only(self, orders: Collection[int]) -> Footprints:
+        """Return those of some lifts; none is made."""
+        to_make = {order: self._to_make[order] for order in orders if order in self._to_make}
+        made = {order: self._made[order] for order in orders if order in self._made}
+        return Footprints(to_make, made)
 
     def make_all(self) -> None:
         """Make those that are not made yet."""

@@ -9,7 +9,7 @@ from bimvox.grid.frame import NO_CELLS
 from bimvox.planning.assembly import Assembly, Obstacle, Stage
 from bimvox.planning.insertion import SIDEWAYS_VOX
 from bimvox.planning.occupancy import stored_cells, target_cells
-from bimvox.planning.planner import plan_lift, proposed_again, unplanned_lift
+from bimvox.planning.one_lift import plan_lift, proposed_again, unplanned_lift
 from bimvox.planning.rounds import Refusals
 from bimvox.planning.turning import turning_stage
 from bimvox.proof.footprint import CellMask, examined_by

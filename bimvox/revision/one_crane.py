@@ -125,7 +125,7 @@ class OneCrane:
             return False
         if not self._site.cranes:
             return True
-        motion, footprint = self._was.motions.get(lift.order), self._was.motion_footprints.get(lift.order)
-        if motion is None or footprint is None or not same_start:
+        motion = self._was.motions.get(lift.order)
+        if motion is None or lift.order not in self._was.motion_footprints or not same_start:
             return False
-        return not replanning.touched.motion_is_met(motion, footprint)
+        return not replanning.touched.motion_is_met(was, motion)

@@ -20,8 +20,8 @@ class RevisionRequest:
         site: The same site with its current obstructions.
         preparation: What was prepared for it.
         propose: The policy; None for search without a policy.
-        first: How many new lifts a part contains; the rest follows in parts of that size. With several cranes there is
-            one part.
+        first: How many new lifts the first part contains; the rest follows in larger parts. With several cranes there
+            is one part.
         now_ns: The time on the site's clock if the plan is being carried out, otherwise None. What was done until then
             stays as driven; a load under way that the change meets is stopped, and continues from where it is.
         hold_s: The shortest time for which a stopped load is held.

@@ -10,12 +10,13 @@ One flow for any number of cranes:
    several follow a schedule.
 3. What is new is proven. Lifts that fail get another way, or are refused, and the round starts again.
 4. The part is yielded. With one crane, the first new lifts are planned, timed and proven first. The next part plans
-   all others (that is the verdict); they are timed and proven in it and in later parts.
+   all others (that is the verdict); they are timed and proven in it and in later parts, which are larger.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from bimvox.planning.rounds import OtherWays, Refusals, Refused, proven_in_rounds
 from bimvox.records.lift import LiftPlan, Status, same_path
@@ -24,12 +25,16 @@ from bimvox.revision.cranes import SeveralCranes
 from bimvox.revision.cranes_underway import CranesUnderWay
 from bimvox.revision.current_plan import CurrentPlan, RevisionPart
 from bimvox.revision.draft import RevisionDraft
+from bimvox.revision.footprints import Footprints
 from bimvox.revision.keep_or_replan import Replanning
 from bimvox.revision.obstruction_change import ObstructionChange, change_between
 from bimvox.revision.one_crane import OneCrane
 from bimvox.revision.part_proof import Proof, prove_new
 from bimvox.revision.recall import Memory, Version, obstructed_cells, remembered
 from bimvox.revision.request import RevisionRequest
+
+_LATER = 3
+"""How many times as many new lifts a later part has as the first: fewer parts take less, and nobody waits for them."""
 
 
 def revise(
@@ -55,14 +60,15 @@ def revise(
     """
     site = request.site
     change = change_between(current.plan.site, site)
-    shapes = set() if known_shapes is None else known_shapes
+    shapes, first = set() if known_shapes is None else known_shapes, request.first
     while True:
         part = _proven_part(current, request, change, shapes, on_verdict)
         yield part
-        part.make_footprints()
         current, change = part.current, change_between(site, site)
         if not current.pending or current.held is not None:
+            part.make_footprints()
             return
+        request = replace(request, first=_LATER * first)
 
 
 def _proven_part(
@@ -132,18 +138,15 @@ def _part(
     """Return the part of a draft whose new lifts are proven."""
     made_paths = draft.new_paths - draft.pending
     planned = {lift.order: lift for lift in draft.lifts if lift.status is Status.PLANNED}
-    paths = {order: was.path_footprints[order] for order in planned if order in was.path_footprints}
-    moved = {order: was.motion_footprints[order] for order in planned if order in was.motion_footprints}
-    paths |= {order: known.path_footprint for order, known in draft.recalled_paths.items() if order in made_paths}
-    moved |= {
+    of_motions = {
         order: known.motion_footprint
         for order, known in draft.recalled_motions.items()
         if known.motion_footprint is not None
     }
-    for order in draft.pending:
-        moved.pop(order, None)
-        if order in draft.new_paths or order in was.pending - was.path_footprints.keys():
-            paths.pop(order, None)
+    of_paths = {order: one.path_footprint for order, one in draft.recalled_paths.items() if order in made_paths}
+    unknown = draft.pending & (draft.new_paths | (was.pending - was.path_footprints.keys()))
+    paths = Footprints({}, of_paths).after(was.path_footprints).only(planned.keys() - unknown)
+    moved = Footprints({}, of_motions).after(was.motion_footprints).only(planned.keys() - draft.pending)
     before = {lift.order: lift for lift in was.plan.lifts}
     replanned = {order for order in made_paths if not same_path(before[order], planned[order])}
     return RevisionPart(

@@ -7,7 +7,7 @@ by the crane changes nothing for them.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.occupancy import stored_cells, target_cells
@@ -70,8 +70,9 @@ class Touched:
             return True
         if self._is_waiting(was, pending):
             return False
-        footprint = self._was.path_footprints.get(was.order)
-        return footprint is None or self._added.meets(footprint) or self._in_yard.meets(footprint)
+        if was.order not in self._was.path_footprints:
+            return True
+        return self._meets(self._was.path_footprints, was)
 
     def reason_is_met(self, was: Lift, seen: Footprint | None, pending: Collection[int]) -> bool:
         """Return whether the change, or the new state of an earlier lift, may affect why a lift is infeasible.
@@ -90,10 +91,9 @@ class Touched:
         touched = self._changed.meets(seen) or self._in_yard.meets(seen)
         return touched or not self._change.ids.isdisjoint(was.blocked_by)
 
-    def motion_is_met(self, motion: LiftMotion, footprint: Footprint) -> bool:
-        """Return whether the change, or the new state of an earlier lift, meets a motion."""
-        met = self._added.meets(footprint) or self._in_yard.meets(footprint)
-        return met or jib_meets(self._site, motion, self._change.added)
+    def motion_is_met(self, was: Lift, motion: LiftMotion) -> bool:
+        """Return whether the change, or the new state of an earlier lift, meets the motion of a lift."""
+        return self._meets(self._was.motion_footprints, was) or jib_meets(self._site, motion, self._change.added)
 
     def rest_is_met(self, lift: Lift, motion: LiftMotion, now_ns: int) -> bool:
         """Return whether the change meets the rest of the motion of a lift under way."""
@@ -101,6 +101,11 @@ class Touched:
             return False
         rest = motion_footprint(self._site, lift, motion, now_ns)
         return self._added.meets(rest) or jib_meets(self._site, motion, self._change.added)
+
+    def _meets(self, footprints: Mapping[int, Footprint], was: Lift) -> bool:
+        """Return whether anything is newly in the footprint of a lift, which is not made if there is nothing new."""
+        new = [cells for cells in (self._added, self._in_yard) if not cells.empty]
+        return any(cells.meets(footprints[was.order]) for cells in new)
 
     def _is_waiting(self, was: Lift, pending: Collection[int]) -> bool:
         """Return whether its verdict is known, and only its motion is still to be made."""

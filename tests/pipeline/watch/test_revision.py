@@ -333,7 +333,7 @@ def test_what_is_recalled_is_still_proven(frame, monkeypatch):
     free = with_obstructions(site, EMPTY, rasterise)
     with monkeypatch.context() as known:
         known.setattr("bimvox.revision.keep_or_replan.plan_lift", never)
-        known.setattr("bimvox.revision.motions.time_lift", never)
+        known.setattr("bimvox.motion.time_plan.time_lift", never)
         parts = list(revise(with_box.current, RevisionRequest(free, preparation, first=3)))
     last = parts[-1].current
     assert lost <= {order for part in parts for order in part.made}
@@ -395,7 +395,7 @@ def test_a_lift_that_the_crane_cannot_drive_is_named_and_the_others_are_planned(
             raise MotionError(component, "the rope is too short")
         return time_lift(site, crane, lift, *more)
 
-    monkeypatch.setattr("bimvox.revision.motions.time_lift", timed)
+    monkeypatch.setattr("bimvox.motion.time_plan.time_lift", timed)
     part = next(revise(current, RevisionRequest(in_the_way, preparation, first=6)))
     refused = part.current.plan.lifts[bad]
     assert refused.status is Status.INFEASIBLE

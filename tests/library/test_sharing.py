@@ -1,0 +1,126 @@
+"""Several processes plan, time, prove and revise exactly what one does."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from box_sites import box_site, test_crane
+
+from bimvox.library.obstructions import rasterise
+from bimvox.library.prove import plan_and_prove, prepared
+from bimvox.library.sharing import constants_of, workers_of
+from bimvox.motion.time_plan import time_plan
+from bimvox.planning.ahead import foretold
+from bimvox.planning.planner import plan_lifts
+from bimvox.policy.choice import NO_POLICY
+from bimvox.progress import SilentProgress
+from bimvox.records.lift import Status
+from bimvox.revision.current_plan import current_plan_of
+from bimvox.revision.request import RevisionRequest
+from bimvox.revision.revise import revise
+from bimvox.site.build import with_digests, with_obstructions
+from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet
+from bimvox.workers import ALONE, Workers
+
+QUIET = SilentProgress()
+
+
+@pytest.fixture(scope="module")
+def site():
+    """12 blocks on 12 blocks, without other means: what cannot be lifted is not set, and nothing stands on it."""
+    parts = [
+        (f"{'low' if z == 0.0 else 'high'} {x:g} {y:g}", (x, y, z), (x + 1.0, y + 1.0, z + 1.0))
+        for z in (0.0, 1.0)
+        for x in (2.0, 4.0, 6.0, 8.0)
+        for y in (2.0, 4.0, 6.0)
+    ]
+    made = box_site(parts, crane=test_crane(base=(8.0, -3.0, 0.0), jib=40.0, height=14.0), shape=(60, 40, 24))
+    return with_digests(replace(made, rules=replace(made.rules, by_other_means=False)))
+
+
+@pytest.fixture(scope="module")
+def two():
+    workers = Workers(2, (plan_lifts, time_plan))
+    for _ in range(600):
+        time.sleep(0.05)
+        if len(set(workers.run(os.getpid, [()] * 50))) == 2:
+            break
+    assert workers.count == 2
+    yield workers
+    assert workers.count == 2, "no task failed"
+    workers.close()
+
+
+def blocked(site):
+    """The site with a box where two of the low blocks are to stand."""
+    box = Obstruction("box", Box((4.1, 2.1, 0.1), (4.9, 4.9, 0.9)))
+    return with_obstructions(site, ObstructionSet.of([box]), rasterise)
+
+
+def alike(one, other):
+    """Whether two plans with their motions are the same, to the bit."""
+    lifts = zip(one.plan.lifts, other.plan.lifts, strict=True)
+    for a, b in lifts:
+        assert (a.component, a.status, a.reason, a.blocked_by, a.method) == (
+            b.component, b.status, b.reason, b.blocked_by, b.method,
+        )  # fmt: skip
+        assert (a.path_vox is None) == (b.path_vox is None)
+        assert a.path_vox is None or np.array_equal(a.path_vox, b.path_vox)
+    for a, b in zip(one.motions, other.motions, strict=True):
+        assert (a.order, a.phases, a.start_ns, a.end_ns) == (b.order, b.phases, b.start_ns, b.end_ns)
+        for way, same in zip(a.trajectories, b.trajectories, strict=True):
+            assert way.axes.tobytes() == same.axes.tobytes()
+            assert way.time_ns.tobytes() == same.time_ns.tobytes()
+    return True
+
+
+@pytest.mark.parametrize("place", ["free", "blocked"])
+def test_two_processes_plan_what_one_does(site, two, place):
+    own = blocked(site) if place == "blocked" else site
+    preparation = prepared(own, QUIET)
+    alone = plan_and_prove(own, preparation, NO_POLICY, progress=QUIET)
+    with two.knowing(*constants_of(own, preparation)):
+        shared = plan_and_prove(own, preparation, NO_POLICY, progress=QUIET, workers=two)
+    assert alike(alone, shared)
+    assert alone.verdict == shared.verdict
+    refused = [lift for lift in alone.plan.lifts if lift.status is Status.INFEASIBLE]
+    assert bool(refused) == (place == "blocked")
+    places = {id(place) for place in preparation.places}
+    assert all(id(lift.place) in places for lift in shared.plan.lifts if lift.place is not None)
+
+
+def test_what_turns_out_otherwise_than_foretold_is_searched_again(site):
+    own = blocked(site)
+    preparation = prepared(own, QUIET)
+    plan = plan_lifts(own, preparation)
+    told = foretold(own, preparation, [])
+    assert [lift.is_set for lift in plan.lifts] != list(told), "the box blocks paths, which nobody foretells"
+    assert foretold(own, preparation, plan.lifts) == tuple(lift.is_set for lift in plan.lifts)
+
+
+def test_two_processes_revise_as_one_does(site, two):
+    preparation = prepared(site, QUIET)
+    made = plan_and_prove(site, preparation, NO_POLICY, progress=QUIET)
+    current, there = current_plan_of(made.plan, made.motions), blocked(site)
+    found = []
+    with two.knowing(*constants_of(site, preparation)):
+        for workers in (ALONE, two):
+            parts = list(revise(current, RevisionRequest(there, preparation, first=4, workers=workers)))
+            found.append(parts)
+    assert [(part.made, part.replanned, part.retimed) for part in found[0]] == [
+        (part.made, part.replanned, part.retimed) for part in found[1]
+    ]
+    assert len(found[0]) > 1
+    last = [replace(made, plan=parts[-1].current.plan, motions=parts[-1].current.chain) for parts in found]
+    assert alike(*last)
+
+
+def test_few_parts_are_planned_without_workers(site):
+    with workers_of(site, None) as workers:
+        assert workers is ALONE
+    with workers_of(replace(site, components=site.components * 5), 1) as workers:
+        assert workers is ALONE
