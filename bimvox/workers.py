@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from bimvox.processes import ONE_THREAD, connection_of, end_with, python_module, start_connected, worker_environment
 
@@ -63,6 +63,13 @@ class Workers:
         finally:
             del self._known[known:], self._parcels[sent:]
 
+    def begin(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]]) -> Begun[T]:
+        """Have the workers begin tasks, as ``run`` does them, while this process does something else."""
+        work = _Work(function, tasks, self._parcels)
+        for worker in self._workers:
+            worker.works.put(work)
+        return Begun(self, work)
+
     def run(
         self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], done: Callable[[int], object] | None = None
     ) -> list[T]:
@@ -73,20 +80,7 @@ class Workers:
             tasks: Arguments of each call; one that cannot be pickled is done by this process.
             done: Called now and then with the number of finished tasks.
         """
-        work = _Work(function, tasks, self._parcels)
-        try:
-            for worker in self._workers:
-                worker.works.put(work)
-            while (number := work.next()) is not None:
-                work.finish(number, function(*tasks[number]))
-                if done is not None:
-                    done(len(work.results))
-            for number in work.failed():
-                work.finish(number, function(*tasks[number]))
-        except BaseException:
-            self.close()  # what they still answer is of this work
-            raise
-        return [work.results[number] for number in range(len(tasks))]
+        return self.begin(function, tasks).finished(done)
 
     def close(self) -> None:
         """End the workers; this process does all tasks from now on."""
@@ -105,6 +99,42 @@ class _Parcel(NamedTuple):
 
     first: int
     content: bytes
+
+
+class Begun(Generic[T]):
+    """Tasks that workers have begun.
+
+    Args:
+        workers: The workers.
+        work: The tasks.
+    """
+
+    def __init__(self, workers: Workers, work: _Work) -> None:
+        self._workers, self._work = workers, work
+
+    def help(self, done: Callable[[int], object] | None = None) -> None:
+        """Do the tasks that no worker has taken."""
+        work = self._work
+        try:
+            while (number := work.next()) is not None:
+                work.finish(number, work.function(*work.tasks[number]))
+                if done is not None:
+                    done(len(work.results))
+        except BaseException:
+            self._workers.close()  # what they still answer is of this work
+            raise
+
+    def finished(self, done: Callable[[int], object] | None = None) -> list[T]:
+        """Do the tasks that no worker has taken, wait for the others, and return all results in their order."""
+        self.help(done)
+        work = self._work
+        try:
+            for number in work.failed():
+                work.finish(number, work.function(*work.tasks[number]))
+        except BaseException:
+            self._workers.close()
+            raise
+        return [work.results[number] for number in range(len(work.tasks))]
 
 
 class _Work:

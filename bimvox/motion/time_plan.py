@@ -73,6 +73,7 @@ def time_plan(
     pairs = list(_with_the_one_before(plan))
     missing = [lift.order for lift, before in pairs if known.motion(lift, before) is None]
     found = dict(zip(missing, LiftTimes(site, preparation, plan.lifts).shared(missing, workers), strict=True))
+    _LAST.clear()  # nobody goes on from there
     for lift, before in pairs:
         motion = found.get(lift.order)
         if isinstance(motion, LiftMotion):
@@ -93,7 +94,8 @@ def _with_the_one_before(plan: LiftPlan) -> Iterator[tuple[Lift, Lift | None]]:
 class LiftTimes:
     """Makes the motions of lifts of a plan, each at its own stage, from time 0 and slewing angle 0.
 
-    It goes through the plan once if it is asked for lifts in ascending order.
+    It goes through the plan once if it is asked for lifts in ascending order, and goes on where the last one of the
+    same site stands if the same parts are set before.
 
     Args:
         site: The site; it has a crane.
@@ -103,7 +105,8 @@ class LiftTimes:
 
     def __init__(self, site: Site, preparation: Preparation, lifts: Sequence[Lift]) -> None:
         self._site, self._preparation, self._lifts = site, preparation, tuple(lifts)
-        self._begin()
+        self._assembly: Assembly | None = None
+        self._next = 0
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return how another process begins it anew."""
@@ -117,32 +120,46 @@ class LiftTimes:
 
     def made(self, orders: Sequence[int]) -> list[LiftMotion | MotionError]:
         """Return the motions of planned lifts, given in ascending order; errors for those that cannot be driven."""
-        if orders and orders[0] < self._next:
-            self._begin()
+        if orders:
+            self._take_over(orders[0])
         return [self._made(order) for order in orders]
 
-    def _begin(self) -> None:
-        self._assembly = Assembly(self._site, self._preparation, one_at_a_time=True)
-        self._next = 0
-        self._before: Lift | None = None
+    def _take_over(self, order: int) -> None:
+        """Begin at a lift, or at an earlier one from which it can go on."""
+        last = _LAST[0] if _LAST else self
+        if last is not self and last._is_before(self, order):
+            self._assembly, self._next, last._assembly = last._assembly, last._next, None
+        elif self._assembly is None or order < self._next:
+            self._assembly, self._next = Assembly(self._site, self._preparation, one_at_a_time=True), 0
+        _LAST[:] = [self]
+
+    def _is_before(self, other: LiftTimes, order: int) -> bool:
+        """Return whether another one can go on from where this one stands."""
+        if self._assembly is None or self._next > order:
+            return False
+        if other._site is not self._site or other._preparation is not self._preparation:
+            return False
+        own, its = self._lifts[: self._next], other._lifts[: self._next]
+        return all((a.component, a.is_set) == (b.component, b.is_set) for a, b in zip(own, its, strict=True))
 
     def _made(self, order: int) -> LiftMotion | MotionError:
         site, assembly = self._site, self._assembly
+        assert assembly is not None
         for lift in self._lifts[self._next : order]:
             assembly.skip(lift.component)
-            self._finish(lift)
+            assembly.finish(lift.component, placed=lift.is_set)
         lift = self._lifts[order]
+        before = next((one for one in reversed(self._lifts[:order]) if one.status is Status.PLANNED), None)
         assembly.skip(lift.component)
         crane = site.cranes[site.components[lift.component].crane]
         try:
-            return time_lift(site, crane, lift, assembly.space_of(lift), self._before, 0, 0.0)
+            return time_lift(site, crane, lift, assembly.space_of(lift), before, 0, 0.0)
         except MotionError as error:
             return error
         finally:
-            self._finish(lift)
+            assembly.finish(lift.component, placed=lift.is_set)
+            self._next = order + 1
 
-    def _finish(self, lift: Lift) -> None:
-        self._assembly.finish(lift.component, placed=lift.is_set)
-        self._next = lift.order + 1
-        if lift.status is Status.PLANNED:
-            self._before = lift
+
+_LAST: list[LiftTimes] = []
+"""The one that was asked last."""

@@ -58,11 +58,6 @@ class RevisionDraft:
     laid: dict[int, LiftMotion | None] = field(default_factory=dict)
 
     @property
-    def motions_to_make(self) -> tuple[int, ...]:
-        """Lifts whose motion is still to be made."""
-        return tuple(order for order, motion in self.laid.items() if motion is None)
-
-    @property
     def paths_to_prove(self) -> set[int]:
         """Lifts whose path is to be proven now."""
         return self.new_paths - self.recalled_paths.keys() - self.pending

@@ -2,31 +2,83 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from bimvox.errors import MotionError
 from bimvox.motion.shift import joined_on, waiting
 from bimvox.motion.time_plan import LiftTimes
 from bimvox.planning.rounds import Refused
-from bimvox.records.lift import Status
+from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.reasons import NOT_DRIVEN
 from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.request import RevisionRequest
 from bimvox.units import NS_PER_S
+from bimvox.workers import Begun
+
+_AT_ONCE = 3
+"""So many motions are begun at once: few, so that the workers begin early and end together."""
 
 
-def made_in_full(request: RevisionRequest, draft: RevisionDraft) -> RevisionDraft | Refused:
+class MotionsInTheMaking:
+    """The motions that a round leaves open: workers make them while later lifts are still planned.
+
+    Each is timed at its own stage, from time 0 and slew angle 0.
+
+    Args:
+        request: What to revise the plan for.
+    """
+
+    def __init__(self, request: RevisionRequest) -> None:
+        self._request = request
+        self._begun: list[tuple[list[int], Begun[list[LiftMotion | MotionError]]]] = []
+        self._waiting: list[int] = []
+        self._lifts: Sequence[Lift] = ()
+
+    def add(self, order: int, lifts: Sequence[Lift]) -> None:
+        """Have the motion of a lift made; ``lifts`` are all up to this one."""
+        self._waiting.append(order)
+        self._lifts = lifts
+        if len(self._waiting) == _AT_ONCE:
+            self._begin()
+
+    def finished(self) -> dict[int, LiftMotion | MotionError]:
+        """Return the motions by order; an error for each that cannot be driven."""
+        if self._waiting:
+            self._begin()
+        for _, begun in self._begun:
+            begun.help()
+        found = dict[int, LiftMotion | MotionError]()
+        for orders, begun in self._begun:
+            (motions,) = begun.finished()
+            found.update(zip(orders, motions, strict=True))
+        return found
+
+    def _begin(self) -> None:
+        times = LiftTimes(self._request.site, self._request.preparation, self._lifts)
+        task = (times, self._waiting)
+        self._begun.append((self._waiting, self._request.workers.begin(LiftTimes.made, [task])))
+        self._waiting = []
+
+
+def made_in_full(request: RevisionRequest, draft: RevisionDraft, making: MotionsInTheMaking) -> RevisionDraft | Refused:
     """Return a draft with all motions made and put on the clock one after the other.
 
     Args:
         request: What to revise the plan for.
         draft: The draft.
+        making: The motions that it left open.
 
     Returns:
         The same with every motion; or the lifts that the crane cannot drive, and why.
     """
-    motions, refused = _missing_motions(request, draft)
+    made, motions, refused = making.finished(), dict[int, LiftMotion](), dict[str, str]()
+    for order, motion in made.items():
+        if isinstance(motion, MotionError):
+            refused[motion.component] = f"{NOT_DRIVEN}{motion.message}"
+        else:
+            motions[order] = motion
     if refused:
         return refused
     on_clock, before = dict(draft.motions), None
@@ -38,21 +90,6 @@ def made_in_full(request: RevisionRequest, draft: RevisionDraft) -> RevisionDraf
         if lift.status is Status.PLANNED:
             before = order
     return replace(draft, motions={order: on_clock[order] for order in sorted(on_clock)}, laid={})
-
-
-def _missing_motions(request: RevisionRequest, draft: RevisionDraft) -> tuple[dict[int, LiftMotion], Refused]:
-    """Return the motions that a draft left open, each timed at its own stage, from time 0 and slew angle 0.
-
-    Returns:
-        Motions by order; and why the crane cannot drive other lifts, by component.
-    """
-    missing, site = draft.motions_to_make, request.site
-    if not missing:
-        return {}, {}
-    times = LiftTimes(site, request.preparation, draft.lifts[: missing[-1] + 1])
-    found = dict(zip(missing, times.shared(missing, request.workers), strict=True))
-    refused = {one.component: f"{NOT_DRIVEN}{one.message}" for one in found.values() if isinstance(one, MotionError)}
-    return {order: one for order, one in found.items() if isinstance(one, LiftMotion)}, refused
 
 
 def _in_time(request: RevisionRequest, motion: LiftMotion) -> LiftMotion:

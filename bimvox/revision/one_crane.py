@@ -13,7 +13,7 @@ from bimvox.revision.current_plan import CurrentPlan
 from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.held_cranes import HeldCranes
 from bimvox.revision.in_transit import last_finished, motion_under_way
-from bimvox.revision.motions import made_in_full
+from bimvox.revision.motions import MotionsInTheMaking, made_in_full
 from bimvox.revision.part_proof import Proof
 from bimvox.revision.request import RevisionRequest
 from bimvox.stop.redirect import Held, Redirected, UnderWay, redirect, redirect_held, redirected_if_possible
@@ -36,6 +36,7 @@ class OneCrane:
         self._site = request.site
         self._held = None if current.held is None else current.held.loads[0]
         self._last = last_finished(current, request.now_ns)
+        self._making = MotionsInTheMaking(request)
 
     def begun(self, replanning: Replanning, was: Lift) -> Lift | None:
         """Return a lift that is done, or the one under way: unchanged if the change does not meet the rest of it."""
@@ -73,10 +74,12 @@ class OneCrane:
             draft.unproven_motions.add(order)
         draft.new_motions.add(order)
         draft.laid[order] = None if known is None else known.motion
+        if draft.laid[order] is None:
+            self._making.add(order, (*draft.lifts, lift))
 
     def timed(self, draft: RevisionDraft) -> RevisionDraft | Refused:
         """Return the draft with all motions made and put on the clock one after the other."""
-        return made_in_full(self._request, draft)
+        return made_in_full(self._request, draft, self._making)
 
     def refused(self, proof: Proof) -> Refused:
         """Return the lifts that failed; or all remaining lifts if one of them is done already.

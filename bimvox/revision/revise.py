@@ -101,7 +101,8 @@ def _proven_part(
             left = other_ways.without(request.site, replanning.may_change, failed)
         return left
 
-    return proven_in_rounds(attempt, "changed")
+    with request.workers.knowing(request.site, *current.plan.lifts):
+        return proven_in_rounds(attempt, "changed")
 
 
 def _with_proven(memory: Memory, was: CurrentPlan, draft: RevisionDraft, plan: LiftPlan, proof: Proof) -> Memory:

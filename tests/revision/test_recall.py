@@ -98,8 +98,8 @@ def test_a_second_round_keeps_the_motions_that_the_first_has_proven(monkeypatch)
     last = 2
     real = module.prove_new
 
-    def refuses_once(plan, draft, known_shapes):
-        found = real(plan, draft, known_shapes)
+    def refuses_once(plan, draft, known_shapes, *more):
+        found = real(plan, draft, known_shapes, *more)
         proven.append(set(draft.unproven_motions))
         if len(proven) > 1:
             return found
