@@ -129,6 +129,58 @@ def test_the_crane_is_dragged_and_the_site_file_says_where(studio):
     assert after.splitlines()[:2] == before.splitlines()[:2]  # its comments
 
 
+SHOWN = """() => {
+  const { answer, setup, drawing } = window.studio;
+  const rows = (where) => [...document.querySelectorAll(`#parts-list ${where} li`)];
+  const uses = rows(":not(.cannot)").map((row) => [row.dataset.part, row.querySelector(".use").textContent]);
+  const centre = (one) => {
+    const box = document.querySelector(one).getBoundingClientRect();
+    return [box.x + box.width / 2, box.y + box.height / 2];
+  };
+  return {
+    rows: Object.fromEntries(uses),
+    cannot: rows(".cannot").map((row) => row.dataset.part),
+    colours: Object.fromEntries([...drawing.parts].map(([id, path]) => [id, path.classList[1]])),
+    found: answer.parts,
+    reach: centre(".rings .reach:not(.least)"),
+    crane: centre('[data-handle="cranes/0"] .mark'),
+    field: document.querySelector('[data-key="cranes/0-0"]').value,
+    base: setup.cranes[0].base_m,
+  };
+}"""
+
+
+def test_list_colours_and_rings_follow_the_hand(studio):
+    for group in studio.page.locator("#parts-list details:visible summary").all()[1:]:
+        group.click()
+    closed = studio.page.locator("#parts-list details:not([open]) li").count()
+    assert closed > 0
+    scale = studio.page.evaluate("() => window.studio.drawing.view.scale")
+    x, y = studio.middle(CRANE)
+    studio.page.mouse.move(x, y)
+    studio.page.mouse.down()
+    for dy_m in (6.0, 14.0, 24.0):
+        studio.page.mouse.move(x, y - dy_m / scale, steps=3)
+        studio.settled()
+        studio.wait("window.studio.form.waiting === null")
+        seen = studio.page.evaluate(SHOWN)
+        assert seen["base"][1] > BASE[1]
+        refused = {name for name, part in seen["found"].items() if part["reason"]}
+        assert set(seen["cannot"]) == refused
+        assert {name for name, colour in seen["colours"].items() if colour == "cannot"} == refused
+        assert seen["reach"] == pytest.approx(seen["crane"], abs=1.0)
+        assert float(seen["field"]) == seen["base"][0]
+    assert refused
+    studio.page.mouse.up()
+    studio.settled()
+    for group in studio.page.locator("#parts-list details:not([open]):visible summary").all():
+        group.click()
+    seen = studio.page.evaluate(SHOWN)
+    assert len(seen["rows"]) + len(refused) == 33
+    for name, use in seen["rows"].items():
+        assert use == percent(seen["found"][name]["utilisation"])
+
+
 def test_alt_places_freely_and_escape_lets_go(studio):
     studio.drag(CRANE, 0.23, 0.0, alt=True)
     assert 0.1 < studio.base()[0] - BASE[0] < 0.4

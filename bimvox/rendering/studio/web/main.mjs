@@ -251,7 +251,8 @@ class App {
   preview(setup, id = null) {
     this.draft = setup;
     this.moving = setup ? id : null;
-    this.renderSetup();
+    this.drawing.render();
+    this.form.render();
     this.try();
   }
 
@@ -271,6 +272,7 @@ class App {
   }
 
   changed() {
+    this.drawing.drawParts();
     this.renderSetup();
     this.place();
     this.try();
@@ -316,6 +318,8 @@ class App {
   /** Take the server's answer about a set-up. */
   take(answer) {
     const isFirst = !this.answer;
+    // A crane that has only moved keeps its rings.
+    if (JSON.stringify(answer.cranes) === JSON.stringify(this.answer?.cranes)) answer.cranes = this.answer.cranes;
     this.answer = answer;
     this.picture.wait();
     this.render();
@@ -470,6 +474,7 @@ class App {
     if (!this.opened) return this.renderHead();
     const all = !this.query.trim() && !this.states;
     this.shown = all ? null : new Set(matching(this.opened.parts, this.query, this.states, (part) => this.stateOf(part)).map((part) => part.id));
+    this.drawing.drawParts();
     this.renderSetup();
     this.list.render();
     this.legend.render();
