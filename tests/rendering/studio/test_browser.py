@@ -132,14 +132,14 @@ def test_the_crane_is_dragged_and_the_site_file_says_where(studio):
 SHOWN = """() => {
   const { answer, setup, drawing } = window.studio;
   const rows = (where) => [...document.querySelectorAll(`#parts-list ${where} li`)];
-  const uses = rows(":not(.cannot)").map((row) => [row.dataset.part, row.querySelector(".use").textContent]);
+  const uses = rows("> :not(.cannot)").map((row) => [row.dataset.part, row.querySelector(".use").textContent]);
   const centre = (one) => {
     const box = document.querySelector(one).getBoundingClientRect();
     return [box.x + box.width / 2, box.y + box.height / 2];
   };
   return {
     rows: Object.fromEntries(uses),
-    cannot: rows(".cannot").map((row) => row.dataset.part),
+    cannot: rows("> .cannot").map((row) => row.dataset.part),
     colours: Object.fromEntries([...drawing.parts].map(([id, path]) => [id, path.classList[1]])),
     found: answer.parts,
     reach: centre(".rings .reach:not(.least)"),
@@ -540,6 +540,50 @@ def test_text_has_contrast_and_panes_fit(browser, address, folder, scheme, width
             assert small == [], name
     assert studio.complaints == []
     studio.page.context.close()
+
+
+COVERED = """() => {
+  const tools = document.querySelector(".sheet .tools .group").getBoundingClientRect();
+  return [...document.querySelectorAll(".ring-label")].filter((one) => {
+    const box = one.getBoundingClientRect();
+    return box.right > tools.left && box.left < tools.right && box.bottom > tools.top && box.top < tools.bottom;
+  }).length;
+}"""
+
+
+def test_a_problem_is_read_on_a_phone_and_rings_keep_clear_of_the_buttons(browser, address, folder):
+    studio = show(browser, address, folder, 390, 844, has_touch=True)
+    centre = "(all) => all.reduce(([x, y], at) => [x + at[0] / all.length, y + at[1] / all.length], [0, 0])"
+    step = f"({centre})(window.studio.setup.yard[0]).map((value, n) => value - {BASE}[n])"
+    assert "mast" not in studio.page.inner_text("#served")
+    studio.page.evaluate(f"() => window.studio.nudge('cranes/0', {step}, false)")
+    studio.settled()
+    assert "The mast of west stands in the yard" in studio.page.inner_text("#served")
+    assert studio.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+    assert studio.page.locator(".ring-label").count() > 0
+    for _ in range(12):
+        assert studio.page.evaluate(COVERED) == 0
+        studio.page.evaluate("() => window.studio.drawing.pan(12, -25)")
+    assert studio.complaints == []
+    studio.page.context.close()
+
+
+def test_another_site_does_not_show_the_last_ones_picture(studio):
+    studio.wait("!window.studio.picture.asking.busy && window.studio.picture.image.src")
+    held: list[Any] = []
+
+    def hold(asked: Any) -> None:
+        held.append(asked)
+
+    studio.page.route("**/api/picture", hold)
+    studio.page.evaluate("() => window.studio.openFile('hall.ifc')")
+    studio.wait("window.studio.picture.asking.busy")
+    assert studio.page.locator(".solid img").is_hidden()
+    assert "is being drawn" in studio.page.inner_text(".solid p")
+    held[0].continue_()
+    studio.page.unroute("**/api/picture")
+    studio.wait("!window.studio.picture.image.hidden")
+    assert studio.page.inner_text(".solid p") == ""
 
 
 def test_a_finger_drags_the_crane_on_a_phone(browser, address, folder):

@@ -113,9 +113,8 @@ export class Drawing {
     this.layer(this.rings, [view.scale, cranes.length, answer?.cranes], () => this.drawnCranes());
     // Whole pixels: a layer between them would be blurred.
     cranes.forEach(({ base_m: base }, n) => (this.rings.children[n].style.transform = `translate(${toPixels(view, base).map((value) => `${Math.round(value)}px`).join(",")})`));
-    this.layer(this.grid, [view, opened], () => this.gridLines());
     this.layer(this.over, [view, opened, setup, answer?.cranes, app.moving], () => [...this.ringLabels(), ...this.areaLabels(), ...this.dimensions()]);
-    this.layer(this.frame, [view, opened], () => [...this.scaleBar(), ...this.north()]);
+    this.layer(this.frame, [view, opened], () => [...this.gridLabels(), ...this.scaleBar(), ...this.north()]);
     this.drawHandles();
   }
 
@@ -174,7 +173,8 @@ export class Drawing {
       const rings = found.rings.length ? found.rings : [{ radius_m: found.most_m, capacity_kg: null }];
       const place = (radius, turn) => toPixels(this.view, [base[0] + radius * Math.cos(turn), base[1] + radius * Math.sin(turn)]);
       const [width, height] = [this.view.width - 60, this.view.height - 60];
-      const isFree = ([x, y]) => x > 115 && x < width && y > 50 && y < height && !(x < 260 && y > height - 130);
+      // Clear of the coordinates, the legend and the buttons.
+      const isFree = ([x, y]) => x > 115 && x < width && y > 50 && y < height && !(x < 260 && y > height - 130) && !(x > width - 140 && y < 80);
       const turns = Array.from({ length: 24 }, (_, k) => Math.PI / 2 + ((k % 2 ? 1 : -1) * Math.ceil(k / 2) * Math.PI) / 12);
       const outline = this.app.opened.building.outline.map((polygon) => polygon.map((point) => toPixels(this.view, point)));
       const sorted = [...rings].sort((a, b) => b.radius_m - a.radius_m);
@@ -222,8 +222,8 @@ export class Drawing {
     });
   }
 
-  /** Lines of the survey's grid if the site is on a map, otherwise of the site's metres, with coordinates at the edges. */
-  gridLines() {
+  /** Draw the lines of the survey's grid if the site is on a map, otherwise of the site's metres; returns their coordinates at the edges. */
+  gridLabels() {
     const { view } = this;
     const { map } = this.app.opened;
     const [x0, y0, x1, y1] = shown(view);
@@ -232,22 +232,23 @@ export class Drawing {
     const corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]].map(forth); // prettier-ignore
     const low = [0, 1].map((axis) => Math.min(...corners.map((corner) => corner[axis])));
     const high = [0, 1].map((axis) => Math.max(...corners.map((corner) => corner[axis])));
-    const drawn = [];
+    const [lines, labels] = [[], []];
     for (const axis of [0, 1]) {
       for (const value of multiples(low[axis], high[axis], step)) {
         const at = (other) => toPixels(view, back(axis === 0 ? [value, other] : [other, value]));
         const [a, b] = [at(low[1 - axis]), at(high[1 - axis])];
-        drawn.push(svg("line", { x1: a[0], y1: a[1], x2: b[0], y2: b[1] }));
+        lines.push(svg("line", { x1: a[0], y1: a[1], x2: b[0], y2: b[1] }));
         const text = names[axis] + fixed(value, step < 1 ? 1 : 0).replaceAll(",", " ");
         // The label where the line meets the sheet's upper edge, or its left edge if it lies flat.
         const flat = Math.abs(b[0] - a[0]) > Math.abs(b[1] - a[1]);
         const share = flat ? (4 - a[0]) / (b[0] - a[0]) : (12 - a[1]) / (b[1] - a[1]);
         const place = [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])];
         const fits = flat ? place[1] > 26 : place[0] > 90 && place[0] < view.width - 8 * text.length;
-        if (Number.isFinite(share) && fits) drawn.push(label(text, flat ? [4, place[1] - 3] : [place[0] + 3, 12], { class: "label grid-label", "text-anchor": "start" }));
+        if (Number.isFinite(share) && fits) labels.push(label(text, flat ? [4, place[1] - 3] : [place[0] + 3, 12], { class: "label grid-label", "text-anchor": "start" }));
       }
     }
-    return drawn;
+    this.grid.replaceChildren(...lines);
+    return labels;
   }
 
   scaleBar() {

@@ -141,6 +141,7 @@ class App {
       Object.assign(this, { opened, history: new History({ ...opened.setup, boxes }, saved), placed: JSON.stringify(boxes), changes: null, changedBy: null, carried: null, draft: null, moving: null, answer: null, chosen: null, onMap: false });
       this.legend.reset();
       this.list.open();
+      this.picture.open();
       this.panes.show("plan");
       this.drawing.open();
       this.render();
@@ -504,8 +505,9 @@ class App {
     if (!answer) return;
     const refused = [...(this.changes?.values() ?? [])].filter(({ kind }) => kind === "refused").length;
     const bad = answer.served < answer.of || answer.problems.length > 0 || refused > 0;
-    const words = `${bad ? "✕" : "✓"} ${whole(answer.served)} of ${whole(answer.of)} can be lifted · highest ${percent(answer.highest)}${answer.problems.length ? ` · ${counted(answer.problems.length, "problem")}` : ""}${refused ? ` · ${whole(refused)} refused in the plan` : ""}`;
-    if (chip.textContent !== words) chip.textContent = words;
+    const words = `${bad ? "✕" : "✓"} ${whole(answer.served)} of ${whole(answer.of)} can be lifted · highest ${percent(answer.highest)}${refused ? ` · ${whole(refused)} refused in the plan` : ""}${answer.problems.length ? ` · ${counted(answer.problems.length, "problem")}` : ""}`;
+    const problem = answer.problems.length ? `: ${answer.problems[0]}` : ""; // where the set-up is another pane
+    if (chip.textContent !== words + problem) fill(chip, words, el("span", { class: "narrow" }, problem));
     chip.className = `chip ${bad ? "refused" : "clean"}`;
   }
 }
