@@ -181,6 +181,22 @@ def test_list_colours_and_rings_follow_the_hand(studio):
         assert use == percent(seen["found"][name]["utilisation"])
 
 
+def test_a_move_that_snaps_to_the_same_place_is_not_tried_again(studio):
+    x, y = studio.middle(CRANE)
+    studio.page.mouse.move(x, y)
+    studio.page.mouse.down()
+    studio.page.mouse.move(x + 60, y, steps=3)
+    studio.settled()
+    before = studio.page.evaluate(
+        "() => { window.before = window.studio.draft; return window.before.cranes[0].base_m; }"
+    )
+    studio.page.mouse.move(x + 60.5, y, steps=2)
+    assert studio.page.evaluate("() => window.studio.draft === window.before")
+    studio.page.mouse.move(x + 90, y, steps=2)
+    assert studio.base() != before
+    studio.page.mouse.up()
+
+
 def test_alt_places_freely_and_escape_lets_go(studio):
     studio.drag(CRANE, 0.23, 0.0, alt=True)
     assert 0.1 < studio.base()[0] - BASE[0] < 0.4
