@@ -95,6 +95,8 @@ def _axes(crane: TowerCrane, machine: TowerCrane) -> Iterator[tuple[str, str, Ax
 
 def _axis(key: str, name: str, own: AxisLimits, wanted: AxisLimits) -> Override | None:
     """Return how the limits of an axis differ, by the limit that differs most."""
+    if own == wanted:
+        return None
     worst, found = 0.0, None
     for limit, value, usual in zip(("rate", "acceleration", "jerk"), astuple(own), astuple(wanted), strict=True):
         off = abs(value / usual - 1.0)
@@ -106,6 +108,8 @@ def _axis(key: str, name: str, own: AxisLimits, wanted: AxisLimits) -> Override 
 
 def _chart(own: LoadChart, wanted: LoadChart) -> Override | None:
     """Return how a load chart differs, at the radius where it differs most."""
+    if own == wanted:
+        return None
     radii = np.union1d(own.radius_m, wanted.radius_m)
     carries, usual = (np.asarray(capacity_kg(chart, radii)) for chart in (own, wanted))
     off = np.abs(carries - usual)

@@ -7,8 +7,9 @@ utilisation is that of the worst moment of its lift, which is at least the one a
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import shapely
@@ -21,7 +22,7 @@ from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError
-from bimvox.site.config.site_config import SiteConfig, ZoneConfig
+from bimvox.site.config.site_config import Polygon, SiteConfig, ZoneConfig
 from bimvox.site.crane_checks import check_cranes
 from bimvox.site.crane_guess import Demand, Rigs
 from bimvox.site.outlines import PLAN, hull
@@ -42,33 +43,23 @@ class Ring:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PartTried:
-    """One part.
-
-    Attributes:
-        utilisation: Share of the load chart's capacity at its place or, if more, at the best place of the yard.
-        radius_m: Radius of the hook at its place.
-        crane: Index of the crane; None if none carries it.
-        reason: Why none carries it; None if one does.
-    """
-
-    utilisation: float
-    radius_m: float
-    crane: int | None
-    reason: str | None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Tried:
-    """A set-up.
+    """A set-up, and how it serves each of N parts.
 
     Attributes:
-        parts: By id, those that are to be lifted.
+        utilisation: (N,) share of the load chart's capacity at its place or, if more, at the best place of the yard;
+            NaN if it is not to be lifted.
+        radius_m: (N,) radius of the hook at its place; NaN if it is not to be lifted.
+        crane: (N,) index of the crane; -1 if none carries it.
+        reasons: (N,) why none carries it; None if one does or if it is not to be lifted.
         rings: Of each crane.
         problems: What is wrong with the places of masts and areas, one sentence each.
     """
 
-    parts: Mapping[str, PartTried]
+    utilisation: NDArray[np.float64]
+    radius_m: NDArray[np.float64]
+    crane: NDArray[np.int64]
+    reasons: tuple[str | None, ...]
     rings: tuple[tuple[Ring, ...], ...]
     problems: tuple[str, ...]
 
@@ -87,40 +78,48 @@ class Trial:
 
     def __init__(self, parts: Sequence[Element], top_m: float, rigs: Rigs) -> None:
         self._parts = parts
-        self._ids = [part.id for part in parts]
         self.hulls: NDArray[np.object_] = np.array([hull(part.mesh, PLAN) for part in parts], dtype=object)
         nowhere = np.zeros((2, 2))
         self._demands = {
             chosen: Demand(parts, nowhere, (), top_m, rigs if chosen else None, 1.0) for chosen in (True, False)
         }
 
-    def of(self, config: SiteConfig, cranes: Sequence[TowerCrane], lifted: Mapping[str, str | None]) -> Tried:
+    def of(self, config: SiteConfig, cranes: Sequence[TowerCrane], lifts: NDArray[np.bool_]) -> Tried:
         """Return how cranes serve the parts.
 
         Args:
             config: The site file; its cranes are given separately.
             cranes: The cranes, each on its base.
-            lifted: The ids of the parts that are to be lifted, each with the name of its crane if the site file says.
+            lifts: (C, N) whether each crane may lift each part.
         """
         chosen = [gear is not None for gear in gear_by_crane(config, len(cranes))]
         points_m = yard_points(config)
         ways = [self._by(crane, own, config, points_m) for crane, own in zip(cranes, chosen, strict=True)]
-        names = [crane.name for crane in cranes]
-        rows = {name: n for n, name in enumerate(self._ids)}
-        parts = {}
-        for name, wanted in lifted.items():
-            row, own = rows[name], [n for n, known in enumerate(names) if wanted in (None, known)]
-            able = [n for n in own if ways[n].reasons[row] is None]
-            if able:
-                best = min(able, key=lambda n: (float(ways[n].utilisation[row]), n))
-                parts[name] = PartTried(float(ways[best].utilisation[row]), float(ways[best].radius_m[row]), best, None)
-            elif own:
-                nearest = min(own, key=lambda n: float(ways[n].radius_m[row]))
-                reasons = [f"{names[n]} {ways[n].reasons[row]}" for n in own]
-                way = ways[nearest]
-                parts[name] = PartTried(float(way.utilisation[row]), float(way.radius_m[row]), None, "; ".join(reasons))
         rings = tuple(_rings(crane, config.rules.highest_utilisation) for crane in cranes)
-        return Tried(parts, rings, tuple(self._problems(config, cranes)))
+        problems = tuple(self._problems(config, cranes))
+        count = len(self._parts)
+        if not ways:
+            nothing = np.full(count, np.nan)
+            return Tried(nothing, nothing, np.full(count, -1), (None,) * count, rings, problems)
+        shares, radii_m = np.array([way.utilisation for way in ways]), np.array([way.radius_m for way in ways])
+        able = lifts & np.array([way.able for way in ways])
+        # The crane that is used least; of those that may but cannot, the nearest.
+        best = np.where(able, shares, np.inf).argmin(axis=0)
+        nearest = np.where(lifts, radii_m, np.inf).argmin(axis=0)
+        served, asked = able.any(axis=0), lifts.any(axis=0)
+        shown = (np.where(served, best, nearest), np.arange(count))
+        reasons: list[str | None] = [None] * count
+        for n in np.flatnonzero(asked & ~served).tolist():
+            own = np.flatnonzero(lifts[:, n]).tolist()
+            reasons[n] = "; ".join(f"{cranes[c].name} {ways[c].reasons[n]}" for c in own)
+        return Tried(
+            np.where(asked, shares[shown], np.nan),
+            np.where(asked, radii_m[shown], np.nan),
+            np.where(served, best, -1),
+            tuple(reasons),
+            rings,
+            problems,
+        )
 
     def _by(self, crane: TowerCrane, chosen: bool, config: SiteConfig, points_m: NDArray[np.float64]) -> _Way:
         """Return how one crane serves every part."""
@@ -145,8 +144,9 @@ class Trial:
         worst_m = np.where(np.isfinite(picked_m), np.maximum(radius_m, picked_m), radius_m)
         hung_kg = masses_kg + used.tackle_kg
         share = hung_kg / np.maximum(capacity_kg(crane.chart, np.minimum(worst_m, crane.chart.radius_m[-1])), 1e-9)
-        reasons: list[str | None] = [None] * len(masses_kg)
-        for n in np.flatnonzero(~(able & picked) | (closed != "")).tolist():
+        serves = able & picked & (closed == "")
+        reasons = {}
+        for n in np.flatnonzero(~serves).tolist():
             if closed[n]:
                 reasons[n] = f"may not hang over {closed[n]}, where its place is"
             elif not able[n]:
@@ -154,7 +154,7 @@ class Trial:
             else:
                 nearest_m = float(in_yard_m[at[n]]) if len(in_yard_m) else float(distances_m(base, points_m).min())
                 reasons[n] = demand.unserved(n, used, nearest_m, " in the yard").reason
-        return _Way(radius_m, np.where(radius_m <= crane.chart.radius_m[-1], share, np.inf), reasons)
+        return _Way(radius_m, np.where(radius_m <= crane.chart.radius_m[-1], share, np.inf), serves, reasons)
 
     def _problems(self, config: SiteConfig, cranes: Sequence[TowerCrane]) -> list[str]:
         """Return what is wrong with the places of masts and areas."""
@@ -195,20 +195,26 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Way:
-    """How one crane serves every part: radius at its place, share of the chart, and why not."""
+    """How one crane serves every part: radius at its place, share of the chart, whether it can, and why not."""
 
     radius_m: NDArray[np.float64]
     utilisation: NDArray[np.float64]
-    reasons: list[str | None]
+    able: NDArray[np.bool_]
+    reasons: dict[int, str]
 
 
 def yard_points(config: SiteConfig) -> NDArray[np.float64]:
     """Return (P, 2) places of the yard at which parts may be picked: a lattice of a metre, and every middle."""
     closed = [zone.polygon for zone in config.zone if zone.kind in NO_HOOK | NO_LOAD]
     closed += [*(config.areas.access or ()), *([config.areas.construction] if config.areas.construction else [])]
+    return _points_in(config.areas.yard or (), tuple(closed))
+
+
+@lru_cache(maxsize=4)  # while a crane is dragged, the yard stays
+def _points_in(yard: tuple[Polygon, ...], closed: tuple[Polygon, ...]) -> NDArray[np.float64]:
     barred = shapely.union_all([shapely.Polygon(one) for one in closed])
     found = []
-    for polygon in config.areas.yard or ():
+    for polygon in yard:
         area = shapely.Polygon(polygon).difference(barred)
         if area.is_empty:
             continue
@@ -218,7 +224,9 @@ def yard_points(config: SiteConfig) -> NDArray[np.float64]:
         inside = shapely.contains_xy(area, x, y)
         middle = area.representative_point()
         found.append(np.concatenate([np.column_stack([x[inside], y[inside]]), [[middle.x, middle.y]]]))
-    return np.concatenate(found) if found else np.zeros((0, 2))
+    points_m = np.concatenate(found) if found else np.zeros((0, 2))
+    points_m.setflags(write=False)
+    return points_m
 
 
 def closed_over(zones: Sequence[ZoneConfig], places_m: NDArray[np.float64]) -> NDArray[np.str_]:
@@ -234,7 +242,5 @@ def _rings(crane: TowerCrane, most_used: float) -> tuple[Ring, ...]:
     """Return rings every few metres, and at the end of the chart."""
     low_m, end_m = crane.min_radius_m, crane.jib_length_m
     radii = [n * _RINGS_M for n in range(1, int(end_m / _RINGS_M) + 1) if low_m < n * _RINGS_M < end_m - 0.5]
-    carried = (
-        max(0.0, most_used * float(capacity_kg(crane.chart, radius)) - crane.tackle_kg) for radius in (*radii, end_m)
-    )
-    return tuple(Ring(radius, kg) for radius, kg in zip((*radii, end_m), carried, strict=True))
+    carried = most_used * capacity_kg(crane.chart, np.array([*radii, end_m])) - crane.tackle_kg
+    return tuple(Ring(radius, max(0.0, kg)) for radius, kg in zip((*radii, end_m), carried.tolist(), strict=True))

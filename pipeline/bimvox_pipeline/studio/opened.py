@@ -86,6 +86,18 @@ class Opened:
         return [one for one in self.placed.elements if one.role is Role.COMPONENT and one.id not in pinned]
 
     @cached_property
+    def _rows(self) -> dict[str, int]:
+        return {part.id: n for n, part in enumerate(self.parts)}
+
+    @cached_property
+    def _listed(self) -> dict[str, str]:
+        return {name: entry.global_id for name, entry in self._entries.items()}
+
+    @cached_property
+    def _slings_m(self) -> float:
+        return max([crane.sling_m for crane in cranes_of(self.config)], default=HOOK_BLOCK_M)
+
+    @cached_property
     def _entries(self) -> Mapping[str, Any]:
         return entries_by_id(self.config, self.placed.elements)
 
@@ -135,10 +147,8 @@ class Opened:
         Raises:
             InputError: If the set-up is impossible.
         """
-        listed = {name: entry.global_id for name, entry in self._entries.items()}
-        slings_m = max([crane.sling_m for crane in cranes_of(self.config)], default=HOOK_BLOCK_M)
-        hook_m = math.ceil(2.0 * (self.load_top_m + slings_m)) / 2.0
-        return with_setup(self.config, self.setup, wanted, hook_m, listed)
+        hook_m = math.ceil(2.0 * (self.load_top_m + self._slings_m)) / 2.0
+        return with_setup(self.config, self.setup, wanted, hook_m, self._listed)
 
     def tried(self, wanted: Setup) -> dict[str, Any]:
         """Return how a set-up serves the parts, as JSON.
@@ -148,11 +158,13 @@ class Opened:
         """
         config = self.with_setup(wanted)
         cranes = cranes_of(config)
-        means = {**self.means, **wanted.means}
-        there = {crane.name for crane in cranes}
-        named = {name: entry.crane for name, entry in self._entries.items() if entry.crane in there}
-        lifted = {part.id: named.get(part.id) for part in self.parts if means[part.id] == Means.CRANE.value}
-        return _tried(self.trial.of(config, cranes, lifted), [part.id for part in self.parts], config, cranes)
+        means, by_crane = {**self.means, **wanted.means}, Means.CRANE.value
+        lifts = np.tile([means[name] == by_crane for name in self._rows], (len(cranes), 1))
+        names = [crane.name for crane in cranes]
+        for name, entry in self._entries.items():
+            if entry.crane in names and name in self._rows:
+                lifts[[crane != entry.crane for crane in names], self._rows[name]] = False
+        return _tried(self.trial.of(config, cranes, lifts), list(self._rows), config, cranes)
 
     def picture(self, wanted: Setup, turn_deg: float, size_px: tuple[int, int]) -> bytes:
         """Return a picture (PNG) of a set-up: the finished building, the cranes, the areas.
@@ -256,22 +268,14 @@ def unchanged(opened: Opened) -> bool:
 
 
 def _tried(tried: Tried, ids: list[str], config: SiteConfig, cranes: Any) -> dict[str, Any]:
-    shares = [one.utilisation for one in tried.parts.values() if one.crane is not None]
     names = [given.name or crane.name for given, crane in zip(config.cranes, cranes, strict=False)]
-    parts: dict[str, Any] = {}
-    for name in ids:
-        one = tried.parts.get(name)
-        if one is None:
-            parts[name] = {"utilisation": None, "radius_m": None, "crane": None, "reason": None}
-            continue
-        parts[name] = {
-            "utilisation": round(one.utilisation, 9) if math.isfinite(one.utilisation) else None,
-            "radius_m": round(one.radius_m, 3),
-            "crane": None if one.crane is None else names[one.crane],
-            "reason": one.reason,
-        }
+    served = tried.crane >= 0
+    columns = (_numbers(tried.utilisation, 9), _numbers(tried.radius_m, 3), tried.crane.tolist(), tried.reasons)
     return {
-        "parts": parts,
+        "parts": {
+            name: {"utilisation": share, "radius_m": radius_m, "crane": names[n] if n >= 0 else None, "reason": reason}
+            for name, share, radius_m, n, reason in zip(ids, *columns, strict=True)
+        },
         "cranes": [
             {
                 "name": name,
@@ -283,10 +287,15 @@ def _tried(tried: Tried, ids: list[str], config: SiteConfig, cranes: Any) -> dic
             for name, crane, rings in zip(names, cranes, tried.rings, strict=True)
         ],
         "problems": list(tried.problems),
-        "served": sum(one.crane is not None for one in tried.parts.values()),
-        "of": len(tried.parts),
-        "highest": round(max(shares, default=0.0), 9),
+        "served": int(served.sum()),
+        "of": int(np.isfinite(tried.radius_m).sum()),
+        "highest": round(float(tried.utilisation[served].max(initial=0.0)), 9),
     }
+
+
+def _numbers(values: NDArray[np.float64], digits: int) -> list[float | None]:
+    """Return numbers for JSON; None for those that are not finite."""
+    return [value if math.isfinite(value) else None for value in values.round(digits).tolist()]
 
 
 def _rings(shape: Any) -> list[list[list[float]]]:

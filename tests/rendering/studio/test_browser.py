@@ -129,6 +129,74 @@ def test_the_crane_is_dragged_and_the_site_file_says_where(studio):
     assert after.splitlines()[:2] == before.splitlines()[:2]  # its comments
 
 
+SHOWN = """() => {
+  const { answer, setup, drawing } = window.studio;
+  const rows = (where) => [...document.querySelectorAll(`#parts-list ${where} li`)];
+  const uses = rows("> :not(.cannot)").map((row) => [row.dataset.part, row.querySelector(".use").textContent]);
+  const centre = (one) => {
+    const box = document.querySelector(one).getBoundingClientRect();
+    return [box.x + box.width / 2, box.y + box.height / 2];
+  };
+  return {
+    rows: Object.fromEntries(uses),
+    cannot: rows("> .cannot").map((row) => row.dataset.part),
+    colours: Object.fromEntries([...drawing.parts].map(([id, path]) => [id, path.classList[1]])),
+    found: answer.parts,
+    reach: centre(".rings .reach:not(.least)"),
+    crane: centre('[data-handle="cranes/0"] .mark'),
+    field: document.querySelector('[data-key="cranes/0-0"]').value,
+    base: setup.cranes[0].base_m,
+  };
+}"""
+
+
+def test_list_colours_and_rings_follow_the_hand(studio):
+    for group in studio.page.locator("#parts-list details:visible summary").all()[1:]:
+        group.click()
+    closed = studio.page.locator("#parts-list details:not([open]) li").count()
+    assert closed > 0
+    scale = studio.page.evaluate("() => window.studio.drawing.view.scale")
+    x, y = studio.middle(CRANE)
+    studio.page.mouse.move(x, y)
+    studio.page.mouse.down()
+    for dy_m in (6.0, 14.0, 24.0):
+        studio.page.mouse.move(x, y - dy_m / scale, steps=3)
+        studio.settled()
+        studio.wait("window.studio.form.waiting === null")
+        seen = studio.page.evaluate(SHOWN)
+        assert seen["base"][1] > BASE[1]
+        refused = {name for name, part in seen["found"].items() if part["reason"]}
+        assert set(seen["cannot"]) == refused
+        assert {name for name, colour in seen["colours"].items() if colour == "cannot"} == refused
+        assert seen["reach"] == pytest.approx(seen["crane"], abs=1.0)
+        assert float(seen["field"]) == seen["base"][0]
+    assert refused
+    studio.page.mouse.up()
+    studio.settled()
+    for group in studio.page.locator("#parts-list details:not([open]):visible summary").all():
+        group.click()
+    seen = studio.page.evaluate(SHOWN)
+    assert len(seen["rows"]) + len(refused) == 33
+    for name, use in seen["rows"].items():
+        assert use == percent(seen["found"][name]["utilisation"])
+
+
+def test_a_move_that_snaps_to_the_same_place_is_not_tried_again(studio):
+    x, y = studio.middle(CRANE)
+    studio.page.mouse.move(x, y)
+    studio.page.mouse.down()
+    studio.page.mouse.move(x + 60, y, steps=3)
+    studio.settled()
+    before = studio.page.evaluate(
+        "() => { window.before = window.studio.draft; return window.before.cranes[0].base_m; }"
+    )
+    studio.page.mouse.move(x + 60.5, y, steps=2)
+    assert studio.page.evaluate("() => window.studio.draft === window.before")
+    studio.page.mouse.move(x + 90, y, steps=2)
+    assert studio.base() != before
+    studio.page.mouse.up()
+
+
 def test_alt_places_freely_and_escape_lets_go(studio):
     studio.drag(CRANE, 0.23, 0.0, alt=True)
     assert 0.1 < studio.base()[0] - BASE[0] < 0.4
@@ -488,6 +556,50 @@ def test_text_has_contrast_and_panes_fit(browser, address, folder, scheme, width
             assert small == [], name
     assert studio.complaints == []
     studio.page.context.close()
+
+
+COVERED = """() => {
+  const tools = document.querySelector(".sheet .tools .group").getBoundingClientRect();
+  return [...document.querySelectorAll(".ring-label")].filter((one) => {
+    const box = one.getBoundingClientRect();
+    return box.right > tools.left && box.left < tools.right && box.bottom > tools.top && box.top < tools.bottom;
+  }).length;
+}"""
+
+
+def test_a_problem_is_read_on_a_phone_and_rings_keep_clear_of_the_buttons(browser, address, folder):
+    studio = show(browser, address, folder, 390, 844, has_touch=True)
+    centre = "(all) => all.reduce(([x, y], at) => [x + at[0] / all.length, y + at[1] / all.length], [0, 0])"
+    step = f"({centre})(window.studio.setup.yard[0]).map((value, n) => value - {BASE}[n])"
+    assert "mast" not in studio.page.inner_text("#served")
+    studio.page.evaluate(f"() => window.studio.nudge('cranes/0', {step}, false)")
+    studio.settled()
+    assert "The mast of west stands in the yard" in studio.page.inner_text("#served")
+    assert studio.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+    assert studio.page.locator(".ring-label").count() > 0
+    for _ in range(12):
+        assert studio.page.evaluate(COVERED) == 0
+        studio.page.evaluate("() => window.studio.drawing.pan(12, -25)")
+    assert studio.complaints == []
+    studio.page.context.close()
+
+
+def test_another_site_does_not_show_the_last_ones_picture(studio):
+    studio.wait("!window.studio.picture.asking.busy && window.studio.picture.image.src")
+    held: list[Any] = []
+
+    def hold(asked: Any) -> None:
+        held.append(asked)
+
+    studio.page.route("**/api/picture", hold)
+    studio.page.evaluate("() => window.studio.openFile('hall.ifc')")
+    studio.wait("window.studio.picture.asking.busy")
+    assert studio.page.locator(".solid img").is_hidden()
+    assert "is being drawn" in studio.page.inner_text(".solid p")
+    held[0].continue_()
+    studio.page.unroute("**/api/picture")
+    studio.wait("!window.studio.picture.image.hidden")
+    assert studio.page.inner_text(".solid p") == ""
 
 
 def test_a_finger_drags_the_crane_on_a_phone(browser, address, folder):

@@ -1,9 +1,9 @@
-// The plan view: a drawing to scale. What has a size in metres lies in one turned group; labels, handles and the frame are in pixels.
+// The plan view: a drawing to scale, in three layers: the ground with areas and parts, in metres; rings; labels and handles, in pixels.
 import { areaOf, boundsOf, centreOf, distance, edgesOf, isInside, middle, northOf, toMap, fromMap } from "./geometry.mjs";
 import { dimensionsOf } from "./dimensions.mjs";
 import { areasOf, extentOf, handleOf, handlesOf } from "./setup.mjs";
 import { fitted, multiples, panned, resized, roundLength, scaleBar, shown, toMetres, toPixels, zoomed } from "./view.mjs";
-import { byId } from "../page/dom.mjs";
+import { byId, el } from "../page/dom.mjs";
 import { fixed, nameOf, tonnes } from "../page/words.mjs";
 import { label, pathOf, set, svg } from "./svg.mjs";
 import { OTHERS, stateOf, useWords } from "./use.mjs";
@@ -16,18 +16,21 @@ export class Drawing {
     this.sheet = byId("sheet");
     this.view = { centre: [0, 0], scale: 0.1, width: 800, height: 600 };
     this.parts = new Map();
+    this.layers = new Map();
     this.handles = new Map();
     this.grid = svg("g", { class: "grid", "aria-hidden": "true" });
     this.areas = svg("g", { class: "areas", "aria-hidden": "true" });
     this.outline = svg("path", { class: "outline", "aria-hidden": "true" });
     this.plan = svg("g", { class: "parts", "aria-hidden": "true" });
     this.boxes = svg("g", { class: "areas", "aria-hidden": "true" });
-    this.rings = svg("g", { class: "rings", "aria-hidden": "true" });
-    this.metres = svg("g", {}, this.areas, this.outline, this.plan, this.boxes, this.rings);
+    this.metres = svg("g", {}, this.areas, this.outline, this.plan, this.boxes);
+    this.ground = svg("svg", {}, patterns(), this.grid, this.metres);
+    this.rings = el("div", { class: "rings", "aria-hidden": "true" });
     this.over = svg("g", { class: "over", "aria-hidden": "true" });
     this.grips = svg("g", { class: "grips" });
     this.frame = svg("g", { class: "frame", "aria-hidden": "true" });
-    this.sheet.append(patterns(), this.grid, this.metres, this.over, this.frame, this.grips);
+    this.above = svg("svg", { class: "above" }, this.over, this.frame, this.grips);
+    this.sheet.append(this.ground, this.rings, this.above);
     new ResizeObserver(() => this.resize()).observe(this.sheet);
   }
 
@@ -100,28 +103,33 @@ export class Drawing {
   render() {
     const { app, view } = this;
     if (!app.opened) return;
+    const { opened, setup, answer } = app;
+    const { cranes, yard, access, construction, zones, boxes } = setup;
     const [ox, oy] = toPixels(view, [0, 0]);
-    set(this.sheet, { viewBox: `0 0 ${view.width} ${view.height}` });
+    for (const layer of [this.ground, this.above]) set(layer, { viewBox: `0 0 ${view.width} ${view.height}` });
     set(this.metres, { transform: `translate(${ox} ${oy}) scale(${1 / view.scale} ${-1 / view.scale})` });
-    this.drawAreas();
-    this.drawParts();
-    this.drawCranes();
-    this.grid.replaceChildren(...this.gridLines());
-    this.over.replaceChildren(...this.ringLabels(), ...this.areaLabels(), ...this.dimensions());
-    this.frame.replaceChildren(...this.scaleBar(), ...this.north());
+    this.layer(this.areas, [yard, access, construction, zones], () => drawnAreas({ ...setup, boxes: [] }));
+    this.layer(this.boxes, [boxes], () => drawnAreas({ zones: [], boxes }));
+    this.layer(this.rings, [view.scale, cranes.length, answer?.cranes], () => this.drawnCranes());
+    // Whole pixels: a layer between them would be blurred.
+    cranes.forEach(({ base_m: base }, n) => (this.rings.children[n].style.transform = `translate(${toPixels(view, base).map((value) => `${Math.round(value)}px`).join(",")})`));
+    this.layer(this.over, [view, opened, setup, answer?.cranes, app.moving], () => [...this.ringLabels(), ...this.areaLabels(), ...this.dimensions()]);
+    this.layer(this.frame, [view, opened], () => [...this.gridLabels(), ...this.scaleBar(), ...this.north()]);
     this.drawHandles();
   }
 
-  drawAreas() {
-    const areas = areasOf(this.app.setup);
-    const order = [...areas.filter((area) => area.what === "construction"), ...areas.filter((area) => area.what !== "construction")];
-    const drawn = (all) => all.map(({ id, what, kind, polygon }) => svg("path", { d: pathOf([polygon]), class: `area ${what} ${kind ?? ""}`, "data-area": what === "yard" || what === "boxes" ? id : null }));
-    this.areas.replaceChildren(...drawn(order.filter((area) => area.what !== "boxes")));
-    this.boxes.replaceChildren(...drawn(order.filter((area) => area.what === "boxes")));
+  /** Draw a layer again if a value that it shows has been replaced: what stays is neither laid out nor painted. */
+  layer(element, values, drawn) {
+    const before = this.layers.get(element);
+    if (before && values.every((value, n) => value === before[n])) return;
+    this.layers.set(element, values);
+    element.replaceChildren(...drawn());
   }
 
+  /** Colour the parts. */
   drawParts() {
     const { app } = this;
+    if (!app.opened) return;
     for (const part of app.opened.parts) {
       const path = this.parts.get(part.id);
       if (!path) continue;
@@ -133,20 +141,20 @@ export class Drawing {
   }
 
   /** Reach and rings of each crane: what the server says of the set-up that is shown, or of the last one. */
-  drawCranes() {
+  drawnCranes() {
     const { setup, answer } = this.app;
-    this.rings.replaceChildren(
-      ...setup.cranes.flatMap(({ base_m: [cx, cy] }, n) => {
-        const found = answer?.cranes?.[n];
-        if (!found) return [];
-        const circle = (r, name) => svg("circle", { cx, cy, r, class: name });
-        return [
-          ...found.rings.filter(({ radius_m: r }) => r < found.most_m - 0.01).map(({ radius_m: r }) => circle(r, "ring")),
-          found.least_m > 0 ? circle(found.least_m, "reach least") : null,
-          circle(found.most_m, "reach"),
-        ].filter(Boolean);
-      }),
-    );
+    return setup.cranes.map((_, n) => {
+      const found = answer?.cranes?.[n];
+      if (!found) return svg("svg");
+      const circle = (radius, name) => svg("circle", { r: radius / this.view.scale, class: name });
+      return svg(
+        "svg",
+        {},
+        ...found.rings.filter(({ radius_m: r }) => r < found.most_m - 0.01).map(({ radius_m: r }) => circle(r, "ring")),
+        found.least_m > 0 ? circle(found.least_m, "reach least") : null,
+        circle(found.most_m, "reach"),
+      );
+    });
   }
 
   /** Radius and capacity on each ring, in the direction that has most of the labels on screen and outside of the building. */
@@ -165,7 +173,8 @@ export class Drawing {
       const rings = found.rings.length ? found.rings : [{ radius_m: found.most_m, capacity_kg: null }];
       const place = (radius, turn) => toPixels(this.view, [base[0] + radius * Math.cos(turn), base[1] + radius * Math.sin(turn)]);
       const [width, height] = [this.view.width - 60, this.view.height - 60];
-      const isFree = ([x, y]) => x > 115 && x < width && y > 50 && y < height && !(x < 260 && y > height - 130);
+      // Clear of the coordinates, the legend and the buttons.
+      const isFree = ([x, y]) => x > 115 && x < width && y > 50 && y < height && !(x < 260 && y > height - 130) && !(x > width - 140 && y < 80);
       const turns = Array.from({ length: 24 }, (_, k) => Math.PI / 2 + ((k % 2 ? 1 : -1) * Math.ceil(k / 2) * Math.PI) / 12);
       const outline = this.app.opened.building.outline.map((polygon) => polygon.map((point) => toPixels(this.view, point)));
       const sorted = [...rings].sort((a, b) => b.radius_m - a.radius_m);
@@ -213,8 +222,8 @@ export class Drawing {
     });
   }
 
-  /** Lines of the survey's grid if the site is on a map, otherwise of the site's metres, with coordinates at the edges. */
-  gridLines() {
+  /** Draw the lines of the survey's grid if the site is on a map, otherwise of the site's metres; returns their coordinates at the edges. */
+  gridLabels() {
     const { view } = this;
     const { map } = this.app.opened;
     const [x0, y0, x1, y1] = shown(view);
@@ -223,22 +232,23 @@ export class Drawing {
     const corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]].map(forth); // prettier-ignore
     const low = [0, 1].map((axis) => Math.min(...corners.map((corner) => corner[axis])));
     const high = [0, 1].map((axis) => Math.max(...corners.map((corner) => corner[axis])));
-    const drawn = [];
+    const [lines, labels] = [[], []];
     for (const axis of [0, 1]) {
       for (const value of multiples(low[axis], high[axis], step)) {
         const at = (other) => toPixels(view, back(axis === 0 ? [value, other] : [other, value]));
         const [a, b] = [at(low[1 - axis]), at(high[1 - axis])];
-        drawn.push(svg("line", { x1: a[0], y1: a[1], x2: b[0], y2: b[1] }));
+        lines.push(svg("line", { x1: a[0], y1: a[1], x2: b[0], y2: b[1] }));
         const text = names[axis] + fixed(value, step < 1 ? 1 : 0).replaceAll(",", " ");
         // The label where the line meets the sheet's upper edge, or its left edge if it lies flat.
         const flat = Math.abs(b[0] - a[0]) > Math.abs(b[1] - a[1]);
         const share = flat ? (4 - a[0]) / (b[0] - a[0]) : (12 - a[1]) / (b[1] - a[1]);
         const place = [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])];
         const fits = flat ? place[1] > 26 : place[0] > 90 && place[0] < view.width - 8 * text.length;
-        if (Number.isFinite(share) && fits) drawn.push(label(text, flat ? [4, place[1] - 3] : [place[0] + 3, 12], { class: "label grid-label", "text-anchor": "start" }));
+        if (Number.isFinite(share) && fits) labels.push(label(text, flat ? [4, place[1] - 3] : [place[0] + 3, 12], { class: "label grid-label", "text-anchor": "start" }));
       }
     }
-    return drawn;
+    this.grid.replaceChildren(...lines);
+    return labels;
   }
 
   scaleBar() {
@@ -293,6 +303,13 @@ export class Drawing {
     const use = state === "cannot" ? found?.reason || OTHERS.cannot : state in OTHERS ? OTHERS[state] : `${useWords(state, found)} of what the crane may lift`;
     return `${nameOf(part)}, ${tonnes(part.mass_kg)}: ${use}`;
   }
+}
+
+/** Areas as paths, the construction area under the others. */
+function drawnAreas(setup) {
+  const areas = areasOf(setup);
+  const order = [...areas.filter((area) => area.what === "construction"), ...areas.filter((area) => area.what !== "construction")];
+  return order.map(({ id, what, kind, polygon }) => svg("path", { d: pathOf([polygon]), class: `area ${what} ${kind ?? ""}`, "data-area": what === "yard" || what === "boxes" ? id : null }));
 }
 
 function patterns() {

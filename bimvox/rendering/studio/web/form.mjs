@@ -7,6 +7,9 @@ import { axisNames, numberOf, pointOf, shownPair, written } from "./numbers.mjs"
 import { areasOf, craneName, MEANS, acrossOf, withArea, withBox, withCorner, withCrane, withKind, withMeans, withNewCrane, withObstruction, withoutArea, withoutCorner, withoutCrane, withPolygon, withZone, polygonOf, ZONE_KINDS } from "./setup.mjs";
 import { meansOf, OTHERS, useWords } from "./use.mjs";
 
+/** While a hand moves something: a browser looks through all fields of a page whenever one of them is filled. */
+const PERIOD_MS = 150;
+
 export class Form {
   constructor(app) {
     this.app = app;
@@ -33,9 +36,16 @@ export class Form {
       this.made = structure;
       this.build();
     }
-    for (const field of this.fields) field.update(app.setup);
+    if (!app.draft) this.renderFields();
+    else this.waiting ??= setTimeout(() => this.renderFields(), PERIOD_MS);
     this.renderProblems();
     this.renderPart();
+  }
+
+  renderFields() {
+    clearTimeout(this.waiting);
+    this.waiting = null;
+    for (const field of this.fields) field.update(this.app.setup);
   }
 
   build() {

@@ -43,6 +43,8 @@ export function watchHands(app) {
     const at = drawing.metresAt(event);
     const wanted = [at[0] + drag.offset[0], at[1] + drag.offset[1]];
     const { at: place } = snapped(wanted, drawing.edges, REACH_PX * drawing.view.scale, event.altKey);
+    if (drag.place?.every((value, axis) => value === place[axis])) return; // it snaps to where it is already
+    drag.place = place;
     app.preview(moved(drag.start, drag.id, [place[0] - drag.anchor[0], place[1] - drag.anchor[1]]), drag.id);
   });
   const end = (event) => {

@@ -46,7 +46,9 @@ export class History {
 
   /** Whether the state differs from the saved one. */
   get isChanged() {
-    return !equal(this.kept(this.state), this.kept(this.saved));
+    const { state, saved } = this;
+    if (this.compared?.state !== state || this.compared.saved !== saved) this.compared = { state, saved, differ: !equal(this.kept(state), this.kept(saved)) };
+    return this.compared.differ;
   }
 
   /** Note that a state was saved: the current one, or the one that was sent. */

@@ -8,6 +8,7 @@ const ENTRIES = [...BANDS.map(({ key, words }) => [key, words]), ...Object.entri
 export class Legend {
   constructor(app) {
     this.app = app;
+    this.shown = new Map();
     this.entries = new Map(
       ENTRIES.map(([key, words]) => {
         const count = el("b");
@@ -38,6 +39,9 @@ export class Legend {
     const counts = countsOf(app.opened.parts, app.setup, app.answer?.parts);
     for (const [key, { element, button, count }] of this.entries) {
       const pressed = app.states?.has(key) ?? false;
+      const shown = `${counts[key]} ${pressed}`;
+      if (this.shown.get(key) === shown) continue;
+      this.shown.set(key, shown);
       element.hidden = !counts[key] && !pressed;
       count.textContent = whole(counts[key] ?? 0);
       button.setAttribute("aria-pressed", String(pressed));

@@ -26,7 +26,8 @@ export class List {
       const means = el("select", { "aria-label": `How ${group.title} is set` });
       means.addEventListener("change", () => this.app.change(withMeans(this.app.setup, this.changeable(group.parts), means.value), `means of ${group.title}`));
       const [title, rows] = [el("summary"), el("ul")];
-      return { ...group, means, summary: title, rows, element: el("details", { class: "kind", open: !closed }, title, el("label", { class: "all" }, el("span", {}, "All of them"), means), rows) };
+      const element = el("details", { class: "kind", open: !closed, ontoggle: () => element.open && this.render() }, title, el("label", { class: "all" }, el("span", {}, "All of them"), means), rows);
+      return { ...group, means, summary: title, rows, element, order: group.parts };
     });
     this.changed = el("details", { class: "kind changed", open: true }, (this.changedTitle = el("summary")), (this.changedRows = el("ul")));
     fill(byId("parts-list"), this.changed, this.cannot, ...this.groups.map((group) => group.element));
@@ -50,26 +51,33 @@ export class List {
     const shown = matching(app.opened.parts, app.query, app.states, (part) => app.stateOf(part));
     const isShown = new Set(shown.map((part) => part.id));
     const { length } = app.opened.parts;
-    byId("parts-count").textContent = shown.length === length ? counted(length, "part") : `${whole(shown.length)} of ${counted(length, "part")}`;
-    for (const part of shown) this.update(part);
+    say(byId("parts-count"), shown.length === length ? counted(length, "part") : `${whole(shown.length)} of ${counted(length, "part")}`);
     const changed = shown.filter((part) => app.changes?.has(part.id)).sort((a, b) => Number(app.changes.get(b.id).kind === "refused") - Number(app.changes.get(a.id).kind === "refused"));
     const isChanged = new Set(changed.map((part) => part.id));
     this.changed.hidden = !changed.length;
-    this.changedTitle.textContent = changed.length ? changedTitle(app.changedBy, app.changes) : "";
-    put(this.changedRows, changed.map((part) => this.rows.get(part.id).element)); // prettier-ignore
+    say(this.changedTitle, changed.length ? changedTitle(app.changedBy, app.changes) : "");
+    this.fill(this.changedRows, changed);
     const cannot = shown.filter((part) => app.stateOf(part) === "cannot" && !isChanged.has(part.id)).sort((a, b) => b.mass_kg - a.mass_kg);
     const apart = new Set([...isChanged, ...cannot.map((part) => part.id)]);
     this.cannot.hidden = !cannot.length;
-    this.cannotTitle.textContent = `Cannot be lifted (${whole(cannot.length)})`;
-    put(this.cannotRows, cannot.map((part) => this.rows.get(part.id).element)); // prettier-ignore
+    say(this.cannotTitle, `Cannot be lifted (${whole(cannot.length)})`);
+    this.fill(this.cannotRows, cannot);
     for (const group of this.groups) {
-      const own = group.parts.filter((part) => isShown.has(part.id) && !apart.has(part.id));
-      const here = group.parts.filter((part) => isShown.has(part.id));
+      // While a hand moves something, rows keep their order.
+      if (!app.draft) group.order = [...group.parts].sort(byUse(app.answer?.parts));
+      const here = group.order.filter((part) => isShown.has(part.id));
+      const own = here.filter((part) => !apart.has(part.id));
       group.element.hidden = !here.length;
-      group.summary.textContent = `${group.title} (${whole(here.length)}${own.length < here.length ? `, ${whole(here.length - own.length)} above` : ""})`;
-      put(group.rows, [...own].sort(byUse(app.answer?.parts)).map((part) => this.rows.get(part.id).element)); // prettier-ignore
+      say(group.summary, `${group.title} (${whole(here.length)}${own.length < here.length ? `, ${whole(here.length - own.length)} above` : ""})`);
       chooseMeans(group.means, commonMeans(group.parts, app.setup));
+      if (group.element.open) this.fill(group.rows, own); // a closed one is filled when it opens
     }
+  }
+
+  /** Put the rows of parts into a list, as the parts are now. */
+  fill(list, parts) {
+    for (const part of parts) this.update(part);
+    put(list, parts.map((part) => this.rows.get(part.id).element)); // prettier-ignore
   }
 
   update(part) {
@@ -82,19 +90,23 @@ export class List {
     const why = change ? changeWords(change) : state === "cannot" ? found?.reason ?? "" : "";
     if (row.state !== state) row.element.className = row.state = state;
     const small = [tonnes(part.mass_kg), stageWords(app.stageOf(part))].filter(Boolean).join(" · ");
-    if (row.small.textContent !== small) row.small.textContent = small;
-    if (row.use.textContent !== use) row.use.textContent = use;
-    if (row.why.textContent !== why) row.why.textContent = why;
+    say(row.small, small);
+    say(row.use, use);
+    say(row.why, why);
     const chosen = app.chosen === part.id;
     if (chosen !== row.button.hasAttribute("aria-current")) row.button.toggleAttribute("aria-current", chosen);
   }
 
   /** Bring the row of the chosen part into view. */
   reveal(id) {
-    const row = this.rows.get(id)?.element;
-    const group = row?.closest("details");
-    if (group) group.open = true;
-    row?.scrollIntoView({ block: "nearest" });
+    const row = this.rows.get(id).element;
+    const apart = [this.changed, this.cannot].find((group) => group.contains(row));
+    const group = apart ?? this.groups.find(({ parts }) => parts.some((part) => part.id === id)).element;
+    if (!group.open) {
+      group.open = true;
+      this.render();
+    }
+    row.scrollIntoView({ block: "nearest" });
   }
 }
 
@@ -107,10 +119,18 @@ export function chooseMeans(select, current) {
   select.disabled = current === "pinned";
 }
 
-/** Put elements into a list in this order; nothing moves if they are there already, so that focus and scrolling stay. */
+const say = (element, words) => {
+  if (element.textContent !== words) element.textContent = words;
+};
+
+/** Put elements into a list in this order; what is in its place stays there, and so do focus and scrolling. */
 function put(list, elements) {
-  if (list.children.length === elements.length && elements.every((element, n) => list.children[n] === element)) return;
   const focused = document.activeElement;
-  list.replaceChildren(...elements);
+  let next = list.firstChild;
+  for (const element of elements) {
+    if (element === next) next = next.nextSibling;
+    else list.insertBefore(element, next);
+  }
+  while (list.children.length > elements.length) list.lastChild.remove();
   if (focused && focused !== document.activeElement && list.contains(focused)) focused.focus({ preventScroll: true });
 }

@@ -141,6 +141,7 @@ class App {
       Object.assign(this, { opened, history: new History({ ...opened.setup, boxes }, saved), placed: JSON.stringify(boxes), changes: null, changedBy: null, carried: null, draft: null, moving: null, answer: null, chosen: null, onMap: false });
       this.legend.reset();
       this.list.open();
+      this.picture.open();
       this.panes.show("plan");
       this.drawing.open();
       this.render();
@@ -251,7 +252,8 @@ class App {
   preview(setup, id = null) {
     this.draft = setup;
     this.moving = setup ? id : null;
-    this.renderSetup();
+    this.drawing.render();
+    this.form.render();
     this.try();
   }
 
@@ -271,6 +273,7 @@ class App {
   }
 
   changed() {
+    this.drawing.drawParts();
     this.renderSetup();
     this.place();
     this.try();
@@ -316,6 +319,8 @@ class App {
   /** Take the server's answer about a set-up. */
   take(answer) {
     const isFirst = !this.answer;
+    // A crane that has only moved keeps its rings.
+    if (JSON.stringify(answer.cranes) === JSON.stringify(this.answer?.cranes)) answer.cranes = this.answer.cranes;
     this.answer = answer;
     this.picture.wait();
     this.render();
@@ -470,6 +475,7 @@ class App {
     if (!this.opened) return this.renderHead();
     const all = !this.query.trim() && !this.states;
     this.shown = all ? null : new Set(matching(this.opened.parts, this.query, this.states, (part) => this.stateOf(part)).map((part) => part.id));
+    this.drawing.drawParts();
     this.renderSetup();
     this.list.render();
     this.legend.render();
@@ -499,8 +505,9 @@ class App {
     if (!answer) return;
     const refused = [...(this.changes?.values() ?? [])].filter(({ kind }) => kind === "refused").length;
     const bad = answer.served < answer.of || answer.problems.length > 0 || refused > 0;
-    const words = `${bad ? "✕" : "✓"} ${whole(answer.served)} of ${whole(answer.of)} can be lifted · highest ${percent(answer.highest)}${answer.problems.length ? ` · ${counted(answer.problems.length, "problem")}` : ""}${refused ? ` · ${whole(refused)} refused in the plan` : ""}`;
-    if (chip.textContent !== words) chip.textContent = words;
+    const words = `${bad ? "✕" : "✓"} ${whole(answer.served)} of ${whole(answer.of)} can be lifted · highest ${percent(answer.highest)}${refused ? ` · ${whole(refused)} refused in the plan` : ""}${answer.problems.length ? ` · ${counted(answer.problems.length, "problem")}` : ""}`;
+    const problem = answer.problems.length ? `: ${answer.problems[0]}` : ""; // where the set-up is another pane
+    if (chip.textContent !== words + problem) fill(chip, words, el("span", { class: "narrow" }, problem));
     chip.className = `chip ${bad ? "refused" : "clean"}`;
   }
 }

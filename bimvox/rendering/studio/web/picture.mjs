@@ -14,7 +14,7 @@ export class Picture {
     this.image = el("img", { alt: "The site in 3-D: building, cranes, areas", hidden: true });
     this.said = el("p", { role: "status" });
     const button = (words, label, step) => el("button", { type: "button", "aria-label": label, title: label, onclick: () => this.look(step) }, words);
-    this.card = el("details", { class: "solid" }, el("summary", {}, "3-D view"), this.image, this.said, el("div", { class: "group", role: "group", "aria-label": "Look from" }, button("⟲", "Look from further left", -STEP_DEG), button("⟳", "Look from further right", STEP_DEG)));
+    this.card = el("details", { class: "solid", hidden: true }, el("summary", {}, "3-D view"), this.image, this.said, el("div", { class: "group", role: "group", "aria-label": "Look from" }, button("⟲", "Look from further left", -STEP_DEG), button("⟳", "Look from further right", STEP_DEG)));
     app.form.body.before(this.card);
     this.asking = new Latest(
       ({ opened, setup, turn }) => picture({ path: opened.path, setup, turn_deg: turn }),
@@ -23,6 +23,12 @@ export class Picture {
     );
     this.card.open = matchMedia("(min-width: 1200px)").matches;
     this.card.addEventListener("toggle", () => this.refresh());
+  }
+
+  /** Another site is open: what is shown is not its picture. */
+  open() {
+    this.card.hidden = false;
+    this.show(null, "The 3-D view is being drawn …");
   }
 
   look(step) {

@@ -44,6 +44,7 @@ export function countsOf(parts, setup, found) {
 /** The parts whose name, id, class or storey has every word of a query, and whose state is asked for. */
 export function matching(parts, query, states, stateAt) {
   const words = query.toLowerCase().split(/\s+/).filter(Boolean);
+  if (!words.length && !states) return parts;
   return parts.filter((part) => {
     if (states && !states.has(stateAt(part))) return false;
     const text = [nameOf(part), part.id, part.class, classWords(part.class ?? ""), part.storey].filter(Boolean).join(" ").toLowerCase();
