@@ -15,6 +15,9 @@ from bimvox.errors import InputError
 
 Backend = Literal["loky", "ray", "dask"]
 
+_RESTARTED = {"max_restarts": -1, "max_task_retries": 2}
+"""Of the workers of Ray: one that dies is started again, and its run too; Dask does the same by itself."""
+
 
 @contextmanager
 def opened(backend: Backend, jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
@@ -33,6 +36,21 @@ def opened(backend: Backend, jobs: int, address: str | None) -> Iterator[dict[st
     """
     with {"loky": _loky, "ray": _ray, "dask": _dask}[backend](jobs, address) as config:
         yield config
+
+
+def worker_lost(backend: Backend, error: BaseException) -> bool:
+    """Return whether an error of a backend says that a worker died."""
+    if backend == "loky":
+        from joblib.externals.loky.process_executor import BrokenProcessPool
+
+        return isinstance(error, BrokenProcessPool)
+    if backend == "ray":
+        from ray.exceptions import RayError
+
+        return isinstance(error, RayError)
+    from distributed import KilledWorker
+
+    return isinstance(error, KilledWorker)
 
 
 @contextmanager
@@ -68,7 +86,7 @@ def _ray(jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
         raise _not_reached("ray", address, error) from error
     try:
         register_ray()
-        yield {"backend": "ray", "n_jobs": jobs}
+        yield {"backend": "ray", "n_jobs": jobs, "ray_remote_args": _RESTARTED}
     finally:
         ray.shutdown()
 

@@ -12,6 +12,7 @@ from bimvox.errors import BimvoxError, FileError
 from bimvox.files import default_output, reason_of, require_input, sha256_of
 from bimvox.processes import processors
 from bimvox.progress import Progress
+from bimvox_pipeline.fleet.apart import begun_file
 from bimvox_pipeline.fleet.backends import Backend
 from bimvox_pipeline.fleet.runs import Run, Wish, digest_of, runs_of
 from bimvox_pipeline.fleet.schedule import carry_out_all
@@ -19,7 +20,7 @@ from bimvox_pipeline.fleet.sweep_file import load_sweep
 from bimvox_pipeline.fleet.table import write_tables
 from bimvox_pipeline.fleet.work import FAILED, RECORDS, log_file, record_file
 
-_LOCK = ".fleet.lock"
+_LOCK, _PART = ".fleet.lock", ".bimvox-*.part"
 
 
 def sweep(
@@ -147,6 +148,7 @@ def _locked(folder: Path) -> Iterator[None]:
     except OSError as error:
         raise FileError(folder, f"cannot be used: {reason_of(error)}", hint="choose another -o") from error
     with lock:
-        for left in (*folder.glob(".bimvox-*.part"), *(folder / RECORDS).glob(".bimvox-*.part")):
+        records = folder / RECORDS
+        for left in (*folder.glob(_PART), *records.glob(_PART), *records.glob(begun_file(records, "*").name)):
             left.unlink(missing_ok=True)
         yield
