@@ -57,12 +57,17 @@ def worker_lost(backend: Backend, error: BaseException) -> bool:
 def _loky(jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
     if address is not None:
         raise InputError("processes of this machine have no --cluster", hint="add --backend ray or --backend dask")
+    start_workers("loky", jobs)
+    yield {"backend": "loky", "n_jobs": jobs}
+
+
+def start_workers(backend: Backend, jobs: int) -> None:
+    """Start the workers of an open backend, also after a lost one ended them all; clusters start their own."""
     from joblib import Parallel, delayed, parallel_config
 
-    config = {"backend": "loky", "n_jobs": jobs}
-    with _interrupts_held_back(), parallel_config(**config):
-        Parallel()(delayed(os.getpid)() for _ in range(jobs))  # starts the workers, which joblib keeps
-    yield config
+    if backend == "loky":
+        with _interrupts_held_back(), parallel_config(backend="loky", n_jobs=jobs):
+            Parallel()(delayed(os.getpid)() for _ in range(jobs))  # joblib keeps the workers
 
 
 @contextmanager
@@ -82,7 +87,7 @@ def _ray(jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
             logging_level=logging.ERROR,
             configure_logging=True,
         )
-    except (ConnectionError, ValueError, RuntimeError) as error:
+    except Exception as error:
         raise _not_reached("ray", address, error) from error
     try:
         register_ray()

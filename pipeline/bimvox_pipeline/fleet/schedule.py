@@ -10,7 +10,7 @@ from pathlib import Path
 
 from bimvox.progress import Progress
 from bimvox_pipeline.fleet.apart import Work, begun_file, carry_out_apart, end_child
-from bimvox_pipeline.fleet.backends import Backend, opened, worker_lost
+from bimvox_pipeline.fleet.backends import Backend, opened, start_workers, worker_lost
 from bimvox_pipeline.fleet.runs import Run
 from bimvox_pipeline.fleet.work import carry_out, failed, record_file, write_record
 
@@ -46,9 +46,13 @@ def carry_out_all(
     Raises:
         InputError: If the backend cannot be used.
     """
-    left, fleet = list(runs), _Fleet(folder, backend, jobs, address, work)
+    from joblib import parallel_config
+
+    if not runs:
+        return
+    left, fleet = list(runs), _Fleet(folder, backend, jobs, work)
     try:
-        with _followed(runs, folder, progress):
+        with opened(backend, jobs, address) as config, _followed(runs, folder, progress), parallel_config(**config):
             for is_alone in _ALONE:
                 parts = [[run] for run in left] if is_alone else [left]
                 left = [run for part in parts for run in fleet.begun_in_vain(part)]
@@ -65,18 +69,17 @@ def carry_out_all(
 
 @dataclass(frozen=True, slots=True)
 class _Fleet:
-    """A backend and what its workers execute."""
+    """An open backend and what its workers execute."""
 
     folder: Path
     backend: Backend
     jobs: int
-    address: str | None
     work: Work
 
     def begun_in_vain(self, runs: Sequence[Run]) -> list[Run]:
         """Execute runs, and return those that began and have no record in the end.
 
-        If a lost worker ends the backend, the runs that have not begun are executed by a new one.
+        If a lost worker ends all workers, new ones execute the runs that have not begun.
         """
         for run in runs:
             begun_file(self.folder, run.name).unlink(missing_ok=True)
@@ -88,6 +91,7 @@ class _Fleet:
                 break
             if len(left) == len(waiting):
                 raise lost
+            start_workers(self.backend, self.jobs)
             waiting = left
         return [run for run in runs if not record_file(self.folder, run.name).exists()]
 
@@ -98,14 +102,13 @@ class _Fleet:
     def _has_begun(self, run: Run) -> bool:
         return record_file(self.folder, run.name).exists() or begun_file(self.folder, run.name).exists()
 
-    def _executed(self, runs: Sequence[Run]) -> BaseException | None:
-        """Execute runs until the end, or until a lost worker ends the backend; that error is returned."""
-        from joblib import Parallel, delayed, parallel_config
+    def _executed(self, runs: Sequence[Run]) -> Exception | None:
+        """Execute runs until the end, or until a lost worker ends all workers; that error is returned."""
+        from joblib import Parallel, delayed
 
         try:
-            with opened(self.backend, self.jobs, self.address) as config, parallel_config(**config):
-                for part in ([run for run in runs if run.leads], [run for run in runs if not run.leads]):
-                    Parallel(batch_size=1)(delayed(carry_out_apart)(self.work, run, self.folder) for run in part)
+            for part in ([run for run in runs if run.leads], [run for run in runs if not run.leads]):
+                Parallel(batch_size=1)(delayed(carry_out_apart)(self.work, run, self.folder) for run in part)
         except Exception as error:
             if worker_lost(self.backend, error):
                 return error

@@ -26,17 +26,20 @@ class Backend:
     """A backend in this process: ``deaths`` are how often a run dies, ``breaks`` those that take the backend along."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, deaths: dict[str, int], breaks: Sequence[str] = ()) -> None:
-        self.deaths, self.breaks, self.tries, self.opened = deaths, breaks, Counter[str](), 0
+        self.deaths, self.breaks, self.tries, self.starts = deaths, breaks, Counter[str](), 0
         monkeypatch.setattr("bimvox_pipeline.fleet.schedule.carry_out_apart", self.carry_out)
         monkeypatch.setattr("bimvox_pipeline.fleet.schedule.opened", self.open)
+        monkeypatch.setattr("bimvox_pipeline.fleet.schedule.start_workers", self.start)
         monkeypatch.setattr(
             "bimvox_pipeline.fleet.schedule.worker_lost", lambda _, error: isinstance(error, WorkerLostError)
         )
 
     @contextmanager
     def open(self, *_: object) -> Iterator[dict[str, Any]]:
-        self.opened += 1
         yield {"backend": "sequential", "n_jobs": 1}
+
+    def start(self, *_: object) -> None:
+        self.starts += 1
 
     def carry_out(self, work: Work, run: Run, folder: Path) -> None:
         if run.name == "never":
@@ -76,7 +79,7 @@ def test_runs_that_die_are_tried_again_and_at_last_recorded_as_failed(tmp_path: 
         zip("abcdef", ["tried"] * 3 + ["died"] * 2 + ["tried"], strict=True)
     )
     assert backend.tries == {"a": 1, "b": 2, "c": 3, "d": 3, "e": 3, "f": 1}
-    assert backend.opened == 2 + 3  # the third tries are each alone
+    assert backend.starts == 0
     assert "b: its process ended (SIGKILL) before it was done" in progress.notes
     error = json.loads(record_file(tmp_path, "d").read_bytes())["error"]
     assert error["message"] == "its process ended (SIGKILL) before it was done, 3 times: out of memory, or a crash"
@@ -86,6 +89,7 @@ def test_if_a_lost_worker_ends_the_backend_the_others_go_on(tmp_path: Path, monk
     backend = Backend(monkeypatch, {"a": 9, "c": 1}, breaks="ac")
     assert codes(tmp_path, "abcd") == {"a": "died", "b": "tried", "c": "tried", "d": "tried"}
     assert backend.tries == {"a": 3, "b": 1, "c": 2, "d": 1}
+    assert backend.starts == 4
 
 
 def test_a_backend_that_begins_nothing_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
