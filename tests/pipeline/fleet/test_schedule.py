@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -96,3 +97,24 @@ def test_a_backend_that_begins_nothing_is_an_error(tmp_path: Path, monkeypatch: 
     Backend(monkeypatch, {})
     with pytest.raises(WorkerLostError):
         codes(tmp_path, ["never"])
+
+
+def test_progress_counts_the_records_of_these_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    Backend(monkeypatch, {})
+    monkeypatch.setattr("bimvox_pipeline.fleet.schedule._LOOK_EVERY_S", 0.01)
+    (tmp_path / RECORDS).mkdir()
+    write_record(tmp_path, failed(Run("other", Wish(Path("other")), leads=True), "tried", "", None))
+    seen: list[tuple[str, int, int]] = []
+    progress = SilentProgress()
+    monkeypatch.setattr(progress, "report", lambda *told: seen.append(told))
+
+    def recorded_and_seen(run: Run, folder: Path) -> None:
+        recorded(run, folder)
+        until = time.monotonic() + 10.0
+        while ("runs", "ab".index(run.name) + 1, 2) not in seen and time.monotonic() < until:
+            time.sleep(0.005)
+
+    runs = [Run(name, Wish(Path(name)), leads=True) for name in "ab"]
+    carry_out_all(runs, tmp_path, backend="loky", jobs=2, address=None, progress=progress, work=recorded_and_seen)
+    assert set(seen) >= {("runs", 1, 2), ("runs", 2, 2)}
+    assert not any(done > 2 for _, done, _ in seen)
