@@ -130,7 +130,7 @@ bench-yard: setup ## what smaller truckloads save: docs/data/measured.txt
 bench-watch: setup ## from a changed obstruction file to the new plan on disk: docs/watching.md
 	$(BIN)/python -m benchmarks.watch $(ARGS)
 
-bench-scale: setup ## 50 to 1,000 components planned and proven: docs/scale.md
+bench-scale: setup ## 50 to 5,000 components planned and proven: docs/scale.md
 	$(BIN)/python -m benchmarks.scale $(ARGS)
 
 bench-optimise: setup ## what optimise finds, against init, the classical estimate and random ones (ARGS="MODEL ... --write"): docs/data/optimise.txt

@@ -1,8 +1,8 @@
 """How the cost of `bimvox plan` grows with the number of components: ``make bench-scale``.
 
-Plans and proves buildings of 50 to 1,000 components on 200 x 200 x 60 cells, each in a separate process with an empty
-policy store, and writes the table of ``docs/scale.md``, its data and its plot. A first small run compiles the kernels.
-Times are wall times: run nothing else. With ``--sizes`` or ``--policy``, nothing in ``docs`` is changed unless
+Plans and proves buildings of 50 to 5,000 components on 200 x 200 columns of cells, each in a separate process with an
+empty policy store, and writes the table of ``docs/scale.md``, its data and its plot. A first small run compiles the
+kernels. Times are wall times: run nothing else. With ``--sizes`` or ``--policy``, nothing in ``docs`` is changed unless
 ``--docs`` names a folder.
 """
 
@@ -19,7 +19,7 @@ from benchmarks.scale.measure import Measured, measure
 from benchmarks.scale.report import Way, as_json, as_markdown, bars, drawing
 
 _DOCS = Path(__file__).parents[2] / "docs"
-_SIZES = (50, 100, 200, 500, 1000)
+_SIZES = (50, 100, 200, 500, 1000, 2000, 5000)
 _WARM_UP = 12
 _WAYS = (("as `bimvox plan` does it", None),)
 

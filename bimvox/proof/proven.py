@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from bimvox.proof.bodies.triangles import TriangleCheck
-from bimvox.proof.moment import Moment
-from bimvox.records.lift import LiftPlan
+from bimvox.proof.moment import Moment, Thing
+from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check
 from bimvox.records.trajectory import Trajectory
@@ -15,19 +16,29 @@ _Course = tuple[tuple[Trajectory | None, ...], tuple[tuple[object, ...], ...], i
 """A motion without the time at which it starts: its trajectories, and its phases and its end from its own start."""
 
 
+class _Then(NamedTuple):
+    """What is kept of a moment."""
+
+    lift: Lift
+    before: Lift | None
+    present: tuple[Thing, ...]
+    arrived: frozenset[Thing]
+
+
 class ProvenLifts:
     """The lifts and motions that passed all of their checks, with everything that these looked at.
 
-    A lift is the same if it is the same object, on the same site with the same modelled clashes, the same things are
-    present, and the same parts are in place. A motion is the same if it is of the same lift after the same lift, and
-    both move in the same way, whenever they start.
+    A lift is the same if it is the same object, on the same site with the same modelled clashes, and the same things
+    are present. The parts in place are among these, as objects of their own, and are not kept once more: for thousands
+    of lifts, sets of thousands of parts would need gigabytes. A motion is the same if it is of the same lift after the
+    same lift, and both move in the same way, whenever they start.
     """
 
     def __init__(self) -> None:
         self._plan: LiftPlan | None = None
         self._triangles: TriangleCheck | None = None
-        self._lifts: dict[int, tuple[Moment, frozenset[int], Mapping[str, Check]]] = {}
-        self._motions: dict[int, tuple[Moment, _Course, _Course | None, Mapping[str, Check]]] = {}
+        self._lifts: dict[int, tuple[_Then, frozenset[int], Mapping[str, Check]]] = {}
+        self._motions: dict[int, tuple[_Then, _Course, _Course | None, Mapping[str, Check]]] = {}
 
     def turn_to(self, plan: LiftPlan) -> TriangleCheck:
         """Forget all lifts unless they are of plans of the same site and of the same findings in its model.
@@ -57,7 +68,7 @@ class ProvenLifts:
     def add(self, moment: Moment, not_set: frozenset[int], checks: Mapping[str, Check]) -> None:
         """Remember a lift if it passed."""
         if all(check.passed for check in checks.values()):
-            self._lifts[moment.lift.component] = (moment, not_set, checks)
+            self._lifts[moment.lift.component] = (self._then(moment), not_set, checks)
 
     def checks_of_motion(
         self, moment: Moment, motion: LiftMotion, before: LiftMotion | None
@@ -86,11 +97,18 @@ class ProvenLifts:
         """Remember a motion if it passed."""
         if all(check.passed and not check.undecided for check in checks.values()):
             courses = _course(motion), None if before is None else _course(before)
-            self._motions[moment.lift.component] = (moment, *courses, checks)
+            self._motions[moment.lift.component] = (self._then(moment), *courses, checks)
+
+    def _then(self, moment: Moment) -> _Then:
+        """Return what is kept of a moment; a lift and its motion share what is present."""
+        present, of_lift = moment.present, self._lifts.get(moment.lift.component)
+        if of_lift is not None and of_lift[0].present == present:
+            present = of_lift[0].present
+        return _Then(moment.lift, moment.before, present, moment.arrived)
 
 
-def _is_same(then: Moment, now: Moment) -> bool:
-    return then.lift is now.lift and then.present == now.present and then.placed == now.placed
+def _is_same(then: _Then, now: Moment) -> bool:
+    return then.lift is now.lift and then.present == now.present
 
 
 def _course(motion: LiftMotion) -> _Course:

@@ -78,6 +78,7 @@ def show_fleet(console: Console, document: Mapping[str, Any]) -> None:
             ("runs", f"{len(runs):,}{kept}"),
             ("proof", _verdict(document)),
             ("table", "\n".join(document["tables"])),
+            ("page", document["page"]),
             ("took", spent(document["seconds"])),
         ],
     )

@@ -162,3 +162,14 @@ def test_motions_of_one_site_are_not_proven_of_another(driven, driven_at):
     driven_at.clear()
     verify_motions(dataclasses.replace(plan, site=dataclasses.replace(plan.site)), motions, proven=proven)
     assert driven_at == [1, 2, 3, 4]
+
+
+def test_what_is_around_a_lift_is_kept_once_and_without_sets_of_all_parts(driven):
+    plan, motions = driven
+    proven = ProvenLifts()
+    verify_plan(plan, proven=proven)
+    verify_motions(plan, motions, proven=proven)
+    assert len(proven._lifts) == len(proven._motions) == len(plan.lifts)
+    for component, (then, *_) in proven._motions.items():
+        assert then.present is proven._lifts[component][0].present
+        assert not hasattr(then, "placed")

@@ -11,13 +11,6 @@ from bimvox_pipeline.fleet.runs import Run
 from bimvox_pipeline.fleet.work import carry_out, failed, write_record
 
 
-def kills_itself_where_asked(run: Run, folder: Path) -> None:
-    if run.name.startswith("deadly"):
-        os.kill(os.getpid(), signal.SIGKILL)
-    time.sleep(0.05)
-    write_record(folder, failed(run, "tried", f"threads {os.environ['OMP_NUM_THREADS']}", None))
-
-
 def plans_with_a_policy_from_scratch(run: Run, folder: Path) -> None:
     """Plan a run with a trained policy, not the shipped one, from a store next to the fleet's folder."""
     from bimvox.policy import choice as policy_choice
@@ -27,3 +20,25 @@ def plans_with_a_policy_from_scratch(run: Run, folder: Path) -> None:
     site_lessons._STARTS = 4  # a short test
     policy_choice._beginning = lambda start_from: (None, None)
     carry_out(run, folder)
+
+
+def dies_as_named(run: Run, folder: Path) -> None:
+    """Kill this process or its worker, once or always, as the name of the run says; otherwise record the run."""
+    _die(run.name, folder)
+    time.sleep(0.05)
+    write_record(folder, failed(run, "tried", f"threads {os.environ['OMP_NUM_THREADS']}", None))
+
+
+def dies_once_and_plans(run: Run, folder: Path) -> None:
+    """Plan a run; at first, its process dies, or its worker if it has obstructions."""
+    _die(f"{'worker' if run.wish.obstructions else 'process'}-once-{run.name}", folder)
+    carry_out(run, folder)
+
+
+def _die(name: str, folder: Path) -> None:
+    victim, _, often = name.partition("-")
+    died = folder.parent / f"{name}.died"
+    if victim in ("process", "worker") and (often.startswith("always") or not died.exists()):
+        died.touch()
+        os.kill(os.getpid() if victim == "process" else os.getppid(), signal.SIGKILL)
+        time.sleep(60.0)  # this process ends with its worker

@@ -1,7 +1,8 @@
 """A separate process for the runs of a worker: a crash of a library or lack of memory ends it, not the worker.
 
 Clusters handle a lost worker differently, and some hang. So runs do not execute inside a worker. The process is reused
-for further runs, so libraries and kernels are loaded once, and ends with its worker.
+for further runs, so libraries and kernels are loaded once, and ends with its worker. A run that begins leaves a mark in
+the fleet's folder: if it has no record in the end, its process or its worker died, and it is tried again.
 """
 
 from __future__ import annotations
@@ -17,9 +18,11 @@ from pathlib import Path
 
 from bimvox.processes import ONE_THREAD, end_with, python_module
 from bimvox_pipeline.fleet.runs import Run
-from bimvox_pipeline.fleet.work import failed, record_file, write_record
+from bimvox_pipeline.fleet.work import RECORDS
 
 Work = Callable[[Run, Path], None]
+
+WORKER_ENDED = "its worker ended"
 
 _DONE = b"."
 
@@ -30,10 +33,12 @@ _one_at_a_time = threading.Lock()
 def carry_out_apart(work: Work, run: Run, folder: Path) -> None:
     """Execute a run with ``work``, a module-level function, in this worker's separate process.
 
-    If the process dies, the record reports that.
+    If the process dies, the mark of the run says how.
     """
     global _child
+    mark = begun_file(folder, run.name)
     with _one_at_a_time:
+        mark.write_text(WORKER_ENDED, encoding="utf-8")
         if _child is None or _child.poll() is not None:
             _child = _started()
         child = _child
@@ -49,10 +54,12 @@ def carry_out_apart(work: Work, run: Run, folder: Path) -> None:
             end_child()
             raise
         if not done:
-            code = child.wait()
-            if not record_file(folder, run.name).exists():
-                why = f"its process ended before it was done ({_reason(code)}): out of memory, or a crash"
-                write_record(folder, failed(run, "died", why, "try it alone with bimvox plan, with more memory"))
+            mark.write_text(f"its process ended ({_reason(child.wait())})", encoding="utf-8")
+
+
+def begun_file(folder: Path, name: str) -> Path:
+    """Return the path of the mark of a run that has begun; it contains how the run ends if it writes no record."""
+    return folder / RECORDS / f"{name}.begun"
 
 
 def end_child() -> None:

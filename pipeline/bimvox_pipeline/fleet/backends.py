@@ -15,6 +15,9 @@ from bimvox.errors import InputError
 
 Backend = Literal["loky", "ray", "dask"]
 
+_RESTARTED = {"max_restarts": -1, "max_task_retries": 2}
+"""Of the workers of Ray: one that dies is started again, and its run too; Dask does the same by itself."""
+
 
 @contextmanager
 def opened(backend: Backend, jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
@@ -35,16 +38,36 @@ def opened(backend: Backend, jobs: int, address: str | None) -> Iterator[dict[st
         yield config
 
 
+def worker_lost(backend: Backend, error: BaseException) -> bool:
+    """Return whether an error of a backend says that a worker died."""
+    if backend == "loky":
+        from joblib.externals.loky.process_executor import BrokenProcessPool
+
+        return isinstance(error, BrokenProcessPool)
+    if backend == "ray":
+        from ray.exceptions import RayError
+
+        return isinstance(error, RayError)
+    from distributed import KilledWorker
+
+    return isinstance(error, KilledWorker)
+
+
 @contextmanager
 def _loky(jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
     if address is not None:
         raise InputError("processes of this machine have no --cluster", hint="add --backend ray or --backend dask")
+    start_workers("loky", jobs)
+    yield {"backend": "loky", "n_jobs": jobs}
+
+
+def start_workers(backend: Backend, jobs: int) -> None:
+    """Start the workers of an open backend, also after a lost one ended them all; clusters start their own."""
     from joblib import Parallel, delayed, parallel_config
 
-    config = {"backend": "loky", "n_jobs": jobs}
-    with _interrupts_held_back(), parallel_config(**config):
-        Parallel()(delayed(os.getpid)() for _ in range(jobs))  # starts the workers, which joblib keeps
-    yield config
+    if backend == "loky":
+        with _interrupts_held_back(), parallel_config(backend="loky", n_jobs=jobs):
+            Parallel()(delayed(os.getpid)() for _ in range(jobs))  # joblib keeps the workers
 
 
 @contextmanager
@@ -64,11 +87,11 @@ def _ray(jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
             logging_level=logging.ERROR,
             configure_logging=True,
         )
-    except (ConnectionError, ValueError, RuntimeError) as error:
+    except Exception as error:
         raise _not_reached("ray", address, error) from error
     try:
         register_ray()
-        yield {"backend": "ray", "n_jobs": jobs}
+        yield {"backend": "ray", "n_jobs": jobs, "ray_remote_args": _RESTARTED}
     finally:
         ray.shutdown()
 

@@ -12,14 +12,16 @@ from bimvox.errors import BimvoxError, FileError
 from bimvox.files import default_output, reason_of, require_input, sha256_of
 from bimvox.processes import processors
 from bimvox.progress import Progress
+from bimvox_pipeline.fleet.apart import begun_file
 from bimvox_pipeline.fleet.backends import Backend
+from bimvox_pipeline.fleet.page import write_page
 from bimvox_pipeline.fleet.runs import Run, Wish, digest_of, runs_of
 from bimvox_pipeline.fleet.schedule import carry_out_all
 from bimvox_pipeline.fleet.sweep_file import load_sweep
 from bimvox_pipeline.fleet.table import write_tables
 from bimvox_pipeline.fleet.work import FAILED, RECORDS, log_file, record_file
 
-_LOCK = ".fleet.lock"
+_LOCK, _PART = ".fleet.lock", ".bimvox-*.part"
 
 
 def sweep(
@@ -70,8 +72,8 @@ def fleet(
         progress: Receives the stages.
 
     Returns:
-        ``runs`` (a record each), ``table`` and ``tables`` (files), ``failed`` (number of runs), ``infeasible`` (number
-        of lifts), ``verified``, ``kept`` (runs that existed already), ``seconds``.
+        ``runs`` (a record each), ``table``, ``tables`` and ``page`` (files), ``failed`` (number of runs),
+        ``infeasible`` (number of lifts), ``verified``, ``kept`` (runs that existed already), ``seconds``.
 
     Raises:
         InputError: If the folder cannot be used, another fleet is writing to it, or the backend is not installed.
@@ -97,7 +99,7 @@ def fleet(
         )
         records = [json.loads(record_file(folder, run.name).read_bytes()) for run in runs]
         progress.stage("table")
-        tables = write_tables(folder, records)
+        tables, page = write_tables(folder, records), write_page(folder, records)
         progress.finish()
     for record in records:
         record["kept"] = record["run"] in kept
@@ -107,6 +109,7 @@ def fleet(
         "folder": str(folder),
         "table": str(tables[0]),
         "tables": [str(table) for table in tables],
+        "page": str(page),
         "failed": lost,
         "infeasible": sum(record.get("infeasible", 0) for record in records),
         "verified": not lost and all(record["verified"] for record in records),
@@ -147,6 +150,7 @@ def _locked(folder: Path) -> Iterator[None]:
     except OSError as error:
         raise FileError(folder, f"cannot be used: {reason_of(error)}", hint="choose another -o") from error
     with lock:
-        for left in (*folder.glob(".bimvox-*.part"), *(folder / RECORDS).glob(".bimvox-*.part")):
+        records = folder / RECORDS
+        for left in (*folder.glob(_PART), *records.glob(_PART), *records.glob(begun_file(records, "*").name)):
             left.unlink(missing_ok=True)
         yield

@@ -1,19 +1,23 @@
-"""Executes runs in parallel, on any backend."""
+"""Executes runs in parallel, on any backend; those whose process or worker dies are tried again."""
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from bimvox.progress import Progress
-from bimvox_pipeline.fleet.apart import Work, carry_out_apart, end_child
-from bimvox_pipeline.fleet.backends import Backend, opened
+from bimvox_pipeline.fleet.apart import Work, begun_file, carry_out_apart, end_child
+from bimvox_pipeline.fleet.backends import Backend, opened, start_workers, worker_lost
 from bimvox_pipeline.fleet.runs import Run
-from bimvox_pipeline.fleet.work import carry_out, record_file
+from bimvox_pipeline.fleet.work import RECORDS, carry_out, failed, record_file, write_record
 
 _LOOK_EVERY_S = 0.3
+_ALONE = (False, False, True)
+"""By try, whether a run is executed alone: at last, no other run takes its memory or ends its worker."""
 
 
 def carry_out_all(
@@ -28,7 +32,8 @@ def carry_out_all(
 ) -> None:
     """Execute runs until each has a record.
 
-    Runs that train a policy come first, so that the others find it in the store.
+    Runs that train a policy come first, so that the others find it in the store. A run whose process or worker dies is
+    tried again, at last alone; then it is recorded as failed.
 
     Args:
         runs: The runs.
@@ -42,26 +47,86 @@ def carry_out_all(
     Raises:
         InputError: If the backend cannot be used.
     """
-    from joblib import Parallel, delayed, parallel_config
+    from joblib import parallel_config
 
     if not runs:
         return
+    left, fleet = list(runs), _Fleet(folder, backend, jobs, work)
     try:
         with opened(backend, jobs, address) as config, _followed(runs, folder, progress), parallel_config(**config):
-            for part in ([run for run in runs if run.leads], [run for run in runs if not run.leads]):
-                Parallel(batch_size=1)(delayed(carry_out_apart)(work, run, folder) for run in part)
+            for is_alone in _ALONE:
+                parts = [[run] for run in left] if is_alone else [left]
+                left = [run for part in parts for run in fleet.begun_in_vain(part)]
+                for run in left:
+                    progress.note(f"{run.name}: {fleet.why(run)} before it was done")
     finally:
         end_child()
+    for run in left:
+        why = f"{fleet.why(run)} before it was done, {len(_ALONE)} times: out of memory, or a crash"
+        write_record(folder, failed(run, "died", why, "try it alone with bimvox plan, with more memory"))
+    for run in runs:
+        begun_file(folder, run.name).unlink(missing_ok=True)
+
+
+@dataclass(frozen=True, slots=True)
+class _Fleet:
+    """An open backend and what its workers execute."""
+
+    folder: Path
+    backend: Backend
+    jobs: int
+    work: Work
+
+    def begun_in_vain(self, runs: Sequence[Run]) -> list[Run]:
+        """Execute runs, and return those that began and have no record in the end.
+
+        If a lost worker ends all workers, new ones execute the runs that have not begun.
+        """
+        for run in runs:
+            begun_file(self.folder, run.name).unlink(missing_ok=True)
+        waiting = list(runs)
+        while waiting:
+            lost = self._executed(waiting)
+            left = [run for run in waiting if not self._has_begun(run)]
+            if lost is None:
+                break
+            if len(left) == len(waiting):
+                raise lost
+            start_workers(self.backend, self.jobs)
+            waiting = left
+        return [run for run in runs if not record_file(self.folder, run.name).exists()]
+
+    def why(self, run: Run) -> str:
+        """Return how a run ended that has no record."""
+        return begun_file(self.folder, run.name).read_text(encoding="utf-8")
+
+    def _has_begun(self, run: Run) -> bool:
+        return record_file(self.folder, run.name).exists() or begun_file(self.folder, run.name).exists()
+
+    def _executed(self, runs: Sequence[Run]) -> Exception | None:
+        """Execute runs until the end, or until a lost worker ends all workers; that error is returned."""
+        from joblib import Parallel, delayed
+
+        try:
+            for part in ([run for run in runs if run.leads], [run for run in runs if not run.leads]):
+                Parallel(batch_size=1)(delayed(carry_out_apart)(self.work, run, self.folder) for run in part)
+        except Exception as error:
+            if worker_lost(self.backend, error):
+                return error
+            raise
+        return None
 
 
 @contextmanager
 def _followed(runs: Sequence[Run], folder: Path, progress: Progress) -> Iterator[None]:
-    """Report the number of records by polling the folder, which works for every backend."""
-    done = threading.Event()
+    """Report the number of records by listing the folder, which works for every backend and is quick for many runs."""
+    done, names = threading.Event(), {record_file(folder, run.name).name for run in runs}
 
     def look() -> None:
         while not done.wait(_LOOK_EVERY_S):
-            progress.report("runs", sum(record_file(folder, run.name).exists() for run in runs), len(runs))
+            with os.scandir(folder / RECORDS) as files:
+                recorded = sum(file.name in names for file in files)
+            progress.report("runs", recorded, len(runs))
 
     progress.stage("runs", len(runs))
     thread = threading.Thread(target=look, daemon=True)

@@ -1,19 +1,22 @@
-"""The same runs on every backend give the same bytes, and a worker that dies affects nothing else."""
+"""The same runs on every backend give the same bytes, and workers that die change nothing."""
 
 from __future__ import annotations
 
 import json
 import os
 import signal
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+from bimvox_pipeline.fleet.apart import Work
 from bimvox_pipeline.fleet.backends import opened
-from bimvox_pipeline.fleet.command import sweep
+from bimvox_pipeline.fleet.command import fleet, sweep
 from bimvox_pipeline.fleet.runs import Run, Wish, runs_of
 from bimvox_pipeline.fleet.schedule import carry_out_all
+from bimvox_pipeline.fleet.table import write_tables
 from bimvox_pipeline.fleet.work import RECORDS, log_file, record_file
-from fleet_work import kills_itself_where_asked, plans_with_a_policy_from_scratch
+from fleet_work import dies_as_named, dies_once_and_plans, plans_with_a_policy_from_scratch
 
 from bimvox.errors import InputError
 from bimvox.progress import SilentProgress
@@ -62,43 +65,52 @@ def test_ctrl_c_does_not_reach_the_workers(backend: str):
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
-def test_a_worker_that_dies_affects_no_other_run(tmp_path: Path, backend: str):
-    (tmp_path / RECORDS).mkdir()
-    names = ["a", "b", "deadly-c", "d", "e", "deadly-f", "g"]
-    runs = [Run(name, Wish(Path(f"{name}.site.toml")), leads=name < "e") for name in names]
-    carry_out_all(
-        runs,
-        tmp_path,
-        backend=backend,  # type: ignore[arg-type]
-        jobs=2,
-        address=None,
-        progress=SilentProgress(),
-        work=kills_itself_where_asked,
-    )
-    errors = {name: json.loads(record_file(tmp_path, name).read_bytes())["error"] for name in names}
-    assert {name: error["code"] for name, error in errors.items()} == {
-        name: "died" if name.startswith("deadly") else "tried" for name in names
-    }
-    assert {error["message"] for error in errors.values() if error["code"] == "tried"} == {"threads 1"}
-    assert "SIGKILL" in errors["deadly-c"]["message"]
-
-
-def trained(sites: Path, backend: str, jobs: int) -> list[bytes]:
-    """Carry out two runs of one site that train, and return their logs."""
-    paper, folder = sites / "paper.site.toml", sites / f"trained-{backend}"
-    runs = runs_of([Wish(paper, steps=256), Wish(paper, sites / "beside.json", steps=256)])
-    assert [run.leads for run in runs] == [True, False]
+def carried_out(runs: Sequence[Run], folder: Path, backend: str, work: Work) -> dict[str, dict]:
+    """Carry out runs, two at a time, and return their records by name."""
     (folder / RECORDS).mkdir(parents=True)
     carry_out_all(
         runs,
         folder,
         backend=backend,  # type: ignore[arg-type]
-        jobs=jobs,
+        jobs=2,
         address=None,
         progress=SilentProgress(),
-        work=plans_with_a_policy_from_scratch,
+        work=work,
     )
-    records = [json.loads(record_file(folder, run.name).read_bytes()) for run in runs]
+    assert not list(folder.glob("runs/*.begun"))
+    return {run.name: json.loads(record_file(folder, run.name).read_bytes()) for run in runs}
+
+
+def test_twenty_runs_survive_workers_that_die(tmp_path: Path, backend: str):
+    names = [f"run-{number}" for number in range(20)]
+    names[3], names[8], names[12], names[15] = "process-once", "worker-once", "process-always", "worker-once-15"
+    runs = [Run(name, Wish(Path(f"{name}.site.toml")), leads=name < "run-15") for name in names]
+    records = carried_out(runs, tmp_path / "out", backend, dies_as_named)
+    errors = {name: record["error"] for name, record in records.items()}
+    assert {name for name, error in errors.items() if error["code"] == "died"} == {"process-always"}
+    assert "SIGKILL" in errors["process-always"]["message"]
+    assert "3 times" in errors["process-always"]["message"]
+    assert {error["message"] for error in errors.values() if error["code"] == "tried"} == {"threads 1"}
+
+
+def test_workers_that_die_change_no_byte(sites: Path, backend: str):
+    paper = sites / "paper.site.toml"
+    wishes = [Wish(paper, policy="none"), Wish(paper, sites / "beside.json", policy="none")]
+    undisturbed = sites / "undisturbed"
+    fleet(wishes, undisturbed, backend="loky", jobs=1, progress=SilentProgress())
+    records = carried_out(runs_of(wishes), sites / "out", backend, dies_once_and_plans)
+    write_tables(sites / "out", list(records.values()))
+    for name in sorted(file.name for file in undisturbed.iterdir() if file.suffix in (".mcap", ".csv")):
+        assert (sites / "out" / name).read_bytes() == (undisturbed / name).read_bytes(), name
+    assert len(list(sites.glob("*.died"))) == 2
+
+
+def trained(sites: Path, backend: str) -> list[bytes]:
+    """Carry out two runs of one site that train, and return their logs."""
+    paper, folder = sites / "paper.site.toml", sites / f"trained-{backend}"
+    runs = runs_of([Wish(paper, steps=256), Wish(paper, sites / "beside.json", steps=256)])
+    assert [run.leads for run in runs] == [True, False]
+    records = list(carried_out(runs, folder, backend, plans_with_a_policy_from_scratch).values())
     assert [(record["status"], record["error"]) for record in records] == [("planned", None)] * 2
     assert records[0]["policy"] == records[1]["policy"]
     assert "train" in records[0]["seconds"]
@@ -111,7 +123,7 @@ LOGS: list[list[bytes]] = []
 
 def test_runs_that_train_share_what_the_first_of_them_learned(sites: Path, backend: str):
     """Runs learn the same on every backend: one thread per worker and one seed give the same bytes."""
-    LOGS.append(trained(sites, backend, 2))
+    LOGS.append(trained(sites, backend))
     assert LOGS[-1] == LOGS[0]  # made by the backend that was tested first
 
 

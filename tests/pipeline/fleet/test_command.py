@@ -64,6 +64,10 @@ def test_the_table_has_one_row_per_run(sites: Path):
     assert float(yard["hook_travel_m"]) == figures["hook_travel_m"] > 0
     assert (gone["run"], gone["status"], gone["lifts"], gone["seed"]) == ("gone-seed3", "failed", "", "3")
     assert "no such file" in gone["error"]
+    page = Path(found["page"]).read_text(encoding="utf-8")
+    assert page.index(">yard<") < page.index(">gone-seed3<")
+    assert '<a href="yard.mcap">log</a>' in page
+    assert 'href="gone' not in page
     if len(found["tables"]) > 1:
         from pyarrow import parquet
 
