@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.scale.measure import Measured
 
-_SIZE, _WALL_S, _MEMORY_MB = 500, 120.0, 4000.0
+_SIZE, _WALL_S, _MEMORY_MB, _LOG_KB = 500, 120.0, 4000.0, 60.0
 _GROWTH = 1.25  # allowed cost per component of the largest buildings, relative to the smaller ones
 
 
@@ -48,6 +48,11 @@ def bars(found: Sequence[Measured]) -> list[Bar]:
                     f"{one.memory_mb / 1000:.2f} GB",
                     one.memory_mb < _MEMORY_MB,
                 ),
+                Bar(
+                    f"log of {_SIZE} components under {_LOG_KB:g} kB a lift",
+                    f"{_log_kb(one):.0f} kB",
+                    _log_kb(one) < _LOG_KB,
+                ),
             ]
     if len(found) > 2:
         few, many = _cost_a_component(found[:-1]), _cost_a_component(found[-2:])
@@ -60,6 +65,11 @@ def bars(found: Sequence[Measured]) -> list[Bar]:
             )
         )
     return result
+
+
+def _log_kb(one: Measured) -> float:
+    """Return the bytes of the log a planned lift, 10^3."""
+    return 1000.0 * one.log_mb / max(one.planned, 1)
 
 
 def _cost_a_component(found: Sequence[Measured]) -> float:
@@ -91,14 +101,15 @@ def as_markdown(ways: Sequence[Way]) -> str:
 
 def _tables(found: Sequence[Measured]) -> str:
     lines = [
-        "| components | planned and proven | wall | processor | processor a component | memory | log |",
-        "|---:|---:|---:|---:|---:|---:|---:|",
+        "| components | planned and proven | wall | processor | processor a component | memory | log | a lift |",
+        "|---:|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for one in found:
         proven = f"{one.planned:,}" if one.proven else "NOT PROVEN"
         lines.append(
             f"| {one.components:,} | {proven} | {one.wall_s:.1f} s | {one.cpu_s:.1f} s "
-            f"| {one.cpu_s / one.components * 1e3:.0f} ms | {one.memory_mb:.0f} MB | {one.log_mb:.1f} MB |"
+            f"| {one.cpu_s / one.components * 1e3:.0f} ms | {one.memory_mb:.0f} MB | {one.log_mb:.1f} MB "
+            f"| {_log_kb(one):.0f} kB |"
         )
     told = bars(found)
     if told:
