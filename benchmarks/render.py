@@ -98,8 +98,8 @@ def large_plan() -> tuple[Site, list[Lift], tuple[LiftMotion, ...], list[LoadTra
 
 def plan_of_log(file: Path) -> tuple[Site, Sequence[Lift], Sequence[LiftMotion], Sequence[LoadTrack]]:
     """Return site, lifts, motions and tracks of a log."""
+    from bimvox.log.moving import tracks_of
     from bimvox.log.reader import read_log
-    from bimvox.log.recorder import tracks_of
 
     log = read_log(file)
     return log.plan.site, log.all_lifts, log.motions, tracks_of(log)

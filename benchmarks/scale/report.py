@@ -15,6 +15,7 @@ from benchmarks.scale.measure import Measured
 _WALL_S = {500: 30.0, 1000: 60.0, 5000: 360.0}
 """Most wall time on two quiet cores, by components."""
 _MEMORY_MB = {5000: 2000.0}
+_LOG_KB = {500: 60.0}
 _GROWTH = 1.25  # allowed cost per component of the largest buildings, relative to the smaller ones
 
 
@@ -55,6 +56,14 @@ def bars(found: Sequence[Measured]) -> list[Bar]:
                     one.memory_mb < _MEMORY_MB[size],
                 )
             )
+        if size in _LOG_KB:
+            result.append(
+                Bar(
+                    f"log of {size:,} components under {_LOG_KB[size]:g} kB a lift",
+                    f"{_log_kb(one):.0f} kB",
+                    _log_kb(one) < _LOG_KB[size],
+                )
+            )
     if len(found) > 2:
         few, many = _cost_a_component(found[:-1]), _cost_a_component(found[-2:])
         result.append(
@@ -66,6 +75,11 @@ def bars(found: Sequence[Measured]) -> list[Bar]:
             )
         )
     return result
+
+
+def _log_kb(one: Measured) -> float:
+    """Return the bytes of the log a planned lift, 10^3."""
+    return 1000.0 * one.log_mb / max(one.planned, 1)
 
 
 def _cost_a_component(found: Sequence[Measured]) -> float:
@@ -97,14 +111,15 @@ def as_markdown(ways: Sequence[Way]) -> str:
 
 def _tables(found: Sequence[Measured]) -> str:
     lines = [
-        "| components | planned and proven | wall | processor | processor a component | memory | log |",
-        "|---:|---:|---:|---:|---:|---:|---:|",
+        "| components | planned and proven | wall | processor | processor a component | memory | log | a lift |",
+        "|---:|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for one in found:
         proven = f"{one.planned:,}" if one.proven else "NOT PROVEN"
         lines.append(
             f"| {one.components:,} | {proven} | {one.wall_s:.1f} s | {one.cpu_s:.1f} s "
-            f"| {one.cpu_s / one.components * 1e3:.0f} ms | {one.memory_mb:.0f} MB | {one.log_mb:.1f} MB |"
+            f"| {one.cpu_s / one.components * 1e3:.0f} ms | {one.memory_mb:.0f} MB | {one.log_mb:.1f} MB "
+            f"| {_log_kb(one):.0f} kB |"
         )
     told = bars(found)
     if told:

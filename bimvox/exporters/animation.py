@@ -13,8 +13,8 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.exporters.gltf import GltfWriter
 from bimvox.grid.boxes import boxes_of
 from bimvox.grid.labels import Label
+from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.recorder import tracks_of
 from bimvox.log.schema import of_crane
 from bimvox.records.lift import Lift, Status, YardPlace
 from bimvox.records.other_means import needed_by_ns

@@ -11,8 +11,9 @@ import numpy as np
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.exporters.deliveries import delivery_records
 from bimvox.exporters.text import table
+from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.recorder import tracks_of, write_log
+from bimvox.log.recorder import write_log
 from bimvox.records.dates import PlanDates
 from bimvox.records.heading import heading_in_words
 from bimvox.records.lift import Lift

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from bimvox.exporters.text import table
+from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.recorder import tracks_of
 from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Lift
 from bimvox.records.unloading import UnloadingLift, unloading_lifts

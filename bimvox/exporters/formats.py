@@ -42,6 +42,7 @@ FORMATS = (
     Format("mcap", Source.LOG, ".export.mcap", "the log itself, or some of its lifts", ".mcap"),
     Format("csv", Source.LOG, ".csv", "samples, and tables of lifts and deliveries", ".csv"),
     Format("json", Source.LOG, ".json", "paths, samples and deliveries", ".json"),
+    Format("full-rate", Source.LOG, ".full.mcap", "the log with every sample for viewers"),
     Format("page", Source.LOG, ".page.json", "the data of the page, JSON"),
     Format("glb", Source.LOG, ".glb", "animated", ".glb"),
     Format("ros2", Source.LOG, ".ros2", "bag", ".ros2"),

@@ -8,8 +8,8 @@ from datetime import datetime, timedelta
 from math import floor
 
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.recorder import tracks_of
 from bimvox.records.crews import Crew, casting_crew, erection_crews, unloading_crew
 from bimvox.records.dates import PlanDates
 from bimvox.records.motion import LiftMotion

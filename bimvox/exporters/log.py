@@ -8,7 +8,7 @@ from pathlib import Path
 
 from bimvox.errors import InputError
 from bimvox.exporters.formats import Format
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, with_full_rate
 from bimvox.records.dates import PlanDates
 
 
@@ -65,16 +65,17 @@ def log_bytes(
             if model is None:
                 raise InputError("the ifc format adds the schedule to the building's own file", hint="give it as model")
             return with_schedule(*model, schedule_of(log, begins, orders, dates))
-        case "mcap":
+        case "mcap" | "full-rate":
             from bimvox.exporters.csv_json import to_mcap
 
-            return to_mcap(log if len(orders) == len(log.plan.lifts) else part)
+            chosen = log if len(orders) == len(log.plan.lifts) else part
+            return to_mcap(with_full_rate(chosen) if wanted.name == "full-rate" else chosen)
     raise InputError(f"the format {wanted.name} is not one file of a log")
 
 
 def messages_in(data: bytes, wanted: Format) -> int:
     """Return how many messages (MCAP), rows (CSV) or samples (JSON) a file holds; 0 for formats without them."""
-    if wanted.name == "mcap":
+    if wanted.name in ("mcap", "full-rate"):
         from bimvox.log.mcap.reader import read_contents
 
         return len(read_contents(data, "export").messages)

@@ -27,8 +27,8 @@ from bimvox.crane.kinematics import joint_names, joints_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
+from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.recorder import tracks_of
 from bimvox.log.schema import of_crane
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LoadTrack

@@ -9,17 +9,19 @@ from bimvox.errors import InputError
 from bimvox.files import write_atomically
 from bimvox.library.arguments import insist, path_of
 from bimvox.library.plan_value import Plan
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, with_full_rate
 from bimvox.log.reader import read_log as read_record
 from bimvox.log.recorder import write_log as write_record
 
 
-def write_log(plan: Plan, path: Path | str) -> Path:
+def write_log(plan: Plan, path: Path | str, *, full_rate: bool = False) -> Path:
     """Write a plan as an MCAP log, whole or not at all, and return its path.
 
     Args:
         plan: The plan.
         path: The log, ``.mcap``; an existing file is replaced.
+        full_rate: Whether viewers are shown every sample of the motions instead of those that a viewer needs. What is
+            proven is the same: every log has the exact samples.
 
     Raises:
         InputError: If ``plan`` is not a plan, or the name does not end in ``.mcap``.
@@ -28,7 +30,7 @@ def write_log(plan: Plan, path: Path | str) -> Path:
     plan, path = insist("write_log", plan, Plan, "plan"), path_of("write_log", path)
     if path.suffix.lower() != ".mcap":
         raise InputError(f"{path}: a log is an MCAP file", hint=f"name it {path.with_suffix('.mcap').name}")
-    write_log_file(path, plan.record)
+    write_log_file(path, with_full_rate(plan.record) if full_rate else plan.record)
     return path
 
 

@@ -14,9 +14,11 @@ class PolicyWish:
         seed: Seed of the training.
         steps: Training budget in environment steps; it trains too.
         train: Whether a policy is trained for the site if there is none.
+        retrain: If the policy fails lifts, it is trained further on the current site, for at most this many steps.
     """
 
     policy: str | None = None
     seed: int | None = None
     steps: int | None = None
     train: bool = False
+    retrain: int = 0

@@ -13,7 +13,8 @@ from bimvox.library.arguments import insist, path_of, pixels, whole
 from bimvox.library.plan_value import Plan
 from bimvox.library.site import LoadedSite
 from bimvox.log.dates import all_remarks, log_dates
-from bimvox.log.recorder import tracks_of, write_log
+from bimvox.log.moving import tracks_of
+from bimvox.log.recorder import write_log
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.rendering.draw.camera import View
 from bimvox.rendering.draw.picture import PictureOptions

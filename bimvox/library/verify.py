@@ -13,6 +13,7 @@ from bimvox.library.sharing import constants_of, workers_of
 from bimvox.library.user_files import check_user_files
 from bimvox.log import schema as topics
 from bimvox.log.check import check_commands, check_digests, check_load_poses
+from bimvox.log.check_joints import check_joint_states
 from bimvox.log.mcap.form_check import form_faults
 from bimvox.log.mcap.reader import Contents, read_contents, read_file
 from bimvox.log.plan_log import PlanLog
@@ -140,6 +141,7 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
             check_digests(contents, record),
             check_attached_files(record),
             check_load_poses(contents, record),
+            check_joint_states(contents, record),
             check_commands(contents, record),
         )
         found = replace(proven, checks=(*proven.checks, *own))

@@ -16,6 +16,7 @@ from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.messages import nanoseconds
 from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import PlanLog
+from bimvox.log.rate import LogRate
 from bimvox.proof.space import reference_cells
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
@@ -29,6 +30,10 @@ SHA256 = "sha256 "
 """Begins the metadata keys of the digests of attached files."""
 _OVER_BEND = 1e-3
 _ROUNDING = 1e-9
+_SHOWN_M = 0.01
+"""How far what is shown may be from the motion between two shown samples, in each coordinate."""
+_SHOWN_QUATERNION = 1e-3
+"""The same for each component of a quaternion."""
 _ABOVE_M = 0.01
 """A load this close in plan to the line above its place may be guided."""
 
@@ -91,7 +96,7 @@ def check_load_poses(contents: Contents, log: PlanLog) -> Check:
         sampled_ns = motion.start_ns + motion.loaded.time_ns
         low, high = np.searchsorted(time_ns, [sampled_ns[0], sampled_ns[-1] + 1])
         name, start_ns = f"lift {motion.number}", time_ns[low:high]
-        if not _has_times(motion, start_ns, sampled_ns):
+        if not _has_times(motion, start_ns, sampled_ns, every=log.rate is not LogRate.MOTION):
             check.look(False, f"{name}: poses of its load are missing or have other times")
             continue
         hangs_m, tilt = _hangs(site, motion, lifts.get(motion.order), start_ns)
@@ -107,24 +112,62 @@ def check_load_poses(contents: Contents, log: PlanLog) -> Check:
             f"or turned otherwise",
             samples=len(off_m),
         )
+        if good:
+            _check_between(check, log, motion, start_ns, np.concatenate([hangs_m, tilt], axis=1))
     return check
+
+
+def _check_between(
+    check: Check, log: PlanLog, motion: LiftMotion, shown_ns: NDArray[np.int64], shown: NDArray[np.float64]
+) -> None:
+    """Check that between two shown poses ((N, 7)) the load hangs close to a straight line, at every sample."""
+    lifts = {lift.order: lift for lift in log.planned}
+    time_ns = motion.start_ns + motion.loaded.time_ns
+    hangs = np.concatenate(_hangs(log.plan.site, motion, lifts.get(motion.order), time_ns), axis=1)
+    off = np.abs(at_times(time_ns, shown_ns, shown) - hangs) / np.repeat([_SHOWN_M, _SHOWN_QUATERNION], [3, 4])
+    worst = int(np.argmax(off.max(axis=1)))
+    check.look(
+        bool(off[worst].max() <= 1.0 + _ROUNDING),
+        f"lift {motion.number}: at {time_ns[worst] / 1e9:.3f} s a line between the shown poses of its load leads away",
+        samples=len(off),
+    )
+
+
+def allowed_off(axes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (N, 3) how far slew (rad), radius and height (m) of what is shown may be from the motion's axes."""
+    allowed = np.full_like(axes, _SHOWN_M)
+    allowed[:, 0] /= np.maximum(axes[:, 1], 1.0)
+    return allowed
+
+
+def at_times(
+    time_ns: NDArray[np.int64], shown_ns: NDArray[np.int64], shown: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return (N, K) the values at times on straight lines between shown ones ((M,) times, (M, K) values)."""
+    since, given = (time_ns - shown_ns[0]).astype(np.float64), (shown_ns - shown_ns[0]).astype(np.float64)
+    return np.stack([np.interp(since, given, column) for column in shown.T], axis=1)
 
 
 def check_commands(contents: Contents, log: PlanLog) -> Check:
     """Check that a crane that follows the commanded rates follows the motion, and rests at every lift's end.
 
-    Between two commands, at most a period T apart, its axes move linearly, and the commands are derived from samples
-    with the same spacing: each axis may deviate by at most twice a T^2 / 8.
+    Between two commands its axes move linearly. Where the motion needs them, they keep the hook within ``_SHOWN_M``.
+    At a fixed rate they are at most a period T apart, and derived from samples with the same spacing: each axis may
+    deviate by at most twice a T^2 / 8.
     """
     check = Check("commands", unit="share of bend")
     site = log.plan.site
     if not site.cranes:
         return check
+    at_fixed_rate = log.rate is not LogRate.MOTION
     commands = [_commands(contents, topics.of_crane(topics.COMMAND, number)) for number in range(len(site.cranes))]
     for motion in log.motions:
         crane = site.cranes[motion.crane]
-        most = np.array([axis.acceleration for axis in pose_limits(crane)])
-        allowed = 2.0 * most * site.rules.sample_period_s**2 / 8.0 + _ROUNDING
+        time_ns, axes = motion.samples()
+        allowed = allowed_off(axes)
+        if at_fixed_rate:
+            most = np.array([axis.acceleration for axis in pose_limits(crane)])
+            allowed = 2.0 * most * site.rules.sample_period_s**2 / 8.0 + _ROUNDING
         name, own = f"lift {motion.number}", commands[motion.crane].get(motion.order, [])
         others = [c.crane for c in own if site.has_several_cranes and c.crane != crane.name]
         if others:
@@ -136,7 +179,7 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
             check.look(False, f"{name}: its commands do not reach from its start to its end")
             continue
         period_s = np.diff(at_ns).max() / 1e9
-        if period_s > site.rules.sample_period_s + _ROUNDING:
+        if at_fixed_rate and period_s > site.rules.sample_period_s + _ROUNDING:
             # Of a log that claims years, the commands must not be made again.
             check.look(
                 False, f"{name}: two of its commands are {period_s:g} s apart, not {site.rules.sample_period_s:g}"
@@ -144,7 +187,6 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
             continue
         rates = np.array([(c.slew_rate_rad_s, c.trolley_rate_m_s, c.hoist_rate_m_s) for c in own])
         step_s = np.diff(at_ns) / 1e9
-        time_ns, axes = motion.samples()
         poses = axes[0] + np.concatenate([np.zeros((1, 3)), np.cumsum(rates[:-1] * step_s[:, None], axis=0)])
         since, given = (time_ns - motion.start_ns).astype(float), (at_ns - motion.start_ns).astype(float)
         held = np.stack([np.interp(since, given, axis) for axis in poses.T], axis=1)
@@ -181,12 +223,13 @@ def _commands(contents: Contents, topic: str) -> dict[int, list[Any]]:
     return found
 
 
-def _has_times(motion: LiftMotion, shown_ns: NDArray[np.int64], sampled_ns: NDArray[np.int64]) -> bool:
-    """Return whether poses have the times of the samples, and others only while the load is turned."""
+def _has_times(motion: LiftMotion, shown_ns: NDArray[np.int64], sampled_ns: NDArray[np.int64], *, every: bool) -> bool:
+    """Return whether poses have times of samples, of all or at least of both ends; others only in a turn."""
     more = np.setdiff1d(shown_ns, sampled_ns)
     first_ns, last_ns = motion.turned_ns or (0, -1)
     inside = bool(((more >= first_ns) & (more <= last_ns)).all())
-    return inside and bool((np.diff(shown_ns) > 0).all()) and bool(np.isin(sampled_ns, shown_ns).all())
+    wanted_ns = sampled_ns if every else sampled_ns[[0, -1]]
+    return inside and bool((np.diff(shown_ns) > 0).all()) and bool(np.isin(wanted_ns, shown_ns).all())
 
 
 def _hangs(

@@ -1,17 +1,12 @@
-"""``bimvox.CraneCommand``: the commands to the crane as protobuf, without a protobuf compiler at run time.
-
-The tables below are the one definition: the descriptor in the log and the ``.proto`` text of ``bimvox schema log`` are
-both made from them. Fields are only ever added, never renumbered.
-"""
+"""``bimvox.CraneCommand``: the commands to the crane as protobuf."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from google.protobuf import descriptor_pool, message_factory, timestamp_pb2
-from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto
+from google.protobuf.descriptor_pb2 import FileDescriptorProto
 from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import joints_of
@@ -19,50 +14,33 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.mcap.form import Form
 from bimvox.log.mcap.messages import stamp
 from bimvox.log.mcap.rows import Rows
+from bimvox.log.proto import TIMESTAMP, Field, class_of, descriptor_of, text_of
 from bimvox.motion.commands import PHASES, Commands
 from bimvox.records.motion import PhaseName
 
-PACKAGE = "bimvox"
 MESSAGE = "CraneCommand"
-PROTO_FILE = "bimvox/CraneCommand.proto"
 
 COMMAND = "/crane/command"
 """Its topic."""
 
-_TIMESTAMP = "google.protobuf.Timestamp"
-_SCALARS = {
-    "uint32": FieldDescriptorProto.TYPE_UINT32,
-    "string": FieldDescriptorProto.TYPE_STRING,
-    "double": FieldDescriptorProto.TYPE_DOUBLE,
-    "bool": FieldDescriptorProto.TYPE_BOOL,
-}
-
-
-class _Field(NamedTuple):
-    number: int
-    type: str
-    name: str
-    comment: str
-
-
 FIELDS = (
-    _Field(1, _TIMESTAMP, "time", "On the site's clock."),
-    _Field(2, "uint32", "lift_order", "Order of the lift, from 0."),
-    _Field(3, "string", "component_id", "GlobalId, made unique."),
-    _Field(4, "Phase", "phase", "Phase of the lift."),
-    _Field(5, "double", "slew_rate_rad_s", "Counter-clockwise positive."),
-    _Field(6, "double", "trolley_rate_m_s", "Outward positive; of a luffing jib, the rate of the radius."),
-    _Field(7, "double", "hoist_rate_m_s", "Up positive."),
-    _Field(8, "double", "slew_rad", "From the site's +x axis, unwrapped."),
-    _Field(9, "double", "radius_m", "From the slewing axis to the hook."),
-    _Field(10, "double", "height_m", "Hook above the site's z = 0."),
-    _Field(11, "double", "rope_length_m", "Rope below the jib."),
-    _Field(12, "bool", "loaded", "Whether a load hangs on the hook."),
-    _Field(13, "double", "luff_rad", "0 for a jib with a trolley."),
-    _Field(14, "double", "luff_rate_rad_s", "At the next command, up positive."),
+    Field(1, TIMESTAMP, "time", "On the site's clock."),
+    Field(2, "uint32", "lift_order", "Order of the lift, from 0."),
+    Field(3, "string", "component_id", "GlobalId, made unique."),
+    Field(4, "Phase", "phase", "Phase of the lift."),
+    Field(5, "double", "slew_rate_rad_s", "Counter-clockwise positive."),
+    Field(6, "double", "trolley_rate_m_s", "Outward positive; of a luffing jib, the rate of the radius."),
+    Field(7, "double", "hoist_rate_m_s", "Up positive."),
+    Field(8, "double", "slew_rad", "From the site's +x axis, unwrapped."),
+    Field(9, "double", "radius_m", "From the slewing axis to the hook."),
+    Field(10, "double", "height_m", "Hook above the site's z = 0."),
+    Field(11, "double", "rope_length_m", "Rope below the jib."),
+    Field(12, "bool", "loaded", "Whether a load hangs on the hook."),
+    Field(13, "double", "luff_rad", "0 for a jib with a trolley."),
+    Field(14, "double", "luff_rate_rad_s", "At the next command, up positive."),
 )
 
-SEVERAL_CRANES_FIELDS = (_Field(15, "string", "crane", "Name of the crane, if there are several."),)
+SEVERAL_CRANES_FIELDS = (Field(15, "string", "crane", "Name of the crane, if there are several."),)
 """Fields that only logs of several cranes have; the schema of other logs stays the same, byte for byte."""
 
 _VALUES = tuple(field.name for field in FIELDS if field.type == "double")
@@ -89,53 +67,22 @@ _SEVERAL_CRANES_PHASES = tuple(f"PHASE_{phase.name}" for phase in (PhaseName.WAI
 
 def single_crane_descriptor() -> FileDescriptorProto:
     """Return the descriptor of the file as it is in logs of one crane."""
-    return _descriptor({name: number for name, number in _PHASES.items() if name not in _SEVERAL_CRANES_PHASES}, FIELDS)
+    phases = {name: number for name, number in _PHASES.items() if name not in _SEVERAL_CRANES_PHASES}
+    return descriptor_of(MESSAGE, FIELDS, {"Phase": phases})
 
 
 def file_descriptor() -> FileDescriptorProto:
     """Return the descriptor of the file that defines the message."""
-    return _descriptor(_PHASES, (*FIELDS, *SEVERAL_CRANES_FIELDS))
+    return descriptor_of(MESSAGE, (*FIELDS, *SEVERAL_CRANES_FIELDS), {"Phase": _PHASES})
 
 
-def _descriptor(phase_numbers: Mapping[str, int], fields: Sequence[_Field]) -> FileDescriptorProto:
-    file = FileDescriptorProto(
-        name=PROTO_FILE, package=PACKAGE, syntax="proto3", dependency=[timestamp_pb2.DESCRIPTOR.name]
-    )
-    message = file.message_type.add(name=MESSAGE)
-    phases = message.enum_type.add(name="Phase")
-    for name, number in phase_numbers.items():
-        phases.value.add(name=name, number=number)
-    for field in fields:
-        added = message.field.add(name=field.name, number=field.number, label=FieldDescriptorProto.LABEL_OPTIONAL)
-        if field.type in _SCALARS:
-            added.type = _SCALARS[field.type]
-        elif field.type == _TIMESTAMP:
-            added.type, added.type_name = FieldDescriptorProto.TYPE_MESSAGE, f".{_TIMESTAMP}"
-        else:
-            added.type, added.type_name = FieldDescriptorProto.TYPE_ENUM, f".{PACKAGE}.{MESSAGE}.{field.type}"
-    return file
-
-
-def proto_text() -> str:
+def command_text() -> str:
     """Return the definition as ``.proto`` text."""
-    lines = ['syntax = "proto3";', "", f'import "{timestamp_pb2.DESCRIPTOR.name}";', "", f"package {PACKAGE};", ""]
-    lines += ["// Rates of the axes to hold until the next command, and the pose at the next command."]
-    lines += [f"message {MESSAGE} {{", "  enum Phase {"]
-    lines += [f"    {name} = {number};" for name, number in _PHASES.items()]
-    lines += ["  }"]
-    for field in (*FIELDS, *SEVERAL_CRANES_FIELDS):
-        lines += [f"  {field.type} {field.name} = {field.number};  // {field.comment}"]
-    return "\n".join([*lines, "}", ""])
+    about = "Rates of the axes to hold until the next command, and the pose at the next command."
+    return text_of(MESSAGE, about, (*FIELDS, *SEVERAL_CRANES_FIELDS), {"Phase": _PHASES})
 
 
-def _message_class() -> Any:
-    # The default pool, so that the timestamps of this message and of Foxglove's are the same class.
-    pool = descriptor_pool.Default()
-    pool.Add(file_descriptor())
-    return message_factory.GetMessageClass(pool.FindMessageTypeByName(f"{PACKAGE}.{MESSAGE}"))
-
-
-CraneCommandMessage: Any = _message_class()
+CraneCommandMessage: Any = class_of(file_descriptor())
 """The protobuf class."""
 
 

@@ -16,7 +16,7 @@ from bimvox.records.lift import NOT_LIFTED, Status
 from bimvox.records.not_lifted import not_lifted_groups
 from bimvox.records.other_means import needed_by_ns
 from bimvox.records.remark import Remark, Severity
-from bimvox.records.track import LoadTrack
+from bimvox.records.track import LiftTimes
 from bimvox.site.component import Component
 from bimvox.site.part_names import names_by_id, with_names
 from bimvox.site.site import Site, SwingRule
@@ -30,7 +30,7 @@ CRANE_FIELD = "crane"
 
 
 def log_messages(
-    record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int, remarks: Iterable[Remark] = ()
+    record: PlanLog, tracks: Iterable[LiftTimes], start_ns: int, remarks: Iterable[Remark] = ()
 ) -> Iterator[tuple[int, str, Any]]:
     """Yield the messages of ``/log``: at the start those about the whole plan, then each lift as it begins.
 
@@ -101,7 +101,7 @@ def log_messages(
         )
 
 
-def event_messages(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[tuple[int, str, Any]]:
+def event_messages(record: PlanLog, tracks: Iterable[LiftTimes]) -> Iterator[tuple[int, str, Any]]:
     """Yield the messages of ``/events``, ordered by start: lifts, their phases, and the events of the record."""
     site, components = record.plan.site, record.plan.site.components
     events = list(record.events)

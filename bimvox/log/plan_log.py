@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from bimvox.log.rate import LogRate
 from bimvox.motion.steps import steps_of_log
 from bimvox.records.carried_out import CarriedOut
 from bimvox.records.lift import Lift, LiftPlan, Status
@@ -52,6 +53,7 @@ class PlanLog:
         recovered: Whether it was recovered from a damaged log, of which something was lost.
         version: The version of bimvox that made the plan. One of an earlier version may lack what is required now.
         carried_out: How the plan was carried out among people and vehicles; None if it was not. An extract has none.
+        rate: Which samples its topics for viewers have.
     """
 
     plan: LiftPlan
@@ -64,6 +66,7 @@ class PlanLog:
     recovered: bool = False
     version: str = __version__
     carried_out: CarriedOut | None = field(default=None, repr=False)
+    rate: LogRate = LogRate.MOTION
 
     @property
     def is_of_now(self) -> bool:
@@ -110,6 +113,11 @@ class PlanLog:
                 )
             ),
         )
+
+
+def with_full_rate(log: PlanLog) -> PlanLog:
+    """Return the log that shows every sample of its motions."""
+    return dataclasses.replace(log, rate=LogRate.FULL)
 
 
 def _meets(event: LogEvent, motions: tuple[LiftMotion, ...]) -> bool:

@@ -21,16 +21,28 @@ from bimvox.log.carried_out import carried_out_of
 from bimvox.log.mcap.messages import nanoseconds
 from bimvox.log.mcap.reader import Contents, LogMessage, read_contents, read_file
 from bimvox.log.motion_json import JointSamples, motions_from_json
+from bimvox.log.motion_message import Samples, SamplesByLift, add_samples
 from bimvox.log.narration import CRANE_FIELD, LIFT_EVENT, PHASE_EVENT
 from bimvox.log.plan_json import plan_from_json
 from bimvox.log.plan_log import LogEvent, PlanLog
+from bimvox.log.rate import LogRate
 from bimvox.log.segments import FIRST_PLAN
 from bimvox.records.lift import Status
 from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site
 
 # The other topics are for viewers: they follow from these and the attachments.
-_NEEDED = frozenset((topics.PLANNED, topics.JOINTS, topics.EVENTS, topics.CARRIED_OUT, topics.OTHERS, topics.SEEN))
+_NEEDED = frozenset(
+    (
+        topics.PLANNED,
+        topics.MOTIONS,
+        topics.JOINTS,  # of schema version 1
+        topics.EVENTS,
+        topics.CARRIED_OUT,
+        topics.OTHERS,
+        topics.SEEN,
+    )
+)
 
 
 def read_log(path: Path | str) -> PlanLog:
@@ -58,10 +70,11 @@ def log_of(contents: Contents, path: Path) -> PlanLog:
     metadata = contents.metadata.get(topics.METADATA)
     if metadata is None:
         raise LogFileError(path, f"is not a bimvox log: it has no metadata record {topics.METADATA!r}")
-    if metadata.get("schema_version") != str(topics.SCHEMA_VERSION):
+    if metadata.get("schema_version") not in (str(topics.EARLIER_VERSION), str(topics.SCHEMA_VERSION)):
         raise LogFileError(
             path,
-            f"has schema version {metadata.get('schema_version')}, this bimvox reads {topics.SCHEMA_VERSION}",
+            f"has schema version {metadata.get('schema_version')}, this bimvox reads {topics.EARLIER_VERSION} and "
+            f"{topics.SCHEMA_VERSION}",
             hint="use the bimvox version that wrote it",
         )
     for name in (topics.SITE_FILE, topics.PLAN_FILE):
@@ -83,8 +96,9 @@ def _assemble(contents: Contents, metadata: dict[str, str], path: Path, *, parti
     paths, events = _paths_and_events(contents.messages, site, path)
     plan, context = plan_from_json(plan_data, site, paths, name, partial=partial)
     motions: tuple[LiftMotion, ...] = ()
+    rate = _rate_of(metadata, path)
     if (data := contents.attachments.get(topics.MOTION_FILE)) is not None:
-        motions = motions_from_json(data, _joints(contents.messages, site, path), name, partial=partial)
+        motions = motions_from_json(data, _samples(contents.messages, site, rate, path), name, partial=partial)
         planned = {lift.order for lift in (*plan.lifts, *context) if lift.status is Status.PLANNED}
         for motion in motions:
             if motion.order not in planned:
@@ -100,6 +114,7 @@ def _assemble(contents: Contents, metadata: dict[str, str], path: Path, *, parti
         recovered=partial,
         version=metadata.get("bimvox", ""),
         carried_out=None if partial else carried_out_of(contents, site, path),
+        rate=rate,
     )
     return _whole_lifts_only(log) if partial and topics.MOTION_FILE in contents.attachments else log
 
@@ -157,10 +172,27 @@ def _cells(data: bytes, site: Site, path: Path) -> NDArray[np.int32]:
     return result
 
 
-def _joints(messages: list[LogMessage], site: Site, path: Path) -> tuple[JointSamples, ...]:
-    """Return the joint states of every crane."""
+def _rate_of(metadata: dict[str, str], path: Path) -> LogRate:
+    if metadata["schema_version"] == str(topics.EARLIER_VERSION):
+        return LogRate.EARLIER
+    rate = metadata.get(topics.RATE)
+    if rate not in (LogRate.MOTION, LogRate.FULL):
+        raise LogFileError(path, f"its rate is {rate!r}, not {LogRate.MOTION} or {LogRate.FULL}")
+    return LogRate(rate)
+
+
+def _samples(
+    messages: list[LogMessage], site: Site, rate: LogRate, path: Path
+) -> SamplesByLift | tuple[JointSamples, ...]:
+    """Return the exact samples of every lift; of schema version 1 the joint states of every crane."""
     if not site.cranes:
         raise LogFileError(path, "it holds motions, but its site has no crane")
+    if rate is not LogRate.EARLIER:
+        found: dict[int, Samples] = {}
+        for message in messages:
+            if message.topic == topics.MOTIONS:
+                add_samples(found, message.data)
+        return found
     return tuple(
         _joints_of(messages, crane, topics.of_crane(topics.JOINTS, number), path)
         for number, crane in enumerate(site.cranes)

@@ -4,26 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from functools import cache
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
-from foxglove_schemas_protobuf.JointState_pb2 import JointState
-from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
-from foxglove_schemas_protobuf.Pose_pb2 import Pose
-from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
-from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
-from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
-from bimvox.crane.kinematics import joint_names, joints_of
 from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
 from bimvox.log import schema as topics
 from bimvox.log.bundle import site_to_bytes
 from bimvox.log.carried_out import carried_out_rows, carried_out_to_json
-from bimvox.log.crane_command import command_rows
 from bimvox.log.layout import layout_bytes
 from bimvox.log.mcap.channels import LogWriter
 from bimvox.log.mcap.form import Form
@@ -31,20 +22,19 @@ from bimvox.log.mcap.merge import Block, Timed, merged
 from bimvox.log.mcap.messages import pose, stamp
 from bimvox.log.mcap.rows import Rows
 from bimvox.log.motion_json import motions_to_json
+from bimvox.log.motion_message import motion_message
+from bimvox.log.moving import moving_streams, times_of
 from bimvox.log.narration import OWN_EVENTS, event_messages, log_messages
 from bimvox.log.plan_json import plan_to_json
 from bimvox.log.plan_log import PlanLog
+from bimvox.log.rate import LogRate
 from bimvox.log.scene import scene_messages
 from bimvox.log.segments import is_segment
 from bimvox.log.steps_json import steps_to_json
-from bimvox.log.track import crane_track, nominal_track
-from bimvox.log.transforms import CraneTransforms, load_transforms
 from bimvox.log.voxels import voxel_grid
-from bimvox.motion.commands import commands
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Steps
-from bimvox.records.track import LoadTrack
 from bimvox.site.site import Site
 
 _BLOCK = 8
@@ -69,7 +59,7 @@ def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None
     _check(record)
     with_remarks = not is_segment(record) and record.remarks is not None
     cranes, traffic = max(1, len(record.plan.site.cranes)), record.carried_out is not None
-    with LogWriter(stream, cranes, traffic=traffic) as writer:
+    with LogWriter(stream, cranes, traffic=traffic, rate=record.rate) as writer:
         writer.metadata(topics.METADATA, metadata_of(record))
         for name, data in own_attachments(record, site_bytes, with_remarks=with_remarks):
             writer.attachment(name, data)
@@ -83,9 +73,7 @@ def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None
 def blocks_of(record: PlanLog, *, with_remarks: bool) -> Iterator[Block]:
     """Yield all messages of a log in the order of the file, optionally with the remarks about its plan on ``/log``."""
     site = record.plan.site
-    tracks = sorted(tracks_of(record), key=lambda track: track.start_ns)
-    cranes = max(1, len(site.cranes))
-    by_crane = [[track for track in tracks if _crane_number(record, track) == n] for n in range(cranes)]
+    tracks = times_of(record)
     start_ns = min((track.start_ns for track in tracks), default=0)
     streams: list[Iterable[Timed | Rows]] = [
         [(start_ns, topics.VOXELS, voxel_grid(site, start_ns))],
@@ -93,44 +81,11 @@ def blocks_of(record: PlanLog, *, with_remarks: bool) -> Iterator[Block]:
         (path_message(site, track.lift, track.start_ns) for track in tracks),
         log_messages(record, tracks, start_ns, (with_remarks and record.remarks) or ()),
         event_messages(record, tracks),
-        *(_transforms(record, own) for own in by_crane),
-        *(_load(own, number) for number, own in enumerate(by_crane)),
-        *(_joints(record, number) for number in range(cranes)),
-        *(_commands(record, number) for number in range(cranes)),
+        *moving_streams(record),
         *([] if record.carried_out is None else ([rows] for rows in carried_out_rows(site, record.carried_out))),
+        _samples(record),
     ]
     yield from merged(streams, [track.start_ns for track in tracks[_BLOCK::_BLOCK]])
-
-
-def tracks_of(record: PlanLog) -> tuple[LoadTrack, ...]:
-    """Return the load's track of every planned lift that the log carries, in order."""
-    site = record.plan.site
-    if record.motions:
-        return tuple(
-            crane_track(site, lift, motion) for lift, motion in zip(record.planned, record.motions, strict=True)
-        )
-    tracks: list[LoadTrack] = []
-    for lift in record.planned:
-        tracks.append(nominal_track(site, lift, tracks[-1].end_ns if tracks else 0))
-    return tuple(tracks)
-
-
-def lift_rows(record: PlanLog, motion: LiftMotion) -> list[Rows]:
-    """Return the messages of one lift's motion: frames, load, joints, commands.
-
-    Args:
-        record: The plan.
-        motion: One of its motions.
-    """
-    (lift,) = (lift for lift in record.planned if lift.order == motion.order)
-    own = replace(record, plan=replace(record.plan, lifts=(lift,)), motions=(motion,))
-    track = crane_track(record.plan.site, lift, motion)
-    number = motion.crane
-    return [*_transforms(own, [track]), *_load([track], number), *_joints(own, number), *_commands(own, number)]
-
-
-def _crane_number(record: PlanLog, track: LoadTrack) -> int:
-    return record.plan.site.components[track.lift.component].crane
 
 
 def _check(record: PlanLog) -> None:
@@ -174,7 +129,7 @@ def metadata_of(record: PlanLog) -> dict[str, str]:
     site = record.plan.site
     frame = site.frame
     own = {
-        "schema_version": topics.SCHEMA_VERSION,
+        "schema_version": topics.EARLIER_VERSION if record.rate is LogRate.EARLIER else topics.SCHEMA_VERSION,
         "bimvox": record.version,
         "revision": record.revision,
         "site": site.name,
@@ -190,6 +145,8 @@ def metadata_of(record: PlanLog) -> dict[str, str]:
         "clock": "since the start of the first lift" if record.motions else "nominal, 1 s a unit move",
         "extract": str(bool(record.context)).lower(),
     }
+    if record.rate is not LogRate.EARLIER:
+        own[topics.RATE] = record.rate
     if record.recovered:
         own[topics.RECOVERED] = "true"
     return {key: str(value) for key, value in own.items()} | dict(record.metadata)
@@ -204,7 +161,7 @@ def own_attachments(
         yield topics.REMARKS_FILE, json.dumps(remarks, ensure_ascii=False, indent=1).encode()
     yield topics.PLAN_FILE, plan_to_json(record.plan, record.context)
     if record.motions:
-        yield topics.MOTION_FILE, motions_to_json(record.motions)
+        yield topics.MOTION_FILE, motions_to_json(record.motions, earlier=record.rate is LogRate.EARLIER)
     if record.steps != Steps():
         yield topics.STEPS_FILE, steps_to_json(record.steps)
     if record.carried_out is not None:
@@ -249,60 +206,8 @@ def _poses_form() -> Form:
     return Form(lambda _, corner_m: PosesInFrame(poses=[pose(corner_m)]), 3)
 
 
-def _load(tracks: Iterable[LoadTrack], number: int) -> Iterator[Rows]:
-    at = PoseInFrame(frame_id="site", pose=Pose(position=Vector3(), orientation=Quaternion()))
-    position, turn = at.pose.position, at.pose.orientation
-
-    def load_pose(time_ns: int, row: Sequence[float]) -> Any:
-        at.timestamp.CopyFrom(stamp(time_ns))
-        position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w = row
-        return at
-
-    form, topic = Form(load_pose, 7), topics.of_crane(topics.LOAD, number)
-    for track in tracks:
-        rows = np.concatenate([track.corner_m, track.tilt], axis=1)
-        yield Rows(track.time_ns, topic, form.serialized(track.time_ns, rows))
-
-
-def _transforms(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Rows]:
-    site = record.plan.site
-    motions = {motion.order: motion for motion in record.motions}
-    cranes = [CraneTransforms(crane, number) for number, crane in enumerate(site.cranes)]
-    for track in tracks:
-        component, motion = site.components[track.lift.component], motions.get(track.lift.order)
-        if motion is not None:
-            yield from cranes[component.crane].rows(*motion.samples(), track, component.id)
-        else:
-            yield from load_transforms(track, component.id)
-
-
-def _joints(record: PlanLog, number: int) -> Iterator[Rows]:
-    if not record.plan.site.cranes:
-        return
-    crane = record.plan.site.cranes[number]
-    states = JointStates(joints=[JointState(name=name) for name in joint_names(crane)])
-
-    def joints(time_ns: int, row: Sequence[float]) -> Any:
-        states.timestamp.CopyFrom(stamp(time_ns))
-        for state, value in zip(states.joints, row, strict=True):
-            state.position = value
-        return states
-
-    form, topic = Form(joints, len(states.joints)), topics.of_crane(topics.JOINTS, number)
-    for motion in record.motions:
-        if motion.crane != number:
-            continue
-        times, axes = motion.samples()
-        yield Rows(times, topic, form.serialized(times, joints_of(crane, axes)))
-
-
-def _commands(record: PlanLog, number: int) -> Iterator[Rows]:
-    site = record.plan.site
-    if not site.cranes:
-        return
-    crane, topic, named = site.cranes[number], topics.of_crane(topics.COMMAND, number), site.has_several_cranes
-    ids = [component.id for component in record.plan.site.components]
-    for motion in record.motions:
-        if motion.crane == number:
-            told = commands(motion, site.rules.sample_period_s)
-            yield command_rows(told, ids, crane, topic=topic, named=named)
+def _samples(record: PlanLog) -> Iterator[Timed]:
+    """Yield the exact samples of the motions, in the order in which the lifts begin."""
+    if record.rate is not LogRate.EARLIER:
+        for motion in sorted(record.motions, key=lambda motion: (motion.start_ns, motion.order)):
+            yield motion.start_ns, topics.MOTIONS, motion_message(record.plan.site, motion)

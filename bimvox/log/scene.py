@@ -25,7 +25,7 @@ from bimvox.log.colours import KIND_RGBA, STATE_RGBA, ConstructionState, Rgba
 from bimvox.log.mcap.messages import colour, pairs, pose, stamp, vector
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion
-from bimvox.records.track import LoadTrack
+from bimvox.records.track import LiftTimes
 from bimvox.site.component import Component
 from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Site
 
@@ -61,7 +61,7 @@ def states_before(lifts: Iterable[Lift], order: int) -> dict[int, ConstructionSt
 
 
 def states_at(
-    lifts: Iterable[Lift], motions: Iterable[LiftMotion], tracks: Iterable[LoadTrack], time_ns: int
+    lifts: Iterable[Lift], motions: Iterable[LiftMotion], tracks: Iterable[LiftTimes], time_ns: int
 ) -> dict[int, ConstructionState]:
     """Return the states of all components at a time on the site's clock.
 
@@ -255,7 +255,7 @@ def _luffing_boxes(jib: LuffingJib) -> Boxes:
 
 
 def scene_messages(
-    site: Site, lifts: Iterable[Lift], tracks: Iterable[LoadTrack], start_ns: int
+    site: Site, lifts: Iterable[Lift], tracks: Iterable[LiftTimes], start_ns: int
 ) -> Iterator[tuple[int, str, Any]]:
     """Yield the messages of ``/scene``: the whole scene at the start, then every change of state at its time.
 

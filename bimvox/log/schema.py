@@ -16,10 +16,17 @@ from foxglove_schemas_protobuf.VoxelGrid_pb2 import VoxelGrid
 from mcap_protobuf.schema import build_file_descriptor_set
 
 from bimvox.log.crane_command import COMMAND as COMMAND
-from bimvox.log.crane_command import CraneCommandMessage, single_crane_descriptor
+from bimvox.log.crane_command import CraneCommandMessage, command_text, single_crane_descriptor
+from bimvox.log.motion_message import MOTIONS as MOTIONS
+from bimvox.log.motion_message import LiftMotionMessage, motion_text
+from bimvox.log.needed import APART_S, OFF_M
+from bimvox.log.proto import head_text
+from bimvox.log.rate import LogRate
 
-SCHEMA_VERSION = 1
-"""Version of the whole log; fields and topics are only ever added."""
+SCHEMA_VERSION = 2
+"""Version of the whole log; fields and topics are only ever added. Since 2 the exact samples are on ``/motions``."""
+EARLIER_VERSION = 1
+"""The version whose joint states are the exact samples; it is read and proven."""
 
 TF = "/tf"
 VOXELS = "/site/voxels"
@@ -65,6 +72,8 @@ OWN_ATTACHMENTS = frozenset(MEDIA_TYPES)
 """Attachments that the recorder makes; all others are input files of the plan."""
 
 METADATA = "bimvox"
+RATE = "rate"
+"""Metadata key, since schema version 2: the ``LogRate``."""
 RECOVERED = "recovered"
 """Metadata key of a recovered log: some messages may be missing."""
 OWN_METADATA = frozenset(
@@ -84,6 +93,7 @@ OWN_METADATA = frozenset(
         "path_pose",
         "clock",
         "extract",
+        RATE,
         RECOVERED,
     )
 )
@@ -128,7 +138,7 @@ TOPICS = (
     Topic(
         TF,
         FrameTransforms,
-        "site -> crane_base -> jib -> trolley -> hook -> component/ID, at every sample. A component's frame: lowest "
+        "site -> crane_base -> jib -> trolley -> hook -> component/ID. A component's frame: lowest "
         "corner of its reference cell, axes along the site's.",
     ),
     Topic(
@@ -152,7 +162,12 @@ TOPICS = (
         "`slewing` rad from the site's +x axis, counter-clockwise, unwrapped; `trolley` m from the slewing axis; "
         "`hoist` m of rope below the jib. Empty without a crane.",
     ),
-    Topic(COMMAND, CraneCommandMessage, "The commands to the crane, at a fixed rate. Empty without a crane."),
+    Topic(
+        COMMAND,
+        CraneCommandMessage,
+        "The commands to the crane: a crane that holds the rates of each until the next is on the motion at every "
+        "command. At the rate `full` at a fixed period. Empty without a crane.",
+    ),
     Topic(
         SCENE,
         SceneUpdate,
@@ -183,6 +198,16 @@ TRAFFIC_TOPICS = (
 )
 """Topics of a log that also holds how its plan was carried out."""
 
+MOTION_TOPIC = Topic(
+    MOTIONS,
+    LiftMotionMessage,
+    "The exact samples of every lift's motion, at its start: what is proven. Frames, joints, load and commands of a "
+    f"motion follow from them; unless metadata `{RATE}` is `{LogRate.FULL}`, they are at those samples only between "
+    f"which a straight line is within {1000 * OFF_M:g} mm of hook and load, at most {APART_S:g} s apart while anything "
+    "moves, and where phases begin and end.",
+)
+"""Topic of logs since schema version 2."""
+
 
 def of_crane(name: str, number: int) -> str:
     """Return a crane's topic, frame or file name from the first crane's; ``number`` is its index in ``Site.cranes``."""
@@ -202,15 +227,26 @@ def of_first_crane(name: str) -> str:
     return name
 
 
-def topics_of(cranes: int, *, traffic: bool = False) -> tuple[Topic, ...]:
-    """Return the topics of a log of a site with that many cranes, optionally with those of ``watch --traffic``."""
+def topics_of(cranes: int, *, traffic: bool = False, samples: bool = True) -> tuple[Topic, ...]:
+    """Return the topics of a log of a site with that many cranes.
+
+    Args:
+        cranes: Number of cranes.
+        traffic: Whether with those of ``watch --traffic``.
+        samples: Whether with the exact samples; not of schema version 1, and nothing for viewers.
+    """
     further = (
         replace(topic, name=of_crane(topic.name, number), meaning=f"The same for crane {number + 1}.")
         for number in range(1, cranes)
         for topic in TOPICS
         if topic.name in OF_A_CRANE
     )
-    return (*TOPICS, *further, *(TRAFFIC_TOPICS if traffic else ()))
+    return (*TOPICS, *further, *(TRAFFIC_TOPICS if traffic else ()), *((MOTION_TOPIC,) if samples else ()))
+
+
+def proto_file() -> str:
+    """Return the definitions of the log's own messages as a ``.proto`` file."""
+    return "\n".join([head_text(), command_text(), motion_text()])
 
 
 def channel_numbers() -> dict[str, int]:

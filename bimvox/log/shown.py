@@ -18,6 +18,7 @@ from bimvox.log.check import SHA256
 from bimvox.log.mcap.merge import Block
 from bimvox.log.mcap.reader import Contents, LogMessage
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
+from bimvox.log.rate import LogRate
 from bimvox.log.recorder import blocks_of, metadata_of, own_attachments
 from bimvox.log.schema import topics_of
 from bimvox.log.segments import FIRST_PLAN, NOW_NS, PENDING, REPLAN_EVENT, pending_of
@@ -168,7 +169,9 @@ def _check_messages(check: Check, contents: Contents, log: PlanLog, with_remarks
 
 def _kinds(log: PlanLog) -> dict[str, Any]:
     """Return the protobuf class of every topic of a log."""
-    topics = topics_of(max(1, len(log.plan.site.cranes)), traffic=log.carried_out is not None)
+    topics = topics_of(
+        max(1, len(log.plan.site.cranes)), traffic=log.carried_out is not None, samples=log.rate is not LogRate.EARLIER
+    )
     return {topic.name: topic.message for topic in topics}
 
 

@@ -11,7 +11,7 @@ from bimvox.records.guide import Guide
 from bimvox.records.heading import headings_off_rad
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.records.track import LoadTrack
+from bimvox.records.track import LiftTimes, LoadTrack
 from bimvox.site.component import StoredPose
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
@@ -42,17 +42,28 @@ def nominal_track(site: Site, lift: Lift, start_ns: int) -> LoadTrack:
     )
 
 
+def lift_times(lift: Lift, motion: LiftMotion) -> LiftTimes:
+    """Return when the load of a lift enters each state."""
+    arrived_ns = motion.start_ns + int(motion.loaded.time_ns[-1])
+    return LiftTimes(
+        lift=lift,
+        start_ns=motion.start_ns,
+        lifted_ns=motion.start_ns + int(motion.raising.time_ns[0]),
+        arrived_ns=arrived_ns,
+        assembled_ns=max([arrived_ns, *(p.end_ns for p in motion.phases if p.name is PhaseName.SET)]),
+        end_ns=motion.end_ns,
+    )
+
+
 def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
     """Return the track of a lift from the crane's motion."""
     component, place = site.components[lift.component], lift.place
     crane = site.crane_of(component)
     assert crane is not None
     assert place is not None
-    lifted_ns = motion.start_ns + int(motion.raising.time_ns[0])
-    arrived_ns = motion.start_ns + int(motion.loaded.time_ns[-1])
-    assembled_ns = max([arrived_ns, *(p.end_ns for p in motion.phases if p.name is PhaseName.SET)])
+    times = lift_times(lift, motion)
     time_ns, axes = _with_turn(motion, *motion.samples())
-    held = (time_ns >= lifted_ns) & (time_ns <= assembled_ns)
+    held = (time_ns >= times.lifted_ns) & (time_ns <= times.assembled_ns)
     time_ns, axes = time_ns[held], axes[held]
     load = load_frame(crane_for(site, crane, component), site.frame, component.hook_line_vox)
     corner_m = site.frame.corner_of(cells_of_axes(load, axes))
@@ -89,11 +100,11 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
         corner_m = np.where(tipping[:, None], tipped, corner_m)
     return LoadTrack(
         lift=lift,
-        start_ns=motion.start_ns,
-        lifted_ns=lifted_ns,
-        arrived_ns=arrived_ns,
-        assembled_ns=assembled_ns,
-        end_ns=motion.end_ns,
+        start_ns=times.start_ns,
+        lifted_ns=times.lifted_ns,
+        arrived_ns=times.arrived_ns,
+        assembled_ns=times.assembled_ns,
+        end_ns=times.end_ns,
         time_ns=time_ns,
         corner_m=corner_m,
         tilt=tilt,

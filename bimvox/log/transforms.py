@@ -12,8 +12,9 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from numpy.typing import NDArray
 
-from bimvox.crane.kinematics import hook_of, joints_of
+from bimvox.crane.kinematics import joints_of
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.log.driven import Driven
 from bimvox.log.mcap.form import Form
 from bimvox.log.mcap.messages import stamp
 from bimvox.log.mcap.rows import Rows
@@ -45,32 +46,21 @@ class CraneTransforms:
 
         self._bare = Form(of_machine, doubles)
 
-    def rows(
-        self, time_ns: NDArray[np.int64], axes: NDArray[np.float64], track: LoadTrack, component_id: str
-    ) -> Iterator[Rows]:
-        """Yield the messages of every sample of a lift, split into spans without and with the load.
-
-        Args:
-            time_ns: (N,) int64 samples of the whole lift.
-            axes: (N, 3) float64 slew, radius, height.
-            track: The load's track, at some of those samples.
-            component_id: The load.
-        """
-        # The load keeps its heading while the jib slews, so its frame counter-rotates in the hook's.
-        position, turn = _in_hook_frame(self._crane, time_ns, axes, track)
+    def rows(self, lift: Driven) -> Iterator[Rows]:
+        """Yield the messages of the samples of a lift that are shown, split into spans without and with the load."""
+        axes, first, last = lift.axes, lift.loaded.start, lift.loaded.stop
         rows = _luffing_rows(self._crane, axes) if self._crane.luffing else _trolley_rows(self._crane, axes)
-        first = int(np.searchsorted(time_ns, track.time_ns[0]))
-        held = _among(time_ns, track.time_ns)
-        last = first + int(held[first:].argmin()) if not held[first:].all() else len(time_ns)
-        sampled = _among(track.time_ns, time_ns)  # while it turns, the load has additional samples
-        loaded = np.concatenate([rows[first:last], position[sampled], turn[sampled]], axis=1)
-        for times_ns, form, values in (
-            (time_ns[:first], self._bare, rows[:first]),
-            (time_ns[first:last], self._bare.followed_by(self._of_load(component_id)), loaded),
-            (time_ns[last:], self._bare, rows[last:]),
+        with_load = self._bare.followed_by(self._of_load(lift.component_id))
+        loaded = np.concatenate([rows[lift.loaded], lift.hung], axis=1)
+        for span, form, values in (
+            (slice(first), self._bare, rows[:first]),
+            (lift.loaded, with_load, loaded),
+            (slice(last, None), self._bare, rows[last:]),
         ):
-            if len(times_ns):
-                yield Rows(times_ns, TF, form.serialized(times_ns, values))
+            shown = lift.shown[span]
+            if shown.any():
+                times_ns = lift.time_ns[span][shown]
+                yield Rows(times_ns, TF, form.serialized(times_ns, values[shown]))
 
     def _of_load(self, component_id: str) -> Form:
         load = _frame(of_crane("hook", self._number), component_frame(component_id), Vector3())
@@ -148,27 +138,6 @@ def load_transforms(track: LoadTrack, component_id: str) -> Iterator[Rows]:
         return FrameTransforms(transforms=[load])
 
     yield Rows(track.time_ns, TF, Form(transform, 3).serialized(track.time_ns, track.corner_m))
-
-
-def _in_hook_frame(
-    crane: TowerCrane, time_ns: NDArray[np.int64], axes: NDArray[np.float64], track: LoadTrack
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return position and quaternion of the load in the hook's frame, at the track's samples."""
-    slew, radius, height = axes[np.searchsorted(time_ns, track.time_ns)].T
-    away = track.corner_m - hook_of(crane, slew, radius, height)
-    cos, sin = np.cos(slew), np.sin(slew)
-    position = np.stack([cos * away[:, 0] + sin * away[:, 1], cos * away[:, 1] - sin * away[:, 0], away[:, 2]], axis=1)
-    x, y, z, w = track.tilt.T
-    c, s = np.cos(slew / 2.0), -np.sin(slew / 2.0)
-    turn = np.stack([c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z], axis=1)
-    return position, turn
-
-
-def _among(times_ns: NDArray[np.int64], others_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return (N,) which times are among the others (at least one, ascending)."""
-    at = np.searchsorted(others_ns, times_ns)
-    there: NDArray[np.bool_] = others_ns[np.minimum(at, len(others_ns) - 1)] == times_ns
-    return there
 
 
 def _vector(xyz: Any) -> Any:

@@ -120,13 +120,23 @@ def commands(motion: LiftMotion, period_s: float) -> Commands:
     """
     if not period_s > 0.0:
         raise InputError(f"a command period of {period_s:g} s", hint="give a positive time")
+    period_ns = max(1, round(period_s * NS_PER_S))
+    first_ns = -(-motion.start_ns // period_ns) * period_ns
+    return commands_at(motion, np.arange(first_ns, motion.end_ns, period_ns, dtype=np.int64))
+
+
+def commands_at(motion: LiftMotion, at_ns: NDArray[np.int64]) -> Commands:
+    """Return the commands of a motion at some of its times, at every start of a phase, at its start and its end.
+
+    Args:
+        motion: The motion.
+        at_ns: (N,) int64 times from its start to its end.
+    """
     time_ns, axes = motion.samples()
     lifted_ns = motion.start_ns + int(motion.raising.time_ns[0])
     starts_ns = [phase.start_ns for phase in motion.phases]
-    period_ns = max(1, round(period_s * NS_PER_S))
     start_ns, end_ns = int(time_ns[0]), int(time_ns[-1])
-    regular = np.arange(-(-start_ns // period_ns) * period_ns, end_ns, period_ns, dtype=np.int64)
-    at_ns = np.sort(np.concatenate([regular, np.array([start_ns, *starts_ns, end_ns], np.int64)]))
+    at_ns = np.sort(np.concatenate([at_ns, np.array([start_ns, *starts_ns, end_ns], np.int64)]))
     at_ns = at_ns[np.append(True, at_ns[1:] > at_ns[:-1])]
     since = (at_ns - start_ns).astype(np.float64)
     own = (time_ns - start_ns).astype(np.float64)

@@ -12,8 +12,8 @@ from bimvox.site.construction import ConstructionState
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LoadTrack:
-    """The track of a lift's load on the site's clock.
+class LiftTimes:
+    """When the load of a lift enters each state, on the site's clock.
 
     Attributes:
         lift: The lift.
@@ -22,11 +22,6 @@ class LoadTrack:
         arrived_ns: When it is at its place in the building.
         assembled_ns: When it is fixed there; until then it hangs on the hook.
         end_ns: When the lift ends.
-        time_ns: (N,) int64 samples from ``lifted_ns`` to ``assembled_ns``.
-        corner_m: (N, 3) float64 origin of the component's frame: the lowest corner of its reference cell, site metres.
-        tilt: (N, 4) float64 quaternion x, y, z, w: its rotation relative to the built-in position; the identity except
-            while a part stored lying is tipped up, until a part stored turned is turned back, and while a load turns
-            with the jib.
     """
 
     lift: Lift
@@ -35,9 +30,6 @@ class LoadTrack:
     arrived_ns: int
     assembled_ns: int
     end_ns: int
-    time_ns: NDArray[np.int64]
-    corner_m: NDArray[np.float64]
-    tilt: NDArray[np.float64]
 
     @property
     def states(self) -> tuple[tuple[int, ConstructionState], ...]:
@@ -52,3 +44,20 @@ class LoadTrack:
     def state_at(self, time_ns: int) -> ConstructionState:
         """Return the state at a time on the site's clock."""
         return next((state for at_ns, state in self.states[::-1] if at_ns <= time_ns), ConstructionState.UNBUILT)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoadTrack(LiftTimes):
+    """The track of a lift's load on the site's clock.
+
+    Attributes:
+        time_ns: (N,) int64 samples from ``lifted_ns`` to ``assembled_ns``.
+        corner_m: (N, 3) float64 origin of the component's frame: the lowest corner of its reference cell, site metres.
+        tilt: (N, 4) float64 quaternion x, y, z, w: its rotation relative to the built-in position; the identity except
+            while a part stored lying is tipped up, until a part stored turned is turned back, and while a load turns
+            with the jib.
+    """
+
+    time_ns: NDArray[np.int64]
+    corner_m: NDArray[np.float64]
+    tilt: NDArray[np.float64]

@@ -67,6 +67,14 @@ Verbose = Annotated[
         "--verbose", "-v", envvar="BIMVOX_VERBOSE", help="Print every stage with its time, and a fault with its place."
     ),
 ]
+FullRate = Annotated[
+    bool,
+    typer.Option(
+        "--full-rate",
+        help="Show viewers every sample of the motions, in a log of about three times the size. Every log has them for "
+        "the proof.",
+    ),
+]
 Programme = Annotated[
     Path | None,
     typer.Option(

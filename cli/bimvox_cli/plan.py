@@ -13,7 +13,7 @@ from bimvox.errors import InputError, listed
 from bimvox.units import clock, elapsed
 from bimvox_cli.crane_fields import crane_fields
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
-from bimvox_cli.options import Json, PolicyId, Programme, Quiet, Seed, Steps, Train, Verbose
+from bimvox_cli.options import FullRate, Json, PolicyId, Programme, Quiet, Seed, Steps, Train, Verbose
 from bimvox_cli.output import fields, open_output, rows, spent
 from bimvox_cli.remarks import Remarks, show_remarks, verdict
 
@@ -57,6 +57,7 @@ def plan(
             help="If the policy fails lifts, train it further on the current site, for at most this many steps.",
         ),
     ] = 0,
+    full_rate: FullRate = False,
     backend: BackendName = "loky",
     jobs: Jobs = None,
     cluster: Cluster = None,
@@ -72,8 +73,8 @@ def plan(
     sites, as in `bimvox sweep`. The lifts of one site are planned, timed and proven in --jobs processes.
     """
     if len(sites) > 1:
-        if retrain or programme is not None:
-            option = "--retrain" if retrain else "--programme"
+        alone = {"--retrain": retrain, "--programme": programme is not None, "--full-rate": full_rate}
+        if option := next((name for name, given in alone.items() if given), None):
             raise InputError(f"{option} works with one site only", hint="plan the sites one by one, or leave it out")
         from bimvox_pipeline.fleet.command import fleet
         from bimvox_pipeline.fleet.runs import Wish
@@ -102,9 +103,9 @@ def plan(
             out,
             obstructions=obstructions,
             programme=programme,
-            wish=PolicyWish(policy, seed, steps, train),
-            retrain=retrain,
+            wish=PolicyWish(policy, seed, steps, train, retrain),
             jobs=jobs,
+            full_rate=full_rate,
             progress=output.progress,
         )
     code = output.result(document, partial(_show, every=remarks))

@@ -5,12 +5,11 @@ from __future__ import annotations
 from bimvox.exporters.csv_json import LIFT_COLUMNS, SAMPLE_COLUMNS
 from bimvox.exporters.deliveries import DELIVERY_COLUMNS
 from bimvox.log import schema as topics
-from bimvox.log.crane_command import proto_text
 
 _ATTACHMENTS = {
     topics.SITE_FILE: "the whole site: zip of JSON and .npy",
     topics.PLAN_FILE: "lifts, clashes, notes",
-    topics.MOTION_FILE: "spans and phases of the motions",
+    topics.MOTION_FILE: "spans and phases of the motions; their samples are on /motions",
     topics.URDF_FILE: "the crane as a URDF robot",
     topics.CHART_FILE: "capacity over radius",
     topics.STEPS_FILE: "work that the crane does not do (elapsed time), and the crane's pauses (its clock)",
@@ -49,7 +48,7 @@ def log_schema() -> str:
         *(f"  {name}  {meaning}" for name, meaning in DELIVERY_COLUMNS.items()),
     ]
     comment = "\n".join(f"// {line}".rstrip() for line in "\n".join(lines).split("\n"))
-    return f"{comment}\n\n{proto_text()}"
+    return f"{comment}\n\n{topics.proto_file()}"
 
 
 def log_schema_json() -> dict[str, object]:
@@ -62,5 +61,5 @@ def log_schema_json() -> dict[str, object]:
         "csv_samples": SAMPLE_COLUMNS,
         "csv_lifts": LIFT_COLUMNS,
         "csv_deliveries": DELIVERY_COLUMNS,
-        "proto": proto_text(),
+        "proto": topics.proto_file(),
     }

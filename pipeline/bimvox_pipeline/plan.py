@@ -16,6 +16,7 @@ from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import Planned
 from bimvox.library.site import load_site
 from bimvox.log.dates import log_dates
+from bimvox.log.plan_log import with_full_rate
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.motion.steps import steps_of
 from bimvox.policy.choice import PolicyInUse
@@ -33,14 +34,15 @@ def plan(
     obstructions: Path | None = None,
     programme: Path | None = None,
     wish: PolicyWish = PolicyWish(),  # noqa: B008  (immutable)
-    retrain: int = 0,
     jobs: int | None = None,
+    full_rate: bool = False,
     progress: Progress,
 ) -> dict[str, Any]:
     """Plan a site file with :func:`bimvox.plan`, write the log, and return the document of ``bimvox plan --json``.
 
     ``out`` is the log; default: the site's name with ``.mcap``, in the current folder. ``programme`` takes the place of
-    the one that the site file names. The other arguments are those of :func:`bimvox.plan`, four of them in ``wish``.
+    the one that the site file names. ``full_rate`` is that of :func:`bimvox.write_log`, the other arguments
+    are those of :func:`bimvox.plan`, five of them in ``wish``.
 
     Raises:
         NoPlanError: If no lift can be planned; nothing is written.
@@ -52,9 +54,9 @@ def plan(
     given = None if obstructions is None else read_obstructions(obstructions)  # before the site, which takes its time
     loaded = load_site(site, progress, programme=programme)
     check_output(target, inputs=[*inputs, loaded.config.model.path])
-    made = plan_site(loaded, obstructions=given, retrain=retrain, jobs=jobs, progress=progress, **asdict(wish))
+    made = plan_site(loaded, obstructions=given, jobs=jobs, progress=progress, **asdict(wish))
     progress.stage("write")
-    write_log_file(target, made.record, inputs=inputs)
+    write_log_file(target, with_full_rate(made.record) if full_rate else made.record, inputs=inputs)
     progress.finish()
     assert made.policy is not None
     more: dict[str, Any] = {"retrained": made.retrained.to_dict()} if made.retrained is not None else {}

@@ -15,9 +15,9 @@ import bimvox
 from bimvox.exporters.csv_json import lifts_csv
 from bimvox.exporters.lift_schedule import DEFAULT_BEGIN, LiftSchedule, schedule_of
 from bimvox.exporters.ms_project import NAMESPACE, to_ms_project
+from bimvox.log.moving import tracks_of
 from bimvox.log.narration import log_messages
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.recorder import tracks_of
 from bimvox.records.steps import Steps
 from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet
 

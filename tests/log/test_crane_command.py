@@ -17,9 +17,10 @@ from bimvox.log.crane_command import (
     CraneCommandMessage,
     command_rows,
     file_descriptor,
-    proto_text,
 )
 from bimvox.log.mcap.messages import stamp
+from bimvox.log.motion_message import motion_descriptor
+from bimvox.log.schema import proto_file
 from bimvox.motion.commands import PHASES, Commands
 from bimvox.records.motion import PhaseName
 
@@ -121,12 +122,14 @@ def test_the_descriptor_builds_in_an_empty_pool() -> None:
 
 
 def test_the_proto_text_says_what_the_descriptor_says() -> None:
-    text, file = proto_text(), file_descriptor()
+    text = proto_file()
     assert text.startswith('syntax = "proto3";')
-    assert isinstance(file, FileDescriptorProto)
-    (message,) = file.message_type
-    for field in message.field:
-        assert f" {field.name} = {field.number};" in text
-    for value in message.enum_type[0].value:
-        assert f"    {value.name} = {value.number};" in text
-    assert text.count("{") == text.count("}") == 2
+    for file in (file_descriptor(), motion_descriptor()):
+        assert isinstance(file, FileDescriptorProto)
+        (message,) = file.message_type
+        assert f"message {message.name} {{" in text
+        for field in message.field:
+            assert f" {field.name} = {field.number};" in text
+        for value in (value for enum in message.enum_type for value in enum.value):
+            assert f"    {value.name} = {value.number};" in text
+    assert text.count("{") == text.count("}") == 3

@@ -18,9 +18,9 @@ from mcap_protobuf.decoder import DecoderFactory
 from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError, LogFileError
 from bimvox.log.bundle import site_from_bytes
-from bimvox.log.plan_log import LogEvent, PlanLog
+from bimvox.log.plan_log import LogEvent, PlanLog, with_full_rate
 from bimvox.log.reader import read_log
-from bimvox.log.schema import COMMAND, JOINTS, topics_of
+from bimvox.log.schema import COMMAND, JOINTS, MOTIONS, topics_of
 from bimvox.records.lift import Epoch
 from bimvox.site.site import Blocker
 
@@ -32,6 +32,16 @@ def data() -> bytes:
 
 @pytest.fixture(scope="module")
 def messages(data: bytes) -> dict[str, list[Any]]:
+    return decoded_messages(data)
+
+
+@pytest.fixture(scope="module")
+def every_message() -> dict[str, list[Any]]:
+    """The messages of a log with every sample."""
+    return decoded_messages(log_bytes(with_full_rate(tiny_log())))
+
+
+def decoded_messages(data: bytes) -> dict[str, list[Any]]:
     found: dict[str, list[Any]] = {}
     for _, channel, message, decoded in make_reader(
         io.BytesIO(data), validate_crcs=True, decoder_factories=[DecoderFactory()]
@@ -84,13 +94,13 @@ def test_every_message_has_the_bytes_that_protobuf_gives_it(crane: bool) -> None
         again = of[channel.topic].FromString(message.data).SerializeToString(deterministic=True)
         assert message.data == again
         found[channel.topic] += 1
-    assert set(found) == (set(of) if crane else set(of) - {COMMAND, JOINTS})
+    assert set(found) == (set(of) if crane else set(of) - {COMMAND, JOINTS, MOTIONS})
 
 
 def test_the_container_is_laid_out_as_documented(data: bytes) -> None:
     reader = make_reader(io.BytesIO(data), validate_crcs=True)
     header, summary = reader.get_header(), reader.get_summary()
-    assert (header.profile, header.library) == ("", "bimvox log 1")
+    assert (header.profile, header.library) == ("", "bimvox log 2")
     assert summary is not None
     assert {channel.topic: summary.schemas[channel.schema_id].name for channel in summary.channels.values()} == {
         "/tf": "foxglove.FrameTransforms",
@@ -102,6 +112,7 @@ def test_the_container_is_laid_out_as_documented(data: bytes) -> None:
         "/scene": "foxglove.SceneUpdate",
         "/log": "foxglove.Log",
         "/events": "foxglove.Event",
+        "/motions": "bimvox.LiftMotion",
     }
     assert {index.compression for index in summary.chunk_indexes} == {"zstd"}
     assert all(index.uncompressed_size < 80 * 1024 for index in summary.chunk_indexes)
@@ -151,6 +162,35 @@ def test_load_poses_are_where_the_path_is(messages: dict[str, list[Any]]) -> Non
         assert distance.max() < 1e-9
 
 
+def test_motions_are_read_bit_for_bit_at_every_rate(tmp_path: Path) -> None:
+    log = tiny_log()
+    for record in (log, with_full_rate(log)):
+        path = tmp_path / "log.mcap"
+        path.write_bytes(log_bytes(record))
+        read = read_log(path)
+        assert read.rate is record.rate
+        assert log_bytes(read) == path.read_bytes()
+        for motion, before in zip(read.motions, log.motions, strict=True):
+            for found, wanted in zip(motion.samples(), before.samples(), strict=True):
+                assert found.tobytes() == wanted.tobytes()
+
+
+def test_viewers_are_shown_the_samples_that_they_need_and_all_at_the_full_rate(
+    messages: dict[str, list[Any]], every_message: dict[str, list[Any]]
+) -> None:
+    log = tiny_log()
+    samples = [time_ns for motion in log.motions for time_ns in motion.samples()[0].tolist()]
+    for topic in ("/crane/joint_states", "/tf"):
+        assert [time_ns for time_ns, _ in every_message[topic]] == samples
+        shown = [(time_ns, message.SerializeToString()) for time_ns, message in messages[topic]]
+        assert set(shown) < {(time_ns, message.SerializeToString()) for time_ns, message in every_message[topic]}
+    ends = {time_ns for motion in log.motions for one in motion.phases for time_ns in (one.start_ns, one.end_ns)}
+    assert ends & set(samples) <= {time_ns for time_ns, _ in messages["/crane/joint_states"]}
+    exact = [[message.SerializeToString() for _, message in one["/motions"]] for one in (messages, every_message)]
+    assert exact[0] == exact[1]
+    assert len(messages["/crane/load/pose"]) < len(every_message["/crane/load/pose"])
+
+
 def rotation(q: Any) -> np.ndarray[Any, Any]:
     x, y, z, w = q.x, q.y, q.z, q.w
     return np.array(
@@ -174,7 +214,8 @@ def chained(transforms: Any, last: str) -> tuple[np.ndarray[Any, Any], np.ndarra
     return turn, at
 
 
-def test_the_frames_lead_to_the_hook_and_to_the_load(messages: dict[str, list[Any]]) -> None:
+def test_the_frames_lead_to_the_hook_and_to_the_load(every_message: dict[str, list[Any]]) -> None:
+    messages = every_message
     crane = tiny_plan().site.cranes[0]
     assert crane is not None
     joints = [{j.name: j.position for j in m.joints} for _, m in messages["/crane/joint_states"]]
@@ -249,13 +290,17 @@ def test_events_and_words_say_what_happens(messages: dict[str, list[Any]]) -> No
     assert "overlap in the model: ColumnB (0GlobalIdColumnB) and Beam (0GlobalIdBeam), at least 250.0 mm" in words
 
 
-def test_commands_drive_the_crane_along_the_motion(messages: dict[str, list[Any]]) -> None:
+@pytest.mark.parametrize("full_rate", [False, True])
+def test_commands_drive_the_crane_along_the_motion(full_rate: bool) -> None:
+    log = tiny_log()
+    messages = decoded_messages(log_bytes(with_full_rate(log) if full_rate else log))
     told = [m for _, m in messages["/crane/command"]]
     assert {m.component_id for m in told} == {"0GlobalIdColumnA", "0GlobalIdBeam"}
     for before, now, after in zip(told, told[1:], told[2:], strict=False):
         if before.lift_order == after.lift_order:
             gap = (after.time.seconds - now.time.seconds) + (after.time.nanos - now.time.nanos) / 1e9
-            assert 0.0 < gap <= 0.5 + 1e-9
+            assert gap > 0.0
+            assert gap <= 0.5 + 1e-9 or not full_rate
             rates = np.array([now.slew_rate_rad_s, now.trolley_rate_m_s, now.hoist_rate_m_s])
             reached = np.array([before.slew_rad, before.radius_m, before.height_m]) + rates * gap
             assert np.allclose(reached, [now.slew_rad, now.radius_m, now.height_m])

@@ -74,7 +74,7 @@ def test_every_crane_has_its_own_topics(record, contents):
         own = [motion for motion in record.motions if motion.crane == number]
         assert counts[topics.of_crane(topics.PLANNED, number)] == len(own)
         samples = sum(len(motion.samples()[0]) for motion in own)
-        assert counts[topics.of_crane(topics.JOINTS, number)] == samples
+        assert 2 * len(own) <= counts[topics.of_crane(topics.JOINTS, number)] < samples
         assert counts[topics.of_crane(topics.LOAD, number)] > 0
         named = {
             CraneCommandMessage.FromString(message.data).crane
@@ -95,7 +95,7 @@ def test_times_ascend_on_every_topic(contents):
 def test_frames_of_both_cranes_lead_to_their_hooks(record, contents):
     site = record.plan.site
     seen = {0: 0, 1: 0}
-    for message in on(contents, topics.TF)[::20]:
+    for message in on(contents, topics.TF)[::5]:
         frames = {t.child_frame_id: t for t in FrameTransforms.FromString(message.data).transforms}
         number = int("crane_2/hook" in frames)
         seen[number] += 1

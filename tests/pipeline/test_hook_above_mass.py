@@ -88,7 +88,7 @@ def test_the_hook_of_every_pose_is_above_the_centre_of_mass(
     model, site, log = tmp_path / sample, tmp_path / "own.site.toml", tmp_path / "own.mcap"
     shutil.copy(SAMPLES / sample, model)
     init(model, site, voxel_size_m=voxel_size_m, progress=SilentProgress())
-    document = plan(site, log, wish=PolicyWish("none"), progress=SilentProgress())
+    document = plan(site, log, wish=PolicyWish("none"), full_rate=True, progress=SilentProgress())
     assert document["lifts"]
     assert all(lift["moves"] or lift["reason"] for lift in document["lifts"])
     found = dict(off_the_vertical(log))

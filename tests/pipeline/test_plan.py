@@ -6,8 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from bimvox_cli.main import run as main
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
+from bimvox_pipeline.verify import verify
 from planned_frame import plan_it, write_site
 
 from bimvox.bim.read import read_building
@@ -15,6 +17,7 @@ from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import FileError, InputError, NoPlanError, PolicyError, VerificationError
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.site import load_site
+from bimvox.log.rate import LogRate
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.proof.plan import verify_plan
@@ -38,6 +41,21 @@ def site_folder(planned: tuple[Path, dict], tmp_path: Path) -> Path:
     for source in planned[0].iterdir():
         shutil.copy(source, tmp_path / source.name)
     return tmp_path
+
+
+def test_a_log_has_under_60_kilobytes_a_lift_and_at_the_full_rate_the_same_proof(site_folder):
+    log = site_folder / "frame.mcap"
+    assert log.stat().st_size < 60_000 * 8
+    full = Path(plan_again(site_folder, "full.mcap", full_rate=True)["log"])
+    assert full.stat().st_size > 2 * log.stat().st_size
+    few, every = read_log(log), read_log(full)
+    assert (few.rate, every.rate) == (LogRate.MOTION, LogRate.FULL)
+    for one, other in zip(few.motions, every.motions, strict=True):
+        for found, wanted in zip(one.samples(), other.samples(), strict=True):
+            assert found.tobytes() == wanted.tobytes()
+    assert main(["export", str(log), "--to", "full-rate", "-o", str(site_folder / "made.mcap"), "-q"]) == 0
+    assert (site_folder / "made.mcap").read_bytes() == full.read_bytes()
+    assert verify(full, progress=SilentProgress())["verified"] is True
 
 
 def plan_again(folder: Path, name: str = "again.mcap", policy: str | None = None, **options) -> dict:

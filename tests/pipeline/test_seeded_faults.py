@@ -28,15 +28,17 @@ from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.channels import LogWriter
 from bimvox.log.mcap.reader import read_contents, read_file
-from bimvox.log.plan_log import LogEvent, PlanLog
+from bimvox.log.motion_message import LiftMotionMessage, Samples, add_samples, column_of
+from bimvox.log.plan_log import LogEvent, PlanLog, with_full_rate
 from bimvox.log.reader import read_log
 from bimvox.log.segments import FIRST_PLAN
-from bimvox.motion.commands import commands
+from bimvox.motion.commands import commands, commands_at
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.progress import SilentProgress
 from bimvox.records.heading import headings_off_rad
+from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check
 from bimvox.site.build import with_digests
 from bimvox.site.site import SwingRule
@@ -87,7 +89,7 @@ TOGETHER: list[tuple[faults.Forge, set[str]]] = [
     (faults.a_wrong_mass, {"reach", "capacity"}),
     (faults.a_weaker_crane, {"reach", "capacity"}),
     (faults.less_of_the_capacity_permitted, {"reach", "capacity"}),
-    (faults.an_axis_sample_edited, {"axis_limits", "spacing", "commands"}),
+    (faults.an_axis_sample_edited, {"axis_limits", "spacing"}),
     (faults.a_load_carried_too_low, {"motion_cells"}),
     (faults.a_truck_overloaded, {"yard"}),
     (faults.too_near_in_transit, {"margin", "motion_margin"}),
@@ -334,7 +336,7 @@ def test_the_good_log_is_proven_and_every_check_has_a_fault(good: PlanLog, tmp_p
     document = proven(good, tmp_path)
     assert document["verified"] is True, failed(document)
     asked_for = {"margin", "motion_margin", "gap", "stacks", "racks"}  # by the rules of other sites
-    assert set(document["checks"]) | asked_for == {*ALONE, *WITH_OTHERS, "load_poses", "commands"}
+    assert set(document["checks"]) | asked_for == {*ALONE, *WITH_OTHERS, "load_poses", "joint_states", "commands"}
 
 
 def test_a_log_with_gear_for_each_part_is_proven(good: PlanLog, tmp_path: Path):
@@ -392,7 +394,7 @@ def test_a_recovered_log_without_motions_proves_nothing(good_file: Path, tmp_pat
         for key, data in contents.attachments.items():
             writer.attachment(key, data)
         for m in contents.messages:
-            if m.topic != topics.JOINTS:
+            if m.topic != topics.MOTIONS:
                 writer.raw(m.topic, m.sequence, m.time_ns, m.data)
     document = verify(tmp_path / "other.mcap", progress=SilentProgress())
     assert (document["verified"], document["lifts"]) == (False, 0)
@@ -452,10 +454,11 @@ def test_the_verdict_names_the_lifts_that_met_earlier_obstructions_only(
     assert "not proven against the current obstructions" in told
 
 
-@pytest.mark.parametrize("name", ["load_poses", "commands"])
+@pytest.mark.parametrize("name", ["load_poses", "joint_states", "commands"])
 def test_messages_that_disagree_with_the_motion_are_caught(
     good_file: Path, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ):
+    from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
     from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 
     def pose(data: bytes) -> bytes:
@@ -468,10 +471,14 @@ def test_messages_that_disagree_with_the_motion_are_caught(
         message.slew_rate_rad_s *= 1.2
         return bytes(message.SerializeToString(deterministic=True))
 
-    changed: dict[str, Callable[[bytes], bytes]] = (
-        {topics.LOAD: pose} if name == "load_poses" else {topics.COMMAND: rate}
-    )
-    rewrite(tmp_path, messages=changed)
+    def joint(data: bytes) -> bytes:
+        message = JointStates.FromString(data)
+        message.joints[1].position += 0.001
+        return bytes(message.SerializeToString(deterministic=True))
+
+    changed = {"load_poses": (topics.LOAD, pose), "joint_states": (topics.JOINTS, joint)}
+    topic, change = changed.get(name, (topics.COMMAND, rate))
+    rewrite(tmp_path, messages={topic: change})
     assert failed(verify(tmp_path / "log.mcap", progress=SilentProgress())) == {name}
     assert_each_alone_catches(tmp_path, {name, "shown"}, monkeypatch)
 
@@ -551,11 +558,106 @@ def test_an_attachment_with_other_keys_is_refused(good_file: Path, tmp_path: Pat
 
 def test_commands_far_apart_are_refused(good: PlanLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     with monkeypatch.context() as patched:
-        patched.setattr("bimvox.log.recorder.commands", lambda motion, period_s: commands(motion, 30.0))
-        document = proven(good, tmp_path)
+        patched.setattr("bimvox.log.moving.commands", lambda motion, period_s: commands(motion, 30.0))
+        document = proven(with_full_rate(good), tmp_path)
     assert "commands" in failed(document)
     told = document["checks"]["commands"]["failures"]
     assert any(re.search(r"two of its commands are [\d.]+ s apart, not", one) for one in told), told
+
+
+def test_commands_that_leave_the_motion_between_two_samples_are_refused(
+    good: PlanLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    with monkeypatch.context() as patched:
+        patched.setattr("bimvox.log.moving.commands_at", lambda motion, at_ns: commands_at(motion, at_ns[::3]))
+        document = proven(good, tmp_path)
+    assert failed(document) == {"commands"}
+    assert "the commands lead away from the motion" in document["checks"]["commands"]["failures"][0]
+
+
+@pytest.mark.parametrize("off_m", [0.02, 1e-5])
+def test_samples_that_are_not_those_shown_are_refused(good_file: Path, tmp_path: Path, off_m: float):
+    def moved(data: bytes) -> bytes:
+        return motion_with(data, lambda axes: axes + np.array([0.0, off_m, 0.0]))
+
+    rewrite(tmp_path, messages={topics.MOTIONS: moved})
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert {"load_poses", "joint_states"} <= failed(document)
+    assert ("ends" in failed(document)) == (off_m > 1e-3)
+
+
+def test_a_step_between_two_shown_samples_is_refused(good_file: Path, tmp_path: Path):
+    def bent(data: bytes) -> bytes:
+        return motion_with(data, lambda axes: axes + 0.005 * (np.arange(len(axes)) == len(axes) // 2)[:, None])
+
+    rewrite(tmp_path, messages={topics.MOTIONS: bent})
+    assert "axis_limits" in failed(verify(tmp_path / "log.mcap", progress=SilentProgress()))
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("time", lambda message: message.time.FromSeconds(9)),
+        ("part", lambda message: setattr(message, "component_id", "another")),
+        ("crane", lambda message: setattr(message, "crane", "another")),
+    ],
+)
+def test_words_about_samples_that_are_not_so_are_refused(good_file: Path, tmp_path: Path, name: str, change):
+    rewrite(tmp_path, messages={topics.MOTIONS: faults.changed(LiftMotionMessage, change)})
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert failed(document) == {"shown"}
+    assert document["checks"]["shown"]["failures"][0].startswith(f"{topics.MOTIONS}: at "), name
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda message: setattr(message, "slew_rad", message.slew_rad[:-8]), "differ in length"),
+        (lambda message: setattr(message, "lift_order", 0), "two motions"),
+        (lambda message: setattr(message, "time_ns", message.radius_m), "do not ascend"),
+    ],
+)
+def test_samples_that_cannot_be_read_are_refused(good_file: Path, tmp_path: Path, change, says: str):
+    rewrite(tmp_path, messages={topics.MOTIONS: faults.changed(LiftMotionMessage, change)})
+    with pytest.raises(LogFileError, match=says):
+        verify(tmp_path / "log.mcap", progress=SilentProgress())
+
+
+@pytest.mark.parametrize(
+    ("topic", "by"), [(topics.JOINTS, {"joint_states", "shown"}), (topics.LOAD, {"load_poses", "shown"})]
+)
+def test_samples_that_a_viewer_needs_and_is_not_shown_are_missed(
+    good_file: Path, tmp_path: Path, topic: str, by: set[str], monkeypatch: pytest.MonkeyPatch
+):
+    contents = read_contents(read_file(tmp_path / "log.mcap"), "log")
+    at_ends = {time_ns for motion in read_log(tmp_path / "log.mcap").motions for time_ns in ends_ns(motion)}
+    with (tmp_path / "log.mcap").open("wb") as stream, LogWriter(stream) as writer:
+        for key, values in contents.metadata.items():
+            writer.metadata(key, values)
+        for key, data in contents.attachments.items():
+            writer.attachment(key, data)
+        for m in contents.messages:
+            if m.topic != topic or m.time_ns in at_ends:
+                writer.serialized(m.topic, m.time_ns, m.data)
+    assert_each_alone_catches(tmp_path, by, monkeypatch)
+
+
+def ends_ns(motion: LiftMotion) -> set[int]:
+    """Return the times at which a motion and its part with the load begin and end."""
+    loaded_ns = motion.start_ns + motion.loaded.time_ns[[0, -1]]
+    return {motion.start_ns, motion.end_ns, *loaded_ns.tolist()}
+
+
+def motion_with(data: bytes, change: Callable[[np.ndarray], np.ndarray]) -> bytes:
+    """Return a message with the samples of a motion, with other axes."""
+    found: dict[int, Samples] = {}
+    add_samples(found, data)
+    ((time_ns, axes),) = found.values()
+    message = LiftMotionMessage.FromString(data)
+    columns = (time_ns, *change(axes).T)
+    for name, column in zip(("time_ns", "slew_rad", "radius_m", "height_m"), columns, strict=True):
+        setattr(message, name, column_of(column))
+    return bytes(message.SerializeToString(deterministic=True))
 
 
 def test_altered_metadata_and_poses_after_the_last_lift_are_refused(good_file: Path, tmp_path: Path):

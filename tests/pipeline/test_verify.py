@@ -65,7 +65,7 @@ def test_a_good_log_is_proven_from_itself_alone(site_folder, tmp_path_factory):
     assert document["verified"] is True, failed(document)
     assert (document["lifts"], document["infeasible_lifts"], document["revision"]) == (8, 0, 0)
     plan_checks = {check.name for check in verify_plan(read_log(alone).plan).checks}
-    of_the_log = {"values", "digests", "own_files", "load_poses", "commands", "shown"}
+    of_the_log = {"values", "digests", "own_files", "load_poses", "joint_states", "commands", "shown"}
     assert set(document["checks"]) == plan_checks | set(UNITS) | {"motion_margin"} | of_the_log
     for check in document["checks"].values():
         assert {"passed", "samples", "worst", "unit", "failures"} <= set(check)

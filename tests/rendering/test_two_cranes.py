@@ -7,8 +7,8 @@ import pytest
 from two_cranes import two_crane_plan
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.recorder import tracks_of
 from bimvox.rendering.colours import ASSEMBLED, IN_TRANSIT, UNBUILT
 from bimvox.rendering.film.scene import Film
 from bimvox.rendering.page.document import document_of

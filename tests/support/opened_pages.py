@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from log_building import tiny_log
 
+from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.recorder import tracks_of
 from bimvox.records.proof import Check, Verification
 from bimvox.records.remark import Remark, Severity
 from bimvox.rendering.page.schema import PageData

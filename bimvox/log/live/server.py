@@ -100,7 +100,7 @@ class LiveServer:
 
     def advertise(self, cranes: int) -> None:
         """Announce the topics of a log of a site with this many cranes."""
-        named = list(enumerate(topics.topics_of(cranes), start=1))
+        named = list(enumerate(topics.topics_of(cranes, samples=False), start=1))
         channels = [
             {
                 "id": number,

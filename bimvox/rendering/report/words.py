@@ -56,6 +56,7 @@ CHECKS = {
     "turns": "cranes wait for each other: no part is hooked on or set before the parts that must come before it",
     "digests": "the hashes in the log match its content",
     "load_poses": "the load poses shown by viewers follow from the crane's axes",
+    "joint_states": "the joints shown by viewers are those of the motion",
     "commands": "a crane that follows the commanded rates executes the motion",
 }
 """What each check of the proof checks."""

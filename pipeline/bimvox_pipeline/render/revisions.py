@@ -182,7 +182,7 @@ def revisions_of(
     """
     from bimvox.library.attached_files import config_in
     from bimvox.log.dates import log_dates
-    from bimvox.log.recorder import tracks_of
+    from bimvox.log.moving import tracks_of
     from bimvox.log.schema import METADATA
     from bimvox.rendering.page.source import Revision
 

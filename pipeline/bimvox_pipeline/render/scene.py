@@ -103,7 +103,7 @@ def picture_scene(source: Path, kind: Kind, options: SceneOptions, progress: Pro
 
 def film_of(log: PlanLog) -> Film:
     """Return the scenes of a log over time."""
-    from bimvox.log.recorder import tracks_of
+    from bimvox.log.moving import tracks_of
     from bimvox.rendering.film.scene import Film
 
     return Film(log.plan.site, log.all_lifts, log.motions, tracks_of(log))

@@ -14,7 +14,7 @@ from bimvox.log import schema as topics
 from bimvox.log.live.log import LiveLog
 from bimvox.log.live.view import Moving, standing_messages, with_held
 from bimvox.log.mcap.reader import read_contents
-from bimvox.log.plan_log import LogEvent, PlanLog
+from bimvox.log.plan_log import LogEvent, PlanLog, with_full_rate
 from bimvox.log.recorder import write_log
 from bimvox.motion.rigged_crane import rigged_crane
 from bimvox.records.lift import Status
@@ -33,7 +33,7 @@ def record():
 @pytest.fixture(scope="module")
 def contents(record):
     stream = io.BytesIO()
-    write_log(stream, record)
+    write_log(stream, with_full_rate(record))
     return read_contents(stream.getvalue(), "two.mcap")
 
 

@@ -29,9 +29,9 @@ from rosbags.highlevel import AnyReader
 from bimvox.errors import FileError, InputError
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.log.dates import log_dates
+from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
-from bimvox.log.recorder import tracks_of
 from bimvox.progress import SilentProgress
 from bimvox.rendering.page.schema import PageData
 

@@ -60,8 +60,8 @@ def knows_nothing() -> QNetwork:
 
 
 def made(site: Path, **options) -> dict:
-    progress, retrain = options.pop("progress", SilentProgress()), options.pop("retrain", 0)
-    return plan(site, site.with_name("made.mcap"), wish=PolicyWish(**options), retrain=retrain, progress=progress)
+    progress = options.pop("progress", SilentProgress())
+    return plan(site, site.with_name("made.mcap"), wish=PolicyWish(**options), progress=progress)
 
 
 def test_a_plan_takes_greedy_values_without_training_and_without_torch(site, own_store):

@@ -15,7 +15,7 @@ from drawn_plans import motions_by_hand, plan_by_hand
 from log_building import tiny_log
 from PIL import Image
 
-from bimvox.log.recorder import tracks_of
+from bimvox.log.moving import tracks_of
 from bimvox.rendering.draw.camera import View
 from bimvox.rendering.draw.picture import PictureOptions, picture_of
 from bimvox.rendering.draw.png import png_from_pixels

@@ -8,7 +8,7 @@ from log_building import tiny_log
 from PIL import Image
 
 from bimvox.errors import InputError
-from bimvox.log.recorder import tracks_of
+from bimvox.log.moving import tracks_of
 from bimvox.records.motion import PhaseName
 from bimvox.rendering.colours import ARRIVED, ASSEMBLED, IN_TRANSIT, PAPER, UNBUILT
 from bimvox.rendering.draw.camera import Camera

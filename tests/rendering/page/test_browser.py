@@ -13,8 +13,8 @@ from seen_pages import Seen, contrast, show
 from two_cranes import two_crane_plan
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.recorder import tracks_of
 from bimvox.records.lift import Method
 from bimvox.records.proof import Check, Verification
 from bimvox.records.remark import Remark, Severity

@@ -8,7 +8,7 @@ from log_building import tiny_log
 from opened_pages import Opened, tiny_source
 
 from bimvox.crane.kinematics import hook_of
-from bimvox.log.recorder import tracks_of
+from bimvox.log.moving import tracks_of
 from bimvox.rendering.page.keyframes import TOLERANCE_M, keyframes
 from bimvox.rendering.page.page import page_of
 

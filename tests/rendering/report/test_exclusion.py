@@ -10,7 +10,7 @@ import shapely
 from log_building import tiny_log
 from scipy.spatial.transform import Rotation
 
-from bimvox.log.recorder import tracks_of
+from bimvox.log.moving import tracks_of
 from bimvox.rendering.report.exclusion import FALL_M, below_load, fall_distance_m, fall_zone, reach_of
 
 

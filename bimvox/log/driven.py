@@ -1,0 +1,124 @@
+"""A lift as its crane drives it, and which of its samples viewers are shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.kinematics import hook_of, joints_of
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.log.needed import OFF_M, OFF_QUATERNION, needed
+from bimvox.log.rate import LogRate
+from bimvox.log.track import crane_track
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion
+from bimvox.records.track import LoadTrack
+from bimvox.site.site import Site
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Driven:
+    """A lift as its crane drives it.
+
+    Attributes:
+        motion: Its motion.
+        crane: The crane.
+        component_id: Id of the part.
+        track: The track of its load.
+        time_ns: (N,) int64 samples of the whole motion.
+        axes: (N, 3) float64 slew (rad), radius (m) and height (m).
+        loaded: Which of those samples have a load: from the first of them to the last.
+        hung: (H, 7) float64 position and quaternion of the load in the hook's frame, at the samples with a load.
+        shown: (N,) bool, which samples viewers are shown of the crane.
+        load_shown: (M,) bool, which samples of the track they are shown.
+    """
+
+    motion: LiftMotion
+    crane: TowerCrane
+    component_id: str
+    track: LoadTrack
+    time_ns: NDArray[np.int64]
+    axes: NDArray[np.float64]
+    loaded: slice
+    hung: NDArray[np.float64]
+    shown: NDArray[np.bool_]
+    load_shown: NDArray[np.bool_]
+
+    @property
+    def shown_ns(self) -> NDArray[np.int64]:
+        """Times of the samples that viewers are shown of the crane."""
+        return self.time_ns[self.shown]
+
+
+def driven(site: Site, lift: Lift, motion: LiftMotion, rate: LogRate) -> Driven:
+    """Return a lift as its crane drives it.
+
+    Args:
+        site: The site.
+        lift: The lift.
+        motion: Its motion.
+        rate: Which samples viewers are shown.
+    """
+    crane, track = site.cranes[motion.crane], crane_track(site, lift, motion)
+    time_ns, axes = motion.samples()
+    first = int(np.searchsorted(time_ns, track.time_ns[0]))
+    held = _among(time_ns, track.time_ns)
+    last = first + int(held[first:].argmin()) if not held[first:].all() else len(time_ns)
+    sampled = _among(track.time_ns, time_ns)  # while it turns, the load has additional samples
+    hung = _in_hook_frame(crane, time_ns, axes, track)[sampled]
+    shown, load_shown = np.ones(len(time_ns), np.bool_), np.ones(len(track.time_ns), np.bool_)
+    if rate is LogRate.MOTION:
+        always_ns = _ends_ns(motion, track)
+        values = np.concatenate([axes, joints_of(crane, axes), _at_all(hung, first, last, len(time_ns))], axis=1)
+        shown = needed(time_ns, values, _limits(crane, float(axes[:, 1].max())), always_ns)
+        places = np.concatenate([track.corner_m, track.tilt], axis=1)
+        load_shown = needed(track.time_ns, places, np.array(_OF_A_POSE), always_ns)
+    component_id = site.components[lift.component].id
+    return Driven(motion, crane, component_id, track, time_ns, axes, slice(first, last), hung, shown, load_shown)
+
+
+_OF_A_POSE = (OFF_M, OFF_M, OFF_M, *4 * (OFF_QUATERNION,))
+
+
+def _limits(crane: TowerCrane, reach_m: float) -> NDArray[np.float64]:
+    """Return how far axes, joints and the load in the hook's frame may be from a line between samples."""
+    slewing = OFF_M / max(reach_m, 1.0)
+    second = OFF_M if crane.luffing is None else OFF_M / crane.luffing.length_m
+    return np.array([slewing, OFF_M, OFF_M, slewing, second, OFF_M, *_OF_A_POSE])
+
+
+def _at_all(hung: NDArray[np.float64], first: int, last: int, samples: int) -> NDArray[np.float64]:
+    """Return (N, 7) the load in the hook's frame at every sample; without a load as at the nearest one with a load."""
+    return hung[np.clip(np.arange(samples) - first, 0, last - first - 1)]
+
+
+def _ends_ns(motion: LiftMotion, track: LoadTrack) -> NDArray[np.int64]:
+    """Return the times at which something begins or ends: phases, trajectories, the load on the hook."""
+    phases = [time_ns for phase in motion.phases for time_ns in (phase.start_ns, phase.end_ns)]
+    parts = [motion.start_ns + int(part.time_ns[n]) for part in motion.trajectories for n in (0, -1)]
+    return np.array([*phases, *parts, *(time_ns for time_ns, _ in track.states)], np.int64)
+
+
+def _in_hook_frame(
+    crane: TowerCrane, time_ns: NDArray[np.int64], axes: NDArray[np.float64], track: LoadTrack
+) -> NDArray[np.float64]:
+    """Return (M, 7) position and quaternion of the load in the hook's frame, at the track's samples.
+
+    The load keeps its heading while the jib slews, so its frame counter-rotates in the hook's.
+    """
+    slew, radius, height = axes[np.searchsorted(time_ns, track.time_ns)].T
+    away = track.corner_m - hook_of(crane, slew, radius, height)
+    cos, sin = np.cos(slew), np.sin(slew)
+    position = [cos * away[:, 0] + sin * away[:, 1], cos * away[:, 1] - sin * away[:, 0], away[:, 2]]
+    x, y, z, w = track.tilt.T
+    c, s = np.cos(slew / 2.0), -np.sin(slew / 2.0)
+    return np.stack([*position, c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z], axis=1)
+
+
+def _among(times_ns: NDArray[np.int64], others_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return (N,) which times are among the others (at least one, ascending)."""
+    at = np.searchsorted(others_ns, times_ns)
+    there: NDArray[np.bool_] = others_ns[np.minimum(at, len(others_ns) - 1)] == times_ns
+    return there
