@@ -81,7 +81,7 @@ def init(
     own, fits = cranes_that_fit(config, building)
     assert own is not None
     smaller = smaller_machines(own, fits)
-    notes = choice_notes(own, smaller)
+    notes = choice_notes(own, smaller, config.costs.currency)
     listed = {own.machine, *(fit.machine for fit in smaller)}
     examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
     toml = site_toml(config, example_ids=examples, crane_notes=notes).encode()

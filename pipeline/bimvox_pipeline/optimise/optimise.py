@@ -14,6 +14,7 @@ from bimvox.progress import Progress
 from bimvox.rendering.report.heat_map import HeatMap, heat_map
 from bimvox.site.catalogue import catalogue
 from bimvox.site.costs import Rates
+from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.machine import cranes_of
 from bimvox.site.machine_names import machines_called
 from bimvox_pipeline.fleet.backends import Backend
@@ -106,7 +107,7 @@ def optimise(
     records = {run.wish.site: {**record, "log": str(log_file(folder, run.name))} for run, record in planned}
     (own,) = cranes
     served, crane_s = search.of(own)
-    own_rates = search.rates_of_crane(own)
+    own_rates = search.rates(machine_of_crane(own))
     rates = {machine.name: search.rates(machine) for machine in machines}
     given = {"machine": own.machine or own.name, "jib_m": own.jib_length_m, "falls": own.falls}
     standing_h = float(search.work.standing_s.sum()) / 3600.0

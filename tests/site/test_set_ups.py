@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.crane.reach import allowed_radii_m
-from bimvox.planning.set_ups import LiftWork, set_ups
+from bimvox.site.set_ups import LiftWork, set_ups
 
 CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
 
@@ -53,7 +53,7 @@ def test_several_bases_at_once_are_each_base_by_itself(monkeypatch):
     bases = np.array([[0.0, 0.0], [10.0, 5.0], [-8.0, 3.0], [20.0, -20.0]])
     work = work_of([(5.0, 20.0), (12.0, 18.0), (-10.0, 9.0)], [900.0, 2000.0, 300.0], [(15.0, 0.0), (18.0, 3.0)])
     together = set_ups(CRANE, bases, work, 20.0)
-    monkeypatch.setattr("bimvox.planning.set_ups._AT_ONCE", 1)
+    monkeypatch.setattr("bimvox.site.set_ups._AT_ONCE", 1)
     apart = set_ups(CRANE, bases, work, 20.0)
     for name in ("served", "crane_s", "used"):
         assert np.allclose(getattr(together, name), getattr(apart, name), rtol=1e-3)
