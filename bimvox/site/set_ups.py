@@ -137,6 +137,25 @@ def _set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, ho
     return SetUps(served, crane_s, share.max(axis=1, initial=0.0))
 
 
+def least_moving_s(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork) -> NDArray[np.float64]:
+    """Return for (B, 2) bases a time in which no order and no yard place lets the crane move less.
+
+    Each part comes from the place of the yard that is best for it alone, not higher than it must, and the hook returns
+    to the nearest place of the yard after all parts but one.
+    """
+    radius_m, yard_radius_m = distances_m(bases_m, work.places_m), distances_m(bases_m, work.yard_m)
+    ups_m = np.maximum(work.tops_m - work.heights_m, 0.0)
+    longest_m = float(max(radius_m.max(initial=1.0), yard_radius_m.max(initial=1.0), ups_m.max(initial=1.0)))
+    travel = Travel(replace(crane, base_m=(0.0, 0.0, 0.0)), longest_m)
+    turn = _slews(bases_m, work.yard_m)[:, None, :] - _slews(bases_m, work.places_m)[:, :, None]
+    across_s = travel.across_s(turn, yard_radius_m[:, None, :] - radius_m[:, :, None]).min(axis=2)
+    winch = Travel(replace(crane, hoist=hoist_limits(crane, 0.0), base_m=(0.0, 0.0, 0.0)), longest_m)
+    up_s = winch.hoisting_s(ups_m)
+    each_s = np.maximum(across_s, up_s)
+    total_s: NDArray[np.float64] = 2.0 * each_s.sum(axis=1) - each_s.max(axis=1, initial=0.0)
+    return total_s
+
+
 def _high_enough(crane: TowerCrane, radius_m: NDArray[np.float64], hook_m: float) -> NDArray[np.bool_]:
     assert crane.luffing is not None
     found: NDArray[np.bool_] = highest_hooks_m(crane.luffing, radius_m.ravel()).reshape(radius_m.shape) >= hook_m

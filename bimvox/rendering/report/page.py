@@ -73,9 +73,6 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
     the log is only text. It contains the record as JSON (``<script type="application/json">``, which is data).
     """
     figures = figures or Figures()
-    style = (files(__package__) / "report.css").read_text(encoding="utf-8")
-    policy = f"default-src 'none'; style-src '{source_hash(style)}'; img-src data:; base-uri 'none'; form-action 'none'"
-    title = f"{record['site']['name']}: lift plan record"
     plots = "".join(plot.html() for plot in figures.plots)
     body = "".join(
         [
@@ -104,6 +101,13 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             sections.notes(record),
         ]
     )
+    return printable(f"{record['site']['name']}: lift plan record", body, record)
+
+
+def printable(title: str, body: str, record: dict[str, Any]) -> bytes:
+    """Return a page in the look of the report around a body that is already escaped; it contains the record as JSON."""
+    style = (files(__package__) / "report.css").read_text(encoding="utf-8")
+    policy = f"default-src 'none'; style-src '{source_hash(style)}'; img-src data:; base-uri 'none'; form-action 'none'"
     # The data must not contain "<", because "</script" would end them.
     data = json.dumps(record, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     return (

@@ -15,8 +15,9 @@ from bimvox.library.site import built_site
 from bimvox.planning.assembly import prepare
 from bimvox.progress import Progress
 from bimvox.site.config.costs import CostsConfig
+from bimvox.site.config.site_config import Polygon
 from bimvox.site.costs import Rates
-from bimvox.site.crane_guess import Wanted
+from bimvox.site.crane_guess import Wanted, best_set_up
 from bimvox.site.guess import rigs_of
 from bimvox.site.mast_places import ground_plan
 from bimvox.site.means import Means
@@ -28,6 +29,21 @@ from bimvox_pipeline.studio.opened import Opened
 _MOST_BASES = 600
 _MOST_YARD = 24
 """Places of the yard in the estimate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """How much is tried.
+
+    Attributes:
+        members: How many set-ups are planned in full.
+        yards: How many other yards are tried.
+        seconds: No other yard is begun after so many seconds; None: no limit.
+    """
+
+    members: int = 6
+    yards: int = 48
+    seconds: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,8 +62,10 @@ class Tried:
         all_served: (B,) number of parts served from each.
         all_crane_s: (B,) estimated crane time from each.
         cost: Estimated cost from there, in the currency of the site.
+        used: Highest share of the largest radius allowed for a part's mass, from there.
         over: Why its cost is refused; empty if it is within the budget.
         why: Why the first part that it does not serve is not served; empty if it serves all.
+        yard: The yard if it is another one than the site file's, and its number.
     """
 
     machine: str
@@ -62,7 +80,9 @@ class Tried:
     all_crane_s: NDArray[np.float64]
     why: str
     cost: float
+    used: float = 0.0
     over: str = ""
+    yard: tuple[Polygon, int] | None = None
 
 
 class Search:
@@ -126,7 +146,28 @@ class Search:
         best_s = float(crane_s[best])
         cost = self.rates(machine).total(best_s / 3600.0)
         over = _over(cost, self._config.costs)
-        return Tried(*common, placed, int(counts[best]), best_s, bases_m, counts, crane_s, why, cost, over)
+        used = float(found.used[best])
+        return Tried(*common, placed, int(counts[best]), best_s, bases_m, counts, crane_s, why, cost, used, over)
+
+    def with_yard(self, machine: Machine, yard: Polygon, number: int) -> Tried | None:
+        """Return a machine with the best of its jibs, reevings and places for another yard; None if it has no place."""
+        wanted = self._wanted.with_yard((yard,))
+        chosen = best_set_up([machine], wanted)
+        if chosen is None:
+            return None
+        crane = wanted.demand.as_used(chosen.crane)
+        work = wanted.work.sample(len(self.work.masses_kg), _MOST_YARD)
+        base_m = np.array([crane.base_m[:2]])
+        found = set_ups(crane, base_m, work, wanted.demand.height_m(crane), MARGIN_M)
+        served, crane_s = int(found.served.sum()), float(found.crane_s[0])
+        why = "" if found.served.all() else "serves fewer parts with this yard"
+        cost = self.rates(machine).total(crane_s / 3600.0)
+        jib_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
+        return Tried(
+            machine.name, jib_m, crane.falls, machine.load_moment_tm, chosen.crane, served, crane_s, base_m,
+            np.array([served]), found.crane_s, why, cost, float(found.used[0]), _over(cost, self._config.costs),
+            (yard, number),
+        )  # fmt: skip
 
 
 def _over(cost: float, costs: CostsConfig) -> str:
