@@ -44,7 +44,7 @@ def optimise(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Look for a better crane, a better place for it, and a better yard.
+    """Look for a better crane, place and yard.
 
     Every machine is tried at every place where its mast can stand, and with other yards, unless trucks or parts have
     their places. The set-ups that no other beats in hours and cost are planned and proven in full, and so is the given
