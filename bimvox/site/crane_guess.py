@@ -84,7 +84,7 @@ class CraneFit:
     def reason(self) -> str:
         """Why it does not serve the site; empty if it does."""
         if self.crane is None:
-            return "its mast has no place around the building, clear of the yard"
+            return "it has no place around the building, clear of the yard and within the plot"
         if self.unserved:
             more = len(self.unserved) - 1
             return f"{self.unserved[0]}" + (f", and {more} more" if more else "")

@@ -251,7 +251,7 @@ def _best_with_crane(
             best = found, yards
     if best is None:
         raise InputError(
-            "no mast has a place around the building, clear of the yard",
+            "no crane has a place around the building, clear of the yard and within the plot",
             hint="give [crane] base_m in the site file, or move the yard",
         )
     return best[1], best[0].crane

@@ -1,4 +1,7 @@
-"""Where a mast can stand: around building and yard, clear of both, of the access and of every closed zone."""
+"""Where a mast can stand: around building and yard, clear of both, of the access and of every closed zone.
+
+A jib that would sweep over more than the plot has no place.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,7 @@ class MastPlaces:
     """Where masts can stand on a site.
 
     Args:
-        config: Its yard, access and zones.
+        config: Its yard, access, plot and zones.
         building: Its outline on plan, see :func:`ground_plan`.
     """
 
@@ -43,7 +46,8 @@ class MastPlaces:
         self._free = shapely.difference(around, taken)
         # Loads in transit keep their clearance from the mast, also next to it.
         self._clear_m = max(MAST_CLEARANCE_M, config.rules_in_force.transit_clearance_m + MARGIN_M)
-        self._areas: dict[float, BaseGeometry] = {}
+        self._plot = None if config.areas.plot is None else shapely.Polygon(config.areas.plot)
+        self._areas: dict[tuple[float, float], BaseGeometry] = {}
 
     def bases_m(self, crane: TowerCrane, most: int) -> NDArray[np.float64]:
         """Return about ``most`` (B, 2) places of a square lattice for a crane's mast, by y, then x."""
@@ -59,10 +63,11 @@ class MastPlaces:
         return max(_LEAST_PITCH_M, float(np.ceil(np.sqrt(self._area(crane).area / most))))
 
     def _area(self, crane: TowerCrane) -> BaseGeometry:
-        clear_m = self._clear_m + crane.mast_size_m / 2.0
-        if clear_m not in self._areas:
-            self._areas[clear_m] = self._free.buffer(-clear_m)
-        return self._areas[clear_m]
+        key = self._clear_m + crane.mast_size_m / 2.0, crane.jib_length_m
+        if key not in self._areas:
+            area = self._free.buffer(-key[0])
+            self._areas[key] = area if self._plot is None else area.intersection(self._plot.buffer(-crane.jib_length_m))
+        return self._areas[key]
 
 
 def _lattice(area: BaseGeometry, pitch_m: float) -> NDArray[np.float64]:

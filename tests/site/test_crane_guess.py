@@ -31,10 +31,10 @@ def parts(*masses_kg):
     ]
 
 
-def wanted(components, *, yards=YARD, top_m=10.0, building=HALL, most_used=1.0, zones=()):
+def wanted(components, *, yards=YARD, top_m=10.0, building=HALL, most_used=1.0, zones=(), plot=None):
     config = SiteConfig(
         model=ModelConfig(path="a.ifc"),
-        areas=AreasConfig(yard=yards or None),
+        areas=AreasConfig(yard=yards or None, plot=plot),
         rules=RulesConfig(highest_utilisation=most_used),
         zone=zones,
     )
@@ -180,6 +180,20 @@ def test_a_mobile_crane_stands_where_its_boom_is_over_every_place():
     site = wanted([tower, *low], building=ground_plan([tower, *low]), top_m=16.5)
     crane = best_set_up(machines_of("mobile"), site).crane
     assert crane.base_m[0] > 3.0
+
+
+def test_no_jib_sweeps_over_more_than_the_plot():
+    plot = ((-40.0, -45.0), (60.0, -45.0), (60.0, 35.0), (-40.0, 35.0))
+    components = parts(1000.0, 8000.0)
+    crane = best_set_up(HAMMERHEADS, wanted(components, plot=plot)).crane
+    x, y, _ = crane.base_m
+    assert shapely.Polygon(plot).covers(shapely.Point(x, y).buffer(crane.jib_length_m))
+    narrow = tuple((0.5 * x, 0.5 * y) for x, y in plot)
+    site = wanted(components, plot=narrow)
+    chosen = best_set_up(HAMMERHEADS, site)
+    assert chosen is None or chosen.crane.jib_length_m <= 20.0
+    (row,) = compare_cranes(site, [machine_called("flat-top-75")])
+    assert "within the plot" in row.reason
 
 
 def test_no_place_for_the_mast():

@@ -132,9 +132,8 @@ class Search:
         counts, crane_s = found.served.sum(axis=1), found.crane_s
         common = (machine.name, jib_m, usual.falls, machine.load_moment_tm)
         if not len(bases_m):
-            return Tried(
-                *common, None, 0, 0.0, bases_m, counts, crane_s, "its mast has no place clear of all areas", 0.0
-            )
+            why = "it has no place clear of all areas and within the plot"
+            return Tried(*common, None, 0, 0.0, bases_m, counts, crane_s, why, 0.0)
         best = int(np.lexsort((found.used, np.round(crane_s), -counts))[0])
         placed = replace(standing(usual, hook_m), base_m=(*bases_m[best].tolist(), 0.0))
         why = ""

@@ -53,12 +53,15 @@ class Yards:
         construction_m = np.array(config.areas.construction)
         self._box_m: NDArray[np.float64] = np.stack([construction_m.min(axis=0), construction_m.max(axis=0)])
         closed = [shapely.Polygon(zone.polygon) for zone in config.zone if zone.kind != "assembly"]
+        self._plot = None if config.areas.plot is None else shapely.Polygon(config.areas.plot)
         self._taken = shapely.union_all([ground_plan(opened.placed.elements), *closed])
 
     def of(self, values: Mapping[str, Any]) -> Polygon | None:
         """Return the yard of a proposal; None if the ground is not free."""
         found = yard_beside(self._box_m, self._need, _SIDES[values["side"]], values["along"], values["longer"])
-        return None if shapely.Polygon(found).intersection(self._taken).area > 0.0 else found
+        area = shapely.Polygon(found)
+        is_outside = self._plot is not None and not self._plot.covers(area)
+        return None if is_outside or area.intersection(self._taken).area > 0.0 else found
 
 
 def other_yards(
