@@ -149,11 +149,20 @@ def least_moving_s(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWo
     travel = Travel(replace(crane, base_m=(0.0, 0.0, 0.0)), longest_m)
     turn = _slews(bases_m, work.yard_m)[:, None, :] - _slews(bases_m, work.places_m)[:, :, None]
     across_s = travel.across_s(turn, yard_radius_m[:, None, :] - radius_m[:, :, None]).min(axis=2)
-    winch = Travel(replace(crane, hoist=hoist_limits(crane, 0.0), base_m=(0.0, 0.0, 0.0)), longest_m)
-    up_s = winch.hoisting_s(ups_m)
-    each_s = np.maximum(across_s, up_s)
-    total_s: NDArray[np.float64] = 2.0 * each_s.sum(axis=1) - each_s.max(axis=1, initial=0.0)
+    empty_s, *loaded_s = (winch.hoisting_s(ups_m) for winch in _winches(crane, work, longest_m))
+    there_s = np.maximum(across_s, np.array([of_all[n] for n, of_all in enumerate(loaded_s)]))
+    back_s = np.maximum(across_s, empty_s)
+    total_s: NDArray[np.float64] = there_s.sum(axis=1) + back_s.sum(axis=1) - back_s.max(axis=1, initial=0.0)
     return total_s
+
+
+def _winches(crane: TowerCrane, work: LiftWork, longest_m: float) -> list[Travel]:
+    """Return the crane's travel in the gear of the empty hook, then in that of each part."""
+    gears = {kg: hoist_limits(crane, kg) for kg in {0.0, *work.masses_kg.tolist()}}
+    return [
+        Travel(replace(crane, hoist=gears[kg], base_m=(0.0, 0.0, 0.0)), longest_m)
+        for kg in (0.0, *work.masses_kg.tolist())
+    ]
 
 
 def _high_enough(crane: TowerCrane, radius_m: NDArray[np.float64], hook_m: float) -> NDArray[np.bool_]:
@@ -178,10 +187,7 @@ def _crane_s(
     slew, yard_slew = _slews(bases_m, work.places_m), _slews(bases_m, work.yard_m)
     at_yard_m, at_place_m = work.heights_m + crane.sling_m, work.tops_m + crane.sling_m
     ups_m = np.stack([over_m - at_yard_m, over_m - at_place_m], axis=1)
-    winches = [
-        Travel(replace(crane, hoist=hoist_limits(crane, mass_kg), base_m=(0.0, 0.0, 0.0)), longest_m)
-        for mass_kg in (0.0, *work.masses_kg.tolist())
-    ]
+    winches = _winches(crane, work, longest_m)
     empty_s = winches[0].hoisting_s(ups_m).sum(axis=1)
     loaded_s = np.array([one.hoisting_s(up_m).sum() for one, up_m in zip(winches[1:], ups_m, strict=True)])
     across_s = travel.across_s(
