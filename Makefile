@@ -133,7 +133,7 @@ bench-watch: setup ## from a changed obstruction file to the new plan on disk: d
 bench-scale: setup ## 50 to 5,000 components planned and proven: docs/scale.md
 	$(BIN)/python -m benchmarks.scale $(ARGS)
 
-bench-optimise: setup ## what optimise finds, against init, the classical estimate and random ones (ARGS="MODEL ... --write"): docs/data/optimise.txt
+bench-optimise: setup ## what optimise finds, against init, the classical estimate, a grid, random ones and a bound (ARGS="MODEL ... --write"): docs/data/optimise.txt
 	$(BIN)/python -m benchmarks.optimise $(or $(ARGS),sample_models/prefab.ifc)
 
 bench-studio: setup ## dragging in the studio with 500 parts, in a headless Chromium: docs/scale.md

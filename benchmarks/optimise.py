@@ -1,11 +1,13 @@
-"""What ``bimvox optimise`` finds, against the given set-up, the classical estimate, and set-ups drawn at random.
+"""What ``bimvox optimise`` finds, against the given set-up, the classical estimate, a grid, and random set-ups.
 
-``python -m benchmarks.optimise MODEL... [--places N] [--write]``: each model gets the site file of ``bimvox init``. A
-machine that serves all parts that any machine serves is drawn N times, each with one of its places, and planned in
-full. The table says how well the estimate ranks these plans (Spearman), and how many hours the crane moves with the
-given set-up, with the best that ``optimise`` plans, with the best of as many that the classical estimate chooses among
-the same machines and places (one cycle time: straight lines between the middle of the yard and each part's place, at
-the mean speed of the hook), and with the best of those drawn.
+``python -m benchmarks.optimise MODEL... [--places N] [--grid N] [--yards N] [--write]``: each model gets the site file
+of ``bimvox init``. A machine that serves all parts that any machine serves is drawn N times, each with one of its
+places, and planned in full. The table says how well the estimate ranks these plans (Spearman), and how many hours the
+crane moves with the given set-up, with the best that ``optimise`` plans, with the best of as many that the classical
+estimate chooses among the same machines and places (one cycle time: straight lines between the middle of the yard and
+each part's place, at the mean speed of the hook), with the best of those drawn, and with the best of a grid of places
+of the fastest machine (brute force). The bound is the least that any hammerhead can move from any place with the given
+yard, whatever the order and the places in the yard. Cost: the cheapest that ``optimise`` plans, against the given.
 """
 
 from __future__ import annotations
@@ -16,13 +18,15 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish, runs_of
+from bimvox_pipeline.fleet.work import FAILED
 from bimvox_pipeline.optimise.front import front_of, to_plan
-from bimvox_pipeline.optimise.optimise import MEMBERS
-from bimvox_pipeline.optimise.search import Search, Tried
+from bimvox_pipeline.optimise.search import Effort, Search, Tried
+from bimvox_pipeline.optimise.yards import other_yards
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import Opened, open_site
 from bimvox_pipeline.studio.saving import save
@@ -30,9 +34,15 @@ from bimvox_pipeline.studio.setup import CraneSetup
 
 from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import catalogue
+from bimvox.site.costs import Rates
+from bimvox.site.machine import cranes_of
+from bimvox.site.set_ups import least_moving_s
 
 _TABLE = Path(__file__).parents[1] / "docs" / "data" / "optimise.txt"
-_HEAD = ("model", "parts", "standing_h", "given", "optimise", "classical", "drawn", "less", "spearman", "n")
+_HEAD = (
+    "model", "parts", "standing_h", "given", "optimise", "classical", "drawn", "grid", "bound", "less", "cost",
+    "cheapest", "spearman", "n",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -42,10 +52,12 @@ class Planned:
     Attributes:
         infeasible: Lifts that are infeasible.
         hours: Crane hours.
+        cost: By the rates of the site file.
     """
 
     infeasible: int
     hours: float
+    cost: float
 
 
 def main() -> None:
@@ -53,59 +65,94 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("models", nargs="+", type=Path)
     parser.add_argument("--places", type=int, default=20)
+    parser.add_argument("--grid", type=int, default=12)
+    parser.add_argument("--yards", type=int, default=48)
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     lines = ["  ".join(f"{word:>10}" for word in _HEAD)]
     print(lines[0], flush=True)
     for model in given.models:
-        lines.append("  ".join(f"{word:>10}" for word in _row(model, given.places)))
+        lines.append("  ".join(f"{word:>10}" for word in _row(model, given)))
         print(lines[-1], flush=True)
-    lines.append("given, optimise, classical, drawn: hours in which the crane moves, and (infeasible lifts)")
+    lines.append("given, optimise, classical, drawn, grid: hours in which the crane moves, and (infeasible lifts)")
     print(lines[-1])
     if given.write:
         _TABLE.write_text("\n".join(lines) + "\n")
 
 
-def _row(model: Path, places: int) -> list[str]:
+def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shutil.copy(model, folder)
         site = folder / "given.site.toml"
         init(folder / model.name, out=site, progress=SilentProgress())
         opened = open_site(site)
-        search = Search(opened, SilentProgress())
-        found = [one for one in search.tried(catalogue()) if one.crane is not None]
+        search, machines = Search(opened, SilentProgress()), catalogue()
+        found = [one for one in search.tried(machines) if one.crane is not None]
         best = front_of(found)[0]
         able = [one for one in found if one.served == best.served]
+        effort = Effort(yards=wanted.yards)
+        moved, _ = other_yards(opened, search, machines, folder, effort, SilentProgress()) if effort.yards else ([], 0)
         rng = np.random.default_rng(0)
-        drawn = [(one, _any_place(one, rng)) for one in (able[int(rng.integers(len(able)))] for _ in range(places))]
-        ours = [(one, _place(one)) for one in to_plan(found, front_of(found), MEMBERS)]
+        drawn = [
+            (one, _any_place(one, rng)) for one in (able[int(rng.integers(len(able)))] for _ in range(wanted.places))
+        ]
+        front = front_of([*found, *moved])
+        ours = [(one, _place(one)) for one in to_plan([*found, *moved], front, effort.members)]
         theirs = _classical(search, able)[: len(ours)]
-        chosen = [*ours, *theirs, *drawn]
-        files = [_file(opened, n, *one) for n, one in enumerate(chosen)]
-        wishes = [Wish(path) for path in (site, *files)]
+        places = np.flatnonzero(best.all_served == best.served)
+        grid = [(best, int(at)) for at in places[:: max(1, -(-len(places) // wanted.grid))]] if wanted.grid else []
+        groups = [ours, theirs, drawn, grid]
+        files = [[_file(opened, f"{g}-{n}", *one) for n, one in enumerate(group)] for g, group in enumerate(groups)]
+        wishes = [Wish(path) for path in (site, *(path for group in files for path in group))]
         runs = fleet(wishes, folder / "runs", progress=SilentProgress())["runs"]
-        by_site = {
-            run.wish.site: Planned(record["infeasible"], record["figures"]["crane_hours"])
-            for run, record in zip(runs_of(wishes), runs, strict=True)
-        }
-        plans = [by_site[path.resolve()] for path in (site, *files)]
+        by_site = {run.wish.site: record for run, record in zip(runs_of(wishes), runs, strict=True)}
+        sizes = {machine.name: search.rates(machine) for machine in machines}
+        (own,) = cranes_of(opened.config)
+        given = _planned(by_site[site.resolve()], sizes[own.machine or own.name])
+        plans = [
+            [_planned(by_site[path.resolve()], sizes[one.machine]) for path, (one, _) in zip(paths, group, strict=True)]
+            for paths, group in zip(files, groups, strict=True)
+        ]
         standing_h = float(search.work.standing_s.sum()) / 3600.0
+        random = plans[2]
+        like = [n for n, plan in enumerate(random) if plan.infeasible == given.infeasible]
         estimates = [one.all_crane_s[at] for one, at in drawn]
-        by_us, by_them, random = plans[1 : 1 + len(ours)], plans[1 + len(ours) : -places], plans[-places:]
-        like = [n for n, plan in enumerate(random) if plan.infeasible == plans[0].infeasible]
         rank = _spearman([estimates[n] for n in like], [random[n].hours for n in like])
-        moving = [plans[0], *(_best(some) for some in (by_us, by_them, random))]
-        less = 1.0 - (moving[1].hours - standing_h) / (moving[0].hours - standing_h)
+        moving = [given, *(_best(some) if some else None for some in plans)]
+        cheapest = min((plan for plan in plans[0] if plan.infeasible <= given.infeasible), key=lambda plan: plan.cost)
+        less = 1.0 - (_best(plans[0]).hours - standing_h) / (given.hours - standing_h)
         return [
             model.stem[:10],
             str(len(search.work.places_m)),
             f"{standing_h:.2f}",
-            *(f"{plan.hours - standing_h:.2f} ({plan.infeasible})" for plan in moving),
+            *("-" if plan is None else f"{plan.hours - standing_h:.2f} ({plan.infeasible})" for plan in moving),
+            f"{_bound_h(search, able):.2f}",
             f"{less:.0%}",
+            f"{given.cost:.0f}",
+            f"{cheapest.cost:.0f}",
             f"{rank:.2f}",
             str(len(like)),
         ]
+
+
+def _planned(record: dict[str, Any], rates: Rates) -> Planned:
+    if record["status"] == FAILED:
+        return Planned(10**6, 10.0**6, 10.0**9)
+    hours = record["figures"]["crane_hours"]
+    return Planned(record["infeasible"], hours, rates.total(hours))
+
+
+def _bound_h(search: Search, able: Sequence[Tried]) -> float:
+    """Return the fewest hours that any hammerhead can move from any place from which it serves as many parts."""
+    least_s = []
+    for one in able:
+        assert one.crane is not None
+        if one.crane.luffing is not None:
+            continue  # its luffing counts as slow as at its worst radius
+        bases_m = one.bases_m[one.all_served == one.served]
+        least_s.append(float(least_moving_s(one.crane, bases_m, search.work).min()))
+    return min(least_s, default=0.0) / 3600.0
 
 
 def _any_place(one: Tried, rng: np.random.Generator) -> int:
@@ -139,12 +186,13 @@ def _classical(search: Search, able: Sequence[Tried]) -> list[tuple[Tried, int]]
     return [(one, at) for _, one, at in sorted(found.values(), key=lambda each: each[0])]
 
 
-def _file(opened: Opened, number: int, one: Tried, at: int) -> Path:
+def _file(opened: Opened, name: str, one: Tried, at: int) -> Path:
     (own,) = opened.setup.cranes
     x, y = one.bases_m[at].tolist()
     crane = CraneSetup(name=own.name, machine=one.machine, base_m=(x, y), jib_m=one.jib_m, falls=one.falls)
-    path = opened.site.with_name(f"set-up-{number}.site.toml")
-    save(opened, opened.setup.model_copy(update={"cranes": (crane,)}), path)
+    path = opened.site.with_name(f"set-up-{name}.site.toml")
+    yard = {} if one.yard is None else {"yard": (one.yard[0],)}
+    save(opened, opened.setup.model_copy(update={"cranes": (crane,), **yard}), path)
     return path
 
 

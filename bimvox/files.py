@@ -320,3 +320,11 @@ def _sync_folder(folder: Path) -> None:
         return
     finally:
         os.close(descriptor)
+
+
+def seen_from(folder: Path, file: Path) -> Path:
+    """Return the path of a file relative to a folder; the whole path if it is on another drive of Windows."""
+    try:
+        return Path(os.path.relpath(file, folder))
+    except ValueError:
+        return file

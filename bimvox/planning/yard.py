@@ -27,10 +27,10 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.crane.kinematics import Axes
+from bimvox.crane.travel import Travel
 from bimvox.grid.frame import whole_cells
 from bimvox.planning.racks import Racks, is_racked
 from bimvox.planning.stacks import Rectangle, Stacks, Taken, is_stacked
-from bimvox.planning.travel import Travel
 from bimvox.planning.truckload import Truckload
 from bimvox.records.lift import YardPlace, yard_place
 from bimvox.site.collision import HOOK_FORBIDDEN

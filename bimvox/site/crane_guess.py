@@ -1,60 +1,44 @@
-"""The crane for a site without one: the smallest machine that serves it, and why smaller ones do not."""
+"""The crane for a site without one: the cheapest machine that serves it, at a good place, and why smaller ones do not.
+
+Every machine is tried with each jib and reeving at many places of its mast; see :mod:`bimvox.site.set_ups`. The order
+of the parts is not known yet: they count from the lowest up.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
 from bimvox.bim.building import Element
-from bimvox.crane.fit import Ground, distances_m, fit_crane, fit_most, served
-from bimvox.crane.fit_luffing import built_heights, highest_hooks_m
-from bimvox.crane.load_chart import LoadChart, capacity_kg
+from bimvox.crane.fit import MARGIN_M, distances_m, standing
+from bimvox.crane.fit_luffing import built_heights, points_blocked
+from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.machine import Machine
-from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import InputError
-from bimvox.site.config.site_config import Polygon
-from bimvox.site.parts import centre_of_mass_m
+from bimvox.site.catalogue import machine_called
+from bimvox.site.config.site_config import Polygon, SiteConfig
+from bimvox.site.costs import Rates, rates_of
+from bimvox.site.crew_times import crew_times
+from bimvox.site.demand import Demand, Rigs, Unserved
+from bimvox.site.mast_places import MastPlaces
+from bimvox.site.set_ups import LiftWork, carried, set_ups
+from bimvox.site.trial import closed_over, yard_points
 
-_TYPICAL = 75.0
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Rigs:
-    """The gear of all parts, before it is known where each hangs.
-
-    Attributes:
-        mass_kg: (N,) its mass for each part.
-        height_m: Highest hook above a part's top.
-    """
-
-    mass_kg: NDArray[np.float64]
-    height_m: float
-
-
-@dataclass(frozen=True, slots=True)
-class Unserved:
-    """A part that a crane cannot set.
-
-    Attributes:
-        component: Its id.
-        name: Its name.
-        mass_kg: Its mass.
-        reason: Why: ``carries 3.2 t at 28.4 m``.
-    """
-
-    component: str
-    name: str
-    mass_kg: float
-    reason: str
-
-    def __str__(self) -> str:
-        return f"{self.reason}; {self.name} weighs {self.mass_kg / 1000.0:.1f} t"
+ROOMY = 0.5
+"""Share of the yard in which a part should be within reach: then it finds a place there, whatever lies beside it."""
+_AS_GOOD = 0.005
+"""Share of the crane time by which a place may be slower if the crane is used less there."""
+_MOST_BASES = 200
+_MOST_CHECKED = 50
+"""Places at which a jib is checked against the building."""
+_MOST_PARTS = 100
+_MOST_YARD = 16
+"""Parts, and places of the yard, that an estimate looks at."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +53,12 @@ class CraneFit:
         crane: The crane on that base; None if the mast has no place.
         parts: How many parts there are.
         unserved: The parts that it cannot set, the largest load moment first.
-        yard: Why it does not carry the heaviest part at every corner of the yard; empty if it does.
+        yard: Why it does not pick the heaviest part in half of the yard; empty if it does.
         utilisation: Highest share of its capacity, over the parts that it sets; 0 if there is none.
         radius_m: Largest radius, over the parts that it sets.
+        hours: Estimated crane hours.
+        moving_hours: Those of them in which it moves.
+        cost: Estimated cost by the rates of the site file.
     """
 
     machine: str
@@ -84,6 +71,9 @@ class CraneFit:
     yard: str
     utilisation: float
     radius_m: float
+    hours: float
+    moving_hours: float
+    cost: float
 
     @property
     def serves(self) -> bool:
@@ -94,273 +84,240 @@ class CraneFit:
     def reason(self) -> str:
         """Why it does not serve the site; empty if it does."""
         if self.crane is None:
-            return "its mast has no place around the building, clear of the yard"
+            return "it has no place around the building, clear of the yard and within the plot"
         if self.unserved:
             more = len(self.unserved) - 1
             return f"{self.unserved[0]}" + (f", and {more} more" if more else "")
         return self.yard
 
 
-def guess_crane(
-    components: Sequence[Element],
-    footprint_m: NDArray[np.float64],
-    yards: Sequence[Polygon],
-    top_m: float,
-    machines: Sequence[Machine],
-    rigs: Rigs | None = None,
-    most_used: float = 1.0,
-) -> tuple[TowerCrane, int]:
-    """Return a crane for a site, and how many parts it cannot set: the first machine that meets one of these, in order.
-
-    1. Every part at its place, and the heaviest part at every corner of the yard.
-    2. The same, but the heaviest part only in the yard's middle, and a typical one (third quartile) at the corners.
-    3. As many parts as any of the machines; the plan then names the others.
-
-    Of a machine, the shortest jib is taken that serves, then the fewest falls: they are the fastest.
-
-    Args:
-        components: The parts to be lifted, in the site frame.
-        footprint_m: (2, 2) lowest and highest corner of the building on plan.
-        yards: Polygons of the yard, site metres.
-        top_m: Height that the load's top must reach.
-        machines: The machines to choose from, ascending by size.
-        rigs: The gear of the parts; None: they hang on the machine's usual rigging.
-        most_used: Share of the load chart that may be used.
-
-    Raises:
-        InputError: If no mast has a place.
-    """
-    site = Demand(components, footprint_m, yards, top_m, rigs, most_used)
-    for strict in (True, False):
-        for machine in machines:
-            if (crane := site.serving(machine, strict=strict)) is not None:
-                return crane, 0
-    best: tuple[int, int, TowerCrane] | None = None
-    for machine in machines:
-        found = site.most(machine)
-        if found is not None and (best is None or found[:2] > best[:2]):
-            best = found
-    if best is None:
-        raise InputError(
-            "no mast has a place around the building, clear of the yard",
-            hint="give [crane] base_m in the site file, or move the yard",
-        )
-    return best[2], len(components) - best[0]
-
-
-def compare_cranes(
-    components: Sequence[Element],
-    footprint_m: NDArray[np.float64],
-    yards: Sequence[Polygon],
-    top_m: float,
-    machines: Sequence[Machine],
-    rigs: Rigs | None = None,
-    most_used: float = 1.0,
-) -> Iterator[CraneFit]:
-    """Yield how each of the machines serves a site; the arguments are those of :func:`guess_crane`."""
-    site = Demand(components, footprint_m, yards, top_m, rigs, most_used)
-    for machine in machines:
-        crane = site.serving(machine, strict=True) or site.serving(machine, strict=False)
-        if crane is None and (found := site.most(machine)) is not None:
-            crane = found[2]
-        yield site.fit(machine, crane)
-
-
-def fit_here(
-    components: Sequence[Element],
-    yards: Sequence[Polygon],
-    top_m: float,
-    crane: TowerCrane,
-    rigs: Rigs | None = None,
-    most_used: float = 1.0,
-) -> CraneFit:
-    """Return how a crane serves a site from where it stands."""
-    site = Demand(components, np.zeros((2, 2)), yards, top_m, rigs, most_used)
-    length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
-    jib = Machine(crane.machine or crane.name, crane.kind, "", (length_m,), (crane,))
-    return site.fit(jib, crane)
-
-
-class Demand:
-    """What a crane has to serve.
-
-    Args:
-        components: The parts.
-        footprint_m: (2, 2) the building's bounding box on plan.
-        yards: Polygons of the yard.
-        top_m: Height that the load's top must reach.
-        rigs: The gear of the parts; None: the machine's usual rigging.
-        most_used: Share of the load chart that may be used.
+@dataclass(frozen=True, slots=True, eq=False)
+class Chosen:
+    """A machine on a place.
 
     Attributes:
-        places_m: (N, 2) hook over each part at its place.
-        masses_kg: (N,) mass of each part, with its gear if that is given.
+        crane: The crane.
+        rank: The least is the best: how many parts it carries from some place of the yard to theirs, and how many of
+            these it picks in half of the yard, both negative; then the cost.
+    """
+
+    crane: TowerCrane
+    rank: tuple[float, float, float]
+
+
+class Wanted:
+    """What a crane is chosen for.
+
+    Args:
+        config: The site file: areas, zones, rules and rates.
+        components: The parts to be lifted, in the site frame.
+        building: Outline of the building on plan.
+        top_m: Height that the load's top must reach.
+        rigs: The gear of the parts; None: they hang on the machine's usual rigging.
+        order: The parts in their erection sequence; None: from the lowest up.
+
+    Attributes:
+        demand: The parts, as a crane has to serve them.
+        built: Heights of the finished building.
+        standing_s: How long the crane stands for all parts.
+        yard_m: (P, 2) places of the yard.
+        places: Where a mast may stand.
+        order: (N,) the parts in their sequence.
+        work: The parts in that order.
+        sample: Some of them, for an estimate.
     """
 
     def __init__(
         self,
+        config: SiteConfig,
         components: Sequence[Element],
-        footprint_m: NDArray[np.float64],
-        yards: Sequence[Polygon],
+        building: BaseGeometry,
         top_m: float,
         rigs: Rigs | None,
-        most_used: float,
+        order: Sequence[int] | None = None,
     ) -> None:
-        self._components, self._top_m, self._rigs, self._most_used = components, top_m, rigs, most_used
-        self.places_m = np.array([_hook_m(element) for element in components])
-        self.masses_kg = np.array([element.mass_kg for element in components])
-        if rigs is not None:
-            self.masses_kg = self.masses_kg + rigs.mass_kg
-        self._yards = [np.array(yard) for yard in yards]
-        self._built = built_heights(np.array([element.mesh.bounds_m for element in components]))
-        (x0, y0), (x1, y1) = footprint_m
-        self._middles = np.array([yard.mean(axis=0) for yard in self._yards]).reshape(-1, 2)
-        self._ground = Ground(([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], *self._yards))
+        bounds_m = np.array([element.mesh.bounds_m for element in components])
+        rules = config.rules_in_force
+        standing_s = np.array([crew_times(rules, element).total_s for element in components])
+        self.demand = Demand(components, top_m, rigs, config.rules.highest_utilisation)
+        self.built = built_heights(bounds_m)
+        self.standing_s = float(standing_s.sum())
+        upwards = np.lexsort((bounds_m[:, 1, 2], np.round(bounds_m[:, 0, 2], 1)))
+        self.order = upwards if order is None else np.array(order, np.int64)
+        self._building, self._closed = building, closed_over(config.zone, self.demand.places_m) != ""
+        self.work = LiftWork(
+            places_m=self.demand.places_m[self.order],
+            tops_m=bounds_m[self.order, 1, 2],
+            heights_m=np.ptp(bounds_m[self.order, :, 2], axis=1),
+            masses_kg=self.demand.masses_kg[self.order],
+            standing_s=standing_s[self.order],
+            yard_m=np.zeros((0, 2)),
+            closed=self._closed[self.order],
+        )
+        self._set(config)
 
-    @cached_property
-    def _columns(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Places and masses: only the heaviest part of each square metre."""
-        rounded, which = np.unique(np.round(self.places_m), axis=0, return_inverse=True)
-        heaviest = np.zeros(len(rounded))
-        np.maximum.at(heaviest, which.ravel(), self.masses_kg)
-        return rounded, heaviest
+    def _set(self, config: SiteConfig) -> None:
+        self._config = config
+        self.yard_m = yard_points(config)
+        self.places = MastPlaces(config, self._building)
+        self.work = replace(self.work, yard_m=self.yard_m)
+        self.sample = self.work.sample(_MOST_PARTS, _MOST_YARD)
 
-    def serving(self, machine: Machine, *, strict: bool) -> TowerCrane | None:
-        """Return a machine with the shortest jib and the fewest falls that serve everything; None if none do."""
-        places, masses = self._columns
-        points, loads = [places], [masses]
-        heaviest = float(masses.max())
-        for yard in self._yards:
-            points += [yard, yard.mean(axis=0, keepdims=True)]
-            loads += [np.full(len(yard), self._at_corner(strict=strict)), np.array([heaviest])]
-        for usual in machine.cranes:
-            crane = self.as_used(usual)
-            if crane.chart.capacity_kg[0] < heaviest + crane.tackle_kg:
-                continue
-            try:
-                found = fit_crane(
-                    np.concatenate(points),
-                    np.concatenate(loads),
-                    self._ground,
-                    self.height_m(crane),
-                    cranes=(crane,),
-                    built=self._built,
-                )
-            except InputError:
-                continue
-            return _as_stated(found, usual)
-        return None
-
-    def permitting(self, most_used: float) -> Demand:
-        """Return the same with another permitted share of the load chart."""
+    def with_yard(self, yard: tuple[Polygon, ...]) -> Wanted:
+        """Return the same with another yard."""
         other = copy(self)
-        other._most_used = most_used
+        areas = self._config.areas.model_copy(update={"yard": yard})
+        other._set(self._config.model_copy(update={"areas": areas}))
         return other
 
-    def as_used(self, crane: TowerCrane) -> TowerCrane:
-        """Return a crane with the permitted share of its chart and the highest gear; loads contain their gear."""
-        if self._most_used != 1.0:
-            permitted = tuple(self._most_used * kg for kg in crane.chart.capacity_kg)
-            crane = replace(crane, chart=LoadChart(crane.chart.radius_m, permitted))
-        if self._rigs is None:
-            return crane
-        return replace(crane, rigging_mass_kg=0.0, sling_m=max(crane.sling_m, self._rigs.height_m))
+    def why_not(self, part: int, crane: TowerCrane, margin_m: float = 0.0) -> Unserved:
+        """Return why a crane as used, on its base, does not serve a part; see :meth:`Demand.why_not`."""
+        if self._closed[part]:
+            return self.demand.said(part, "may not hang over a zone, where its place is")
+        return self.demand.why_not(part, crane, self.yard_m, margin_m)
 
-    def _at_corner(self, *, strict: bool) -> float:
-        masses = self._columns[1]
-        return float(masses.max()) if strict else float(np.percentile(masses, _TYPICAL))
+    def rates(self, machine: Machine) -> Rates:
+        """Return what a machine costs."""
+        costs, calendar = self._config.costs, self._config.calendar
+        return rates_of(costs, calendar, machine.name, machine.kind, machine.load_moment_tm)
 
-    def most(self, machine: Machine) -> tuple[int, int, TowerCrane] | None:
-        """Return how many parts a machine serves and reaches at most, and the machine with that jib on that base."""
-        best = None
+    def estimated(
+        self, crane: TowerCrane, bases_m: NDArray[np.float64], margin_m: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return for (B, 2) bases the estimated crane time of a crane as used, and its highest share of a radius."""
+        found = set_ups(crane, bases_m, self.sample, self.demand.height_m(crane), margin_m)
+        moving_s = found.crane_s - (found.served * self.sample.standing_s).sum(axis=1)
+        share = len(self.work.masses_kg) / len(self.sample.masses_kg)
+        return moving_s * share + self.standing_s, found.used
+
+
+def best_set_up(machines: Sequence[Machine], wanted: Wanted) -> Chosen | None:
+    """Return the machine, with its jib, reeving and place, that serves most parts at the least cost; deterministic.
+
+    First as many parts as possible, then as many of them as possible within reach in half of the yard, then the least
+    cost; of the same, the machine, jib and reeving that come first.
+
+    Returns:
+        None if no mast has a place.
+    """
+    tried = []
+    for machine in machines:
+        least = wanted.rates(machine).total(wanted.standing_s / 3600.0)
         for usual in machine.cranes:
-            crane = self.as_used(usual)
-            found = fit_most(
-                self.places_m, self.masses_kg, self._middles, self.height_m(crane), crane=crane, ground=self._ground
-            )
-            if found is not None and (best is None or found[1:] > best[:2]):
-                best = (*found[1:], _as_stated(found[0], usual))
+            crane = wanted.demand.as_used(usual)
+            hook_m = wanted.demand.height_m(crane)
+            crane = standing(crane, hook_m)
+            bases_m = wanted.places.bases_m(crane, _MOST_BASES)
+            if not len(bases_m):
+                continue
+            parts = _parts(crane, bases_m, wanted)
+            most = min(parts)
+            which = np.array([one == most for one in parts])
+            tried.append(((*most, least), machine, usual, crane, bases_m[which]))
+    tried.sort(key=lambda one: one[0])
+    best: Chosen | None = None
+    for (served, roomy, least), machine, usual, crane, bases_m in tried:
+        if best is not None and (served, roomy, least) >= best.rank:
+            break
+        found = _placed(machine, usual, crane, bases_m, wanted)
+        if best is None or found.rank < best.rank:
+            best = found
+    return best
+
+
+def _parts(crane: TowerCrane, bases_m: NDArray[np.float64], wanted: Wanted) -> list[tuple[int, int]]:
+    """Return for each base how many parts a crane serves, and picks in half of the yard; both negative."""
+    work = replace(wanted.work, yard_m=wanted.sample.yard_m)
+    able, share = carried(crane, bases_m, work, wanted.demand.height_m(crane), MARGIN_M)
+    served, roomy = (able & (share > 0.0)).sum(axis=1), (able & (share >= ROOMY)).sum(axis=1)
+    return list(zip((-served).tolist(), (-roomy).tolist(), strict=True))
+
+
+def _placed(
+    machine: Machine, usual: TowerCrane, crane: TowerCrane, bases_m: NDArray[np.float64], wanted: Wanted
+) -> Chosen:
+    """Return a machine on the best of (B, 2) bases, or on a better one next to it."""
+    first = _best_base(crane, bases_m, wanted)
+    near_m = wanted.places.near_m(crane, first, _MOST_BASES)
+    parts = _parts(crane, near_m, wanted)
+    most = min(parts)
+    base_m = _best_base(crane, near_m[np.array([one == most for one in parts])], wanted)
+    crane_s = float(wanted.estimated(crane, base_m[None], MARGIN_M)[0][0])
+    placed = replace(standing(usual, wanted.demand.height_m(crane)), base_m=(*base_m.tolist(), 0.0))
+    return Chosen(placed, (*most, round(wanted.rates(machine).total(crane_s / 3600.0), 2)))
+
+
+def _best_base(crane: TowerCrane, bases_m: NDArray[np.float64], wanted: Wanted) -> NDArray[np.float64]:
+    """Return the best of (B, 2) bases.
+
+    Of those with nearly the least crane time the one with the lowest utilisation, nearest to the parts; of a luffing
+    jib, the one where the finished building blocks it at the fewest points.
+    """
+    crane_s, used = wanted.estimated(crane, bases_m, MARGIN_M)
+    is_slow = crane_s > crane_s.min() * (1.0 + _AS_GOOD)
+    apart_m = distances_m(bases_m, wanted.sample.places_m).mean(axis=1)
+    ascending = bases_m[
+        np.lexsort((np.round(apart_m, 6), np.round(used, 6), np.where(is_slow, np.round(crane_s), 0.0)))
+    ]
+    best: NDArray[np.float64] = ascending[0]
+    if crane.luffing is None:
         return best
-
-    def height_m(self, crane: TowerCrane) -> float:
-        """Return the height that the hook of a crane as used must reach."""
-        return float(np.ceil((self._top_m + crane.sling_m) * 2) / 2)
-
-    def fit(self, machine: Machine, crane: TowerCrane | None) -> CraneFit:
-        """Return how a crane serves the parts from where it stands."""
-        who = (machine.name, machine.kind, machine.load_moment_tm)
-        if crane is None:
-            return CraneFit(*who, max(machine.jibs_m), None, len(self.masses_kg), (), "", 0.0, 0.0)
-        usual, crane = crane, self.as_used(crane)
-        able = self._served(crane, self.places_m)
-        from_yard = np.full_like(able, not len(self._middles))
-        for middle in self._middles:
-            from_yard |= self._served(crane, np.broadcast_to(middle, self.places_m.shape))
-        radii = distances_m(_base(crane), self.places_m)[0]
-        used = (self.masses_kg + crane.tackle_kg) / np.maximum(capacity_kg(usual.chart, radii), 1e-9)
-        done = able & from_yard
-        in_yard = float(distances_m(_base(crane), self._middles).min(initial=np.inf))
-        by_moment = np.argsort(-self.masses_kg * np.maximum(radii, 1.0), kind="stable")
-        unserved = [
-            self.unserved(i, crane, in_yard if able[i] else float(radii[i]), " in the yard" if able[i] else "")
-            for i in by_moment[~done[by_moment]].tolist()
-        ]
-        length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
-        highest, furthest = (float(values[done].max(initial=0.0)) for values in (used, radii))
-        yard = self._corner(crane)
-        return CraneFit(*who, length_m, usual, len(radii), tuple(unserved), yard, highest, furthest)
-
-    def _served(self, crane: TowerCrane, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return (N,) whether a crane carries each part's mass at a point."""
-        able: NDArray[np.bool_] = served(crane, _base(crane), points, self.masses_kg, self.height_m(crane), 0.0)[0]
-        return able
-
-    def _corner(self, crane: TowerCrane) -> str:
-        """Return why a crane does not carry the heaviest part at every corner of the yard; empty if it does."""
-        heaviest = int(np.argmax(self.masses_kg))
-        corners = np.concatenate([np.zeros((0, 2)), *self._yards])
-        masses = np.full(len(corners), self.masses_kg[heaviest])
-        able = served(crane, _base(crane), corners, masses, self.height_m(crane), 0.0)[0]
-        if able.all():
-            return ""
-        radii = distances_m(_base(crane), corners)[0][~able]
-        return str(self.unserved(heaviest, crane, float(radii.max()), " in the yard's corner"))
-
-    def unserved(self, part: int, crane: TowerCrane, radius_m: float, where: str) -> Unserved:
-        """Return why a crane does not carry a part at a radius."""
-        element, mass_kg = self._components[part], float(self.masses_kg[part])
-        reason = self._reason(crane, radius_m, mass_kg) + where
-        return Unserved(element.id, element.name or element.id, mass_kg, reason)
-
-    def _reason(self, crane: TowerCrane, radius_m: float, mass_kg: float) -> str:
-        low_m, high_m = allowed_radii_m(crane, mass_kg)
-        if radius_m < low_m:
-            return f"does not reach below {low_m:.1f} m, but {radius_m:.1f} m is needed"
-        if radius_m > crane.jib_length_m:
-            return f"reaches {crane.jib_length_m:.1f} m of the {radius_m:.1f} m needed"
-        if radius_m > high_m:
-            carries = max(0.0, capacity_kg(crane.chart, radius_m) - crane.tackle_kg)
-            share = "" if self._most_used == 1.0 else f" with {100.0 * self._most_used:g} % of its chart"
-            return f"carries {carries / 1000.0:.1f} t at {radius_m:.1f} m{share}"
-        assert crane.luffing is not None
-        highest = float(highest_hooks_m(crane.luffing, np.array([radius_m]))[0])
-        return f"its hook reaches {highest:.1f} m of the {self.height_m(crane):.1f} m needed at {radius_m:.1f} m"
+    points_m = np.concatenate([wanted.demand.places_m, wanted.sample.yard_m])
+    fewest = len(points_m) + 1
+    for base_m in ascending[:_MOST_CHECKED]:
+        placed = replace(crane, base_m=(*base_m.tolist(), 0.0))
+        blocked = points_blocked(placed, crane.luffing, points_m, wanted.built)
+        if blocked < fewest:
+            best, fewest = base_m, blocked
+        if blocked == 0:
+            break
+    return best
 
 
-def _as_stated(crane: TowerCrane, usual: TowerCrane) -> TowerCrane:
-    return replace(crane, chart=usual.chart, rigging_mass_kg=usual.rigging_mass_kg, sling_m=usual.sling_m)
+def compare_cranes(wanted: Wanted, machines: Sequence[Machine]) -> Iterator[CraneFit]:
+    """Yield how each of the machines serves a site, on its best base."""
+    for machine in machines:
+        found = best_set_up([machine], wanted)
+        yield _fit(machine, None if found is None else found.crane, wanted)
 
 
-def _base(crane: TowerCrane) -> NDArray[np.float64]:
-    return np.array([crane.base_m[:2]])
+def fit_here(wanted: Wanted, crane: TowerCrane) -> CraneFit:
+    """Return how a crane serves a site from where it stands."""
+    return _fit(machine_of_crane(crane), crane, wanted)
 
 
-def hook_above_m(element: Element) -> tuple[float, float, float]:
-    """Return (x, y) of the hook of a part at its place, and the height of the part's top."""
-    x, y = _hook_m(element).tolist()
-    return x, y, float(element.mesh.bounds_m[1, 2])
+def machine_of_crane(crane: TowerCrane) -> Machine:
+    """Return the machine of the catalogue that a crane is; otherwise one of its own with that jib alone."""
+    found = machine_called(crane.machine or crane.name)
+    length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
+    return found or Machine(crane.machine or crane.name, crane.kind, "", (length_m,), (crane,))
 
 
-def _hook_m(element: Element) -> NDArray[np.float64]:
-    centre = centre_of_mass_m(element.mesh)
-    return (element.mesh.bounds_m.mean(axis=0) if centre is None else centre)[:2]
+def _fit(machine: Machine, usual: TowerCrane | None, wanted: Wanted) -> CraneFit:
+    """Return how a machine serves the parts from where it stands."""
+    who = (machine.name, machine.kind, machine.load_moment_tm)
+    demand = wanted.demand
+    if usual is None:
+        return CraneFit(*who, max(machine.jibs_m), None, len(demand.masses_kg), (), "", 0.0, 0.0, 0.0, 0.0, 0.0)
+    crane, base_m = demand.as_used(usual), np.array([usual.base_m[:2]])
+    able, share = carried(crane, base_m, wanted.work, demand.height_m(crane), 0.0)
+    done, roomy = np.zeros((2, len(demand.masses_kg)), np.bool_)
+    done[wanted.order], roomy[wanted.order] = able[0] & (share[0] > 0.0), share[0] >= ROOMY
+    radii_m = distances_m(base_m, demand.places_m)[0]
+    used = (demand.masses_kg + crane.tackle_kg) / np.maximum(capacity_kg(usual.chart, radii_m), 1e-9)
+    by_moment = np.argsort(-demand.masses_kg * np.maximum(radii_m, 1.0), kind="stable")
+    unserved = [wanted.why_not(n, crane) for n in by_moment[~done[by_moment]].tolist()]
+    length_m = usual.jib_length_m if usual.luffing is None else usual.luffing.length_m
+    highest, furthest = (float(values[done].max(initial=0.0)) for values in (used, radii_m))
+    heaviest = int(np.argmax(demand.masses_kg))
+    yard = ""
+    if done[heaviest] and not roomy[heaviest]:
+        beyond_m = wanted.yard_m[~demand.picks(heaviest, crane, wanted.yard_m)]
+        yard = str(demand.why_not(heaviest, crane, beyond_m)).replace(" in the yard;", " in half of the yard;")
+    crane_s = float(wanted.estimated(crane, base_m, 0.0)[0][0])
+    return CraneFit(
+        *who, length_m, usual, len(radii_m), tuple(unserved), yard, highest, furthest,
+        hours=crane_s / 3600.0,
+        moving_hours=(crane_s - wanted.standing_s) / 3600.0,
+        cost=wanted.rates(machine).total(crane_s / 3600.0),
+    )  # fmt: skip

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +20,13 @@ from bimvox.site.config.crane import CraneConfig
 from bimvox.site.config.rules import RulesConfig
 from bimvox.site.config.site_config import ModelConfig, Polygon, SiteConfig
 from bimvox.site.config.yard import YardConfig
-from bimvox.site.crane_guess import CraneFit, Rigs, compare_cranes, fit_here, guess_crane, hook_above_m
+from bimvox.site.crane_guess import Chosen, CraneFit, Wanted, best_set_up, compare_cranes, fit_here
+from bimvox.site.demand import Rigs, hook_above_m
 from bimvox.site.extent import site_extent, top_m
 from bimvox.site.lifting import HangsAt, lifting_by
 from bimvox.site.machine import crane_config, cranes_of, machine_config
 from bimvox.site.map_frame import read_from_map
+from bimvox.site.mast_places import ground_plan
 from bimvox.site.means import Means, means_of, nothing_to_lift
 from bimvox.site.parts import entries_by_id, is_erected
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, ground_height_m, lowest_m
@@ -73,15 +74,13 @@ def cranes_that_fit(
     """
     placed, lifted = placed_and_lifted(config, building)
     size_m = config.model.voxel_size_m or VOXEL_SIZES_M[0]
-    footprint, yards = built_bounds_m(placed.elements)[:, :2], config.areas.yard or ()
-    height_m = top_m(placed) + 2 * size_m
-    rigs, cranes, most_used = rigs_of(config, lifted), cranes_of(config), config.rules.highest_utilisation
+    height_m, plan = top_m(placed) + 2 * size_m, ground_plan(placed.elements)
+    rigs, cranes = rigs_of(config, lifted), cranes_of(config)
     own = None
     if cranes:
         chosen = rigs if gear_by_crane(config, 1)[0] is not None else None
-        own = fit_here(lifted, yards, height_m, cranes[0], chosen, most_used)
-    fits = compare_cranes(lifted, footprint, yards, height_m, machines or catalogue(), rigs, most_used)
-    return own, tuple(fits)
+        own = fit_here(Wanted(config, lifted, plan, height_m, chosen), cranes[0])
+    return own, tuple(compare_cranes(Wanted(config, lifted, plan, height_m, rigs), machines or catalogue()))
 
 
 def complete_config(config: SiteConfig, building: Building, machines: Sequence[Machine] = ()) -> SiteConfig:
@@ -201,11 +200,14 @@ def _with_areas_and_crane(
     else:
         candidates = [areas.yard]
     if wants_crane:
-        able = machines or machines_of("hammerhead")
-        wanted = _Wanted(
-            lifted, footprint, top_m(building) + 2 * rough_m, rigs_of(config, lifted), config.rules.highest_utilisation
+        wanted = Wanted(
+            config.model_copy(update={"areas": areas}),
+            lifted,
+            ground_plan(building.elements),
+            top_m(building) + 2 * rough_m,
+            rigs_of(config, lifted),
         )
-        yards, crane = _best_with_crane(candidates, wanted, able)
+        yards, crane = _best_with_crane(candidates, wanted, machines or machines_of("hammerhead"))
         chosen: CraneConfig | tuple[CraneConfig, ...] | None = (
             crane_config(crane) if machine_called(crane.name) is None else machine_config(crane)
         )
@@ -217,16 +219,6 @@ def _with_areas_and_crane(
         )
         chosen = config.crane
     return config.model_copy(update={"areas": areas.model_copy(update={"yard": yards}), "crane": chosen})
-
-
-class _Wanted(NamedTuple):
-    """What a crane is chosen for; see :func:`bimvox.site.crane_guess.guess_crane`."""
-
-    lifted: Sequence[Element]
-    footprint_m: NDArray[np.float64]
-    top_m: float
-    rigs: Rigs
-    most_used: float
 
 
 def rigs_of(config: SiteConfig, lifted: Sequence[Element]) -> Rigs:
@@ -249,27 +241,20 @@ def rigs_of(config: SiteConfig, lifted: Sequence[Element]) -> Rigs:
 
 
 def _best_with_crane(
-    candidates: list[tuple[Polygon, ...]], wanted: _Wanted, machines: Sequence[Machine]
+    candidates: Sequence[tuple[Polygon, ...]], wanted: Wanted, machines: Sequence[Machine]
 ) -> tuple[tuple[Polygon, ...], TowerCrane]:
-    """Return the yard that needs the smallest crane, and that crane; ties go to the earlier yard."""
-    best: tuple[tuple[int, float], tuple[Polygon, ...], TowerCrane] | None = None
-    failed: InputError | None = None
+    """Return the yard with the best set-up, and its crane; ties go to the earlier yard."""
+    best: tuple[Chosen, tuple[Polygon, ...]] | None = None
     for yards in candidates:
-        try:
-            crane, unserved = guess_crane(
-                wanted.lifted, wanted.footprint_m, yards, wanted.top_m, machines, wanted.rigs, wanted.most_used
-            )
-        except InputError as error:
-            failed = error
-            continue
-        machine = next(one for one in machines if one.name == crane.name)
-        score = (unserved, machine.load_moment_tm)
-        if best is None or score < best[0]:
-            best = (score, yards, crane)
+        found = best_set_up(machines, wanted.with_yard(yards))
+        if found is not None and (best is None or found.rank < best[0].rank):
+            best = found, yards
     if best is None:
-        assert failed is not None
-        raise failed
-    return best[1], best[2]
+        raise InputError(
+            "no crane has a place around the building, clear of the yard and within the plot",
+            hint="give [crane] base_m in the site file, or move the yard",
+        )
+    return best[1], best[0].crane
 
 
 def _reached(crane: TowerCrane, yards: tuple[Polygon, ...], lifted: list[Element], most_used: float) -> int:

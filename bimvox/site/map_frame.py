@@ -140,6 +140,7 @@ def on_site(config: SiteConfig, site_to_ifc: NDArray[np.float64], ifc_to_map: Ma
             "construction": areas.construction and polygon(areas.construction),
             "yard": areas.yard and tuple(map(polygon, areas.yard)),
             "access": areas.access and tuple(map(polygon, areas.access)),
+            "plot": areas.plot and polygon(areas.plot),
         }
     )
     cranes = [one.model_copy(update={"base_m": one.base_m and at(one.base_m)}) for one in config.cranes]
@@ -156,8 +157,8 @@ def on_site(config: SiteConfig, site_to_ifc: NDArray[np.float64], ifc_to_map: Ma
 
 def _points(config: SiteConfig) -> Iterator[tuple[str, Sequence[float]]]:
     """Yield every point of a site file that may be in map coordinates, with its key."""
-    for corner in config.areas.construction or ():
-        yield "areas.construction", corner
+    for name in ("construction", "plot"):
+        yield from ((f"areas.{name}", corner) for corner in getattr(config.areas, name) or ())
     for name, polygons in (("yard", config.areas.yard), ("access", config.areas.access)):
         for number, polygon in enumerate(polygons or ()):
             yield from ((f"areas.{name}[{number}]", corner) for corner in polygon)

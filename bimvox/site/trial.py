@@ -24,7 +24,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError
 from bimvox.site.config.site_config import Polygon, SiteConfig, ZoneConfig
 from bimvox.site.crane_checks import check_cranes
-from bimvox.site.crane_guess import Demand, Rigs
+from bimvox.site.demand import Demand, Rigs
 from bimvox.site.outlines import PLAN, hull
 from bimvox.site.rigging import gear_by_crane
 from bimvox.site.zones import NO_HOOK, NO_LOAD
@@ -79,10 +79,7 @@ class Trial:
     def __init__(self, parts: Sequence[Element], top_m: float, rigs: Rigs) -> None:
         self._parts = parts
         self.hulls: NDArray[np.object_] = np.array([hull(part.mesh, PLAN) for part in parts], dtype=object)
-        nowhere = np.zeros((2, 2))
-        self._demands = {
-            chosen: Demand(parts, nowhere, (), top_m, rigs if chosen else None, 1.0) for chosen in (True, False)
-        }
+        self._demands = {chosen: Demand(parts, top_m, rigs if chosen else None, 1.0) for chosen in (True, False)}
 
     def of(self, config: SiteConfig, cranes: Sequence[TowerCrane], lifts: NDArray[np.bool_]) -> Tried:
         """Return how cranes serve the parts.

@@ -82,17 +82,43 @@ def yards_next_to(construction_m: NDArray[np.float64], need: YardNeed) -> list[P
     return [_outside(low, high, axis, direction, need) for axis, direction in sides]
 
 
-def _outside(low: NDArray[np.float64], high: NDArray[np.float64], axis: int, direction: int, need: YardNeed) -> Polygon:
-    """Return the yard outside the box at the ``direction`` end of ``axis``, centred along that side."""
+def yard_beside(
+    construction_m: NDArray[np.float64], need: YardNeed, side: tuple[int, int], along: float, longer: float
+) -> Polygon:
+    """Return a yard at any place along a side of the construction area's box.
+
+    Args:
+        construction_m: (2, 2) lowest and highest corner of the construction area.
+        need: Least size.
+        side: The axis, 0 or 1, at whose end it lies, and the end: -1 or 1.
+        along: From -1 to 1: from beyond one end of the side to beyond the other; 0 is its middle.
+        longer: How much longer it is than usual, with the same area; below 1 it is shorter and deeper.
+    """
+    low, high = construction_m
+    return _outside(low, high, *side, need, along, longer)
+
+
+def _outside(
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    axis: int,
+    direction: int,
+    need: YardNeed,
+    at: float = 0.0,
+    longer: float = 1.0,
+) -> Polygon:
+    """Return the yard outside the box at the ``direction`` end of ``axis``; see :func:`yard_beside`."""
     along = 1 - axis
     least = (need.width_m, need.depth_m)
     # At most the size of the construction area: fewer parts come at a time if they are as large as whole floors.
     area_m2 = min(need.area_m2, float(np.prod(high - low)))
-    length = max(least[along], need.longest_m, min(high[along] - low[along], area_m2 / least[axis]))
+    usual = max(least[along], need.longest_m, min(high[along] - low[along], area_m2 / least[axis]))
+    length = max(least[along], need.longest_m, longer * usual)
     depth = max(least[axis], area_m2 / length)
     length, depth = _half_up(length), _half_up(depth)
     start = np.zeros(2)
     start[along] = np.floor(low[along] + high[along] - length) / 2
+    start[along] += np.round(at * (high[along] - low[along] + length)) / 2
     start[axis] = _half_up(high[axis] + _WAY_M) if direction > 0 else -_half_up(_WAY_M - low[axis]) - depth
     end = start.copy()
     end[along] += length

@@ -62,6 +62,8 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
         "parts",
         "highest %",
         "largest radius m",
+        "hours",
+        "cost",
         "why not",
     )
     own = document["own"]
@@ -79,6 +81,8 @@ def _row(one: Mapping[str, Any], prefix: str = "") -> tuple[object, ...]:
         f"{one['parts_served']} of {one['parts']}",
         round(100.0 * one["highest_utilisation"]),
         round(one["largest_radius_m"], 1),
+        one["estimated_hours"],
+        round(one["estimated_cost"]),
         one["reason"],
     )
 

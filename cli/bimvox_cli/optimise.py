@@ -22,6 +22,12 @@ def optimise(
     members: Annotated[
         int, typer.Option("--plans", min=1, max=100, metavar="N", help="How many of the best set-ups are planned.")
     ] = 6,
+    trials: Annotated[
+        int, typer.Option("--trials", min=0, max=100_000, metavar="N", help="How many other yards are tried.")
+    ] = 48,
+    budget: Annotated[
+        float | None, typer.Option("--budget", min=0.0, metavar="SECONDS", help="Try other yards no longer than this.")
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -38,16 +44,25 @@ def optimise(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Look for a better crane and a better place for it.
+    """Look for a better crane, place and yard.
 
-    Every machine is tried at every place where its mast can stand. The set-ups that no other beats in hours and cost
-    are planned and proven in full, and so is the given one. Their site files are written next to it. Rates: `[costs]`.
+    Every machine is tried at every place where its mast can stand, and with other yards, unless trucks or parts have
+    their places. The set-ups that no other beats in hours and cost are planned and proven in full, and so is the given
+    one. Their site files are written next to it. Rates: `[costs]`.
     """
     from bimvox_pipeline.optimise.optimise import optimise as run
+    from bimvox_pipeline.optimise.search import Effort
 
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(
-            site, out, crane=crane, members=members, backend=backend, jobs=jobs, fresh=fresh, progress=output.progress
+            site,
+            out,
+            crane=crane,
+            effort=Effort(members, trials, budget),
+            backend=backend,
+            jobs=jobs,
+            fresh=fresh,
+            progress=output.progress,
         )
     raise typer.Exit(output.result(document, _show))
 
@@ -60,42 +75,54 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             "jib m",
             "falls",
             "at",
-            "parts",
-            "estimate h",
-            "infeasible",
+            "yard",
+            "refused",
             "crane h",
             "moving h",
             "critical",
+            "highest %",
             document["currency"],
+            "why not",
         ),
         [
-            (
-                one["machine"] if n else f"given: {one['machine']}",
-                one["jib_m"],
-                one["falls"],
-                "({:g}, {:g})".format(*one["base_m"]),
-                one["parts_served"],
-                one["estimated_hours"],
-                one["infeasible"] if one["error"] is None else one["error"]["message"],
-                one["crane_hours"],
-                None if one["crane_hours"] is None else one["crane_hours"] - document["standing_hours"],
-                one["critical_lifts"],
-                None if one["cost"] is None else round(one["cost"]),
-            )
-            for n, one in enumerate(document["set_ups"])
+            _row("given: ", document["baseline"]),
+            *(_row("", one) for one in (*document["front"], *document["losers"])),
         ],
         limit=None,
     )
     console.print()
+    front = document["front"]
     fields(
         console,
         [
-            ("tried", f"{document['machines']:,} machines with jib and reeving, {document['tried']:,} set-ups"),
-            ("fastest", document["best"]),
-            ("cheapest", document["cheapest"]),
-            ("site files", "\n".join(one["site"] for one in document["set_ups"][1:])),
+            (
+                "tried",
+                f"{document['machines']:,} machines with jib and reeving, {document['tried']:,} set-ups, "
+                f"{document['trials']:,} other yards",
+            ),
+            ("fastest", front[0]["site"] if front else None),
+            ("cheapest", front[-1]["site"] if front else None),
+            ("page", document["page"]),
             ("table", document["table"]),
             ("map", document["map"]),
             ("took", spent(document["seconds"])),
         ],
+    )
+
+
+def _row(prefix: str, one: Mapping[str, Any]) -> tuple[object, ...]:
+    highest = one["highest_utilisation"]
+    return (
+        prefix + one["machine"],
+        one["jib_m"],
+        one["falls"],
+        "({:g}, {:g})".format(*one["base_m"]),
+        "given" if one["yard"] is None else "({:g}, {:g})".format(*one["yard"][0]),
+        one["refused"],
+        one["hours"],
+        one["moving_hours"],
+        one["critical_lifts"],
+        None if highest is None else round(100.0 * highest),
+        None if one["cost"] is None else round(one["cost"]),
+        one["error"]["message"] if one["error"] else one.get("why_lost"),
     )

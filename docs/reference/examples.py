@@ -18,7 +18,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         'bimvox init sample_models/frame.ifc --select "IfcColumn" -o columns.site.toml --json',
     ),
     "cranes": ("bimvox cranes", "bimvox cranes frame.site.toml --crane hammerhead --json"),
-    "optimise": ("bimvox optimise frame.site.toml --crane hammerhead-45 --plans 1",),
+    "optimise": ("bimvox optimise frame.site.toml --crane hammerhead-45 --plans 1 --trials 8",),
     "studio": (),
     "train": ("bimvox train frame.site.toml --steps 2000 --seed 1 --json",),
     "plan": (

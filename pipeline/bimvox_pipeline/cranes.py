@@ -83,6 +83,8 @@ def fit_document(fit: CraneFit) -> dict[str, Any]:
         "parts_served": 0 if crane is None else fit.parts - len(fit.unserved),
         "highest_utilisation": round(fit.utilisation, 4),
         "largest_radius_m": round(fit.radius_m, 3),
+        "estimated_hours": round(fit.hours, 2),
+        "estimated_cost": round(fit.cost, 2),
         "cannot_lift": unserved_document(fit),
         "reason": fit.reason,
     }
@@ -101,9 +103,18 @@ def smaller_machines(own: CraneFit, fits: Sequence[CraneFit]) -> list[CraneFit]:
     return [fit for fit in fits if fit.kind == own.kind and fit.load_moment_tm < own.load_moment_tm and fit.reason]
 
 
-def choice_notes(own: CraneFit, smaller: Sequence[CraneFit]) -> list[str]:
-    """Return lines about the choice of a crane: why smaller machines do not serve, and what it cannot set itself."""
-    lines = [f"{fit.machine} does not serve this site: {fit.reason}" for fit in smaller]
+def choice_notes(own: CraneFit, smaller: Sequence[CraneFit], currency: str) -> list[str]:
+    """Return lines about the choice of a crane.
+
+    They say what it serves at which cost, why smaller machines do not serve, and what it cannot set itself.
+    """
+    lines = [
+        f"{own.machine} carries {own.parts - len(own.unserved)} of {own.parts} parts from the yard to their places. "
+        f"Estimate: {own.hours:.1f} h of",
+        f"crane time, {own.moving_hours:.1f} h of it in motion; {own.cost:,.0f} {currency}, see [costs]. "
+        "`bimvox optimise` tries other places.",
+    ]
+    lines += [f"{fit.machine} does not serve this site: {fit.reason}" for fit in smaller]
     if own.unserved:
         lines.append(f"{own.machine} sets most of the parts; no machine sets all. By other means:")
         lines += [f"  {part.name}, {part.mass_kg / 1000.0:.1f} t: {own.machine} {part.reason}" for part in own.unserved]

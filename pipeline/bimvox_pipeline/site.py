@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any, cast
 
 from bimvox.bim.options import ReadOptions
 from bimvox.errors import FileError
-from bimvox.files import check_output, default_output, require_input, write_together
+from bimvox.files import check_output, default_output, require_input, seen_from, write_together
 from bimvox.library.building import say_notes
 from bimvox.progress import Progress
 from bimvox_pipeline.cranes import choice_notes, smaller_machines, unserved_document
@@ -67,7 +66,7 @@ def init(
     config = guess_site(
         building,
         ModelConfig(
-            path=_seen_from(target.resolve().parent, model.resolve()),
+            path=seen_from(target.resolve().parent, model.resolve()),
             select=options.select,
             unit=cast("Any", options.unit),
             up=options.up,
@@ -81,7 +80,7 @@ def init(
     own, fits = cranes_that_fit(config, building)
     assert own is not None
     smaller = smaller_machines(own, fits)
-    notes = choice_notes(own, smaller)
+    notes = choice_notes(own, smaller, config.costs.currency)
     listed = {own.machine, *(fit.machine for fit in smaller)}
     examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
     toml = site_toml(config, example_ids=examples, crane_notes=notes).encode()
@@ -110,11 +109,3 @@ def init(
         "notes": list(building.notes),
         "seconds": progress.seconds,
     }
-
-
-def _seen_from(folder: Path, file: Path) -> Path:
-    """Return the path of a file relative to a folder; the whole path if it is on another drive of Windows."""
-    try:
-        return Path(os.path.relpath(file, folder))
-    except ValueError:
-        return file

@@ -75,7 +75,7 @@ def test_a_surveyor_gets_every_crane_area_and_zone_on_the_map() -> None:
 
 MAP_FILE = """
     coordinates = "map"
-    areas = { construction = [[1000, 2000], [1000, 2010], [995, 2010]], yard = [YARD], access = [YARD] }
+    areas = { construction = [[1000, 2000], [1000, 2010], [995, 2010]], yard = [YARD], access = [YARD], plot = YARD }
     crane = { machine = "flat-top-75", base_m = [998, 2001, 4.5] }
     zone = [{ kind = "prohibited", polygon = [[1009, 2000], [1009, 2004], [1005, 2004]] }]
     model = { path = "a.ifc", ground_m = -1.0 }
@@ -95,6 +95,7 @@ def test_areas_zones_and_cranes_are_read_in_map_coordinates() -> None:
     assert found.areas.construction == ((0.0, 0.0), (10.0, 0.0), (10.0, 5.0))
     assert found.areas.yard == (((20.0, 0.0), (30.0, 0.0), (30.0, 5.0)),)
     assert found.areas.access == found.areas.yard
+    assert found.areas.plot == found.areas.yard[0]
     assert found.one_crane is not None
     assert found.one_crane.base_m == (1.0, 2.0, 0.5)
     assert found.zone[0].polygon == ((0.0, -9.0), (4.0, -9.0), (4.0, -5.0))

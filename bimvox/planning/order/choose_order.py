@@ -13,9 +13,9 @@ import numpy as np
 
 from bimvox.crane.kinematics import Axes
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.travel import Travel
 from bimvox.planning.order.sequence import ErectionSequence, Prefer, Sequencer
 from bimvox.planning.order.shared_order import COLUMN, ROW, Shared, at
-from bimvox.planning.travel import Travel
 from bimvox.planning.yard import allocate_yard
 from bimvox.records.lift import YardPlace
 from bimvox.site.site import Site

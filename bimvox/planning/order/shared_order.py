@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import Axes
-from bimvox.planning.travel import Travel
+from bimvox.crane.travel import Travel
 from bimvox.site.crew_times import crew_times
 from bimvox.site.site import Site
 

@@ -122,6 +122,9 @@ class AreasConfig(Table):
     access: Annotated[tuple[Polygon, ...], Field(min_length=1, max_length=MOST_AREAS)] | None = None
     """Where trucks drive and stand: no part lies there, and the crane unloads every part from there. Default: not
     planned."""
+    plot: Polygon | None = None
+    """Ground that the jib may sweep over. A crane is chosen whose jib stays within; plans do not check it. Default:
+    everywhere."""
 
 
 def _one_or_several(given: object) -> str:

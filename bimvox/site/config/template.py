@@ -115,6 +115,7 @@ def _areas(areas: AreasConfig) -> str:
         areas.yard and "# The yard: one or more polygons within the crane's reach. Parts come in truckloads.",
         _key("yard", areas.yard),
         *_access(areas),
+        _key("plot", areas.plot, "ground that the jib may sweep over"),
     )
 
 

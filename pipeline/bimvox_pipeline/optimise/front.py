@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from bimvox_pipeline.optimise.search import Tried
 
@@ -69,3 +70,37 @@ def why_lost(one: Tried, front: Sequence[Tried]) -> str:
     saved = one.cost - better.cost
     slower_h = (one.crane_s - better.crane_s) / 3600.0
     return f"{better.machine} with a jib of {better.jib_m:g} m takes {slower_h:.2f} h less and costs {saved:,.0f} less"
+
+
+def proven_front(planned: Sequence[dict[str, Any]], budget: float | None) -> list[dict[str, Any]]:
+    """Return the planned set-ups that no other beats: none refuses as few parts in as little time at as little cost.
+
+    Those that refuse fewest parts alone; fewer hours first.
+
+    Args:
+        planned: Documents of set-ups, see ``bimvox optimise --json``.
+        budget: The most that one may cost; None: no limit.
+    """
+    able = [one for one in planned if one["hours"] is not None and (budget is None or one["cost"] <= budget)]
+    fewest = min((one["refused"] for one in able), default=0)
+    able = sorted((one for one in able if one["refused"] == fewest), key=lambda one: (one["hours"], one["cost"]))
+    front: list[dict[str, Any]] = []
+    for one in able:
+        if all(one["cost"] < other["cost"] for other in front):
+            front.append(one)
+    return front
+
+
+def why_beaten(one: dict[str, Any], front: Sequence[dict[str, Any]], budget: float | None) -> str:
+    """Return why a planned set-up is not of the proven front."""
+    if one["hours"] is None:
+        return str(one["error"]["message"])
+    if budget is not None and one["cost"] > budget:
+        return "costs more than the budget"
+    if one["refused"] > front[0]["refused"]:
+        return f"refuses {one['refused']} parts, others {front[0]['refused']}"
+    able = [other for other in front if other["hours"] <= one["hours"] and other["cost"] <= one["cost"]]
+    better = min(able, key=lambda other: (other["hours"], other["cost"]))
+    slower_h, saved = one["hours"] - better["hours"], one["cost"] - better["cost"]
+    who = f"{better['machine']} with a jib of {better['jib_m']:g} m"
+    return f"{who} takes {slower_h:.2f} h less and costs {saved:,.0f} less"

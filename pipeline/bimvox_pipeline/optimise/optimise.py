@@ -4,34 +4,41 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import FileError, InputError
-from bimvox.files import default_output, require_input, write_atomically
+from bimvox.files import default_output, require_input, seen_from, write_atomically, write_together
 from bimvox.progress import Progress
+from bimvox.rendering.report.drawing_file import drawing_file
 from bimvox.rendering.report.heat_map import HeatMap, heat_map
+from bimvox.rendering.report.page import Figure
+from bimvox.rendering.report.set_ups import set_ups_page
+from bimvox.rendering.report.site_drawing import drawing_of_site
 from bimvox.site.catalogue import catalogue
 from bimvox.site.costs import Rates
+from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.machine import cranes_of
 from bimvox.site.machine_names import machines_called
 from bimvox_pipeline.fleet.backends import Backend
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish, runs_of
 from bimvox_pipeline.fleet.work import log_file
-from bimvox_pipeline.optimise.front import front_of, to_plan, why_lost
-from bimvox_pipeline.optimise.search import Search, Tried
+from bimvox_pipeline.optimise.front import front_of, proven_front, to_plan, why_beaten, why_lost
+from bimvox_pipeline.optimise.search import Effort, Search, Tried
+from bimvox_pipeline.optimise.yards import may_move, other_yards
 from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_site
 from bimvox_pipeline.studio.saving import as_text
-from bimvox_pipeline.studio.setup import CraneSetup
+from bimvox_pipeline.studio.setup import CraneSetup, Setup
 
-MEMBERS = 6
-"""How many set-ups are planned in full if nothing else is asked for."""
 _TABLE = "set-ups.csv"
 _MAP = "crane-hours.svg"
+_PAGE = "set-ups.html"
+_SVG = "image/svg+xml"
 _COLUMNS = (
-    "machine", "jib_m", "falls", "load_moment_tm", "x_m", "y_m", "places", "parts", "parts_served",
+    "machine", "jib_m", "falls", "load_moment_tm", "x_m", "y_m", "yard", "places", "parts", "parts_served",
     "estimated_hours", "estimated_cost", "currency", "why_lost",
 )  # fmt: skip
 
@@ -41,7 +48,7 @@ def optimise(
     out: Path | None = None,
     *,
     crane: str | None = None,
-    members: int = MEMBERS,
+    effort: Effort | None = None,
     backend: Backend = "loky",
     jobs: int | None = None,
     fresh: bool = False,
@@ -49,13 +56,15 @@ def optimise(
 ) -> dict[str, Any]:
     """Try every machine at every place, plan the best set-ups in full, and return the document of ``--json``.
 
-    The site files of the set-ups are written next to the given one, which is planned too.
+    Other yards are tried too, if the yard may move. The site files of the set-ups are written next to the given one,
+    which is planned too. A call that was killed is continued.
 
     Args:
         site: The site file, of one crane.
         out: Folder of logs, tables and the map; default: the site's name with ``-set-ups``, in the current folder.
         crane: A kind of crane, or a machine of the catalogue; default: all machines.
-        members: How many set-ups are planned in full.
+        effort: How many set-ups are planned in full, and how many other yards are tried; no yards if trucks or parts
+            have their places.
         backend: Name of the backend that plans them.
         jobs: Number of plans in parallel; default: one per processor core.
         fresh: Plan again what an earlier call has planned.
@@ -65,6 +74,7 @@ def optimise(
         InputError: If the site has several cranes or none, no machine serves any part, or the machine is not known.
         FileError: If a site file of that name exists with other content.
     """
+    effort = effort or Effort()
     machines = catalogue() if crane is None else machines_called(crane)
     opened = open_site(require_input(site))
     cranes = cranes_of(opened.config)
@@ -81,8 +91,16 @@ def optimise(
         found += search.tried([machine])
         progress.advance()
     progress.finish()
+    tried = sum(len(one.bases_m) for one in found)
+    lattice = list(found)
+    if effort.yards and may_move(opened.config):
+        folder.mkdir(parents=True, exist_ok=True)
+        moved, trials = other_yards(opened, search, machines, folder, effort, progress)
+        found += moved
+    else:
+        trials = 0
     front = front_of(found)
-    chosen = to_plan(found, front, members)
+    chosen = to_plan(found, front, effort.members)
     if not chosen and any(one.served for one in found):
         cheapest = min(one.cost for one in found if one.served)
         raise InputError(
@@ -97,60 +115,88 @@ def optimise(
     wishes = [Wish(path) for path in (site, *files)]
     runs = fleet(wishes, folder, backend=backend, jobs=jobs, fresh=fresh, progress=progress)
     progress.stage("table")
-    table, picture = folder / _TABLE, folder / _MAP
-    write_atomically(table, _csv(found, front, len(search.work.places_m), opened.config.costs.currency).encode())
-    fastest = front[0]
-    write_atomically(picture, heat_map(_heat(opened, fastest)))
-    progress.finish()
-    planned = zip(runs_of(wishes), runs["runs"], strict=True)
-    records = {run.wish.site: {**record, "log": str(log_file(folder, run.name))} for run, record in planned}
-    (own,) = cranes
-    served, crane_s = search.of(own)
-    own_rates = search.rates_of_crane(own)
-    rates = {machine.name: search.rates(machine) for machine in machines}
-    given = {"machine": own.machine or own.name, "jib_m": own.jib_length_m, "falls": own.falls}
+    by_site = {
+        run.wish.site: {**record, "log": str(log_file(folder, run.name))}
+        for run, record in zip(runs_of(wishes), runs["runs"], strict=True)
+    }
     standing_h = float(search.work.standing_s.sum()) / 3600.0
-    members_found = [
-        _member(site, records, {**given, "base_m": own.base_m[:2]}, served, crane_s, own_rates),
-        *(
-            _member(
-                path,
-                records,
-                {"machine": one.machine, "jib_m": one.jib_m, "falls": one.falls, "base_m": _base(one)},
-                one.served,
-                one.crane_s,
-                rates[one.machine],
-            )
-            for path, one in zip(files, chosen, strict=True)
-        ),
+    rates = {machine.name: search.rates(machine) for machine in machines}
+    baseline = _planned(site, by_site, _given(cranes[0], search), search.rates(machine_of_crane(cranes[0])), standing_h)
+    planned = [
+        _planned(path, by_site, _found(one), rates[one.machine], standing_h)
+        for path, one in zip(files, chosen, strict=True)
     ]
-    return {
-        "site": str(site),
-        "folder": str(folder),
-        "table": str(table),
-        "map": str(picture),
-        "tried": int(sum(len(one.bases_m) for one in found)),
-        "machines": len(found),
+    budget, currency = opened.config.costs.budget, opened.config.costs.currency
+    best = proven_front(planned, budget)
+    losers = [{**one, "why_lost": why_beaten(one, best, budget)} for one in planned if one not in best]
+    table, picture, page = folder / _TABLE, folder / _MAP, folder / _PAGE
+    rows = _csv(found, front, len(search.work.places_m), currency)
+    map_svg = heat_map(_heat(opened, front_of(lattice)[0]))
+    document = {
+        "tried": int(tried),
+        "machines": len(lattice),
+        "trials": trials,
         "parts": len(search.work.places_m),
         "standing_hours": round(standing_h, 4),
-        "set_ups": members_found,
-        "best": _best(members_found, "crane_hours", opened.config.costs.budget),
-        "cheapest": _best(members_found, "cost", opened.config.costs.budget),
-        "currency": opened.config.costs.currency,
+        "baseline": baseline,
+        "front": best,
+        "losers": losers,
+        "currency": currency,
         "costs": opened.config.costs.model_dump(mode="json"),
         "verified": runs["verified"],
-        "seconds": progress.seconds,
+    }
+    drawn = [(opened.config, "The given set-up")]
+    drawn += [
+        (opened.with_setup(_setup(opened, one)), f"{one.machine}, jib {one.jib_m:g} m")
+        for one, figures in zip(chosen, planned, strict=True)
+        if figures in best
+    ]
+    drawings = [
+        Figure(drawing_file(drawing_of_site(config, opened.building), words), _SVG, words) for config, words in drawn
+    ]
+    heat = Figure(map_svg, _SVG, "Estimated crane hours by the place of the mast")
+    listed = list(csv.DictReader(io.StringIO(rows)))
+    whole = set_ups_page({"site": site.name, **_as_linked(document, folder)}, listed, drawings, heat)
+    write_together({table: rows.encode(), picture: map_svg, page: whole}, inputs=[site])
+    progress.finish()
+    files_written = {"folder": str(folder), "table": str(table), "map": str(picture), "page": str(page)}
+    return {"site": str(site), **files_written, **document, "seconds": progress.seconds}
+
+
+def _as_linked(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Return a document whose files are named as they are seen from a folder."""
+
+    def linked(one: dict[str, Any]) -> dict[str, Any]:
+        log = None if one["log"] is None else Path(one["log"]).name
+        return {**one, "site": seen_from(folder.resolve(), Path(one["site"]).resolve()).as_posix(), "log": log}
+
+    several = {key: [linked(one) for one in document[key]] for key in ("front", "losers")}
+    return {**document, **several, "baseline": linked(document["baseline"])}
+
+
+def _given(crane: TowerCrane, search: Search) -> dict[str, Any]:
+    served, crane_s = search.of(crane)
+    return {
+        "machine": crane.machine or crane.name,
+        "jib_m": crane.jib_length_m,
+        "falls": crane.falls,
+        "base_m": [float(value) for value in crane.base_m[:2]],
+        "yard": None,
+        "parts_served": served,
+        "crane_s": crane_s,
     }
 
 
-def _best(found: Sequence[dict[str, Any]], by: str, budget: float | None) -> str | None:
-    """Return the site file of the plan with most parts and, of these, least of a figure.
-
-    None if no plan is within the budget.
-    """
-    planned = [one for one in found if one["crane_hours"] is not None and (budget is None or one["cost"] <= budget)]
-    best = min(planned, key=lambda one: (one["infeasible"], one[by]), default=None)
-    return None if best is None else str(best["site"])
+def _found(one: Tried) -> dict[str, Any]:
+    return {
+        "machine": one.machine,
+        "jib_m": one.jib_m,
+        "falls": one.falls,
+        "base_m": [float(value) for value in _base(one)],
+        "yard": None if one.yard is None else [list(corner) for corner in one.yard[0]],
+        "parts_served": one.served,
+        "crane_s": one.crane_s,
+    }
 
 
 def _base(one: Tried) -> tuple[float, float]:
@@ -159,38 +205,45 @@ def _base(one: Tried) -> tuple[float, float]:
     return x, y
 
 
-def _member(
-    path: Path, records: dict[Path, dict[str, Any]], values: dict[str, Any], served: int, crane_s: float, rates: Rates
+def _planned(
+    path: Path, by_site: Mapping[Path, dict[str, Any]], values: dict[str, Any], rates: Rates, standing_h: float
 ) -> dict[str, Any]:
     """Return what is known of a set-up: its estimate, and its plan."""
-    record = records[path.resolve()]
+    record = by_site[path.resolve()]
     figures = record.get("figures") or {}
+    estimated_h = values.pop("crane_s") / 3600.0
+    hours = figures.get("crane_hours")
     return {
         "site": str(path),
         **values,
-        "base_m": [float(value) for value in values["base_m"]],
-        "parts_served": served,
-        "estimated_hours": round(crane_s / 3600.0, 4),
-        "estimated_cost": round(rates.total(crane_s / 3600.0), 2),
+        "estimated_hours": round(estimated_h, 4),
+        "estimated_cost": round(rates.total(estimated_h), 2),
         "status": record["status"],
-        "infeasible": record.get("infeasible"),
-        "crane_hours": figures.get("crane_hours"),
-        "cost": None if (hours := figures.get("crane_hours")) is None else round(rates.total(hours), 2),
+        "refused": record.get("infeasible"),
+        "hours": hours,
+        "moving_hours": None if hours is None else round(hours - standing_h, 6),
+        "cost": None if hours is None else round(rates.total(hours), 2),
         "critical_lifts": figures.get("critical_lifts"),
+        "highest_utilisation": figures.get("highest_utilisation"),
         "log": record["log"] if figures else None,
         "error": record.get("error"),
     }
 
 
+def _setup(opened: Opened, one: Tried) -> Setup:
+    """Return the site's set-up with another crane, and another yard if it has one."""
+    (own,) = opened.setup.cranes
+    crane = CraneSetup(name=own.name, machine=one.machine, base_m=_base(one), jib_m=one.jib_m, falls=one.falls)
+    yard = {} if one.yard is None else {"yard": (one.yard[0],)}
+    return opened.setup.model_copy(update={"cranes": (crane,), **yard})
+
+
 def _written(opened: Opened, one: Tried) -> Path:
     """Write the site file of a set-up next to the given one; one that is there already must be the same."""
-    crane, (own,) = one.crane, opened.setup.cranes
-    assert crane is not None
-    x, y, _ = crane.base_m
     stem = opened.site.name.removesuffix(SITE_SUFFIX).removesuffix(".toml")
-    path = opened.site.with_name(f"{stem}-{one.machine}-{one.jib_m:g}m-{one.falls}-falls{SITE_SUFFIX}")
-    changed = CraneSetup(name=own.name, machine=one.machine, base_m=(x, y), jib_m=one.jib_m, falls=one.falls)
-    wanted = opened.setup.model_copy(update={"cranes": (changed,)})
+    yard = "" if one.yard is None else f"-yard-{one.yard[1] + 1}"
+    path = opened.site.with_name(f"{stem}-{one.machine}-{one.jib_m:g}m-{one.falls}-falls{yard}{SITE_SUFFIX}")
+    wanted = _setup(opened, one)
     text, _, _ = as_text(opened, opened.with_setup(wanted), wanted, path)
     if path.exists():
         if path.read_bytes() != text.encode():
@@ -210,7 +263,8 @@ def _csv(found: Sequence[Tried], front: Sequence[Tried], parts: int, currency: s
         x, y = ("", "") if one.crane is None else (f"{value:g}" for value in _base(one))
         hours = "" if one.crane is None else f"{one.crane_s / 3600.0:.3f}"
         cost = "" if one.crane is None else f"{one.cost:.0f}"
-        row = (one.machine, f"{one.jib_m:g}", one.falls, size, x, y, len(one.bases_m), parts, one.served, hours)
+        yard = "given" if one.yard is None else one.yard[1] + 1
+        row = (one.machine, f"{one.jib_m:g}", one.falls, size, x, y, yard, len(one.bases_m), parts, one.served, hours)
         rows.writerow((*row, cost, currency, why_lost(one, front)))
     return stream.getvalue()
 

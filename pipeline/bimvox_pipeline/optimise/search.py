@@ -6,36 +6,44 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Role
-from bimvox.crane.fit import MAST_CLEARANCE_M, standing
+from bimvox.crane.fit import MARGIN_M, standing
 from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.library.site import built_site
 from bimvox.planning.assembly import prepare
-from bimvox.planning.set_ups import LiftWork, set_ups
 from bimvox.progress import Progress
-from bimvox.site.catalogue import catalogue
 from bimvox.site.config.costs import CostsConfig
-from bimvox.site.costs import Rates, rates_of
-from bimvox.site.crane_guess import Demand
-from bimvox.site.crew_times import crew_times
+from bimvox.site.config.site_config import Polygon
+from bimvox.site.costs import Rates
+from bimvox.site.crane_guess import Wanted, best_set_up
 from bimvox.site.guess import rigs_of
+from bimvox.site.mast_places import ground_plan
 from bimvox.site.means import Means
-from bimvox.site.outlines import PLAN, hull
 from bimvox.site.rigging import gear_by_crane
+from bimvox.site.set_ups import set_ups
 from bimvox.site.site import Site
-from bimvox.site.trial import closed_over, yard_points
 from bimvox_pipeline.studio.opened import Opened
 
-_RING_M = 20.0
-"""How far from building and yard a mast may stand."""
 _MOST_BASES = 600
-_LEAST_PITCH_M = 1.0
 _MOST_YARD = 24
 """Places of the yard in the estimate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """How much is tried.
+
+    Attributes:
+        members: How many set-ups are planned in full.
+        yards: How many other yards are tried.
+        seconds: No other yard is begun after so many seconds; None: no limit.
+    """
+
+    members: int = 6
+    yards: int = 48
+    seconds: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,8 +62,10 @@ class Tried:
         all_served: (B,) number of parts served from each.
         all_crane_s: (B,) estimated crane time from each.
         cost: Estimated cost from there, in the currency of the site.
+        used: Highest share of the largest radius allowed for a part's mass, from there.
         over: Why its cost is refused; empty if it is within the budget.
         why: Why the first part that it does not serve is not served; empty if it serves all.
+        yard: The yard if it is another one than the site file's, and its number.
     """
 
     machine: str
@@ -70,7 +80,9 @@ class Tried:
     all_crane_s: NDArray[np.float64]
     why: str
     cost: float
+    used: float = 0.0
     over: str = ""
+    yard: tuple[Polygon, int] | None = None
 
 
 class Search:
@@ -83,26 +95,14 @@ class Search:
 
     def __init__(self, opened: Opened, progress: Progress) -> None:
         config = opened.config
-        self._site = built_site(config, opened.building, {}, progress).site
+        site = built_site(config, opened.building, {}, progress).site
         progress.stage("order")
-        lifted = _in_sequence(self._site)
         elements = {part.id: part for part in opened.parts}
-        parts = [elements[self._site.components[n].id] for n in lifted]
+        parts = [elements[site.components[n].id] for n in _in_sequence(site)]
         rigs = rigs_of(config, parts) if gear_by_crane(config, 1)[0] is not None else None
-        self._demand = Demand(parts, np.zeros((2, 2)), (), opened.load_top_m, rigs, config.rules.highest_utilisation)
-        bounds_m = np.array([part.mesh.bounds_m for part in parts])
-        rules = self._site.rules
-        yard = yard_points(config)
-        self.work = LiftWork(
-            places_m=self._demand.places_m,
-            tops_m=bounds_m[:, 1, 2],
-            heights_m=np.ptp(bounds_m[:, :, 2], axis=1),
-            masses_kg=self._demand.masses_kg,
-            standing_s=np.array([crew_times(rules, self._site.components[n]).total_s for n in lifted]),
-            yard_m=yard[:: 1 + len(yard) // _MOST_YARD],
-            closed=closed_over(config.zone, self._demand.places_m) != "",
-        )
-        self._free = _ground(opened)
+        plan = ground_plan(opened.placed.elements)
+        self._wanted = Wanted(config, parts, plan, opened.load_top_m, rigs, range(len(parts)))
+        self.work = self._wanted.work.sample(len(parts), _MOST_YARD)
         self._config = config
         progress.finish()
 
@@ -114,64 +114,59 @@ class Search:
 
     def of(self, crane: TowerCrane) -> tuple[int, float]:
         """Return how many parts a crane serves from where it stands, and the estimated crane time."""
-        used = self._demand.as_used(crane)
-        found = set_ups(used, np.array([crane.base_m[:2]]), self.work, self._demand.height_m(used))
+        used = self._wanted.demand.as_used(crane)
+        found = set_ups(used, np.array([crane.base_m[:2]]), self.work, self._wanted.demand.height_m(used))
         return int(found.served[0].sum()), float(found.crane_s[0])
 
     def rates(self, machine: Machine) -> Rates:
         """Return what a machine costs on this site."""
-        config = self._config
-        return rates_of(config.costs, config.calendar, machine.name, machine.kind, machine.load_moment_tm)
-
-    def rates_of_crane(self, crane: TowerCrane) -> Rates:
-        """Return what a crane of the site costs; one that is not of the catalogue has the size of its own chart."""
-        name = crane.machine or crane.name
-        for machine in catalogue():
-            if machine.name == name:
-                return self.rates(machine)
-        config, alone = self._config, Machine(name, crane.kind, "", (crane.jib_length_m,), (crane,))
-        return rates_of(config.costs, config.calendar, name, crane.kind, alone.load_moment_tm)
+        return self._wanted.rates(machine)
 
     def _tried(self, machine: Machine, jib_m: float, usual: TowerCrane) -> Tried:
-        crane = self._demand.as_used(usual)
-        hook_m = self._demand.height_m(crane)
+        demand = self._wanted.demand
+        crane = demand.as_used(usual)
+        hook_m = demand.height_m(crane)
         crane = standing(crane, hook_m)
-        bases_m = self._bases(crane)
-        found = set_ups(crane, bases_m, self.work, hook_m)
+        bases_m = self._wanted.places.bases_m(crane, _MOST_BASES)
+        found = set_ups(crane, bases_m, self.work, hook_m, MARGIN_M)
         counts, crane_s = found.served.sum(axis=1), found.crane_s
         common = (machine.name, jib_m, usual.falls, machine.load_moment_tm)
         if not len(bases_m):
-            return Tried(
-                *common, None, 0, 0.0, bases_m, counts, crane_s, "its mast has no place clear of all areas", 0.0
-            )
+            why = "it has no place clear of all areas and within the plot"
+            return Tried(*common, None, 0, 0.0, bases_m, counts, crane_s, why, 0.0)
         best = int(np.lexsort((found.used, np.round(crane_s), -counts))[0])
         placed = replace(standing(usual, hook_m), base_m=(*bases_m[best].tolist(), 0.0))
         why = ""
         if counts[best] < len(self.work.places_m):
             missed = np.flatnonzero(~found.served[best])
             first = int(missed[np.argmax(self.work.masses_kg[missed])])
-            if self.work.closed[first]:
-                why = "a zone is closed over a part's place"
-            else:
-                radius_m = float(np.hypot(*(self.work.places_m[first] - bases_m[best])))
-                why = str(self._demand.unserved(first, replace(crane, base_m=placed.base_m), radius_m, ""))
+            why = str(self._wanted.why_not(first, replace(crane, base_m=placed.base_m), MARGIN_M))
             why += f", and {len(missed) - 1} more" if len(missed) > 1 else ""
         best_s = float(crane_s[best])
         cost = self.rates(machine).total(best_s / 3600.0)
         over = _over(cost, self._config.costs)
-        return Tried(*common, placed, int(counts[best]), best_s, bases_m, counts, crane_s, why, cost, over)
+        used = float(found.used[best])
+        return Tried(*common, placed, int(counts[best]), best_s, bases_m, counts, crane_s, why, cost, used, over)
 
-    def _bases(self, crane: TowerCrane) -> NDArray[np.float64]:
-        """Return the (B, 2) places of a lattice where a mast can stand, by y, then x."""
-        area = self._free.buffer(-(MAST_CLEARANCE_M + crane.mast_size_m / 2.0))
-        if area.is_empty:
-            return np.zeros((0, 2))
-        x0, y0, x1, y1 = area.bounds
-        pitch_m = max(_LEAST_PITCH_M, float(np.ceil(np.sqrt(area.area / _MOST_BASES))))
-        first = np.ceil(np.array([x0, y0]) / pitch_m) * pitch_m
-        y, x = np.meshgrid(np.arange(first[1], y1, pitch_m), np.arange(first[0], x1, pitch_m), indexing="ij")
-        inside = shapely.contains_xy(area, x, y)
-        return np.column_stack([x[inside], y[inside]])
+    def with_yard(self, machine: Machine, yard: Polygon, number: int) -> Tried | None:
+        """Return a machine with the best of its jibs, reevings and places for another yard; None if it has no place."""
+        wanted = self._wanted.with_yard((yard,))
+        chosen = best_set_up([machine], wanted)
+        if chosen is None:
+            return None
+        crane = wanted.demand.as_used(chosen.crane)
+        work = wanted.work.sample(len(self.work.masses_kg), _MOST_YARD)
+        base_m = np.array([crane.base_m[:2]])
+        found = set_ups(crane, base_m, work, wanted.demand.height_m(crane), MARGIN_M)
+        served, crane_s = int(found.served.sum()), float(found.crane_s[0])
+        why = "" if found.served.all() else "serves fewer parts with this yard"
+        cost = self.rates(machine).total(crane_s / 3600.0)
+        jib_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
+        return Tried(
+            machine.name, jib_m, crane.falls, machine.load_moment_tm, chosen.crane, served, crane_s, base_m,
+            np.array([served]), found.crane_s, why, cost, float(found.used[0]), _over(cost, self._config.costs),
+            (yard, number),
+        )  # fmt: skip
 
 
 def _over(cost: float, costs: CostsConfig) -> str:
@@ -185,16 +180,3 @@ def _in_sequence(site: Site) -> list[int]:
     """Return the parts that cranes lift, in their erection sequence."""
     order = prepare(site).sequence.order
     return [n for n in order if site.components[n].means is Means.CRANE]
-
-
-def _ground(opened: Opened) -> shapely.Geometry:
-    """Return where masts may stand: around building and yard, clear of both, of the access and of every zone."""
-    config = opened.config
-    built = [part for part in opened.placed.elements if part.role in (Role.COMPONENT, Role.STRUCTURE)]
-    hulls = [hull(part.mesh, PLAN) for part in built]
-    polygons = [*(config.areas.yard or ()), *(config.areas.access or ())]
-    polygons += [zone.polygon for zone in config.zone if zone.kind not in ("assembly", "slow", "limiter")]
-    taken = shapely.union_all([*hulls, *(shapely.Polygon(one) for one in polygons)])
-    yards = [shapely.Polygon(one) for one in config.areas.yard or ()]
-    around = shapely.union_all([*hulls, *yards]).convex_hull.buffer(_RING_M)
-    return shapely.difference(around, taken)

@@ -25,7 +25,7 @@ from bimvox.rendering.scene.site import scene_of_site, view_of_site
 from bimvox.site.catalogue import catalogue
 from bimvox.site.config.file import load_site_config, read_site_file
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
-from bimvox.site.crane_guess import Rigs
+from bimvox.site.demand import Rigs
 from bimvox.site.extent import top_m
 from bimvox.site.guess import complete_config, guess_site, rigs_of
 from bimvox.site.machine import cranes_of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from bimvox_pipeline.optimise.front import front_of, spread, to_plan, why_lost
+from bimvox_pipeline.optimise.front import front_of, proven_front, spread, to_plan, why_beaten, why_lost
 from bimvox_pipeline.optimise.search import Tried
 from box_sites import test_crane as crane_of
 from hypothesis import given
@@ -27,6 +27,7 @@ def tried(served: int, crane_s: float, size: float, name: str = "m", *, placed: 
         none,
         "why",
         size,
+        0.5,
         over,
     )
 
@@ -90,3 +91,38 @@ def test_what_is_planned_begins_with_the_front_then_other_machines(found: list[T
     assert len({id(one) for one in chosen}) == len(chosen)
     if len({one.machine for one in able}) >= most:
         assert len({one.machine for one in chosen[len(few) :]}) == len(chosen[len(few) :])
+
+
+plans = st.lists(
+    st.builds(
+        lambda refused, hours, cost: {
+            "machine": "m",
+            "jib_m": 40.0,
+            "refused": refused,
+            "hours": hours,
+            "cost": cost,
+            "error": None if hours is not None else {"message": "no path"},
+        },
+        st.integers(0, 2),
+        st.none() | st.floats(0.1, 100.0),
+        st.floats(1.0, 100.0),
+    ),
+    max_size=8,
+)
+
+
+@given(plans, st.none() | st.floats(10.0, 90.0))
+def test_no_plan_beats_one_of_the_proven_front_and_the_others_say_why(planned: list, budget: float | None) -> None:
+    front = proven_front(planned, budget)
+    able = [one for one in planned if one["hours"] is not None and (budget is None or one["cost"] <= budget)]
+    assert bool(front) is bool(able)
+    for one in front:
+        assert one["refused"] == min(other["refused"] for other in able)
+        assert not any(
+            other["refused"] <= one["refused"]
+            and other["hours"] <= one["hours"]
+            and other["cost"] <= one["cost"]
+            and (other["hours"], other["cost"]) != (one["hours"], one["cost"])
+            for other in able
+        )
+    assert all(why_beaten(one, front, budget) for one in planned if not any(one is other for other in front))

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import csv
+import json
+import re
 import shutil
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
+import shapely
 from bimvox_pipeline.optimise.optimise import optimise
+from bimvox_pipeline.optimise.search import Effort, Search
+from bimvox_pipeline.optimise.yards import may_move, other_yards
 from bimvox_pipeline.site import init
+from bimvox_pipeline.studio.opened import open_site
 
 from bimvox.errors import FileError, InputError
 from bimvox.library.verify import verify
 from bimvox.progress import SilentProgress
+from bimvox.site.config.file import load_site_config
+from bimvox.site.config.site_config import ComponentConfig
+from bimvox.site.machine_names import machines_called
 
 SAMPLES = Path(__file__).parents[3] / "sample_models"
 
@@ -30,40 +39,108 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]
 
 
 def run(site: Path, out: Path | None = None, **options: Any) -> dict[str, Any]:
-    options = {"members": 2, "crane": "hammerhead", "jobs": 1, **options}
+    options = {"effort": Effort(2, 0), "crane": "hammerhead", "jobs": 1, **options}
     return optimise(site, out or site.parent / "found", progress=SilentProgress(), **options)
 
 
-def test_the_set_ups_are_proven_and_no_slower_than_the_given_one(made: tuple[Path, dict[str, Any]]) -> None:
+def planned(document: dict[str, Any]) -> list[dict[str, Any]]:
+    return [*document["front"], *document["losers"]]
+
+
+def test_the_front_is_proven_and_not_beaten_by_the_given_set_up(made: tuple[Path, dict[str, Any]]) -> None:
     _, document = made
-    given, *found = document["set_ups"]
-    assert found
+    given, found = document["baseline"], planned(document)
+    assert len(found) == 2
+    assert document["front"]
     assert document["verified"]
-    assert found[0]["estimated_hours"] <= given["estimated_hours"]
-    assert found[0]["crane_hours"] <= given["crane_hours"] + 0.01
+    assert document["front"][0]["hours"] <= given["hours"] + 0.01
+    assert document["front"][-1]["cost"] == min(one["cost"] for one in found)
     for one in (given, *found):
-        assert one["infeasible"] == given["infeasible"]
-        assert one["crane_hours"] >= document["standing_hours"] - 1e-3
+        assert one["refused"] == given["refused"]
+        assert one["moving_hours"] == pytest.approx(one["hours"] - document["standing_hours"], abs=1e-4)
+        assert 0.0 < one["highest_utilisation"] <= 1.0
+        assert one["critical_lifts"] is not None
         assert verify(one["log"]).verified
+    assert all(one["why_lost"] for one in document["losers"])
 
 
 def test_hours_are_paid_by_the_site_files_rates(made: tuple[Path, dict[str, Any]]) -> None:
     site, document = made
     assert document["currency"] == "EUR"
-    by_cost = [one for one in document["set_ups"] if one["cost"] is not None]
-    assert document["cheapest"] == min(by_cost, key=lambda one: (one["infeasible"], one["cost"]))["site"]
-    given = document["set_ups"][0]
+    given = document["baseline"]
     priced = site.with_name("priced.site.toml")
     offer = f'machine = [{{ name = "{given["machine"]}", month = 0, set_up = 5 }}]'
     priced.write_text(f'{site.read_text()}\n[costs]\ncurrency = "CHF"\nperson_hour = 100\n{offer}\n')
-    again = run(priced, site.parent / "priced", members=1)
+    again = run(priced, site.parent / "priced", effort=Effort(1, 0))
     assert again["currency"] == "CHF"
-    assert again["set_ups"][0]["cost"] == pytest.approx(5.0 + 400.0 * given["crane_hours"], abs=0.01)
+    assert again["baseline"]["cost"] == pytest.approx(5.0 + 400.0 * given["hours"], abs=0.01)
+
+
+def test_other_yards_are_tried_and_a_killed_call_is_continued(made: tuple[Path, dict[str, Any]]) -> None:
+    site, _ = made
+    opened = open_site(site)
+    search, machines = Search(opened, SilentProgress()), machines_called("hammerhead")[:3]
+
+    def tried(folder: str, *efforts: Effort) -> tuple[list[tuple[Any, ...]], int]:
+        where = site.parent / folder
+        where.mkdir()
+        for effort in efforts:
+            found, count = other_yards(opened, search, machines, where, effort, SilentProgress())
+        return [(one.machine, one.yard, one.crane_s) for one in found], count
+
+    whole, count = tried("whole", Effort(yards=10))
+    assert (count, bool(whole)) == (10, True)
+    assert tried("in-parts", Effort(yards=4), Effort(yards=10)) == (whole, 10)
+    assert tried("no-time", Effort(yards=10, seconds=0.0))[1] == 0
+    taken = shapely.box(0.0, 0.0, 6.5, 6.5)
+    for _, yard, _ in whole:
+        assert shapely.Polygon(yard[0]).intersection(taken).area == 0.0
+
+
+def test_a_set_up_with_another_yard_plans_as_it_is(made: tuple[Path, dict[str, Any]]) -> None:
+    site, _ = made
+    document = run(site, site.parent / "yards", effort=Effort(6, 12), crane="hammerhead-45")
+    moved = [one for one in planned(document) if one["yard"] is not None]
+    assert document["trials"] == 12
+    assert moved
+    for one in moved:
+        assert [list(corner) for corner in load_site_config(Path(one["site"])).areas.yard[0]] == one["yard"]
+        assert (one["refused"], one["error"]) == (0, None)
+    rows = list(csv.DictReader(Path(document["table"]).read_text().splitlines()))
+    assert {row["yard"] for row in rows} > {"given"}
+
+
+def test_the_yard_stays_where_trucks_or_parts_have_their_places(made: tuple[Path, dict[str, Any]]) -> None:
+    site, _ = made
+    config = open_site(site).config
+    assert may_move(config)
+    street = ((-30.0, -30.0), (-20.0, -30.0), (-20.0, -26.0))
+    areas = config.areas.model_copy(update={"access": (street,)})
+    assert not may_move(config.model_copy(update={"areas": areas}))
+    given = ComponentConfig(global_id="x", start=(1.0, 2.0))
+    assert not may_move(config.model_copy(update={"component": (given,)}))
+
+
+def test_the_page_shows_every_plan_and_loads_nothing(made: tuple[Path, dict[str, Any]]) -> None:
+    site, document = made
+    page = Path(document["page"])
+    text = page.read_text(encoding="utf-8")
+    assert "default-src 'none'" in text
+    assert "http" not in text.replace("http-equiv", "").replace("http://www.w3.org", "")
+    record = json.loads(re.findall(r'id="record">(.*?)</script>', text)[0])
+    assert [one["hours"] for one in record["front"]] == [one["hours"] for one in document["front"]]
+    assert str(site.parent) not in text
+    shown = [float(value) for value in re.findall(r'<data value="([0-9.]+)">', text)]
+    for one in (document["baseline"], *planned(document)):
+        assert one["hours"] in shown
+        assert one["cost"] in shown
+    for link in re.findall(r'href="([^"]+)"', text):
+        assert link == "data:," or (page.parent / link).is_file()
 
 
 def test_a_site_file_of_a_set_up_keeps_what_people_wrote(made: tuple[Path, dict[str, Any]]) -> None:
     _, document = made
-    for one in document["set_ups"][1:]:
+    for one in planned(document):
         assert Path(one["site"]).read_text().startswith("# a remark of mine\n")
 
 
@@ -80,15 +157,17 @@ def test_the_table_has_every_machine_and_the_map_is_a_picture(made: tuple[Path, 
 
 def test_a_second_call_keeps_the_plans_and_writes_the_same_bytes(made: tuple[Path, dict[str, Any]]) -> None:
     site, document = made
-    before = {path: path.read_bytes() for path in site.parent.rglob("*") if path.suffix in (".mcap", ".csv", ".svg")}
+    before = {
+        path: path.read_bytes() for path in site.parent.rglob("*") if path.suffix in (".mcap", ".csv", ".svg", ".html")
+    }
     again = run(site)
-    assert [one["crane_hours"] for one in again["set_ups"]] == [one["crane_hours"] for one in document["set_ups"]]
+    assert [one["hours"] for one in planned(again)] == [one["hours"] for one in planned(document)]
     assert {path: path.read_bytes() for path in before} == before
 
 
 def test_a_changed_site_file_of_a_set_up_is_not_overwritten(made: tuple[Path, dict[str, Any]]) -> None:
     site, document = made
-    member = Path(document["set_ups"][1]["site"])
+    member = Path(planned(document)[0]["site"])
     kept = member.read_bytes()
     member.write_bytes(kept + b"# an edit\n")
     with pytest.raises(FileError, match="may hold edits"):
@@ -109,11 +188,11 @@ def test_a_site_with_several_cranes_or_none_is_refused(made: tuple[Path, dict[st
 
 def test_no_set_up_over_the_budget_is_planned(made: tuple[Path, dict[str, Any]]) -> None:
     site, document = made
-    most = min(one["estimated_cost"] for one in document["set_ups"][1:]) + 1.0
+    most = min(one["estimated_cost"] for one in planned(document)) + 1.0
     limited = site.with_name("limited.site.toml")
     limited.write_text(f"{site.read_text()}\n[costs]\nbudget = {most}\n")
     found = run(limited, site.parent / "limited")
-    assert all(one["estimated_cost"] <= most for one in found["set_ups"][1:])
+    assert all(one["estimated_cost"] <= most for one in planned(found))
     rows = csv.DictReader(Path(found["table"]).read_text().splitlines())
     assert any("more than the budget" in row["why_lost"] for row in rows)
     limited.write_text(f"{site.read_text()}\n[costs]\nbudget = 1\n")

@@ -8,7 +8,7 @@ A luffing jib counts as slow as at its worst radius, so its hours are too many.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,12 @@ from bimvox.crane.fit import distances_m, radii_for_m
 from bimvox.crane.fit_luffing import highest_hooks_m
 from bimvox.crane.rigging import hoist_limits
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.planning.travel import Travel
+from bimvox.crane.travel import Travel
 
 _AT_ONCE = 2_000_000
 """Pairs of a part and a place of the yard, times bases, that are in memory at once."""
+_NOWHERE_M = 1e5
+"""Further away than any place is from any base."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +47,12 @@ class LiftWork:
     yard_m: NDArray[np.float64]
     closed: NDArray[np.bool_]
 
+    def sample(self, parts: int, yard: int) -> LiftWork:
+        """Return about so many parts, evenly from the sequence, and places of the yard."""
+        some = slice(None, None, max(1, -(-len(self.masses_kg) // parts)))
+        values = {one.name: getattr(self, one.name)[some] for one in fields(self) if one.name != "yard_m"}
+        return LiftWork(**values, yard_m=self.yard_m[:: max(1, -(-len(self.yard_m) // yard))])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SetUps:
@@ -61,7 +69,38 @@ class SetUps:
     used: NDArray[np.float64]
 
 
-def set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, hook_m: float) -> SetUps:
+def carried(
+    crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, hook_m: float, margin_m: float
+) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """Return (B, N) whether a crane carries each part to its place, and the share of the yard where it can pick it.
+
+    Args:
+        crane: The crane on its mast, with the permitted share of its chart; its base is ignored.
+        bases_m: (B, 2) places of its mast.
+        work: The parts.
+        hook_m: Height that the hook must reach.
+        margin_m: By how much radii lie inside the limits.
+    """
+    low_m, far_m = radii_for_m(crane, work.masses_kg).T
+    radius_m, yard_radius_m = distances_m(bases_m, work.places_m), distances_m(bases_m, work.yard_m)
+    able = (radius_m >= low_m + margin_m) & (radius_m <= far_m - margin_m) & ~work.closed
+    there_m = yard_radius_m
+    if crane.luffing is not None:
+        able &= _high_enough(crane, radius_m, hook_m)
+        there_m = np.where(_high_enough(crane, yard_radius_m, hook_m), yard_radius_m, _NOWHERE_M)
+    if not len(work.yard_m):
+        return able, np.ones(able.shape)
+    # All bases in one sorted row, each in its own range of radii.
+    first_m = 2.0 * _NOWHERE_M * np.arange(len(bases_m))[:, None]
+    row_m = np.sort(there_m + first_m, axis=None)
+    until = np.searchsorted(row_m, np.minimum(far_m - margin_m, _NOWHERE_M / 2.0) + first_m, side="right")
+    count = until - np.searchsorted(row_m, low_m + margin_m + first_m, side="left")
+    return able, np.maximum(count, 0) / len(work.yard_m)
+
+
+def set_ups(
+    crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, hook_m: float, margin_m: float = 0.0
+) -> SetUps:
     """Return how a crane serves the work from each of (B, 2) bases.
 
     Args:
@@ -69,10 +108,11 @@ def set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, hoo
         bases_m: (B, 2) places of its mast.
         work: The parts.
         hook_m: Height that the hook must reach.
+        margin_m: By how much radii lie inside the limits.
     """
     pairs = max(1, len(work.places_m) * len(work.yard_m))
     step = max(1, _AT_ONCE // pairs)
-    parts = [_set_ups(crane, bases_m[n : n + step], work, hook_m) for n in range(0, len(bases_m), step)]
+    parts = [_set_ups(crane, bases_m[n : n + step], work, hook_m, margin_m) for n in range(0, len(bases_m), step)]
     if not parts:
         count = len(work.places_m)
         return SetUps(np.zeros((0, count), np.bool_), np.zeros(0), np.zeros(0))
@@ -83,8 +123,8 @@ def set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, hoo
     )
 
 
-def _set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, hook_m: float) -> SetUps:
-    low_m, far_m = radii_for_m(crane, work.masses_kg).T
+def _set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, hook_m: float, margin_m: float) -> SetUps:
+    low_m, far_m = radii_for_m(crane, work.masses_kg).T + np.array([[margin_m], [-margin_m]])
     radius_m, yard_radius_m = distances_m(bases_m, work.places_m), distances_m(bases_m, work.yard_m)
     able = (radius_m >= low_m) & (radius_m <= far_m) & ~work.closed
     picked = (yard_radius_m[:, None] >= low_m[:, None]) & (yard_radius_m[:, None] <= far_m[:, None])
@@ -95,6 +135,34 @@ def _set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, ho
     crane_s = _crane_s(crane, bases_m, work, served, picked, (radius_m, yard_radius_m))
     share = np.where(served, radius_m / np.maximum(far_m, 1e-9), 0.0)
     return SetUps(served, crane_s, share.max(axis=1, initial=0.0))
+
+
+def least_moving_s(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork) -> NDArray[np.float64]:
+    """Return for (B, 2) bases a time in which no order and no yard place lets the crane move less.
+
+    Each part comes from the place of the yard that is best for it alone, not higher than it must, and the hook returns
+    to the nearest place of the yard after all parts but one.
+    """
+    radius_m, yard_radius_m = distances_m(bases_m, work.places_m), distances_m(bases_m, work.yard_m)
+    ups_m = np.maximum(work.tops_m - work.heights_m, 0.0)
+    longest_m = float(max(radius_m.max(initial=1.0), yard_radius_m.max(initial=1.0), ups_m.max(initial=1.0)))
+    travel = Travel(replace(crane, base_m=(0.0, 0.0, 0.0)), longest_m)
+    turn = _slews(bases_m, work.yard_m)[:, None, :] - _slews(bases_m, work.places_m)[:, :, None]
+    across_s = travel.across_s(turn, yard_radius_m[:, None, :] - radius_m[:, :, None]).min(axis=2)
+    empty_s, *loaded_s = (winch.hoisting_s(ups_m) for winch in _winches(crane, work, longest_m))
+    there_s = np.maximum(across_s, np.array([of_all[n] for n, of_all in enumerate(loaded_s)]))
+    back_s = np.maximum(across_s, empty_s)
+    total_s: NDArray[np.float64] = there_s.sum(axis=1) + back_s.sum(axis=1) - back_s.max(axis=1, initial=0.0)
+    return total_s
+
+
+def _winches(crane: TowerCrane, work: LiftWork, longest_m: float) -> list[Travel]:
+    """Return the crane's travel in the gear of the empty hook, then in that of each part."""
+    gears = {kg: hoist_limits(crane, kg) for kg in {0.0, *work.masses_kg.tolist()}}
+    return [
+        Travel(replace(crane, hoist=gears[kg], base_m=(0.0, 0.0, 0.0)), longest_m)
+        for kg in (0.0, *work.masses_kg.tolist())
+    ]
 
 
 def _high_enough(crane: TowerCrane, radius_m: NDArray[np.float64], hook_m: float) -> NDArray[np.bool_]:
@@ -119,10 +187,7 @@ def _crane_s(
     slew, yard_slew = _slews(bases_m, work.places_m), _slews(bases_m, work.yard_m)
     at_yard_m, at_place_m = work.heights_m + crane.sling_m, work.tops_m + crane.sling_m
     ups_m = np.stack([over_m - at_yard_m, over_m - at_place_m], axis=1)
-    winches = [
-        Travel(replace(crane, hoist=hoist_limits(crane, mass_kg), base_m=(0.0, 0.0, 0.0)), longest_m)
-        for mass_kg in (0.0, *work.masses_kg.tolist())
-    ]
+    winches = _winches(crane, work, longest_m)
     empty_s = winches[0].hoisting_s(ups_m).sum(axis=1)
     loaded_s = np.array([one.hoisting_s(up_m).sum() for one, up_m in zip(winches[1:], ups_m, strict=True)])
     across_s = travel.across_s(

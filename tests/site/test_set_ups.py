@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.crane.reach import allowed_radii_m
-from bimvox.planning.set_ups import LiftWork, set_ups
+from bimvox.site.set_ups import LiftWork, least_moving_s, set_ups
 
 CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
 
@@ -53,7 +53,7 @@ def test_several_bases_at_once_are_each_base_by_itself(monkeypatch):
     bases = np.array([[0.0, 0.0], [10.0, 5.0], [-8.0, 3.0], [20.0, -20.0]])
     work = work_of([(5.0, 20.0), (12.0, 18.0), (-10.0, 9.0)], [900.0, 2000.0, 300.0], [(15.0, 0.0), (18.0, 3.0)])
     together = set_ups(CRANE, bases, work, 20.0)
-    monkeypatch.setattr("bimvox.planning.set_ups._AT_ONCE", 1)
+    monkeypatch.setattr("bimvox.site.set_ups._AT_ONCE", 1)
     apart = set_ups(CRANE, bases, work, 20.0)
     for name in ("served", "crane_s", "used"):
         assert np.allclose(getattr(together, name), getattr(apart, name), rtol=1e-3)
@@ -77,3 +77,16 @@ def test_a_slower_crane_takes_longer():
     times = [set_ups(one, base, work, 20.0).crane_s[0] for one in (CRANE, slow)]
     assert times[1] > times[0]
     assert times[0] == pytest.approx(1200.0, abs=600.0)
+
+
+@given(
+    st.lists(st.tuples(points, st.floats(100.0, 900.0)), min_size=1, max_size=5),
+    st.lists(points, min_size=1, max_size=4),
+    st.lists(points, min_size=1, max_size=3),
+)
+def test_no_estimate_of_parts_that_are_all_served_is_below_the_bound(parts, yard, bases):
+    places, masses = zip(*parts, strict=True)
+    work = work_of(places, masses, yard)
+    found, least_s = set_ups(CRANE, np.array(bases), work, 20.0), least_moving_s(CRANE, np.array(bases), work)
+    for row in np.flatnonzero(found.served.all(axis=1)):
+        assert least_s[row] <= found.crane_s[row] - 600.0 * len(parts) + 1.0

@@ -1,0 +1,162 @@
+"""What a crane has to serve: places, masses and gear of the parts, and why a crane does not carry one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Element
+from bimvox.crane.fit import distances_m
+from bimvox.crane.fit_luffing import highest_hooks_m
+from bimvox.crane.load_chart import LoadChart, capacity_kg
+from bimvox.crane.reach import allowed_radii_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.site.parts import centre_of_mass_m
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rigs:
+    """The gear of all parts, before it is known where each hangs.
+
+    Attributes:
+        mass_kg: (N,) its mass for each part.
+        height_m: Highest hook above a part's top.
+    """
+
+    mass_kg: NDArray[np.float64]
+    height_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Unserved:
+    """A part that a crane cannot set.
+
+    Attributes:
+        component: Its id.
+        name: Its name.
+        mass_kg: Its mass.
+        reason: Why: ``carries 3.2 t at 28.4 m``.
+    """
+
+    component: str
+    name: str
+    mass_kg: float
+    reason: str
+
+    def __str__(self) -> str:
+        return f"{self.reason}; {self.name} weighs {self.mass_kg / 1000.0:.1f} t"
+
+
+class Demand:
+    """What a crane has to serve.
+
+    Args:
+        components: The parts, in the site frame.
+        top_m: Height that the load's top must reach.
+        rigs: The gear of the parts; None: the machine's usual rigging.
+        most_used: Share of the load chart that may be used.
+
+    Attributes:
+        places_m: (N, 2) hook over each part at its place.
+        masses_kg: (N,) mass of each part, with its gear if that is given.
+    """
+
+    def __init__(self, components: Sequence[Element], top_m: float, rigs: Rigs | None, most_used: float) -> None:
+        self._components, self._top_m, self._rigs, self._most_used = components, top_m, rigs, most_used
+        self.places_m = np.array([_hook_m(element) for element in components])
+        self.masses_kg = np.array([element.mass_kg for element in components])
+        if rigs is not None:
+            self.masses_kg = self.masses_kg + rigs.mass_kg
+
+    def permitting(self, most_used: float) -> Demand:
+        """Return the same with another permitted share of the load chart."""
+        other = copy(self)
+        other._most_used = most_used
+        return other
+
+    def as_used(self, crane: TowerCrane) -> TowerCrane:
+        """Return a crane with the permitted share of its chart and the highest gear; loads contain their gear."""
+        if self._most_used != 1.0:
+            permitted = tuple(self._most_used * kg for kg in crane.chart.capacity_kg)
+            crane = replace(crane, chart=LoadChart(crane.chart.radius_m, permitted))
+        if self._rigs is None:
+            return crane
+        return replace(crane, rigging_mass_kg=0.0, sling_m=max(crane.sling_m, self._rigs.height_m))
+
+    def height_m(self, crane: TowerCrane) -> float:
+        """Return the height that the hook of a crane as used must reach."""
+        return float(np.ceil((self._top_m + crane.sling_m) * 2) / 2)
+
+    def picks(
+        self, part: int, crane: TowerCrane, points_m: NDArray[np.float64], margin_m: float = 0.0
+    ) -> NDArray[np.bool_]:
+        """Return at which of (P, 2) points a crane as used, on its base, carries a part.
+
+        Args:
+            part: Its number.
+            crane: The crane.
+            points_m: The points.
+            margin_m: By how much radii lie inside the limits.
+        """
+        low_m, high_m = allowed_radii_m(crane, float(self.masses_kg[part]))
+        radii_m = distances_m(np.array([crane.base_m[:2]]), points_m)[0]
+        able: NDArray[np.bool_] = (radii_m >= low_m + margin_m) & (radii_m <= high_m - margin_m)
+        if crane.luffing is not None:
+            able &= highest_hooks_m(crane.luffing, radii_m) >= self.height_m(crane)
+        return able
+
+    def why_not(self, part: int, crane: TowerCrane, yard_m: NDArray[np.float64], margin_m: float = 0.0) -> Unserved:
+        """Return why a crane as used, on its base, does not carry a part to its place or does not pick it in the yard.
+
+        Args:
+            part: Its number.
+            crane: The crane.
+            yard_m: (P, 2) places of the yard; it picks the part at none of them if it carries it to its place.
+            margin_m: By how much radii lie inside the limits.
+        """
+        points_m = self.places_m[part : part + 1]
+        in_yard = len(yard_m) > 0 and bool(self.picks(part, crane, points_m, margin_m)[0])
+        low_m, high_m = allowed_radii_m(crane, float(self.masses_kg[part]))
+        radii_m = distances_m(np.array([crane.base_m[:2]]), yard_m if in_yard else points_m)[0]
+        missed_m = np.maximum(low_m + margin_m - radii_m, radii_m - high_m + margin_m)
+        radius_m = float(radii_m[np.argmin(missed_m)])
+        outside_m = margin_m if radius_m > high_m - margin_m else -margin_m if radius_m < low_m + margin_m else 0.0
+        return self.unserved(part, crane, radius_m + outside_m, " in the yard" if in_yard else "")
+
+    def unserved(self, part: int, crane: TowerCrane, radius_m: float, where: str) -> Unserved:
+        """Return why a crane does not carry a part at a radius."""
+        return self.said(part, self._reason(crane, radius_m, float(self.masses_kg[part])) + where)
+
+    def said(self, part: int, reason: str) -> Unserved:
+        """Return a part that is not served, with the reason."""
+        element = self._components[part]
+        return Unserved(element.id, element.name or element.id, float(self.masses_kg[part]), reason)
+
+    def _reason(self, crane: TowerCrane, radius_m: float, mass_kg: float) -> str:
+        low_m, high_m = allowed_radii_m(crane, mass_kg)
+        if radius_m < low_m:
+            return f"does not reach below {low_m:.1f} m, but {radius_m:.1f} m is needed"
+        if radius_m > crane.jib_length_m:
+            return f"reaches {crane.jib_length_m:.1f} m of the {radius_m:.1f} m needed"
+        if radius_m > high_m:
+            carries = max(0.0, capacity_kg(crane.chart, radius_m) - crane.tackle_kg)
+            share = "" if self._most_used == 1.0 else f" with {100.0 * self._most_used:g} % of its chart"
+            return f"carries {carries / 1000.0:.1f} t at {radius_m:.1f} m{share}"
+        assert crane.luffing is not None
+        highest = float(highest_hooks_m(crane.luffing, np.array([radius_m]))[0])
+        return f"its hook reaches {highest:.1f} m of the {self.height_m(crane):.1f} m needed at {radius_m:.1f} m"
+
+
+def hook_above_m(element: Element) -> tuple[float, float, float]:
+    """Return (x, y) of the hook of a part at its place, and the height of the part's top."""
+    x, y = _hook_m(element).tolist()
+    return x, y, float(element.mesh.bounds_m[1, 2])
+
+
+def _hook_m(element: Element) -> NDArray[np.float64]:
+    centre = centre_of_mass_m(element.mesh)
+    return (element.mesh.bounds_m.mean(axis=0) if centre is None else centre)[:2]

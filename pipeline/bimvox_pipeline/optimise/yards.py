@@ -1,0 +1,139 @@
+"""Other yards for a site, each with a machine: proposed by Optuna's NSGA-II, on disk after each one."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from bimvox.crane.machine import Machine
+from bimvox.files import sha256_of
+from bimvox.progress import Progress
+from bimvox.site.config.site_config import Polygon, SiteConfig
+from bimvox.site.mast_places import ground_plan
+from bimvox.site.yard_guess import YardNeed, yard_beside, yard_need
+from bimvox.version import __version__
+from bimvox_pipeline.optimise.search import Effort, Search, Tried
+from bimvox_pipeline.studio.opened import Opened
+
+JOURNAL = "yards.jsonl"
+"""File of the proposals and what came of them, in the folder of the set-ups."""
+_SIDES = ((0, -1), (0, 1), (1, -1), (1, 1))
+_POPULATION = 24
+_NOTHING = 1e9
+"""Hours and cost of a yard that has no place."""
+
+
+def may_move(config: SiteConfig) -> bool:
+    """Return whether the yard may lie elsewhere: it is one polygon, and neither trucks nor parts have their places."""
+    placed = any(one.start is not None for one in config.component)
+    return len(config.areas.yard or ()) == 1 and not config.areas.access and not placed
+
+
+class Yards:
+    """The yards next to the building.
+
+    Args:
+        opened: The site; its yard may move.
+    """
+
+    def __init__(self, opened: Opened) -> None:
+        config = opened.config
+        lifted = [part for part in opened.parts if opened.means[part.id] == "crane"]
+        gap_m = config.yard.gap_m if config.yard else 0.0
+        size_m, truckload_kg = config.model.voxel_size_m or 0.0, config.rules.truckload_kg
+        self._need: YardNeed = yard_need(lifted, size_m, gap_m=gap_m, truckload_kg=truckload_kg)
+        construction_m = np.array(config.areas.construction)
+        self._box_m: NDArray[np.float64] = np.stack([construction_m.min(axis=0), construction_m.max(axis=0)])
+        closed = [shapely.Polygon(zone.polygon) for zone in config.zone if zone.kind != "assembly"]
+        self._plot = None if config.areas.plot is None else shapely.Polygon(config.areas.plot)
+        self._taken = shapely.union_all([ground_plan(opened.placed.elements), *closed])
+
+    def of(self, values: Mapping[str, Any]) -> Polygon | None:
+        """Return the yard of a proposal; None if the ground is not free."""
+        found = yard_beside(self._box_m, self._need, _SIDES[values["side"]], values["along"], values["longer"])
+        area = shapely.Polygon(found)
+        is_outside = self._plot is not None and not self._plot.covers(area)
+        return None if is_outside or area.intersection(self._taken).area > 0.0 else found
+
+
+def other_yards(
+    opened: Opened, search: Search, machines: Sequence[Machine], folder: Path, effort: Effort, progress: Progress
+) -> tuple[list[Tried], int]:
+    """Return the set-ups with other yards that no other of them beats, and how many were tried, earlier calls included.
+
+    A call that was killed is continued; the number of yards, not the time of the call, decides what is proposed.
+
+    Args:
+        opened: The site.
+        search: Its parts.
+        machines: The machines.
+        folder: Where the journal is kept.
+        effort: How many are tried.
+        progress: Receives the stage.
+    """
+    import optuna
+    import optuna.storages.journal
+    from optuna.distributions import CategoricalDistribution, FloatDistribution
+    from optuna.trial import TrialState
+
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    yards, names = Yards(opened), [machine.name for machine in machines]
+    storage = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(folder / JOURNAL)))
+    study = optuna.create_study(
+        study_name=_mark(opened, names), storage=storage, directions=["minimize"] * 3, load_if_exists=True
+    )
+    for left in study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
+        study.tell(left.number, state=TrialState.FAIL)
+    space = {
+        "machine": CategoricalDistribution(names),
+        "side": CategoricalDistribution(tuple(range(len(_SIDES)))),
+        "along": FloatDistribution(-1.0, 1.0, step=0.1),
+        "longer": FloatDistribution(0.6, 1.8, step=0.1),
+    }
+    by_name = dict(zip(names, machines, strict=True))
+    progress.stage("yards", effort.yards)
+    began = time.monotonic()
+    for number in range(len(study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))), effort.yards):
+        if effort.seconds is not None and time.monotonic() - began >= effort.seconds:
+            break
+        # A sampler of its own for each proposal: what it proposes does not depend on where an earlier call ended.
+        study.sampler = optuna.samplers.NSGAIISampler(population_size=_POPULATION, seed=number)
+        trial = study.ask(space)
+        found = _tried(search, yards, by_name, trial.params, number)
+        study.tell(trial, _values(search, found))
+        progress.advance()
+    progress.finish()
+    done = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
+    again = [
+        _tried(search, yards, by_name, trial.params, n) for n, trial in enumerate(done) if trial in study.best_trials
+    ]
+    return [one for one in again if one is not None], len(done)
+
+
+def _tried(
+    search: Search, yards: Yards, machines: Mapping[str, Machine], values: Mapping[str, Any], number: int
+) -> Tried | None:
+    yard = yards.of(values)
+    return None if yard is None else search.with_yard(machines[values["machine"]], yard, number)
+
+
+def _values(search: Search, found: Tried | None) -> list[float]:
+    """Return what is to be small: parts that are not served, crane hours, cost."""
+    parts = len(search.work.masses_kg)
+    if found is None:
+        return [float(parts), _NOTHING, _NOTHING]
+    return [float(parts - found.served), found.crane_s / 3600.0, found.cost]
+
+
+def _mark(opened: Opened, names: Sequence[str]) -> str:
+    """Return the hash of all that the proposals depend on."""
+    files = [sha256_of(opened.site), sha256_of(opened.given.model.path)]
+    return hashlib.sha256(json.dumps([__version__, files, list(names)]).encode()).hexdigest()
