@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError, NoPlanError, listed
+from bimvox.library.faster import preparation_of
 from bimvox.motion.steps import steps_of
 from bimvox.motion.time_plan import KnownMotions
-from bimvox.planning.assembly import Preparation, prepare
+from bimvox.planning.assembly import Preparation
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.propose import Propose
 from bimvox.planning.rollout import proposer
@@ -53,7 +54,7 @@ class Planned:
 
 def prepared(site: Site, progress: Progress) -> Preparation:
     """Return contacts, order and yard places of a site, and report their notes."""
-    preparation = prepare(site, progress.report)
+    preparation = preparation_of(site, progress.report)
     notes = preparation.sequence.notes
     for note in notes[:_NOTES_SHOWN]:
         progress.note(note)
