@@ -81,10 +81,12 @@ def plan(  # noqa: PLR0913  (the options of a verb)
 
         again: Retraining | None = retraining if retrain else None
         with workers.knowing(*constants_of(built, preparation)):
-            proven = plan_and_prove(built, preparation, chosen, progress=told, retraining=again, workers=workers)
+            proven = plan_and_prove(
+                built, preparation, chosen, progress=told, retraining=again, workers=workers, may_hand_over=True
+            )
     record = log_of(proven, site, chosen, files, seed=number, revision=0)
     better = used[-1] if used[-1] is not chosen else None
-    return Plan(record, proven.verdict, chosen, preparation, better)
+    return Plan(record, proven.verdict, chosen, proven.preparation or preparation, better)
 
 
 def obstructions_of(
