@@ -11,9 +11,11 @@ from dataclasses import replace
 import numpy as np
 
 from bimvox.crane.reach import allowed_radii_m
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.refusal import refused_by_crane
+from bimvox.records.lift import LiftPlan
 from bimvox.site.build import with_digests
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
@@ -37,13 +39,31 @@ def handed_over(site: Site, preparation: Preparation, error: NoFreeTimeError) ->
         parts = (*site.components[: part.index], given, *site.components[part.index + 1 :])
         other = with_digests(replace(site, components=parts))
         if refused_by_crane(other, given) is None and _picks(other, preparation, given):
-            note = (
-                f"{part.label}: {own.name} has no free time for it alongside the other cranes, so {crane.name} lifts "
-                f'it; [[component]] crane = "{crane.name}" keeps that'
-            )
+            note = _note(part, own, crane)
             sequence = replace(preparation.sequence, notes=(*preparation.sequence.notes, note))
             return other, replace(preparation, sequence=sequence)
     return None
+
+
+def as_assigned(plan: LiftPlan) -> Site:
+    """Return the site of a plan with every part that was handed over, by the plan's notes, back at its first crane."""
+    site = plan.site
+    if not site.has_several_cranes:
+        return site
+    parts = tuple(
+        next(
+            (replace(part, crane=n) for n, own in enumerate(site.cranes) if _note(part, own, crane) in plan.notes), part
+        )
+        for part, crane in ((part, site.cranes[part.crane]) for part in site.components)
+    )
+    return replace(site, components=parts)
+
+
+def _note(part: Component, own: TowerCrane, crane: TowerCrane) -> str:
+    return (
+        f"{part.label}: {own.name} has no free time for it alongside the other cranes, so {crane.name} lifts it; "
+        f'[[component]] crane = "{crane.name}" keeps that'
+    )
 
 
 def _picks(site: Site, preparation: Preparation, part: Component) -> bool:

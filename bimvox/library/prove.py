@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from bimvox.cranes.lift import NoFreeTimeError
@@ -91,7 +91,7 @@ def plan_and_prove(
     progress: Progress,
     retraining: Retraining | None = None,
     workers: Workers = ALONE,
-    may_hand_over: bool = False,
+    may_hand_over: Collection[str] = (),
 ) -> Planned:
     """Plan all lifts, time them, and prove both.
 
@@ -108,8 +108,8 @@ def plan_and_prove(
         retraining: Called once with the components whose lifts the policy failed, if there are any; these lifts are
             then planned again with the policy that it returns.
         workers: Share the work; they know site and preparation.
-        may_hand_over: Whether a lift without a free time for its crane goes to another one. The site of the plan then
-            is not the given one.
+        may_hand_over: Ids of the components that another crane may lift if their own has no free time for them. The
+            site of the plan then is not the given one.
 
     Raises:
         NoPlanError: If no lift can be planned.
@@ -147,7 +147,7 @@ def plan_and_prove(
             found = _prove(made, preparation, proven, driven, workers, progress)
         except NoFreeTimeError as error:
             other = None
-            if may_hand_over and error.component not in handed:
+            if error.component in may_hand_over and error.component not in handed:
                 handed.add(error.component)
                 other = handed_over(site, preparation, error)
             if other is not None:

@@ -11,7 +11,7 @@ from two_cranes import two_crane_site
 from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.library import prove
-from bimvox.library.hand_over import handed_over
+from bimvox.library.hand_over import as_assigned, handed_over
 from bimvox.planning.assembly import prepare
 from bimvox.policy.choice import NO_POLICY
 from bimvox.progress import SilentProgress
@@ -67,13 +67,14 @@ def test_the_plan_is_proven_with_the_other_crane(monkeypatch: pytest.MonkeyPatch
     site = site_with_a_bridge_between()
     monkeypatch.setattr(prove, "time_lifts", timed_if_east_has_it)
     given = prepare(site)
-    made = prove.plan_and_prove(site, given, NO_POLICY, progress=SilentProgress(), may_hand_over=True)
+    made = prove.plan_and_prove(site, given, NO_POLICY, progress=SilentProgress(), may_hand_over=["west bridge"])
     assert made.verdict is not None
     assert made.verdict.verified
     assert made.preparation is not None
     assert {lift.status for lift in made.plan.lifts} == {Status.PLANNED}
     assert made.motions[-1].crane == 1
     assert "so east lifts it" in made.plan.notes[-1]
+    assert [one.crane for one in as_assigned(made.plan).components] == [one.crane for one in site.components]
 
 
 def test_otherwise_the_lift_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
