@@ -1,8 +1,9 @@
 """Time saved by the chosen sequence and yard, and the cost of the narrow phase: ``make bench-planning``.
 
-Each model is planned twice by complete search: lowest first with the first free places in the yard, and as ``bimvox
-plan`` does it. Crane times are those of the timed motions, the same on every machine; shares are CPU time of one
-thread. Other models can be named on the command line.
+Each model is planned by complete search: lowest first with the first free places in the yard, in the greedy order, and
+as ``bimvox plan`` does it. Crane times are those of the timed motions, the same on every machine; shares are CPU time
+of one thread. Other models can be named on the command line. A second table compares ways to search the order, by the
+estimate, at the greedy order's places: each looks at as many parts as one round of the search.
 """
 
 from __future__ import annotations
@@ -11,13 +12,21 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from benchmarks.scale.building import write_site
 
 SAMPLES = Path(__file__).parents[1] / "sample_models"
 MODELS = ("frame.ifc", "prefab.ifc", "frame500")
+_RESTARTS = 8
+_NEVER_S = 1e6
 _DRIVEN = ("approach", "raise", "hoist", "traverse", "lower")
 
 
@@ -71,11 +80,68 @@ def row(name: str, site_file: Path, narrow: NarrowPhase) -> str:
     share = narrow.cpu_s / (time.process_time() - begun_s)
     order = Sequencer(site, chosen.relations, chosen.contacts).lowest_first()
     plain = Preparation(chosen.contacts, chosen.relations, order, allocate_yard(site, order.order))
-    before, after = crane_hours(site, plain, plan_lifts(site, plain)), crane_hours(site, chosen, plan)
+    greedy = prepare(greedily(site))
+    before, by_greed = (crane_hours(site, one, plan_lifts(site, one)) for one in (plain, greedy))
+    after = crane_hours(site, chosen, plan)
     return (
         f"| {name} | {after[0]} of {len(site.components)} | {before[1]:.2f} / {before[2]:.2f} h "
-        f"| {after[1]:.2f} / {after[2]:.2f} h | {1.0 - after[2] / before[2]:.0%} | {share:.0%} |"
+        f"| {by_greed[1]:.3f} / {by_greed[2]:.3f} h | {after[1]:.3f} / {after[2]:.3f} h "
+        f"| {1.0 - after[2] / before[2]:.1%} | {1.0 - after[2] / by_greed[2]:.1%} | {share:.0%} |"
     )
+
+
+def greedily(site: Any) -> Any:
+    """Return a site whose order is not searched."""
+    return replace(site, rules=replace(site.rules, order_search=False))
+
+
+def ways_row(name: str, site: Any) -> str:
+    """Return the row of the second table: seconds saved by each way, and at most, of a site with one crane."""
+    from bimvox.planning.assembly import prepare
+    from bimvox.planning.order.choose_order import travel_of
+    from bimvox.planning.order.faster_order import BUDGET, COOL_S, WARM_S, FasterOrder
+    from bimvox.planning.order.local_search import searched
+    from bimvox.planning.order.makespan import makespan_s
+    from bimvox.planning.order.sequence import Sequencer
+
+    greedy = prepare(greedily(site))
+    sequencer, order = Sequencer(site, greedy.relations, greedy.contacts), greedy.sequence.order
+    search = FasterOrder(site, sequencer, greedy.relations, [travel_of(site, crane) for crane in site.cranes])
+    times, fixed = search.problem(greedy.sequence, greedy.places)
+    start_s, budget = makespan_s(times, order, 1), BUDGET * len(order)
+
+    def saved_s(first: tuple[int, ...], share: int, warm_s: float) -> float:
+        return start_s - makespan_s(times, searched(times, first, fixed, 1, budget // share, 0, warm_s), 1)
+
+    random = np.random.default_rng(0)
+    restarts = [saved_s(any_order(fixed, random), _RESTARTS, 0.0) for _ in range(_RESTARTS)]
+    ways = (saved_s(order, 1, COOL_S), saved_s(order, 1, 0.0), max(restarts), saved_s(order, 1, WARM_S))
+    own = [i for i in order if times.crane[i] >= 0]
+    empty_s = sum(times.empty_s[a, b] for a, b in pairwise(own))
+    most_s = empty_s - least_empty_s(times.empty_s[np.ix_(own, own)], fixed[np.ix_(own, own)])
+    return f"| {name} | {' | '.join(f'{way:.0f}' for way in (*ways, most_s))} | {empty_s:.0f} |"
+
+
+def any_order(fixed: NDArray[np.bool_], random: np.random.Generator) -> tuple[int, ...]:
+    """Return a random order that keeps the fixed pairs."""
+    left, found = np.ones(len(fixed), np.bool_), []
+    while left.any():
+        found.append(int(random.choice(np.flatnonzero(left & ~fixed[left].any(axis=0)))))
+        left[found[-1]] = False
+    return tuple(found)
+
+
+def least_empty_s(empty_s: NDArray[np.float64], fixed: NDArray[np.bool_]) -> float:
+    """Return a lower bound of the empty moves of all orders that keep the fixed pairs: the best assignment.
+
+    A part follows another one if it need not come before it, and no third one must come between both.
+    """
+    between = (fixed.astype(np.int64) @ fixed.astype(np.int64)) > 0
+    cost = np.where(fixed.T | between | np.eye(len(fixed), dtype=np.bool_), _NEVER_S, empty_s)
+    whole = np.zeros((len(fixed) + 1, len(fixed) + 1))  # before the first one, and after the last one
+    whole[:-1, :-1], whole[-1, -1] = cost, _NEVER_S
+    rows, columns = linear_sum_assignment(whole)
+    return float(whole[rows, columns].sum())
 
 
 def crane_hours(site: Any, preparation: Any, plan: Any) -> tuple[int, float, float]:
@@ -91,11 +157,13 @@ def main() -> None:
     """Print the table."""
     from bimvox_pipeline.site import init
 
+    from bimvox.library.site import load_site
     from bimvox.progress import SilentProgress
 
     narrow = NarrowPhase()
-    print("| model | lifts | plain: crane / moving | chosen: crane / moving | moving saved | narrow phase |")
-    print("|---|---|---|---|---|---|")
+    print("| model | lifts | plain: crane / moving | greedy | searched | moving saved | of greedy | narrow phase |")
+    print("|---|---|---|---|---|---|---|---|")
+    ways = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for model in sys.argv[1:] or MODELS:
@@ -106,6 +174,9 @@ def main() -> None:
                 site_file = folder / f"{source.stem}.site.toml"
                 init(source, site_file, progress=SilentProgress())
             print(row(Path(model).name, site_file, narrow), flush=True)
+            ways.append(ways_row(Path(model).name, load_site(site_file, SilentProgress()).site))
+    print("\n| model | search, s | descent | restarts | annealing | at most | empty hook |")
+    print("|---|---:|---:|---:|---:|---:|---:|", *ways, sep="\n")
 
 
 if __name__ == "__main__":

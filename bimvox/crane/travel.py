@@ -7,6 +7,7 @@ over the building is nearly the same for all orders.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -34,6 +35,10 @@ class Travel:
         self._trolley = _table(crane.trolley, longest_m)
         self._hoist = _table(crane.hoist, longest_m)
         self._longest_m = longest_m
+
+    def with_hoist(self, limits: AxisLimits) -> Travel:
+        """Return the travel times with other limits of the hoist."""
+        return Travel(replace(self._crane, hoist=limits), self._longest_m)
 
     def axes_of(self, points_m: NDArray[np.float64]) -> Axes:
         """Return slew (rad), radius and height (m) of the hook at points, (..., 3) metres."""

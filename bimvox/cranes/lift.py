@@ -19,6 +19,10 @@ class HookError(MotionError):
     """The empty hook has no free path to a part."""
 
 
+class NoFreeTimeError(MotionError):
+    """A crane has no free time for a lift alongside the others."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Leg:
     """A leg of the empty hook: a move from rest to rest.

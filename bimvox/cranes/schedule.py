@@ -25,10 +25,9 @@ from itertools import product
 from bimvox.crane.conflict import Conflict, CraneTrack, first_conflict
 from bimvox.crane.outline import outline_of
 from bimvox.cranes.clock import Begun, CraneClock, PlacedLeg, ResumedLoad, motions_of, standing_at
-from bimvox.cranes.lift import REST_NS, CraneLift, Leg
+from bimvox.cranes.lift import REST_NS, CraneLift, Leg, NoFreeTimeError
 from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.track import approach_track
-from bimvox.errors import MotionError
 from bimvox.motion.shift import held_longer
 from bimvox.motion.steps import may_pause
 from bimvox.motion.time_plan import KnownMotions, time_plan
@@ -76,7 +75,7 @@ def time_rest(
         ready_ns: The first moment at which something new may start.
 
     Raises:
-        MotionError: If a crane always obstructs a lift; names the lift.
+        NoFreeTimeError: If a crane always obstructs a lift; names the lift.
     """
     return _Schedule(plan, lifts, begun, resumed, ready_ns).run()
 
@@ -346,7 +345,7 @@ class _Schedule:
         assert place is not None
         return place.delivery
 
-    def _never(self, crane: CraneClock, lift: Lift) -> MotionError:
+    def _never(self, crane: CraneClock, lift: Lift) -> NoFreeTimeError:
         component = self.site.components[lift.component]
         reason, cranes = "", self.site.cranes
         if self.conflict is not None:
@@ -355,7 +354,7 @@ class _Schedule:
                 f": the {found.parts[0]} of {cranes[own].name} would come within {found.distance_m:.1f} m of the "
                 f"{found.parts[1]} of {cranes[other].name}, {found.needed_m:g} m are needed"
             )
-        return MotionError(
+        return NoFreeTimeError(
             component.id,
             f"{cranes[crane.number].name} has no free time slot for it alongside the other cranes{reason}",
             hint="put the cranes further apart or at other heights, or give it to another one ([[component]] crane)",

@@ -20,6 +20,7 @@ from bimvox.grid.labels import Label
 from bimvox.library.attached_tracks import compare_tracks
 from bimvox.library.compare import equal, same, same_blockers, same_cells, same_cranes, same_rules
 from bimvox.library.completed_site_file import building_of, completed
+from bimvox.library.hand_over import as_assigned
 from bimvox.library.held_loads import compare_held
 from bimvox.library.obstructions import load_obstructions, rasterise
 from bimvox.library.site import MACHINE, OBSTRUCTIONS
@@ -64,7 +65,7 @@ def check_attached_files(log: PlanLog) -> Check:
             config = _config_of(log, text)
             # Logs of earlier versions may change a machine without saying so; remarks say it.
             own = f"the attached {SITE_FILE}"
-            compare_config(check, site, config, own, undeclared=True, is_of_now=log.is_of_now)
+            compare_config(check, as_assigned(log.plan), config, own, undeclared=True, is_of_now=log.is_of_now)
             known |= {MACHINE + name for name in named_files(config)}
             known |= {ATTACHED + name for name in (config.programme_name,) if name is not None}
         except (BimvoxError, UnicodeDecodeError) as error:
@@ -199,6 +200,8 @@ def rules_for(site: Site, config: SiteConfig, *, is_of_now: bool) -> Rules:
     if is_of_now:
         return config.rules_in_force
     rules = _of_its_time(site, config).rules_in_force
+    if "search" not in config.sequence.model_fields_set:  # it may be made before such a search
+        rules = replace(rules, order_search=site.rules.order_search)
     if site.rules.casting is None and "casting" not in config.rules.model_fields_set:
         rules = replace(rules, casting=None)
     if not site.exact_hook and rules.times is not None:  # made before tag lines took time

@@ -80,11 +80,15 @@ def plan(  # noqa: PLR0913  (the options of a verb)
             return used[-1]
 
         again: Retraining | None = retraining if retrain else None
+        named = {entry.global_id for entry in site.config.component if entry.crane is not None}
+        free = [part.id for part in built.components if named.isdisjoint((part.id, part.global_id))]
         with workers.knowing(*constants_of(built, preparation)):
-            proven = plan_and_prove(built, preparation, chosen, progress=told, retraining=again, workers=workers)
+            proven = plan_and_prove(
+                built, preparation, chosen, progress=told, retraining=again, workers=workers, may_hand_over=free
+            )
     record = log_of(proven, site, chosen, files, seed=number, revision=0)
     better = used[-1] if used[-1] is not chosen else None
-    return Plan(record, proven.verdict, chosen, preparation, better)
+    return Plan(record, proven.verdict, chosen, proven.preparation or preparation, better)
 
 
 def obstructions_of(

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError, NoPlanError, listed
+from bimvox.library.faster import preparation_of
+from bimvox.library.hand_over import handed_over
 from bimvox.motion.steps import steps_of
 from bimvox.motion.time_plan import KnownMotions
-from bimvox.planning.assembly import Preparation, prepare
+from bimvox.planning.assembly import Preparation
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.propose import Propose
 from bimvox.planning.rollout import proposer
@@ -44,16 +47,18 @@ class Planned:
         plan: The lifts.
         motions: Their motions; none without a crane.
         verdict: The proof of both; None if it was proven earlier.
+        preparation: What was prepared for its site, if a lift was handed over to another crane.
     """
 
     plan: LiftPlan
     motions: tuple[LiftMotion, ...]
     verdict: Verification | None = None
+    preparation: Preparation | None = None
 
 
 def prepared(site: Site, progress: Progress) -> Preparation:
     """Return contacts, order and yard places of a site, and report their notes."""
-    preparation = prepare(site, progress.report)
+    preparation = preparation_of(site, progress.report)
     notes = preparation.sequence.notes
     for note in notes[:_NOTES_SHOWN]:
         progress.note(note)
@@ -86,6 +91,7 @@ def plan_and_prove(
     progress: Progress,
     retraining: Retraining | None = None,
     workers: Workers = ALONE,
+    may_hand_over: Collection[str] = (),
 ) -> Planned:
     """Plan all lifts, time them, and prove both.
 
@@ -102,6 +108,8 @@ def plan_and_prove(
         retraining: Called once with the components whose lifts the policy failed, if there are any; these lifts are
             then planned again with the policy that it returns.
         workers: Share the work; they know site and preparation.
+        may_hand_over: Ids of the components that another crane may lift if their own has no free time for them. The
+            site of the plan then is not the given one.
 
     Raises:
         NoPlanError: If no lift can be planned.
@@ -109,6 +117,7 @@ def plan_and_prove(
     """
     propose = policy.propose
     other_ways, proven, driven = OtherWays(), ProvenLifts(), KnownMotions()
+    given, handed = preparation, set[str]()
 
     def planned(policy_retrained: Propose | None, kept: LiftPlan | None, refused: Refused) -> LiftPlan:
         progress.stage("plan", len(site.components))
@@ -124,7 +133,7 @@ def plan_and_prove(
         )
 
     def attempt(refused: Refused) -> Planned | Refused:
-        nonlocal previous, retraining
+        nonlocal previous, retraining, site, preparation, proven, workers
         made = planned(None, previous, refused)
         insist_on_one_lift(made)
         failed = _left_to_search(made)
@@ -133,10 +142,23 @@ def plan_and_prove(
             if better.network is not None and better.network is not policy.network:
                 made = planned(proposer(better.network, every_guard=True), _without(made, failed), refused)
         previous = made
-        found = _prove(made, preparation, proven, driven, workers, progress)
+        found: Planned | Mapping[str, str]
+        try:
+            found = _prove(made, preparation, proven, driven, workers, progress)
+        except NoFreeTimeError as error:
+            other = None
+            if error.component in may_hand_over and error.component not in handed:
+                handed.add(error.component)
+                other = handed_over(site, preparation, error)
+            if other is not None:
+                (site, preparation), proven = other, ProvenLifts()
+                workers = ALONE  # the others know the site as it was
+                progress.note(preparation.sequence.notes[-1])
+                return attempt(refused)
+            found = {error.component: f"{NOT_DRIVEN}{error.message}"}
         if isinstance(found, Planned):
             progress.finish()
-            return found
+            return found if preparation is given else replace(found, preparation=preparation)
         left = other_ways.without(made.site, made.lifts, found)
         for component, reason in found.items():
             progress.note(f"{component}: {reason}" + ("" if component in left else "; another way is tried"))
@@ -162,7 +184,11 @@ def _prove(
     workers: Workers,
     progress: Progress,
 ) -> Planned | dict[str, str]:
-    """Prove and time a plan; return the lifts to refuse, and why, if it is not proven."""
+    """Prove and time a plan; return the lifts to refuse, and why, if it is not proven.
+
+    Raises:
+        NoFreeTimeError: If one of several cranes has no free time for a lift.
+    """
     progress.stage("prove")
     values = check_values(made)
     of_plan = Verification((values,))
@@ -175,6 +201,8 @@ def _prove(
     progress.stage("time", len(made.lifts))
     try:
         motions = time_lifts(made, preparation, driven, workers)
+    except NoFreeTimeError:
+        raise
     except MotionError as error:
         return {error.component: f"{NOT_DRIVEN}{error.message}"}
     progress.stage("prove")

@@ -12,9 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from bimvox.errors import MotionError, listed
+from bimvox.library.faster import preparation_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_lift import time_lift
-from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage, prepare
+from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage
 from bimvox.planning.one_lift import plan_lift, unplanned_lift
 from bimvox.planning.search import shortest_path
 from bimvox.planning.turning import turning_stage
@@ -52,7 +53,7 @@ def check_search(record: PlanLog, progress: Progress) -> Check:
     """
     check = Check("search")
     progress.stage("search", len(record.plan.lifts))
-    prepared = prepare(record.plan.site)
+    prepared = preparation_of(record.plan.site)
     lifts = record.all_lifts
     listed = replace(
         prepared,

@@ -11,6 +11,7 @@ from bimvox.files import require_input
 from bimvox.grid.labels import Label
 from bimvox.library.attached_files import equal_heights, rules_for
 from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_fields, same_rules
+from bimvox.library.hand_over import as_assigned
 from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.plan import georeference_of
 from bimvox.library.site import LoadedSite, load_site
@@ -65,7 +66,7 @@ def check_user_files(
 
 def _compare_site(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
     """Compare everything but the obstructions; what only logs of earlier versions lack is not compared with these."""
-    found, held, is_of_now = log.plan.site, loaded.site, log.is_of_now
+    found, held, is_of_now = as_assigned(log.plan), loaded.site, log.is_of_now
     same_rules(check, found.rules, rules_for(found, loaded.config, is_of_now=is_of_now), _YOURS)
     same_cranes(check, found.cranes, held.cranes, _YOURS, with_machine=is_of_now)
     same(check, "the frame of the grid", found.frame, held.frame, _YOURS)

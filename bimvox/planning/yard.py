@@ -18,6 +18,7 @@ blocks is reported as blocked.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
@@ -104,7 +105,7 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
                 before[component.crane] = component
                 break
     now.settle(places)
-    return _risen(site, order, places)
+    return risen(site, order, places)
 
 
 class _Room(NamedTuple):
@@ -199,7 +200,7 @@ def _given(component: Component) -> Lying:
     return storage_poses(component)[0], component.stored_turn or 0
 
 
-def _risen(site: Site, order: tuple[int, ...], places: list[YardPlace | None]) -> tuple[YardPlace | None, ...]:
+def risen(site: Site, order: tuple[int, ...], places: Sequence[YardPlace | None]) -> tuple[YardPlace | None, ...]:
     """Return the places with the rise of turned parts: how far they are raised before they are turned.
 
     They are raised above everything within the circle of their corners: structures, parts of the same delivery, and
@@ -208,7 +209,7 @@ def _risen(site: Site, order: tuple[int, ...], places: list[YardPlace | None]) -
     if not any(place is not None and place.turn for place in places):
         return tuple(places)
     tops = _fixed_tops(site)
-    risen = list(places)
+    found = list(places)
     for index in order:
         component, place = site.components[index], places[index]
         if place is not None and place.turn:
@@ -219,9 +220,9 @@ def _risen(site: Site, order: tuple[int, ...], places: list[YardPlace | None]) -
                 if mate is not None and other != index and mate.delivery == place.delivery:
                     _raise_tops(near, mate.shape.cells + np.array(mate.cell_vox, np.int32))
             top = int(near[tuple(columns[inside].T)].max(initial=0))
-            risen[index] = replace(place, rise_vox=max(1, top - place.cell_vox[2]))
+            found[index] = replace(place, rise_vox=max(1, top - place.cell_vox[2]))
         _raise_tops(tops, component.shape.cells + np.array(component.target_vox, np.int32))
-    return tuple(risen)
+    return tuple(found)
 
 
 def _fixed_tops(site: Site) -> NDArray[np.int32]:

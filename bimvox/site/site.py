@@ -78,6 +78,8 @@ class Rules:
         times: The crew's times by class of work; None: the same for every part, as in logs made before such times.
         casting: The times of work that the crane does not do; None: not known, as in logs made before such times.
         curing: How long the joints of lifted parts cure until they carry what rests on these; None: they carry at once.
+        order_search: Whether a faster erection sequence than the greedy one is searched; logs made before such a search
+            have the greedy one.
         heading: What keeps the heading of a load while the jib turns. A load with no room to turn keeps its heading.
         yard: How parts lie in the yard; None: a cell apart and never on each other.
     """
@@ -107,6 +109,7 @@ class Rules:
     heading: HeadingRule = field(default=HeadingRule.KEPT, metadata=SPARSE)
     yard: YardRules | None = field(default=None, metadata=SPARSE)
     curing: Curing | None = field(default=None, metadata=SPARSE)
+    order_search: bool = field(default=True, metadata=absent_means(False))
 
     def kept_m(self, rule: str, clearance_m: float | None) -> float:
         """Return a clearance of these rules for a lift that keeps ``clearance_m`` if the rule gives way; None: all."""

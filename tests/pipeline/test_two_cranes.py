@@ -20,6 +20,10 @@ from bimvox_pipeline.watch.watch import Watcher, watch
 from bimvox_pipeline.watch.wish import WatchWish
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.cranes.lift import NoFreeTimeError
+from bimvox.cranes.schedule import time_lifts
+from bimvox.library import prove
+from bimvox.library.hand_over import handed_over
 from bimvox.library.plan import policy_of
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import prepared
@@ -28,6 +32,7 @@ from bimvox.log import schema as topics
 from bimvox.log.mcap.reader import read_contents, salvage_contents
 from bimvox.log.reader import read_log
 from bimvox.log.schema import of_crane
+from bimvox.planning.assembly import prepare
 from bimvox.progress import SilentProgress
 from bimvox.records.motion import LiftMotion
 
@@ -122,6 +127,33 @@ def test_a_change_keeps_paths_and_times_before_it(two: tuple[Path, dict[str, Any
     first = before.motions[0]
     assert motions[first.order].phases == first.phases
     assert verify(log, progress=SilentProgress())["verified"]
+
+
+@pytest.mark.slow
+def test_a_log_with_a_lift_that_was_handed_over_is_proven_to_be_of_its_files(
+    two: tuple[Path, dict[str, Any]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, document = two
+    refused: list[str] = []
+
+    def timed(made: Any, *more: Any) -> Any:
+        if not refused:  # the first part that the other crane can pick and set
+            preparation = prepare(made.site)
+            for part in made.site.components:
+                error = NoFreeTimeError(part.id, "busy")
+                if handed_over(made.site, preparation, error) is not None:
+                    refused.append(part.id)
+                    raise error
+        return time_lifts(made, *more)
+
+    monkeypatch.setattr(prove, "time_lifts", timed)
+    site_file = folder / "frame.site.toml"
+    again = plan(site_file, tmp_path / "again.mcap", wish=PolicyWish("none"), progress=SilentProgress())
+    assert not again["infeasible"]
+    before, after = ({lift["component"]: lift["crane"] for lift in one["lifts"]} for one in (document, again))
+    assert [name for name in before if before[name] != after[name]] == refused
+    found = verify(tmp_path / "again.mcap", site=site_file, progress=SilentProgress())
+    assert found["verified"], found
 
 
 class Hand:

@@ -11,13 +11,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bimvox.crane.kinematics import Axes
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import Travel
+from bimvox.planning.order.makespan import Places, pick_axes, target_axes
 from bimvox.planning.order.sequence import ErectionSequence, Prefer, Sequencer
 from bimvox.planning.order.shared_order import COLUMN, ROW, Shared, at
 from bimvox.planning.yard import allocate_yard
-from bimvox.records.lift import YardPlace
 from bimvox.site.site import Site
 
 _ROUNDS = 3
@@ -25,7 +24,6 @@ _LOOKED_AT = 48
 """How many of the parts that may come next, those nearest to the hook, are compared."""
 _WORTH = 1.02
 """The plain order is kept if its travel time is at most this ratio above the best: the bound ignores obstacles."""
-Places = tuple[YardPlace | None, ...]
 
 
 def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, Places]:
@@ -42,7 +40,7 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, 
         prefer: Prefer
         if site.has_several_cranes:
             places = rounds[-1][1]
-            travel_axes = [(_target_axes(site, travel), _pick_axes(site, travel, places), travel) for travel in travels]
+            travel_axes = [(target_axes(site, travel), pick_axes(site, travel, places), travel) for travel in travels]
             prefer = Shared(site, travel_axes)
         else:
             prefer = _Quickest(site, travels[0], rounds[-1][1])
@@ -73,7 +71,7 @@ def busiest_s(site: Site, travels: Sequence[Travel], order: tuple[int, ...], pla
 
 def travel_s(site: Site, travel: Travel, order: tuple[int, ...], places: Places) -> float:
     """Return the hook's travel time, empty and loaded, seconds; parts without a place are left out."""
-    targets, picks = _target_axes(site, travel), _pick_axes(site, travel, places)
+    targets, picks = target_axes(site, travel), pick_axes(site, travel, places)
     kept = np.array([i for i in order if places[i] is not None], np.int64)
     if not len(kept):
         return 0.0
@@ -86,7 +84,7 @@ class _Quickest:
     """Chooses the part with the least travel time from the part before it and on to the next one."""
 
     def __init__(self, site: Site, travel: Travel, places: Places) -> None:
-        targets, picks = _target_axes(site, travel), _pick_axes(site, travel, places)
+        targets, picks = target_axes(site, travel), pick_axes(site, travel, places)
         self._empty_s = travel.between_s(at(targets, COLUMN), at(picks, ROW))
         # Whole seconds, so that rounding noise decides nothing.
         self._empty_s = np.round(self._empty_s)
@@ -112,24 +110,3 @@ class _Quickest:
 
 def _with_place(places: Places) -> int:
     return sum(place is not None for place in places)
-
-
-def _target_axes(site: Site, travel: Travel) -> Axes:
-    return _axes(site, travel, [tuple(np.add(c.target_vox, c.hook_line_vox)) for c in site.components])
-
-
-def _pick_axes(site: Site, travel: Travel, places: Places) -> Axes:
-    """Return the hook's axes at the picks; for a part without a place in the yard, at its target."""
-    cells = []
-    for component, place in zip(site.components, places, strict=True):
-        cell = np.add(component.target_vox, component.hook_line_vox)
-        if place is not None:
-            cell = np.add(place.transit_start_vox, component.hook_line_vox)
-            cell[2] = place.cell_vox[2] + place.shape.size_vox[2]
-        cells.append(tuple(cell))
-    return _axes(site, travel, cells)
-
-
-def _axes(site: Site, travel: Travel, cells: list[tuple[float, ...]]) -> Axes:
-    at_m = np.array(site.frame.origin_m) + site.frame.voxel_size_m * (np.array(cells) + np.array([0.5, 0.5, 0.0]))
-    return travel.axes_of(at_m)

@@ -7,8 +7,11 @@ the crane reaches fastest.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.graph import order_graph
@@ -90,6 +93,34 @@ class Sequencer:
                 if missing[later] == 0:
                     open_parts.add(later)
         return ErectionSequence(tuple(order), tuple(notes), tuple(unheld))
+
+    def following(self, order: Sequence[int]) -> ErectionSequence:
+        """Return the sequence that keeps to an order wherever it may."""
+        rank = {i: n for n, i in enumerate(order)}
+        return self.order(lambda ready, _: min(ready, key=rank.__getitem__))
+
+    def fixed_pairs(self, order: Sequence[int]) -> NDArray[np.bool_]:
+        """Return (N, N) whether a part must stay before another one if an order is changed only a little.
+
+        They do if they are not of one stage, level or assembly, if the later one needs the other one, or if that is the
+        first that can hold it.
+        """
+        numbers, known = np.array(order), sorted(set(self._stages))
+        stage = np.array([known.index(one) for one in self._stages])
+        foot_m = np.array(self._foot_m)
+        names = [component.hints.assembly for component in self._site.components]
+        assembly = np.array([-1 if name is None else names.index(name) for name in names])
+        apart: NDArray[np.bool_] = (stage[:, None] != stage[None]) | (assembly[:, None] != assembly[None])
+        fixed: NDArray[np.bool_] = apart | (foot_m[None] > foot_m[:, None] + _LEVEL_M)
+        for i, later in enumerate(self._graph.later):
+            fixed[i, list(later)] = True
+        position = np.empty(len(numbers), np.int64)
+        position[numbers] = np.arange(len(numbers))
+        for i, holds in enumerate(self._relations.holds):
+            if holds and not self._relations.supports[i]:
+                fixed[min(holds, key=lambda j: position[j]), i] = True
+        fixed &= position[:, None] < position[None]
+        return fixed
 
     def _is_held(self, i: int, placed: set[int]) -> bool:
         relations = self._relations

@@ -236,6 +236,8 @@ class SequenceConfig(Table):
 
     first: tuple[Text, ...] = ()
     """Ids of parts that are set first, with those that they need."""
+    search: Flag = True
+    """Whether a faster order than the greedy one is searched."""
     storeys: Flag = True
     """Whether storey follows storey."""
     ranks: RanksConfig = RanksConfig()
@@ -344,7 +346,8 @@ class SiteConfig(Table):
     def rules_in_force(self) -> Rules:
         """The rules; their defaults depend on whether the site has a crane, or one is to be chosen for it."""
         rules = self.rules.rules(has_crane=any(crane.kind != "none" for crane in self.cranes) or self.crane is None)
-        return replace(rules, yard=None if self.yard is None else self.yard.rules())
+        yard = None if self.yard is None else self.yard.rules()
+        return replace(rules, yard=yard, order_search=self.sequence.search)
 
     @property
     def one_crane(self) -> CraneConfig | None:

@@ -362,6 +362,7 @@ def _sequence(config: SiteConfig, example_ids: Sequence[str]) -> str:
         _key("first", sequence.first)
         if sequence.first
         else f"# first = [{example}]  # set before all others, with the parts that they need",
+        _key("search", sequence.search, "search a faster order than the greedy one"),
         _key("storeys", sequence.storeys, "finish a storey before the next one, as far as geometry permits"),
         _key("ranks", sequence.ranks, "order of the classes within a storey"),
         _key("schedule", sequence.schedule, "keep the order of the tasks in the building file, if it has any"),

@@ -25,6 +25,7 @@ def test_the_rules_have_the_planners_names_and_defaults():
         "gives_way": (),
     }
     assert named.pop("yard") is None  # it has its own table
+    assert named.pop("order_search")  # in [sequence]
     assert own == named
     assert RulesConfig(rope=False).rules() == Rules(rope=False)
 

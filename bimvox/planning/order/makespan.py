@@ -1,0 +1,247 @@
+"""The estimated makespan of an erection sequence with given places in the yard, one crane or several.
+
+An empty hook goes as fast as slewing and trolley can from the part before to the next one. A carry takes the crew's
+times and ``_OVER`` times what the slowest axis needs over everything of its stage. Several cranes keep the rules R1 to
+R3 and R5 of ``cranes.schedule``; their separation is not looked at. Work that the crane does not do, and joints that
+cure, hold up what rests on them, as in ``motion.steps``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.crane.kinematics import Axes
+from bimvox.crane.rigging import hoist_limits
+from bimvox.crane.travel import Travel
+from bimvox.planning.order.shared_order import COLUMN, ROW, at
+from bimvox.records.lift import YardPlace
+from bimvox.site.casting import curing_s, work_and_wait_s
+from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
+from bimvox.site.means import Means
+from bimvox.site.site import Site
+
+Places = tuple[YardPlace | None, ...]
+_OVER = 2.0
+"""Timed loaded motions take 1.8 to 2.5 times the slowest axis over the parts below, on seven models."""
+_SAME_S = 1e-6
+_RAISED, _RELEASED, _EARLIER, _DELIVERY, _CREWS, _BEGUN, COLUMNS = 0, 1, 2, 3, 4, 6, 7
+"""Columns of a state, after each crane's free time and last part: when the last part was raised, when the slings of all
+were off, the same of earlier deliveries, the delivery, when each of two crews is free, whether a lift has begun."""
+
+
+class LiftTimes(NamedTuple):
+    """What the parts of a site take, by component.
+
+    Attributes:
+        crane: (N,) int64 its crane; -1 if no crane lifts it.
+        delivery: (N,) int64.
+        empty_s: (N, N) from the place of one part to the pick of another one by the latter's crane.
+        lead_s: (N,) from hooking on until it is raised.
+        carry_s: (N,) from there until it is at its place.
+        off_s: (N,) from there until the slings are off.
+        hold_s: (N,) from there until it carries what rests on it; of other work after it has ended.
+        work_s: (N,) how long other work takes.
+        crew: (N,) int64 who does that: 0 casts, 1 sets by hand, 2 nobody that is known.
+        first: (N + 1,) int64 where those that it rests on begin in ``under``.
+        under: (M,) int64.
+    """
+
+    crane: NDArray[np.int64]
+    delivery: NDArray[np.int64]
+    empty_s: NDArray[np.float64]
+    lead_s: NDArray[np.float64]
+    carry_s: NDArray[np.float64]
+    off_s: NDArray[np.float64]
+    hold_s: NDArray[np.float64]
+    work_s: NDArray[np.float64]
+    crew: NDArray[np.int64]
+    first: NDArray[np.int64]
+    under: NDArray[np.int64]
+
+
+def lift_times(
+    site: Site,
+    travels: Sequence[Travel],
+    places: Places,
+    over_m: NDArray[np.float64],
+    supports: Sequence[Sequence[int]],
+) -> LiftTimes:
+    """Return what the parts of a site take if they are picked at these places.
+
+    Args:
+        site: The site.
+        travels: The travel times of its cranes.
+        places: The places.
+        over_m: (N,) how high the hook must go on the way.
+        supports: Per component those that it rests on.
+    """
+    parts, rules = site.components, site.rules
+    count = len(parts)
+    lifted = np.array([place is not None for place in places])
+    crane = np.where(lifted, [part.crane for part in parts], -1)
+    empty_s, carry_s, lead_s = np.zeros((count, count)), np.zeros(count), np.zeros(count)
+    for k, travel in enumerate(travels):
+        targets, picks = target_axes(site, travel), pick_axes(site, travel, places)
+        own = np.flatnonzero(crane == k)
+        to, there = at(picks, ROW), at(targets, COLUMN)
+        empty_s[:, own] = travel.across_s(to[0] - there[0], to[1] - there[1])[:, own]
+        across_s = travel.across_s(targets[0] - picks[0], targets[1] - picks[1])
+        for i in own:
+            winch = travel.with_hoist(hoist_limits(site.cranes[k], parts[i].mass_kg))
+            ups_m = np.maximum(0.0, over_m[i] - np.array([picks[2][i], targets[2][i]]))
+            carry_s[i] = _OVER * max(float(across_s[i]), float(winch.hoisting_s(ups_m).sum()))
+    crew = [crew_times(rules, part) for part in parts]
+    works = [
+        (0.0, 0.0) if rules.casting is None else work_and_wait_s(rules.casting, part, part.means, part.mass_kg)
+        for part in parts
+    ]
+    lead_s[lifted] = np.array([one.hook_on_s + TRIAL_LIFT_S for one in crew])[lifted]
+    hold_s = np.where(lifted, [curing_s(rules.curing, part) for part in parts], [wait_s for _, wait_s in works])
+    # What carries at once holds nothing up.
+    under = [[j for j in own if not lifted[j] or hold_s[j] > 0.0] for own in supports]
+    return LiftTimes(
+        crane.astype(np.int64),
+        np.array([-1 if place is None else place.delivery for place in places], np.int64),
+        empty_s,
+        lead_s,
+        carry_s,
+        np.where(lifted, [one.brace_s + one.hook_off_s for one in crew], 0.0),
+        hold_s,
+        np.array([work_s for work_s, _ in works]),
+        np.array([{Means.IN_SITU: 0, Means.BY_HAND: 1}.get(part.means, 2) for part in parts], np.int64),
+        np.concatenate([[0], np.cumsum([len(own) for own in under])]).astype(np.int64),
+        np.array([j for own in under for j in own], np.int64),
+    )
+
+
+def target_axes(site: Site, travel: Travel) -> Axes:
+    """Return the hook's axes at the places of all parts in the building."""
+    return _axes(site, travel, [tuple(np.add(c.target_vox, c.hook_line_vox)) for c in site.components])
+
+
+def pick_axes(site: Site, travel: Travel, places: Places) -> Axes:
+    """Return the hook's axes at the picks; for a part without a place in the yard, at its target."""
+    cells = []
+    for component, place in zip(site.components, places, strict=True):
+        cell = np.add(component.target_vox, component.hook_line_vox)
+        if place is not None:
+            cell = np.add(place.transit_start_vox, component.hook_line_vox)
+            cell[2] = place.cell_vox[2] + place.shape.size_vox[2]
+        cells.append(tuple(cell))
+    return _axes(site, travel, cells)
+
+
+def _axes(site: Site, travel: Travel, cells: list[tuple[float, ...]]) -> Axes:
+    at_m = np.array(site.frame.origin_m) + site.frame.voxel_size_m * (np.array(cells) + np.array([0.5, 0.5, 0.0]))
+    return travel.axes_of(at_m)
+
+
+def makespan_s(times: LiftTimes, order: Sequence[int], cranes: int) -> float:
+    """Return the estimated time from the first lift of an order until the slings of the last one are off, seconds."""
+    numbers = np.array(order, np.int64)
+    states = states_of(len(order), cranes)
+    carries_s = np.zeros(len(order))
+    walk(times, numbers, (0, len(order)), states, states, carries_s, carries_s, np.arange(len(order)))
+    return float(states[-1, 2 * cranes + _RELEASED])
+
+
+def states_of(count: int, cranes: int) -> NDArray[np.float64]:
+    """Return (N + 1, S) room for the state before each part of an order; the first one is that before all."""
+    states = np.zeros((count + 1, 2 * cranes + COLUMNS))
+    states[0, cranes : 2 * cranes] = -1.0
+    states[0, 2 * cranes + _DELIVERY] = -1.0
+    return states
+
+
+@kernel
+def walk(
+    times: LiftTimes,
+    order: NDArray[np.int64],
+    window: tuple[int, int],
+    before: NDArray[np.float64],
+    states: NDArray[np.float64],
+    carried_s: NDArray[np.float64],
+    carries_s: NDArray[np.float64],
+    rank: NDArray[np.int64],
+) -> int:
+    """Carry out an order from the first position of a window on; write the states into ``states``.
+
+    Args:
+        times: The times.
+        order: (N,) the order; before the window as it was, and behind it too.
+        window: Its first position, and the one behind its last.
+        before: The states of the order as it was.
+        states: The same of the new one.
+        carried_s: (N,) when each part carried in the order as it was.
+        carries_s: (N,) the same in the new one.
+        rank: (N,) position of each part in the order as it was.
+
+    Returns:
+        The position from which on everything is as it was, only shifted; the end of the order if there is none.
+    """
+    first, behind = window
+    count, cranes = len(order), (states.shape[1] - COLUMNS) // 2
+    raised, released = 2 * cranes + _RAISED, 2 * cranes + _RELEASED
+    earlier, delivery = 2 * cranes + _EARLIER, 2 * cranes + _DELIVERY
+    crews, begun = 2 * cranes + _CREWS, 2 * cranes + _BEGUN
+    states[first] = before[first]
+    for n in range(first, count):
+        i = order[n]
+        was, now = states[n], states[n + 1]
+        now[:] = was
+        ready_s = 0.0
+        for m in range(times.first[i], times.first[i + 1]):
+            j = times.under[m]
+            if was[begun] > 0.0:
+                ready_s = max(ready_s, carried_s[j] if rank[j] < first else carries_s[j])
+        k = times.crane[i]
+        if k < 0:
+            crew = times.crew[i]
+            begins_s = max(ready_s, was[released])
+            if crew < 2:
+                begins_s = max(begins_s, was[crews + crew])
+                now[crews + crew] = begins_s + times.work_s[i]
+            carries_s[i] = begins_s + times.work_s[i] + times.hold_s[i]
+            if was[begun] == 0.0:  # it is done before the clock starts
+                now[crews : crews + 2] = 0.0
+                carries_s[i] = 0.0
+            continue
+        if times.delivery[i] != was[delivery]:
+            now[delivery], now[earlier] = times.delivery[i], was[released]
+        last = int(was[cranes + k])
+        hooked_s = was[k] + (times.empty_s[last, i] if last >= 0 else 0.0)
+        hooked_s = max(hooked_s, was[raised], now[earlier], was[released] - times.lead_s[i] - times.carry_s[i])
+        if cranes == 1:
+            hooked_s = max(hooked_s, ready_s + (times.empty_s[last, i] if last >= 0 else 0.0))
+        elif times.first[i + 1] > times.first[i]:
+            hooked_s = max(hooked_s, ready_s, was[released])
+        now[raised] = hooked_s + times.lead_s[i]
+        now[released] = now[k] = now[raised] + times.carry_s[i] + times.off_s[i]
+        now[cranes + k] = i
+        now[begun] = 1.0
+        carries_s[i] = now[released] + times.hold_s[i]
+        if n + 1 >= behind and len(times.under) == 0 and _is_shifted(before[n + 1], now, cranes):
+            return n + 1
+    return count
+
+
+@kernel
+def _is_shifted(one: NDArray[np.float64], other: NDArray[np.float64], cranes: int) -> bool:
+    """Return whether two states without other work differ only by a time."""
+    released, delivery = 2 * cranes + _RELEASED, 2 * cranes + _DELIVERY
+    later_s = other[released] - one[released]
+    if one[delivery] != other[delivery] or one[-1] != other[-1]:
+        return False
+    for k in range(cranes):
+        if one[cranes + k] != other[cranes + k] or abs(other[k] - one[k] - later_s) > _SAME_S:
+            return False
+    same: bool = (
+        abs(other[2 * cranes + _RAISED] - one[2 * cranes + _RAISED] - later_s) <= _SAME_S
+        and abs(other[2 * cranes + _EARLIER] - one[2 * cranes + _EARLIER] - later_s) <= _SAME_S
+    )
+    return same
