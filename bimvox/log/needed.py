@@ -12,7 +12,7 @@ OFF_M = 0.01
 """How far what is shown may be from the motion between two shown samples, in each coordinate of hook and load."""
 OFF_QUATERNION = 1e-3
 """The same for each component of a quaternion: about 0.1 degrees."""
-APART_S = 1.0
+APART_S = 2.0
 """Shown samples with others in between are at most this far apart."""
 
 

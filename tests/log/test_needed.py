@@ -43,11 +43,12 @@ def test_a_line_between_needed_samples_stays_close_and_reaches_as_far_as_it_may(
             assert far or (off(time_ns, values, first, last + 1) > limits - 1e-12).any()
 
 
-def test_a_steady_motion_is_shown_once_a_second_and_rest_only_at_its_ends() -> None:
+def test_a_steady_motion_is_shown_now_and_then_and_rest_only_at_its_ends() -> None:
     time_ns = np.concatenate([np.arange(0, 10 * NS, NS // 10), [400 * NS]])
     values = np.minimum(time_ns / NS, 9.9)[:, None]
     kept = time_ns[needed(time_ns, values, np.array([1e-6]), NONE)]
-    assert kept.tolist() == [*(n * NS for n in range(10)), 99 * NS // 10, 400 * NS]
+    apart_ns = int(APART_S * NS)
+    assert kept.tolist() == [*range(0, 99 * NS // 10, apart_ns), 99 * NS // 10, 400 * NS]
 
 
 def test_what_begins_or_ends_is_shown_always() -> None:
