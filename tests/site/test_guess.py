@@ -158,6 +158,15 @@ def test_the_finest_cell_size_that_plans_quickly(floors):
         assert cells(VOXEL_SIZES_M[VOXEL_SIZES_M.index(size_m) - 1]) > PLANNING_CELLS * 0.98
 
 
+def test_the_mast_stands_outside_of_the_buildings_convex_outline():
+    wings = [box_element(f"w{n}", (6.0 * n, 0, 0), (6.0 * n + 5.9, 0.2, 3.0), mass_kg=900.0) for n in range(8)]
+    wings += [box_element(f"v{n}", (0, 6.0 * n + 0.3, 0), (0.2, 6.0 * n + 6.2, 3.0), mass_kg=900.0) for n in range(8)]
+    config = guess_site(building_of(*wings), ModelConfig(path="a.ifc"))
+    x, y, _ = crane_of(config).base_m
+    corners = shapely.MultiPoint([(0, 0), (47.9, 0), (47.9, 0.2), (0, 48.2), (0.2, 48.2)]).convex_hull
+    assert not corners.contains(shapely.Point(x, y))
+
+
 def test_given_values_are_kept():
     said = SiteConfig(
         name="mine",
