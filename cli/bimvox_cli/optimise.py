@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from bimvox_cli.fleet_options import BackendName, Fresh, Jobs
-from bimvox_cli.options import Json, MachineChoice, Quiet, SiteFile, Verbose
+from bimvox_cli.options import Json, MachineChoice, Quiet, Verbose
 from bimvox_cli.output import fields, open_output, rows, spent
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
+_FOLDER = "set-ups"
+
+
 def optimise(
-    site: SiteFile,
+    sites: Annotated[
+        list[Path], typer.Argument(metavar="SITE...", help="Site files (TOML), as `bimvox init` writes them.")
+    ],
     crane: MachineChoice = None,
     members: Annotated[
         int, typer.Option("--plans", min=1, max=100, metavar="N", help="How many of the best set-ups are planned.")
@@ -34,7 +40,8 @@ def optimise(
             "--output",
             "-o",
             metavar="FOLDER",
-            help="Folder of logs, tables and the map. Default: SITE-set-ups in the current folder.",
+            help="Folder of logs, tables and the map. Default: SITE-set-ups in the current folder. For several sites: "
+            "one folder each in it. Default: set-ups.",
         ),
     ] = None,
     backend: BackendName = "loky",
@@ -48,15 +55,17 @@ def optimise(
 
     Every machine is tried at every place where its mast can stand, and with other yards, unless trucks or parts have
     their places. The set-ups that no other beats in hours and cost are planned and proven in full, and so is the given
-    one. Their site files are written next to it. Rates: `[costs]`.
+    one. Their site files are written next to it. Rates: `[costs]`. Several sites are searched in parallel: one table
+    and one page of all.
     """
-    from bimvox_pipeline.optimise.optimise import optimise as run
+    from bimvox_pipeline.optimise.many_sites import optimise_all
+    from bimvox_pipeline.optimise.optimise import optimise as optimise_one
     from bimvox_pipeline.optimise.search import Effort
 
+    several = len(sites) > 1
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(
-            site,
-            out,
+        act = partial(optimise_all, sites, out or Path(_FOLDER)) if several else partial(optimise_one, sites[0], out)
+        document = act(
             crane=crane,
             effort=Effort(members, trials, budget),
             backend=backend,
@@ -64,7 +73,7 @@ def optimise(
             fresh=fresh,
             progress=output.progress,
         )
-    raise typer.Exit(output.result(document, _show))
+    raise typer.Exit(output.result(document, _show_all if several else _show))
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:
@@ -105,6 +114,38 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             ("page", document["page"]),
             ("table", document["table"]),
             ("map", document["map"]),
+            ("took", spent(document["seconds"])),
+        ],
+    )
+
+
+def _show_all(console: Console, document: Mapping[str, Any]) -> None:
+    rows(
+        console,
+        ("site", "parts", "given h", "fastest h", "machine", "given cost", "cheapest cost", "machine", "why not"),
+        [
+            (
+                one["name"],
+                one["parts"],
+                one["given_hours"],
+                one["fastest_hours"],
+                one["fastest_machine"],
+                *(None if one[key] is None else round(one[key]) for key in ("given_cost", "cheapest_cost")),
+                one["cheapest_machine"],
+                one["error"],
+            )
+            for one in document["sites"]
+        ],
+        limit=None,
+    )
+    console.print()
+    kept = f", {document['kept']:,} of them kept" if document["kept"] else ""
+    fields(
+        console,
+        [
+            ("sites", f"{len(document['sites']):,}{kept}"),
+            ("page", document["page"]),
+            ("table", document["table"]),
             ("took", spent(document["seconds"])),
         ],
     )

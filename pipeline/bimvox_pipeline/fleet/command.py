@@ -79,7 +79,7 @@ def fleet(
         InputError: If the folder cannot be used, another fleet is writing to it, or the backend is not installed.
     """
     runs = runs_of(wishes)
-    with _locked(folder):
+    with locked(folder):
         progress.stage("look", len(runs))
         kept = set()
         for run in runs:
@@ -135,7 +135,7 @@ def _is_there(run: Run, folder: Path) -> bool:
 
 
 @contextmanager
-def _locked(folder: Path) -> Iterator[None]:
+def locked(folder: Path) -> Iterator[None]:
     """Lock a fleet's folder for this process, and delete files that a killed process left incomplete."""
     from filelock import FileLock, Timeout
 

@@ -33,9 +33,10 @@ from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_site
 from bimvox_pipeline.studio.saving import as_text
 from bimvox_pipeline.studio.setup import CraneSetup, Setup
 
+PAGE = "set-ups.html"
+"""The page of a site's set-ups in its folder."""
 _TABLE = "set-ups.csv"
 _MAP = "crane-hours.svg"
-_PAGE = "set-ups.html"
 _SVG = "image/svg+xml"
 _COLUMNS = (
     "machine", "jib_m", "falls", "load_moment_tm", "x_m", "y_m", "yard", "places", "parts", "parts_served",
@@ -129,7 +130,7 @@ def optimise(
     budget, currency = opened.config.costs.budget, opened.config.costs.currency
     best = proven_front(planned, budget)
     losers = [{**one, "why_lost": why_beaten(one, best, budget)} for one in planned if one not in best]
-    table, picture, page = folder / _TABLE, folder / _MAP, folder / _PAGE
+    table, picture, page = folder / _TABLE, folder / _MAP, folder / PAGE
     rows = _csv(found, front, len(search.work.places_m), currency)
     map_svg = heat_map(_heat(opened, front_of(lattice)[0]))
     document = {
