@@ -18,7 +18,9 @@ COLUMNS = (
     "page",
 )  # fmt: skip
 """Columns of the table of sites."""
-_HEADS = ("Site", "Set-ups", "Parts", "Hours\ngiven", "Hours\nfastest", "less", "Cost\ngiven", "Cost\ncheapest", "less")
+_HEADS = (
+    "Site", "Set-ups", "Parts", "Hours\ngiven", "Hours\nfastest", "change", "Cost\ngiven", "Cost\ncheapest", "change",
+)  # fmt: skip
 Row = Mapping[str, Any]
 """A site: its columns by name, None if unknown."""
 
@@ -47,7 +49,7 @@ def many_sites_page(rows: Sequence[Row]) -> bytes:
 
 
 def _totals(rows: Sequence[Row]) -> list[tuple[str, str]]:
-    """Return the sums over the sites with as many parts refused as given, or fewer, by each objective."""
+    """Return the sums of hours and cost over the sites whose given and best set-ups are both planned."""
     found = []
     for words, what, key, digits in (("Crane hours", "fastest", "hours", 1), ("Cost", "cheapest", "cost", 0)):
         known = [one for one in rows if one[f"given_{key}"] and one[f"{what}_{key}"]]
@@ -55,7 +57,7 @@ def _totals(rows: Sequence[Row]) -> list[tuple[str, str]]:
         if known and len({one["currency"] for one in known}) == 1:
             unit = f" {escape(known[0]['currency'])}" if key == "cost" else " h"
             said = f"{fixed(given, digits)} given, {number(best, fixed(best, digits), key)}{unit} {what}"
-            found.append((words, f"{said}, {_less(given, best)} less; {counted(len(known), 'site')}"))
+            found.append((words, f"{said}, {_change(given, best)}; {counted(len(known), 'site')}"))
     return found
 
 
@@ -69,7 +71,7 @@ def _row(one: Row) -> str:
     for what, key, digits in (("fastest", "hours", 2), ("cheapest", "cost", 0)):
         given, best = one[f"given_{key}"], one[f"{what}_{key}"]
         cells += [number(value, fixed(value or 0.0, digits), key) for value in (given, best)]
-        cells.append(_less(given, best) if given and best else "")
+        cells.append(_change(given, best) if given and best else "")
     return row(cells, "bad" if one["error"] else "")
 
 
@@ -86,5 +88,6 @@ def _words(one: Row) -> str:
     return "<br>".join(named)
 
 
-def _less(given: float, best: float) -> str:
-    return percent(1.0 - best / given, 0)
+def _change(given: float, best: float) -> str:
+    share = 1.0 - best / given
+    return f"{percent(abs(share), 0)} {'less' if share >= 0.0 else 'more'}"

@@ -68,6 +68,7 @@ def test_each_site_is_a_row_of_the_table_and_of_the_page(sites: list[Path], sear
     assert "no machine serves any part" in page
     assert "20.0 given" in page
     assert "25 % less; 2 sites" in page
+    assert "<td>33 % less</td>" in page
 
 
 def test_what_is_found_is_kept_until_something_changes(sites: list[Path], searched: list[str]):
