@@ -197,6 +197,25 @@ def test_a_move_that_snaps_to_the_same_place_is_not_tried_again(studio):
     studio.page.mouse.up()
 
 
+OVERLAPS = """() => {
+  const boxes = (where) => [...document.querySelectorAll(where)].map((one) => one.getBoundingClientRect());
+  const rings = boxes(".ring-label");
+  const meet = (a, b) => a.right > b.left && a.left < b.right && a.bottom > b.top && a.top < b.bottom;
+  return boxes(".dimension-label").filter((one) => rings.some((ring) => meet(one, ring))).length;
+}"""
+
+
+def test_dimensions_and_rings_do_not_cover_each_other(studio):
+    x, y = studio.middle(CRANE)
+    studio.page.mouse.move(x, y)
+    studio.page.mouse.down()
+    for n in range(1, 13):
+        studio.page.mouse.move(x + 9 * n, y - 14 * n, steps=2)
+        assert studio.page.locator(".dimension-label").count() > 0
+        assert studio.page.evaluate(OVERLAPS) == 0, n
+    studio.page.mouse.up()
+
+
 def test_alt_places_freely_and_escape_lets_go(studio):
     studio.drag(CRANE, 0.23, 0.0, alt=True)
     assert 0.1 < studio.base()[0] - BASE[0] < 0.4

@@ -113,7 +113,7 @@ export class Drawing {
     this.layer(this.rings, [view.scale, cranes.length, answer?.cranes], () => this.drawnCranes());
     // Whole pixels: a layer between them would be blurred.
     cranes.forEach(({ base_m: base }, n) => (this.rings.children[n].style.transform = `translate(${toPixels(view, base).map((value) => `${Math.round(value)}px`).join(",")})`));
-    this.layer(this.over, [view, opened, setup, answer?.cranes, app.moving], () => [...this.ringLabels(), ...this.areaLabels(), ...this.dimensions()]);
+    this.layer(this.over, [view, opened, setup, answer?.cranes, app.moving], () => this.labels());
     this.layer(this.frame, [view, opened], () => [...this.gridLabels(), ...this.scaleBar(), ...this.north()]);
     this.drawHandles();
   }
@@ -157,11 +157,17 @@ export class Drawing {
     });
   }
 
-  /** Radius and capacity on each ring, in the direction that has most of the labels on screen and outside of the building. */
-  ringLabels() {
+  labels() {
+    const dimensions = this.dimensions();
+    const words = dimensions.filter(({ tagName }) => tagName === "text");
+    return [...this.ringLabels(words.map((one) => ["x", "y"].map((axis) => Number(one.getAttribute(axis))))), ...this.areaLabels(), ...dimensions];
+  }
+
+  /** Radius and capacity on each ring, in the direction that has most of the labels on screen, clear of some places and outside of the building. */
+  ringLabels(clear) {
     const { setup, answer } = this.app;
     const taken = [];
-    const grips = handlesOf(setup).map(({ at }) => toPixels(this.view, at));
+    const grips = [...clear, ...handlesOf(setup).map(({ at }) => toPixels(this.view, at))];
     if (setup.construction?.length) {
       const [x0, , x1, y1] = boundsOf(setup.construction);
       const [x, y] = toPixels(this.view, [(x0 + x1) / 2, y1]);
