@@ -114,6 +114,8 @@ def decode(hint: Any, value: Any, arrays: ArrayReader, where: str) -> Any:
         DecodeError: If it does not fit; the message names the place.
     """
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if hasattr(origin, "__value__"):  # NDArray, an alias of its own kind from NumPy 2.5 on
+        return decode(origin.__value__[arguments], value, arrays, where)
     if origin is np.ndarray:
         return arrays.get(value, np.dtype(typing.get_args(arguments[1])[0]).name, where)
     if origin in (typing.Union, types.UnionType):

@@ -39,7 +39,9 @@ def two_crane_site(**rules: float) -> Site:
     components = tuple(
         dataclasses.replace(component, crane=int(component.id.startswith("east"))) for component in site.components
     )
-    own = Rules(times=TimesByWork(*[CrewTimes(60.0, 10.0, 5.0)] * len(fields(TimesByWork))), **rules)
+    own = Rules(
+        order_search=False, times=TimesByWork(*[CrewTimes(60.0, 10.0, 5.0)] * len(fields(TimesByWork))), **rules
+    )
     return with_digests(dataclasses.replace(site, components=components, cranes=(west, east), rules=own))
 
 
