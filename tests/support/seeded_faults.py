@@ -170,7 +170,7 @@ def site_file_of(site: Site, **changes: Any) -> bytes:
     if lying is not None:
         edges = zip(("truck_length_m", "truck_width_m", "truck_height_m"), lying.pop("truck_m"), strict=True)
         lying |= dict(edges)
-    size_m = site.frame.voxel_size_m
+    search, size_m = rules.pop("order_search"), site.frame.voxel_size_m
     (x0, y0, _), (nx, ny, nz) = site.frame.origin_m, site.shape
     built = site.labels[:, :, 0] == Label.CONSTRUCTION_AREA
     nowhere = ((x0 - 9.0, y0 - 9.0), (x0 - 8.0, y0 - 9.0), (x0 - 8.0, y0 - 8.0))
@@ -184,7 +184,7 @@ def site_file_of(site: Site, **changes: Any) -> bytes:
         ),
         crane=crane_config(site.cranes[0] if site.cranes else None),
         component=tuple(filter(None, map(entry_of(site), site.components))),
-        sequence=SequenceConfig(storeys=any(part.hints.rank is not None for part in site.components)),
+        sequence=SequenceConfig(search=search, storeys=any(part.hints.rank is not None for part in site.components)),
         rules=RulesConfig(**rules),
         yard=None if lying is None else YardConfig(**lying),
         zone=tuple(
