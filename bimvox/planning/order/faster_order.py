@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.travel import Travel
 from bimvox.planning.order.local_search import searched
-from bimvox.planning.order.makespan import LiftTimes, Places, lift_times, makespan_s
+from bimvox.planning.order.makespan import OrderTimes, Places, makespan_s, order_times
 from bimvox.planning.order.relations import Precedence
 from bimvox.planning.order.sequence import ErectionSequence, Sequencer
 from bimvox.planning.yard import allocate_yard, risen
@@ -71,7 +71,7 @@ class FasterOrder:
         worth_s = _WORTH_S if len(self._travels) == 1 else _WORTH_SHARED * start.work_s
         return None if best.seconds > start.seconds - worth_s else (best.sequence, best.places)
 
-    def problem(self, sequence: ErectionSequence, places: Places) -> tuple[LiftTimes, NDArray[np.bool_]]:
+    def problem(self, sequence: ErectionSequence, places: Places) -> tuple[OrderTimes, NDArray[np.bool_]]:
         """Return what the search looks at: the times at these places, and which parts keep their order."""
         return self._times(places), self._fixed_pairs(sequence, places)
 
@@ -96,8 +96,8 @@ class FasterOrder:
         work_s = float((times.lead_s + times.carry_s + times.off_s).sum())
         return _Candidate(makespan_s(times, sequence.order, len(self._travels)), work_s, sequence, places)
 
-    def _times(self, places: Places) -> LiftTimes:
-        return lift_times(self._site, self._travels, places, self._over_m, self._supports)
+    def _times(self, places: Places) -> OrderTimes:
+        return order_times(self._site, self._travels, places, self._over_m, self._supports)
 
     def _fixed_pairs(self, sequence: ErectionSequence, places: Places) -> NDArray[np.bool_]:
         """Return the pairs that keep their order, those of different deliveries, or of one stack or rack, too."""

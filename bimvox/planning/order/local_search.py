@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.planning.order.makespan import COLUMNS, LiftTimes, states_of, walk
+from bimvox.planning.order.makespan import COLUMNS, OrderTimes, states_of, walk
 
 _LONGEST = 4
 """Most parts that are moved together."""
@@ -24,7 +24,13 @@ _LESS_S = 1e-6
 
 
 def searched(
-    times: LiftTimes, order: Sequence[int], fixed: NDArray[np.bool_], cranes: int, budget: int, seed: int, warm_s: float
+    times: OrderTimes,
+    order: Sequence[int],
+    fixed: NDArray[np.bool_],
+    cranes: int,
+    budget: int,
+    seed: int,
+    warm_s: float,
 ) -> tuple[int, ...]:
     """Return the best order found; the given one if none takes less time.
 
@@ -47,7 +53,7 @@ def searched(
 
 @kernel
 def _annealed(
-    times: LiftTimes,
+    times: OrderTimes,
     order: NDArray[np.int64],
     fixed: NDArray[np.bool_],
     states: NDArray[np.float64],

@@ -34,7 +34,7 @@ _RAISED, _RELEASED, _EARLIER, _DELIVERY, _CREWS, _BEGUN, COLUMNS = 0, 1, 2, 3, 4
 were off, the same of earlier deliveries, the delivery, when each of two crews is free, whether a lift has begun."""
 
 
-class LiftTimes(NamedTuple):
+class OrderTimes(NamedTuple):
     """What the parts of a site take, by component.
 
     Attributes:
@@ -64,13 +64,13 @@ class LiftTimes(NamedTuple):
     under: NDArray[np.int64]
 
 
-def lift_times(
+def order_times(
     site: Site,
     travels: Sequence[Travel],
     places: Places,
     over_m: NDArray[np.float64],
     supports: Sequence[Sequence[int]],
-) -> LiftTimes:
+) -> OrderTimes:
     """Return what the parts of a site take if they are picked at these places.
 
     Args:
@@ -104,7 +104,7 @@ def lift_times(
     hold_s = np.where(lifted, [curing_s(rules.curing, part) for part in parts], [wait_s for _, wait_s in works])
     # What carries at once holds nothing up.
     under = [[j for j in own if not lifted[j] or hold_s[j] > 0.0] for own in supports]
-    return LiftTimes(
+    return OrderTimes(
         crane.astype(np.int64),
         np.array([-1 if place is None else place.delivery for place in places], np.int64),
         empty_s,
@@ -141,7 +141,7 @@ def _axes(site: Site, travel: Travel, cells: list[tuple[float, ...]]) -> Axes:
     return travel.axes_of(at_m)
 
 
-def makespan_s(times: LiftTimes, order: Sequence[int], cranes: int) -> float:
+def makespan_s(times: OrderTimes, order: Sequence[int], cranes: int) -> float:
     """Return the estimated time from the first lift of an order until the slings of the last one are off, seconds."""
     numbers = np.array(order, np.int64)
     states = states_of(len(order), cranes)
@@ -160,7 +160,7 @@ def states_of(count: int, cranes: int) -> NDArray[np.float64]:
 
 @kernel
 def walk(
-    times: LiftTimes,
+    times: OrderTimes,
     order: NDArray[np.int64],
     window: tuple[int, int],
     before: NDArray[np.float64],

@@ -13,7 +13,7 @@ from bimvox.cranes.schedule import time_lifts
 from bimvox.planning.assembly import prepare
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.local_search import searched
-from bimvox.planning.order.makespan import COLUMNS, LiftTimes, makespan_s, states_of, walk
+from bimvox.planning.order.makespan import COLUMNS, OrderTimes, makespan_s, states_of, walk
 from bimvox.planning.order.relations import precedence
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.planner import plan_lifts
@@ -25,12 +25,12 @@ from bimvox.site.site import Rules, Site
 CRANE = test_crane(base=(9.5, 6.0, 0.0))
 
 
-def times_of(count: int, *, cranes: int = 1, seed: int = 1, under: tuple[int, ...] = ()) -> LiftTimes:
+def times_of(count: int, *, cranes: int = 1, seed: int = 1, under: tuple[int, ...] = ()) -> OrderTimes:
     """Return random times; the last part rests on ``under``, which carry an hour after they are set."""
     random = np.random.default_rng(seed)
     hold_s = np.zeros(count)
     hold_s[list(under)] = 3600.0
-    return LiftTimes(
+    return OrderTimes(
         np.arange(count, dtype=np.int64) % cranes,
         np.zeros(count, np.int64),
         random.uniform(10.0, 60.0, (count, count)),
