@@ -147,8 +147,9 @@ def test_times_start_at_zero_and_never_fall(messages: dict[str, list[Any]]) -> N
     assert messages["/crane/joint_states"][-1][0] == tiny_log().motions[-1].end_ns
 
 
-def test_load_poses_are_where_the_path_is(messages: dict[str, list[Any]]) -> None:
+def test_load_poses_are_where_the_path_is(every_message: dict[str, list[Any]]) -> None:
     """The hand-made motions pass through every cell of the path, so the load takes every planned pose."""
+    messages = every_message
     plan = tiny_plan()
     planned = [lift for lift in plan.lifts if lift.path_vox is not None]
     assert len(messages["/crane/path/planned"]) == len(planned)
