@@ -12,27 +12,28 @@ from bimvox.planning.assembly import Preparation, faster, prepare, without_obstr
 from bimvox.planning.planner import plan_lifts
 from bimvox.progress import Report
 from bimvox.site.site import Site
+from bimvox.workers import ALONE, Workers
 
 
-def preparation_of(site: Site, progress: Report | None = None) -> Preparation:
-    """Return contacts, order and yard places of a site."""
-    preparation = prepare(site, progress)
-    return faster_on_the_clock(site, preparation) if site.has_several_cranes else preparation
+def preparation_of(site: Site, progress: Report | None = None, workers: Workers = ALONE) -> Preparation:
+    """Return contacts, order and yard places of a site, with the work shared between processes."""
+    preparation = prepare(site, progress, workers)
+    return faster_on_the_clock(site, preparation, workers) if site.has_several_cranes else preparation
 
 
-def faster_on_the_clock(site: Site, greedy: Preparation) -> Preparation:
+def faster_on_the_clock(site: Site, greedy: Preparation, workers: Workers = ALONE) -> Preparation:
     """Return the preparation of a site with several cranes with a faster sequence; the given one if none is found."""
-    found = faster(site, greedy)
+    found = faster(site, greedy, workers)
     if found is None:
         return greedy
     clear = without_obstructions(site)
-    ends_ns = [_end_ns(clear, one) for one in (greedy, found)]
+    ends_ns = [_end_ns(clear, one, workers) for one in (greedy, found)]
     return found if ends_ns[1] is not None and (ends_ns[0] is None or ends_ns[1] < ends_ns[0]) else greedy
 
 
-def _end_ns(site: Site, preparation: Preparation) -> int | None:
+def _end_ns(site: Site, preparation: Preparation, workers: Workers) -> int | None:
     """Return when the last lift ends, on the site's clock; None if a lift cannot be driven."""
-    plan = plan_lifts(site, preparation)
+    plan = plan_lifts(site, preparation, workers=workers)
     try:
         motions = time_lifts(plan, preparation)
     except MotionError:

@@ -69,7 +69,7 @@ def plan(  # noqa: PLR0913  (the options of a verb)
         found, content = obstructions_of(obstructions, built)
         built, files = obstructed(built, found, told), {**files, **content}
     with workers_of(built, whole("jobs", jobs, 1)) as workers:
-        preparation = prepared(built, told)
+        preparation = prepared(built, told, workers)
         chosen = policy_of(site, built, preparation, PolicyWish(policy, seed, steps, train), told)
         number = seed_of(site, seed)
         used = [chosen]

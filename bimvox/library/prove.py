@@ -56,9 +56,9 @@ class Planned:
     preparation: Preparation | None = None
 
 
-def prepared(site: Site, progress: Progress) -> Preparation:
-    """Return contacts, order and yard places of a site, and report their notes."""
-    preparation = preparation_of(site, progress.report)
+def prepared(site: Site, progress: Progress, workers: Workers = ALONE) -> Preparation:
+    """Return contacts, order and yard places of a site, and report their notes; workers share the work."""
+    preparation = preparation_of(site, progress.report, workers)
     notes = preparation.sequence.notes
     for note in notes[:_NOTES_SHOWN]:
         progress.note(note)

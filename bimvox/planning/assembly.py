@@ -29,6 +29,7 @@ from bimvox.site.collision import CollisionSpace, boxes_are_free, hook_is_free, 
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import GROUND_ID, HeadingRule, Site
 from bimvox.site.transit_clearance import CLEARANCES, grown_cells, margin_vox, smaller_clearances_m
+from bimvox.workers import ALONE, Workers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,8 +128,13 @@ def with_cleared(space: CollisionSpace, path_vox: NDArray[np.int32]) -> Collisio
     return space._replace(cleared_low=low.astype(np.int32), cleared=cleared)
 
 
-def prepare(site: Site, progress: Report | None = None) -> Preparation:
+def prepare(site: Site, progress: Report | None = None, workers: Workers = ALONE) -> Preparation:
     """Return the contacts, the erection sequence and the yard places of a site.
+
+    Args:
+        site: The site.
+        progress: Called with (stage, done, total).
+        workers: Share the work.
 
     Raises:
         SequenceError: If no order satisfies the site file's ``before`` and ``after``.
@@ -140,15 +146,16 @@ def prepare(site: Site, progress: Report | None = None) -> Preparation:
     sequence, places = order_and_yard(site, Sequencer(site, relations, contacts))
     greedy = Preparation(contacts, relations, sequence, places)
     # Several cranes share their time: whether their order is faster, only their motions tell.
-    return greedy if site.has_several_cranes else faster(site, greedy) or greedy
+    return greedy if site.has_several_cranes else faster(site, greedy, workers) or greedy
 
 
-def faster(site: Site, greedy: Preparation) -> Preparation | None:
+def faster(site: Site, greedy: Preparation, workers: Workers = ALONE) -> Preparation | None:
     """Return the preparation with a faster sequence by the estimate, which leaves no lift out; None if there is none.
 
     Args:
         site: The site.
         greedy: Its preparation with the greedy sequence.
+        workers: Share the work.
     """
     if not site.cranes or not site.rules.order_search:
         return None
@@ -158,15 +165,15 @@ def faster(site: Site, greedy: Preparation) -> Preparation | None:
     if found is None:
         return None
     made = replace(greedy, sequence=found[0], places=found[1])
-    lifts = _settable(site, made)
-    return made if lifts == sum(map(bool, found[1])) or lifts >= _settable(site, greedy) else None
+    lifts = _settable(site, made, workers)
+    return made if lifts == sum(map(bool, found[1])) or lifts >= _settable(site, greedy, workers) else None
 
 
-def _settable(site: Site, preparation: Preparation) -> int:
+def _settable(site: Site, preparation: Preparation, workers: Workers) -> int:
     """Return how many parts can be lifted in the order of a preparation, whatever obstructions there are."""
     from bimvox.planning.planner import plan_lifts  # it needs this module
 
-    plan = plan_lifts(without_obstructions(site), preparation)
+    plan = plan_lifts(without_obstructions(site), preparation, workers=workers)
     return sum(lift.status is Status.PLANNED for lift in plan.lifts)
 
 

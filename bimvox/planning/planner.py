@@ -49,7 +49,7 @@ def plan_lifts(  # noqa: PLR0913  (all but the first two are optional, and given
     """
     before = {lift.component: lift for lift in previous.lifts} if previous else {}
     policies = policies_of(propose, retrained)
-    assembly = Assembly(site, preparation)
+    assembly = Assembly(site, preparation, one_at_a_time=True)
     order = preparation.sequence.order
     lifts: list[Lift] = []
     as_before = previous is not None and previous.site is site

@@ -82,7 +82,7 @@ def watch(
     loaded = load_site(site, progress, programme=programme)
     check_output(target, inputs=[*inputs, loaded.config.model.path])
     with workers_of(loaded.site, how.jobs) as workers:
-        preparation = prepared(loaded.site, progress)
+        preparation = prepared(loaded.site, progress, workers)
         chosen = policy_of(loaded, loaded.site, preparation, wish, progress)
         if traffic is not None:
             insist_on_one_crane(loaded.site)
