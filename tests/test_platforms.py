@@ -115,6 +115,6 @@ def test_a_model_on_another_drive_is_named_by_its_whole_path(tmp_path: Path, mon
         raise ValueError("path is on mount 'D:', start on mount 'C:'")
 
     model = shutil.copy(ROOT / "sample_models" / "frame.ifc", tmp_path)
-    monkeypatch.setattr("bimvox_pipeline.site.os.path.relpath", another_drive)
+    monkeypatch.setattr("bimvox.files.os.path.relpath", another_drive)
     document = init(Path(model), tmp_path / "frame.site.toml", progress=SilentProgress())
     assert tomllib.loads(Path(document["site"]).read_text("utf-8"))["model"]["path"] == Path(model).resolve().as_posix()
