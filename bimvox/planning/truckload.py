@@ -8,6 +8,7 @@ leaves gaps that a good driver fills, and says nothing about axle loads or how t
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from bimvox.kept import kept
@@ -62,6 +63,24 @@ class Truckload:
 
     def _takes_room(self, component: Component) -> bool:
         return any(bed.with_part(_ways_m(component)) for bed in self._empty)
+
+
+def fit_trucks(site: Site, order: Iterable[int], deliveries: Mapping[int, int]) -> bool:
+    """Return whether every delivery fits onto its truck, loaded in an order of all parts.
+
+    Args:
+        site: The site.
+        order: The parts in the order of their lifts.
+        deliveries: The delivery of each part that has a place in the yard.
+    """
+    loads: dict[int, Truckload] = {}
+    for part in order:
+        if part in deliveries:
+            load = loads.setdefault(deliveries[part], Truckload(site))
+            if load.is_full_for(site.components[part]):
+                return False
+            load.add(site.components[part])
+    return True
 
 
 @dataclass(frozen=True, slots=True)

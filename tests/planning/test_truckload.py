@@ -9,7 +9,7 @@ from slab_yards import slab_site
 
 from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.truckload import Truckload
+from bimvox.planning.truckload import Truckload, fit_trucks
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan
 from bimvox.site.site import Site
@@ -87,3 +87,13 @@ EDGES = st.sampled_from((0.2, 0.5, 1.0, 2.5, 3.5))
 def test_the_proof_finds_room_for_every_planned_delivery(sizes, truck_m):
     plan = planned(site_of(sizes, YardRules(truck_m=truck_m, gap_m=0.0)))
     assert not failures(plan)
+
+
+def test_whether_parts_fit_depends_on_the_order_in_which_they_are_loaded():
+    long, short = (10.0, 1.5, 0.5), (3.0, 1.5, 0.5)  # the long ones are too long for an inloader
+    site = site_of((long, short, long, short), dataclasses.replace(TRUCK, truck_m=(13.6, 3.0, 0.5)))
+    on_one = dict.fromkeys(range(4), 0)
+    assert fit_trucks(site, (0, 1, 2, 3), on_one), "two rows of a long and a short one"
+    assert not fit_trucks(site, (0, 2, 1, 3), on_one), "a row of a long one alone, and no room for a third row"
+    assert fit_trucks(site, (0, 2, 1, 3), {0: 0, 2: 0, 1: 1, 3: 1})
+    assert fit_trucks(site, (0, 2, 1, 3), {0: 0, 1: 0, 3: 0}), "a part without a place comes with no truck"

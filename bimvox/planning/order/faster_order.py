@@ -18,6 +18,7 @@ from bimvox.planning.order.local_search import searched
 from bimvox.planning.order.makespan import OrderTimes, Places, makespan_s, order_times
 from bimvox.planning.order.relations import Precedence
 from bimvox.planning.order.sequence import ErectionSequence, Sequencer
+from bimvox.planning.truckload import fit_trucks
 from bimvox.planning.yard import allocate_yard, risen
 from bimvox.site.site import Site
 
@@ -85,7 +86,9 @@ class FasterOrder:
         sequence = self._sequencer.following(found)
         choices = [allocate_yard(self._site, sequence.order, *self._travels)]
         position = _positions(sequence.order)
-        if not (fixed & (position[:, None] > position[None])).any():
+        deliveries = {part: place.delivery for part, place in enumerate(now.places) if place is not None}
+        is_kept = not (fixed & (position[:, None] > position[None])).any()
+        if is_kept and fit_trucks(self._site, sequence.order, deliveries):
             choices.insert(0, risen(self._site, sequence.order, now.places))
         most = max(_with_place(places) for places in (*choices, now.places))
         kept = [self._judged(sequence, places) for places in choices if _with_place(places) == most]
