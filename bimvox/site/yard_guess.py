@@ -6,11 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Element
+from bimvox.crane.fit import MAST_CLEARANCE_M
 from bimvox.site.config.site_config import Polygon
 from bimvox.site.parts import is_erected
+from bimvox.site.yard_rules import TRUCK_M
 
 TYPICAL_PARTS = 25
 """Parts that the yard should hold at once, because parts come in truckloads."""
@@ -132,15 +135,41 @@ def _half_up(value: float) -> float:
     return float(np.ceil(value * 2 - 1e-6) / 2)
 
 
-def access_beside(yard: Sequence[Polygon], construction: Polygon) -> Polygon:
-    """Return a strip along the side of the first yard's box that is away from the building, as wide as a lane."""
+def access_beside(yard: Sequence[Polygon], construction: Polygon, masts_m: Sequence[Sequence[float]] = ()) -> Polygon:
+    """Return a strip along a side of the first yard's box, as wide as a lane.
+
+    It is the side nearest to a mast of those on which a truck can stand, clear of building and masts: there the crane
+    unloads the heaviest parts. Without one it is the side away from the building.
+
+    Args:
+        yard: The yard.
+        construction: Outline of the construction area.
+        masts_m: Feet of the cranes.
+    """
     corners, middle = np.array(yard[0]), np.array(construction).mean(axis=0)
     low, high = corners.min(axis=0), corners.max(axis=0)
-    away = (low + high) / 2.0 - middle
-    axis = int(np.argmax(np.abs(away) - (high - low) / 2.0))
-    if away[axis] > 0:
+    offset = (low + high) / 2.0 - middle
+    axis = int(np.argmax(np.abs(offset) - (high - low) / 2.0))
+    away = _strip(low, high, axis, offset[axis] > 0)
+    masts = [shapely.Point(*foot[:2]) for foot in masts_m]
+    sides = [_strip(low, high, axis, is_high) for axis in (0, 1) for is_high in (False, True)]
+    free = [
+        one
+        for one in sides
+        if max(one.bounds[2] - one.bounds[0], one.bounds[3] - one.bounds[1]) >= TRUCK_M[0]
+        and not one.intersection(shapely.Polygon(construction)).area
+        and min((one.distance(mast) for mast in masts), default=0.0) >= _WAY_M + MAST_CLEARANCE_M
+    ]
+    best = min([away, *free], key=lambda one: min(one.distance(mast) for mast in masts)) if masts and free else away
+    x0, y0, x1, y1 = best.bounds
+    return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+
+
+def _strip(low: NDArray[np.float64], high: NDArray[np.float64], axis: int, is_high: bool) -> shapely.Polygon:
+    """Return a lane along one side of a box."""
+    low, high = low.copy(), high.copy()
+    if is_high:
         low[axis], high[axis] = high[axis], high[axis] + _LANE_M
     else:
         low[axis], high[axis] = low[axis] - _LANE_M, low[axis]
-    (x0, y0), (x1, y1) = low.tolist(), high.tolist()
-    return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+    return shapely.box(*low.tolist(), *high.tolist())

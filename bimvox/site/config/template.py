@@ -54,7 +54,7 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_note
         _project(config.project),
         _model(config),
         _grid(config),
-        _areas(config.areas),
+        _areas(config.areas, [crane.base_m for crane in config.cranes if crane.base_m is not None]),
         *(_crane(crane, crane_notes, several=len(config.cranes) > 1) for crane in config.cranes),
         _rigging(config),
         _components(config.component, example_ids),
@@ -107,25 +107,25 @@ def _grid(config: SiteConfig) -> str:
     return _lines(note, "[grid]", _key("low_m", config.grid.low_m), _key("high_m", config.grid.high_m))
 
 
-def _areas(areas: AreasConfig) -> str:
+def _areas(areas: AreasConfig, masts_m: Sequence[Sequence[float]]) -> str:
     return _lines(
         "# Areas on the ground, as polygons of [x, y] corners.",
         "[areas]",
         _key("construction", areas.construction),
         areas.yard and "# The yard: one or more polygons within the crane's reach. Parts come in truckloads.",
         _key("yard", areas.yard),
-        *_access(areas),
+        *_access(areas, masts_m),
         _key("plot", areas.plot, "ground that the jib may sweep over"),
     )
 
 
-def _access(areas: AreasConfig) -> Sequence[str | None]:
-    """Return the access of trucks; as a comment beside the yard if it is not planned."""
+def _access(areas: AreasConfig, masts_m: Sequence[Sequence[float]]) -> Sequence[str | None]:
+    """Return the access of trucks; as a comment next to the yard if it is not planned."""
     if areas.access is not None:
         return (_key("access", areas.access),)
     if areas.yard is None or areas.construction is None:
         return ()
-    beside = access_beside(areas.yard, areas.construction)
+    beside = access_beside(areas.yard, areas.construction, masts_m)
     return (f"# access = [{_value(beside)}]  # trucks stand here, parts do not; the crane unloads them",)
 
 
