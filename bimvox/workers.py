@@ -26,7 +26,8 @@ T = TypeVar("T")
 
 _MODULE = "bimvox.workers"
 _PROTOCOL = 5  # keeps read-only arrays read-only: kernels are compiled for one kind
-_END_S = 2.0
+_NOT_PICKLED = (pickle.PicklingError, AttributeError, TypeError)
+_END_S, _LOOK_EVERY_S = 2.0, 0.2
 _CHUNKS_EACH, _MOST_IN_CHUNK = 6, 16
 
 
@@ -42,7 +43,10 @@ class Workers:
         self._known: list[Any] = []
         self._parcels = [_Parcel(0, _pickled(list(functions), self._known))]
         self._known += functions
-        self._workers = [_Worker(self._parcels[0], self._known) for _ in range(jobs - 1)]
+        self._workers: list[_Worker] = []
+        with suppress(OSError, RuntimeError):  # no more processes or threads to be had: these must do
+            for _ in range(jobs - 1):
+                self._workers.append(_Worker(self._parcels[0]))
 
     @property
     def count(self) -> int:
@@ -56,8 +60,9 @@ class Workers:
             yield
             return
         known, sent = len(self._known), len(self._parcels)
-        self._parcels.append(_Parcel(known, _pickled(list(values), self._known)))
-        self._known += values
+        with suppress(*_NOT_PICKLED):  # otherwise each task that refers to them is done here
+            self._parcels.append(_Parcel(known, _pickled(list(values), self._known)))
+            self._known += values
         try:
             yield
         finally:
@@ -65,7 +70,7 @@ class Workers:
 
     def begin(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]]) -> Begun[T]:
         """Have the workers begin tasks, as ``run`` does them, while this process does something else."""
-        work = _Work(function, tasks, self._parcels)
+        work = _Work(function, tasks, self._parcels, self._known)
         for worker in self._workers:
             worker.works.put(work)
         return Begun(self, work)
@@ -141,9 +146,13 @@ class _Work:
     """Tasks that several threads take, the first ones first."""
 
     def __init__(
-        self, function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], parcels: Sequence[_Parcel]
+        self,
+        function: Callable[..., Any],
+        tasks: Sequence[tuple[Any, ...]],
+        parcels: Sequence[_Parcel],
+        known: Sequence[Any],
     ) -> None:
-        self.function, self.tasks, self.parcels = function, tasks, tuple(parcels)
+        self.function, self.tasks, self.parcels, self.known = function, tasks, tuple(parcels), tuple(known)
         self.results: dict[int, Any] = {}
         self._waiting, self._failed = deque(range(len(tasks))), list[int]()
         self._changed = threading.Condition()
@@ -170,45 +179,51 @@ class _Work:
     def failed(self) -> list[int]:
         """Wait until every task is finished or failed, and return those that failed."""
         with self._changed:
-            self._changed.wait_for(lambda: len(self.results) + len(self._failed) == len(self.tasks))
+            while len(self.results) + len(self._failed) < len(self.tasks):
+                self._changed.wait(_LOOK_EVERY_S)  # without a limit, Ctrl-C would not get through on Windows
         return sorted(self._failed)
 
 
 class _Worker:
     """One worker process as the process that it works for sees it."""
 
-    def __init__(self, first: _Parcel, known: list[Any]) -> None:
+    def __init__(self, first: _Parcel) -> None:
         with Path(os.devnull).open("wb") as nowhere:
             self._process, self._connection = start_connected(
-                python_module(_MODULE), str(os.getpid()), nowhere, worker_environment() | ONE_THREAD
+                python_module(_MODULE), "", nowhere, worker_environment() | ONE_THREAD
             )
-        self.works: SimpleQueue[_Work] = SimpleQueue()
+        self.works: SimpleQueue[_Work | None] = SimpleQueue()
         self.is_alive = True
         self._sent: list[_Parcel] = []
-        threading.Thread(target=self._follow, args=(first, known), name="worker", daemon=True).start()
+        try:
+            threading.Thread(target=self._follow, args=(first,), name="worker", daemon=True).start()
+        except RuntimeError:
+            self.close()
+            raise
 
     def close(self) -> None:
-        """End the process."""
+        """End the process, and the thread that follows it."""
         self.is_alive = False
+        self.works.put(None)
         self._process.kill()
         with suppress(Exception):
             self._process.wait(_END_S)
 
-    def _follow(self, first: _Parcel, known: list[Any]) -> None:
-        """Have the process do tasks until it ends or fails one."""
+    def _follow(self, first: _Parcel) -> None:
+        """Have the process do tasks until it is ended or fails one."""
         number, work = None, None
         try:
             self._send(first)
             self._connection.recv_bytes()  # it is ready
-            while True:
-                work = self.works.get()
+            while (work := self.works.get()) is not None:
                 while (number := work.next()) is not None:
                     try:
-                        task = _pickled((work.function, work.tasks[number]), known)
-                    except (pickle.PicklingError, AttributeError, TypeError):
+                        task = _pickled((work.function, work.tasks[number]), work.known)
+                    except _NOT_PICKLED:
                         work.fail(number)
                     else:
-                        work.finish(number, _Unpickler(self._answer(work, task), known).load())
+                        work.finish(number, _Unpickler(self._answer(work, task), work.known).load())
+                work = None  # what it is about is not kept
         except Exception:  # noqa: BLE001  (whatever it is: the process that it works for does the task, and sees it)
             self.is_alive = False
             if work is not None and number is not None:
@@ -251,7 +266,7 @@ class _Pickler(pickle.Pickler):
 
 
 class _Unpickler(pickle.Unpickler):
-    def __init__(self, content: bytes, known: list[Any]) -> None:
+    def __init__(self, content: bytes, known: Sequence[Any]) -> None:
         super().__init__(io.BytesIO(content))
         self._known = known
 
@@ -283,8 +298,8 @@ def _serve(connection: Connection) -> None:
 
 
 def main() -> None:
-    """Run a worker: ``python -m bimvox.workers CONNECTION PARENT``."""
-    end_with(int(sys.argv[2]))
+    """Run a worker: ``python -m bimvox.workers CONNECTION``."""
+    end_with(os.getppid())
     with suppress(EOFError, OSError), connection_of(int(sys.argv[1])) as connection:
         _serve(connection)
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 import os
 import pickle
 import signal
+import threading
 import time
+import weakref
 
 import numpy as np
 import pytest
 
+import bimvox.workers as module
 from bimvox.errors import FileError, MotionError, NoPlanError
 from bimvox.workers import ALONE, Workers, in_chunks
 
@@ -28,6 +31,10 @@ class Base:
 
     def same(self, other):
         return other is self
+
+
+def asked(base):
+    return base.numbers(), os.getpid()
 
 
 def itself(value):
@@ -114,6 +121,49 @@ def test_what_a_worker_fails_is_done_here(two, task):
 def test_an_error_is_raised_as_without_workers(two):
     with pytest.raises(MotionError, match="beam-7: 0 is too fast"):
         two.run(fail, [(n,) for n in range(4)])
+
+
+def test_nothing_of_closed_workers_stays():
+    def threads():
+        return sum(thread.name == "worker" for thread in threading.enumerate())
+
+    before = threads()
+    base = Base(np.arange(9))
+    alive = weakref.ref(base)
+    workers = Workers(3, (slow_square,))
+    wait_for_a_worker(workers)
+    workers.run(Base.total, [(base, n) for n in range(9)])
+    workers.close()
+    del base, workers
+    for _ in range(100):
+        if threads() == before and alive() is None:
+            break
+        time.sleep(0.02)
+    assert (threads(), alive()) == (before, None)
+
+
+def test_with_fewer_processes_than_wished_the_work_is_done(monkeypatch):
+    real, started = module.start_connected, []
+
+    def refused(*given):
+        if started:
+            raise OSError("too many open files")
+        started.append(given)
+        return real(*given)
+
+    monkeypatch.setattr(module, "start_connected", refused)
+    workers = Workers(4, (slow_square,))
+    assert workers.count == 2
+    assert [square for square, _ in workers.run(slow_square, [(n,) for n in range(5)])] == [0, 1, 4, 9, 16]
+    workers.close()
+
+
+def test_what_cannot_be_sent_is_done_here(two):
+    wait_for_a_worker(two)
+    own = Base(lambda: 7)
+    with two.knowing(own):
+        assert two.run(asked, [(own,)] * 6) == [(7, os.getpid())] * 6
+    assert two.count == 2
 
 
 def test_without_workers_tasks_are_done_here():

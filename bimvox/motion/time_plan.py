@@ -126,7 +126,7 @@ class LiftTimes:
 
     def _take_over(self, order: int) -> None:
         """Begin at a lift, or at an earlier one from which it can go on."""
-        last = _LAST[0] if _LAST else self
+        last = next(iter(_LAST), self)
         if last is not self and last._is_before(self, order):
             self._assembly, self._next, last._assembly = last._assembly, last._next, None
         elif self._assembly is None or order < self._next:
