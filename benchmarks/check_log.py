@@ -17,6 +17,7 @@ from pathlib import Path
 
 SAMPLE = Path(__file__).parents[1] / "sample_models" / "frame.ifc"
 READER = Path(__file__).parent / "read_ms_project.py"
+START = "2026-12-01T07:00"
 CHECKERS = (("pymcap-cli", "doctor"), ("rerun", "mcap", "check"))
 
 
@@ -57,6 +58,7 @@ def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
     from bimvox_pipeline.export.export import export
 
     from bimvox.exporters.lift_schedule import duration_text
+    from bimvox.log.dates import log_dates
     from bimvox.log.reader import read_log
     from bimvox.progress import SilentProgress
     from bimvox.site.programme import read_programme
@@ -65,7 +67,10 @@ def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
         print("not installed: mpxj and jpype1")
         return None
     print(f"mpxj {log.stem}.xml", flush=True)
-    export(log, to="msproject", out=folder / "schedule.xml", start="2026-12-01T07:00", progress=SilentProgress())
+    export(log, to="msproject", out=folder / "schedule.xml", start=START, progress=SilentProgress())
+    record = read_log(log)
+    dates = log_dates(record, datetime.fromisoformat(START))
+    assert dates is not None
     xer = folder / "schedule.xer"
     read = subprocess.run([python, READER, folder / "schedule.xml", xer], check=False, capture_output=True, text=True)
     if read.returncode:
@@ -74,7 +79,9 @@ def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
     tasks = [task for task in json.loads(read.stdout) if not task["is_summary"]]  # lifts and deliveries
     for task in tasks:
         begins, ends = (datetime.fromisoformat(task[key]) for key in ("start", "finish"))
-        if duration_text(ends - begins) != duration_text(timedelta(seconds=round(task["duration_s"]))):
+        at_ns, until_ns = ((one - dates.begins) // timedelta(microseconds=1) * 1000 for one in (begins, ends))
+        worked = timedelta(microseconds=dates.work.between(at_ns, until_ns) // 1000)  # a break may fall into it
+        if duration_text(worked) != duration_text(timedelta(seconds=round(task["duration_s"]))):
             print(f"{task['name']}: {task['duration_s']} s from {begins} to {ends}")
             return 1
     lifts = [task["text1"] for task in tasks if task["text1"] is not None]
@@ -83,7 +90,6 @@ def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
     if ours != theirs:
         print(f"{xer.name}: bimvox reads {ours}; MPXJ wrote {theirs}")
         return 1
-    record = read_log(log)
     return int(lifts != [record.plan.site.components[lift.component].id for lift in record.planned])
 
 
