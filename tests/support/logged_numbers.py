@@ -269,8 +269,8 @@ class Logged:
     def _proof(self, lift: dict[str, Any]) -> str:
         checks = sum(check["samples"] > 0 for check in self.verified["checks"].values())
         about = [one for one in self.remarks if one["component"] == lift["component"] and one["severity"] != "note"]
-        motion = self.motions.get(lift["order"])
-        samples = f", {counted(motion['samples'], 'sample')} of its motion" if motion else ""
+        count = len(lift["samples"]["time_s"]) if lift["order"] in self.motions else 0
+        samples = f", {counted(count, 'sample')} of its motion" if count else ""
         return f"{'' if about else '✓ '}Proven: {checks} checks of the log passed for this lift{samples}."
 
     def list_row(self, lift: dict[str, Any]) -> list[str]:
