@@ -21,6 +21,8 @@ import tempfile
 import threading
 import time
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +58,15 @@ def main() -> int:
 def _measured(name: str, scratch: Path, options: argparse.Namespace) -> dict[str, Any]:
     site = PAPER if name == "paper" else write_site(scratch, COMPONENTS)
     kept = options.output / f"{name}.mcap"  # planning 500 lifts takes minutes: a later run reuses the plan
-    watcher, file = watcher_for(site, scratch, kept if name != "paper" else scratch / f"{name}.mcap", name != "paper")
+    whole = kept if name != "paper" else scratch / f"{name}.mcap"
+    with watcher_for(site, scratch, whole, name != "paper") as (watcher, file):
+        found = _changes_of(name, watcher, file, options)
+    (options.output / f"{name}.json").write_text("\n".join(json.dumps(row) for row in found))
+    _draw(name, found, options.output)
+    return {"name": name, "found": found}
+
+
+def _changes_of(name: str, watcher: Any, file: Path, options: argparse.Namespace) -> list[dict[str, Any]]:
     said: queue.Queue[dict[str, Any]] = queue.Queue()
     stop = threading.Event()
     thread = threading.Thread(target=_follow, args=(watcher, stop, said), daemon=True)
@@ -79,31 +89,33 @@ def _measured(name: str, scratch: Path, options: argparse.Namespace) -> dict[str
             print(f"{name}: {number + 1} of {options.changes}", file=sys.stderr, flush=True)
     stop.set()
     thread.join()
-    (options.output / f"{name}.json").write_text("\n".join(json.dumps(row) for row in found))
-    _draw(name, found, options.output)
-    return {"name": name, "found": found}
+    return found
 
 
-def watcher_for(site: Path, scratch: Path, log: Path, search_only: bool) -> tuple[Any, Path]:
-    """Return a watcher of a file in the scratch folder."""
+@contextmanager
+def watcher_for(site: Path, scratch: Path, log: Path, search_only: bool) -> Iterator[tuple[Any, Path]]:
+    """Yield a watcher of a file in the scratch folder, and the file."""
     from bimvox_pipeline.watch.plan import WatchedPlan
     from bimvox_pipeline.watch.watch import Watcher
 
     from bimvox.library.plan import policy_of
     from bimvox.library.policy_wish import PolicyWish
     from bimvox.library.prove import prepared
+    from bimvox.library.sharing import constants_of, workers_of
     from bimvox.library.site import load_site
     from bimvox.policy.choice import NO_POLICY
     from bimvox.progress import SilentProgress
 
     quiet = SilentProgress()
     loaded = load_site(site, quiet)
-    preparation = prepared(loaded.site, quiet)
-    policy = NO_POLICY
-    if not search_only:
-        policy = policy_of(loaded, loaded.site, preparation, PolicyWish(steps=STEPS), quiet)
-    file = scratch / "obstructions.json"
-    return Watcher(WatchedPlan(loaded, policy, log, 0), preparation, file, quiet), file
+    with workers_of(loaded.site, None) as workers:
+        preparation = prepared(loaded.site, quiet, workers)
+        policy = NO_POLICY
+        if not search_only:
+            policy = policy_of(loaded, loaded.site, preparation, PolicyWish(steps=STEPS), quiet)
+        file = scratch / "obstructions.json"
+        with workers.knowing(*constants_of(loaded.site, preparation)):
+            yield Watcher(WatchedPlan(loaded, policy, log, 0), preparation, file, quiet, None, workers), file
 
 
 def _follow(watcher: Any, stop: threading.Event, said: queue.Queue[dict[str, Any]]) -> None:
