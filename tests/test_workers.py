@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import pickle
 import signal
@@ -135,11 +136,13 @@ def test_nothing_of_closed_workers_stays():
     workers.run(Base.total, [(base, n) for n in range(9)])
     workers.close()
     del base, workers
-    for _ in range(100):
-        if threads() == before and alive() is None:
+    for _ in range(600):
+        gc.collect()
+        if threads() <= before and alive() is None:
             break
-        time.sleep(0.02)
-    assert (threads(), alive()) == (before, None)
+        time.sleep(0.05)
+    assert threads() <= before
+    assert alive() is None
 
 
 def test_with_fewer_processes_than_wished_the_work_is_done(monkeypatch):
