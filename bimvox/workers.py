@@ -44,7 +44,7 @@ class Workers:
         self._parcels = [_Parcel(0, _pickled(list(functions), self._known))]
         self._known += functions
         self._workers: list[_Worker] = []
-        with suppress(OSError, RuntimeError):  # no more processes or threads to be had: these must do
+        with suppress(OSError, RuntimeError):  # the system gives no further process or thread: these are enough
             for _ in range(jobs - 1):
                 self._workers.append(_Worker(self._parcels[0]))
 

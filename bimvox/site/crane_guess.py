@@ -30,7 +30,7 @@ from bimvox.site.set_ups import LiftWork, carried, set_ups
 from bimvox.site.trial import closed_over, yard_points
 
 ROOMY = 0.5
-"""Share of the yard in which a part should be within reach: then it finds a place there, whatever lies beside it."""
+"""Share of the yard in which a part should be within reach: then it finds a place there, whatever lies next to it."""
 _AS_GOOD = 0.005
 """Share of the crane time by which a place may be slower if the crane is used less there."""
 _MOST_BASES = 200
