@@ -33,7 +33,7 @@ from bimvox.revision.part_proof import Proof, prove_new
 from bimvox.revision.recall import Memory, Version, obstructed_cells, remembered
 from bimvox.revision.request import RevisionRequest
 
-_LATER = 3
+_LATER = 8
 """How many times as many new lifts a later part has as the first: fewer parts take less, and nobody waits for them."""
 
 
