@@ -24,14 +24,14 @@ import numpy as np
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish, runs_of
 from bimvox_pipeline.fleet.work import FAILED
-from bimvox_pipeline.optimise.front import front_of, to_plan
-from bimvox_pipeline.optimise.search import Effort, Search, Tried
-from bimvox_pipeline.optimise.yards import other_yards
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import Opened, open_site
 from bimvox_pipeline.studio.saving import save
 from bimvox_pipeline.studio.setup import CraneSetup
 
+from bimvox.library.set_up_search.front import front_of, to_plan
+from bimvox.library.set_up_search.search import Effort, Search, Tried
+from bimvox.library.set_up_search.yards import other_yards
 from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import catalogue
 from bimvox.site.costs import Rates

@@ -11,6 +11,9 @@ from typing import Any
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import FileError, InputError
 from bimvox.files import default_output, require_input, seen_from, write_atomically, write_together
+from bimvox.library.set_up_search.front import front_of, proven_front, to_plan, why_beaten, why_lost
+from bimvox.library.set_up_search.search import Effort, Search, Tried
+from bimvox.library.set_up_search.yards import may_move, other_yards
 from bimvox.progress import Progress
 from bimvox.rendering.report.drawing_file import drawing_file
 from bimvox.rendering.report.heat_map import HeatMap, heat_map
@@ -26,9 +29,6 @@ from bimvox_pipeline.fleet.backends import Backend
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish, runs_of
 from bimvox_pipeline.fleet.work import log_file
-from bimvox_pipeline.optimise.front import front_of, proven_front, to_plan, why_beaten, why_lost
-from bimvox_pipeline.optimise.search import Effort, Search, Tried
-from bimvox_pipeline.optimise.yards import may_move, other_yards
 from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_site
 from bimvox_pipeline.studio.saving import as_text
 from bimvox_pipeline.studio.setup import CraneSetup, Setup

@@ -88,7 +88,7 @@ def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:
         InputError: If that is not what was wanted.
     """
     given = load_site_config(site, text.encode())
-    saved = Opened(site, text.encode(), complete_config(given, opened.building), given, opened.building)
+    saved = Opened(complete_config(given, opened.building), opened.building, site, text.encode(), given)
     found = saved.setup.model_dump()
     for key, value in wanted.model_dump().items():
         if key == "cranes":

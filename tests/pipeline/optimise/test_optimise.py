@@ -13,12 +13,12 @@ from xml.etree import ElementTree
 import pytest
 import shapely
 from bimvox_pipeline.optimise.optimise import optimise
-from bimvox_pipeline.optimise.search import Effort, Search
-from bimvox_pipeline.optimise.yards import may_move, other_yards
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import open_site
 
 from bimvox.errors import FileError, InputError
+from bimvox.library.set_up_search.search import Effort, Search
+from bimvox.library.set_up_search.yards import may_move, other_yards
 from bimvox.library.verify import verify
 from bimvox.progress import SilentProgress
 from bimvox.site.config.file import load_site_config

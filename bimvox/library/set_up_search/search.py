@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bimvox.crane.fit import MARGIN_M, standing
 from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.site import built_site
 from bimvox.planning.assembly import prepare
 from bimvox.progress import Progress
@@ -24,7 +25,6 @@ from bimvox.site.means import Means
 from bimvox.site.rigging import gear_by_crane
 from bimvox.site.set_ups import set_ups
 from bimvox.site.site import Site
-from bimvox_pipeline.studio.opened import Opened
 
 _MOST_BASES = 600
 _MOST_YARD = 24
@@ -89,19 +89,19 @@ class Search:
     """The parts of a site in their erection sequence, ready for every machine.
 
     Args:
-        opened: The site; it has one crane.
+        placed: The site; it has one crane.
         progress: Receives the stages.
     """
 
-    def __init__(self, opened: Opened, progress: Progress) -> None:
-        config = opened.config
-        site = built_site(config, opened.building, {}, progress).site
+    def __init__(self, placed: PlacedSite, progress: Progress) -> None:
+        config = placed.config
+        site = built_site(config, placed.building, {}, progress).site
         progress.stage("order")
-        elements = {part.id: part for part in opened.parts}
+        elements = {part.id: part for part in placed.parts}
         parts = [elements[site.components[n].id] for n in _in_sequence(site)]
         rigs = rigs_of(config, parts) if gear_by_crane(config, 1)[0] is not None else None
-        plan = ground_plan(opened.placed.elements)
-        self._wanted = Wanted(config, parts, plan, opened.load_top_m, rigs, range(len(parts)))
+        plan = ground_plan(placed.placed.elements)
+        self._wanted = Wanted(config, parts, plan, placed.load_top_m, rigs, range(len(parts)))
         self.work = self._wanted.work.sample(len(parts), _MOST_YARD)
         self._config = config
         progress.finish()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from bimvox_pipeline.optimise.search import Tried
+from bimvox.library.set_up_search.search import Tried
 
 
 def front_of(found: Sequence[Tried]) -> list[Tried]:

@@ -14,14 +14,13 @@ import shapely
 from numpy.typing import NDArray
 
 from bimvox.crane.machine import Machine
-from bimvox.files import sha256_of
+from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.search import Effort, Search, Tried
 from bimvox.progress import Progress
 from bimvox.site.config.site_config import Polygon, SiteConfig
 from bimvox.site.mast_places import ground_plan
 from bimvox.site.yard_guess import YardNeed, yard_beside, yard_need
 from bimvox.version import __version__
-from bimvox_pipeline.optimise.search import Effort, Search, Tried
-from bimvox_pipeline.studio.opened import Opened
 
 JOURNAL = "yards.jsonl"
 """File of the proposals and what came of them, in the folder of the set-ups."""
@@ -41,12 +40,12 @@ class Yards:
     """The yards next to the building.
 
     Args:
-        opened: The site; its yard may move.
+        site: The site; its yard may move.
     """
 
-    def __init__(self, opened: Opened) -> None:
-        config = opened.config
-        lifted = [part for part in opened.parts if opened.means[part.id] == "crane"]
+    def __init__(self, site: PlacedSite) -> None:
+        config = site.config
+        lifted = [part for part in site.parts if site.means[part.id] == "crane"]
         gap_m = config.yard.gap_m if config.yard else 0.0
         size_m, truckload_kg = config.model.voxel_size_m or 0.0, config.rules.truckload_kg
         self._need: YardNeed = yard_need(lifted, size_m, gap_m=gap_m, truckload_kg=truckload_kg)
@@ -54,7 +53,7 @@ class Yards:
         self._box_m: NDArray[np.float64] = np.stack([construction_m.min(axis=0), construction_m.max(axis=0)])
         closed = [shapely.Polygon(zone.polygon) for zone in config.zone if zone.kind != "assembly"]
         self._plot = None if config.areas.plot is None else shapely.Polygon(config.areas.plot)
-        self._taken = shapely.union_all([ground_plan(opened.placed.elements), *closed])
+        self._taken = shapely.union_all([ground_plan(site.placed.elements), *closed])
 
     def of(self, values: Mapping[str, Any]) -> Polygon | None:
         """Return the yard of a proposal; None if the ground is not free."""
@@ -65,14 +64,14 @@ class Yards:
 
 
 def other_yards(
-    opened: Opened, search: Search, machines: Sequence[Machine], folder: Path, effort: Effort, progress: Progress
+    site: PlacedSite, search: Search, machines: Sequence[Machine], folder: Path, effort: Effort, progress: Progress
 ) -> tuple[list[Tried], int]:
     """Return the set-ups with other yards that no other of them beats, and how many were tried, earlier calls included.
 
     A call that was killed is continued; the number of yards, not the time of the call, decides what is proposed.
 
     Args:
-        opened: The site.
+        site: The site.
         search: Its parts.
         machines: The machines.
         folder: Where the journal is kept.
@@ -85,10 +84,10 @@ def other_yards(
     from optuna.trial import TrialState
 
     optuna.logging.set_verbosity(optuna.logging.ERROR)
-    yards, names = Yards(opened), [machine.name for machine in machines]
+    yards, names = Yards(site), [machine.name for machine in machines]
     storage = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(folder / JOURNAL)))
     study = optuna.create_study(
-        study_name=_mark(opened, names), storage=storage, directions=["minimize"] * 3, load_if_exists=True
+        study_name=_mark(site, names), storage=storage, directions=["minimize"] * 3, load_if_exists=True
     )
     for left in study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
         study.tell(left.number, state=TrialState.FAIL)
@@ -133,7 +132,7 @@ def _values(search: Search, found: Tried | None) -> list[float]:
     return [float(parts - found.served), found.crane_s / 3600.0, found.cost]
 
 
-def _mark(opened: Opened, names: Sequence[str]) -> str:
+def _mark(site: PlacedSite, names: Sequence[str]) -> str:
     """Return the hash of all that the proposals depend on."""
-    files = [sha256_of(opened.site), sha256_of(opened.given.model.path)]
-    return hashlib.sha256(json.dumps([__version__, files, list(names)]).encode()).hexdigest()
+    values = site.config.model_dump_json(exclude={"model": {"path"}})
+    return hashlib.sha256(json.dumps([__version__, values, site.building.source.sha256, *names]).encode()).hexdigest()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from bimvox_pipeline.optimise.front import front_of, proven_front, spread, to_plan, why_beaten, why_lost
-from bimvox_pipeline.optimise.search import Tried
 from box_sites import test_crane as crane_of
 from hypothesis import given
 from hypothesis import strategies as st
+
+from bimvox.library.set_up_search.front import front_of, proven_front, spread, to_plan, why_beaten, why_lost
+from bimvox.library.set_up_search.search import Tried
 
 CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
 
