@@ -90,7 +90,7 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
         search, machines = Search(opened, SilentProgress()), catalogue()
         found = [one for one in search.tried(machines) if one.crane is not None]
         best = front_of(found)[0]
-        able = [one for one in found if one.served == best.served]
+        able = [one for one in found if one.served == best.served and not one.is_least_used]
         effort = Effort(yards=wanted.yards)
         moved, _ = other_yards(opened, search, machines, folder, effort, SilentProgress()) if effort.yards else ([], 0)
         rng = np.random.default_rng(0)
@@ -191,7 +191,7 @@ def _file(opened: Opened, name: str, one: Tried, at: int) -> Path:
     x, y = one.bases_m[at].tolist()
     crane = CraneSetup(name=own.name, machine=one.machine, base_m=(x, y), jib_m=one.jib_m, falls=one.falls)
     path = opened.site.with_name(f"set-up-{name}.site.toml")
-    yard = {} if one.yard is None else {"yard": (one.yard[0],)}
+    yard = {} if one.yard is None else {"yard": (one.yard.polygon,), "truckload_kg": one.yard.truckload_kg}
     save(opened, opened.setup.model_copy(update={"cranes": (crane,), **yard}), path)
     return path
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.fit import distances_m, radii_for_m
 from bimvox.crane.fit_luffing import highest_hooks_m
+from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.rigging import hoist_limits
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import Travel
@@ -154,6 +155,29 @@ def least_moving_s(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWo
     back_s = np.maximum(across_s, empty_s)
     total_s: NDArray[np.float64] = there_s.sum(axis=1) + back_s.sum(axis=1) - back_s.max(axis=1, initial=0.0)
     return total_s
+
+
+def highest_utilisation(
+    crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, served: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Return for (B, 2) bases the highest utilisation of a crane over the parts that it serves.
+
+    Each part counts at its place or, if that is more, at the nearest place of the yard.
+
+    Args:
+        crane: The crane with its whole load chart; its rigging is that of the masses.
+        bases_m: (B, 2) places of its mast.
+        work: The parts.
+        served: (B, N) whether it serves each part.
+    """
+    low_m = float(radii_for_m(crane, work.masses_kg)[:, 0].max(initial=0.0))
+    yard_m = distances_m(bases_m, work.yard_m)
+    nearest_m = np.where(yard_m >= low_m, yard_m, np.inf).min(axis=1, initial=np.inf)
+    nearest_m = np.where(np.isfinite(nearest_m), nearest_m, 0.0)
+    radius_m = np.maximum(distances_m(bases_m, work.places_m), nearest_m[:, None])
+    share = (work.masses_kg + crane.tackle_kg) / np.maximum(capacity_kg(crane.chart, radius_m), 1e-9)
+    found: NDArray[np.float64] = np.where(served, share, 0.0).max(axis=1, initial=0.0)
+    return found
 
 
 def _winches(crane: TowerCrane, work: LiftWork, longest_m: float) -> list[Travel]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 
 _FOLDER = "set-ups"
+_GOALS = {"hours": "fastest", "cost": "cheapest", "highest_utilisation": "least used"}
 
 
 def optimise(
@@ -54,9 +55,9 @@ def optimise(
     """Look for a better crane, place and yard.
 
     Every machine is tried at every place where its mast can stand, and with other yards, unless trucks or parts have
-    their places. The set-ups that no other beats in hours and cost are planned and proven in full, and so is the given
-    one. Their site files are written next to it. Rates: `[costs]`. Several sites are searched in parallel: one table
-    and one page of all.
+    their places. The set-ups that no other beats in hours, cost and highest utilisation are planned and proven in full,
+    and so is the given one. Their site files are written next to it. Rates: `[costs]`. Several sites are searched in
+    parallel: one table and one page of all.
     """
     from bimvox_pipeline.optimise.many_sites import optimise_all
     from bimvox_pipeline.optimise.optimise import optimise as optimise_one
@@ -102,6 +103,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     )
     console.print()
     front = document["front"]
+    best = {key: min(front, key=lambda one: one[key] or 0.0) if front else None for key in _GOALS}
     fields(
         console,
         [
@@ -110,8 +112,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
                 f"{document['machines']:,} machines with jib and reeving, {document['tried']:,} set-ups, "
                 f"{document['trials']:,} other yards",
             ),
-            ("fastest", front[0]["site"] if front else None),
-            ("cheapest", front[-1]["site"] if front else None),
+            *((words, one and one["site"]) for words, one in zip(_GOALS.values(), best.values(), strict=True)),
             ("page", document["page"]),
             ("table", document["table"]),
             ("map", document["map"]),

@@ -8,8 +8,9 @@ from box_sites import test_crane as crane_of
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bimvox.crane.load_chart import utilisation
 from bimvox.crane.reach import allowed_radii_m
-from bimvox.site.set_ups import LiftWork, least_moving_s, set_ups
+from bimvox.site.set_ups import LiftWork, highest_utilisation, least_moving_s, set_ups
 
 CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
 
@@ -90,3 +91,14 @@ def test_no_estimate_of_parts_that_are_all_served_is_below_the_bound(parts, yard
     found, least_s = set_ups(CRANE, np.array(bases), work, 20.0), least_moving_s(CRANE, np.array(bases), work)
     for row in np.flatnonzero(found.served.all(axis=1)):
         assert least_s[row] <= found.crane_s[row] - 600.0 * len(parts) + 1.0
+
+
+def test_the_highest_utilisation_is_that_of_the_heaviest_use_of_the_chart_at_a_place_or_in_the_yard():
+    bases, work = np.array([[0.0, 0.0], [0.0, 8.0]]), work_of([(0.0, 20.0), (0.0, 9.0)], [900.0, 1500.0], [(14.0, 0.0)])
+    served = set_ups(CRANE, bases, work, 20.0).served
+    found = highest_utilisation(CRANE, bases, work, served)
+    for row, base in enumerate(bases):
+        worst = [max(np.hypot(*(place - base)), np.hypot(*(work.yard_m[0] - base))) for place in work.places_m]
+        uses = [utilisation(CRANE.chart, r, kg + CRANE.tackle_kg) for r, kg in zip(worst, work.masses_kg, strict=True)]
+        assert found[row] == pytest.approx(max(uses[n] for n in np.flatnonzero(served[row])))
+    assert highest_utilisation(CRANE, bases, work, np.zeros_like(served)).tolist() == [0.0, 0.0]

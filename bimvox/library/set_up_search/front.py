@@ -1,58 +1,65 @@
-"""The set-ups that no other beats, and why the others lost."""
+"""The set-ups that no other beats in hours, cost and highest utilisation, and why the others lost."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Hashable, Sequence
+from typing import Any, TypeVar
 
 from bimvox.library.set_up_search.search import Tried
 
+_SHARE = 0.01
+"""Utilisations that differ by less count as the same in an estimate."""
+
+T = TypeVar("T")
+Goals = tuple[float, float, float]
+"""Hours, cost and highest utilisation; less is better."""
+
 
 def front_of(found: Sequence[Tried]) -> list[Tried]:
-    """Return the set-ups that no other beats: none serves as many parts in as little time at as little cost.
+    """Return the set-ups that no other beats, the fewest crane hours first; none over the budget.
 
-    Of equal ones the first; none over the budget. Fewer crane hours first; set-ups that serve fewer parts than the best
-    are not among them.
+    Set-ups that serve fewer parts than the best are not among them.
     """
     within = [one for one in found if one.crane is not None and not one.over]
     most = max((one.served for one in within), default=0)
-    able = [one for one in within if one.served == most and most]
-    able.sort(key=lambda one: (one.crane_s, one.cost))
-    front: list[Tried] = []
-    for one in able:
-        if all(one.cost < other.cost for other in front):
-            front.append(one)
-    return front
-
-
-def spread(front: Sequence[Tried], most: int) -> list[Tried]:
-    """Return at most so many of a front: the fastest, the cheapest, and others evenly between them."""
-    if len(front) <= most:
-        return list(front)
-    if most == 1:
-        return [front[0]]
-    places = {round(n * (len(front) - 1) / (most - 1)) for n in range(most)}
-    return [front[n] for n in sorted(places)]
+    return _unbeaten([one for one in within if one.served == most and most], _estimated)
 
 
 def to_plan(found: Sequence[Tried], front: Sequence[Tried], most: int) -> list[Tried]:
     """Return at most so many set-ups to be planned in full.
 
-    First those of the front, then the fastest of other machines, then others by their estimate. The estimate ranks; it
-    does not decide between machines that are nearly as fast.
+    First :func:`ends` of the front, then others of it up to half of ``most``, evenly from the fastest on, then the
+    fastest of other machines, then others by their estimate. The estimate ranks; it does not decide between machines
+    that are nearly as fast.
     """
-    chosen = spread(front, most)
-    if not chosen:
+    if not front:
         return []
-    able = [one for one in found if one.crane is not None and not one.over]
-    others = [one for one in able if one.served == chosen[0].served and one not in chosen]
-    others.sort(key=lambda one: one.crane_s)
+    chosen = ends(front, _estimated, lambda one: one.cranes)[:most]
+    left = [one for one in front if one not in chosen]
+    room = max(0, most // 2 - len(chosen))
+    chosen += left[:: max(1, -(-len(left) // room))][:room] if room else []
+    able = [one for one in found if one.crane is not None and not one.over and one.cranes == 1]
+    others = sorted(
+        (one for one in able if one.served == front[0].served and one not in chosen), key=lambda one: one.crane_s
+    )
     named = {one.machine for one in chosen}
     for one in others:
         if len(chosen) < most and one.machine not in named:
             chosen.append(one)
             named.add(one.machine)
     return [*chosen, *(one for one in others if one not in chosen)][:most]
+
+
+def ends(front: Sequence[Any], goals: Callable[[Any], Goals], group: Callable[[Any], Hashable]) -> list[Any]:
+    """Return the fastest, the cheapest and the least used of a front, then the fastest of each group; each once."""
+    found: list[Any] = []
+    for one in (
+        *(min(front, key=lambda one: (goals(one)[goal], goals(one))) for goal in range(3)),
+        *(min((one for one in front if group(one) == name), key=goals) for name in dict.fromkeys(map(group, front))),
+    ):
+        if one not in found:
+            found.append(one)
+    return found
 
 
 def why_lost(one: Tried, front: Sequence[Tried]) -> str:
@@ -63,19 +70,12 @@ def why_lost(one: Tried, front: Sequence[Tried]) -> str:
         return one.over
     if one.crane is None or not front or one.served < front[0].served:
         return one.why
-    better = min(
-        (other for other in front if other.crane_s <= one.crane_s and other.cost <= one.cost),
-        key=lambda other: other.crane_s,
-    )
-    saved = one.cost - better.cost
-    slower_h = (one.crane_s - better.crane_s) / 3600.0
-    return f"{better.machine} with a jib of {better.jib_m:g} m takes {slower_h:.2f} h less and costs {saved:,.0f} less"
+    better = _better(_estimated(one), front, _estimated)
+    return _said(better.words, _estimated(one), _estimated(better), 3600.0)
 
 
 def proven_front(planned: Sequence[dict[str, Any]], budget: float | None) -> list[dict[str, Any]]:
-    """Return the planned set-ups that no other beats: none refuses as few parts in as little time at as little cost.
-
-    Those that refuse fewest parts alone; fewer hours first.
+    """Return the planned set-ups that no other beats, fewer hours first; those that refuse fewest parts alone.
 
     Args:
         planned: Documents of set-ups, see ``bimvox optimise --json``.
@@ -83,12 +83,7 @@ def proven_front(planned: Sequence[dict[str, Any]], budget: float | None) -> lis
     """
     able = [one for one in planned if one["hours"] is not None and (budget is None or one["cost"] <= budget)]
     fewest = min((one["refused"] for one in able), default=0)
-    able = sorted((one for one in able if one["refused"] == fewest), key=lambda one: (one["hours"], one["cost"]))
-    front: list[dict[str, Any]] = []
-    for one in able:
-        if all(one["cost"] < other["cost"] for other in front):
-            front.append(one)
-    return front
+    return _unbeaten([one for one in able if one["refused"] == fewest], planned_goals)
 
 
 def why_beaten(one: dict[str, Any], front: Sequence[dict[str, Any]], budget: float | None) -> str:
@@ -99,8 +94,44 @@ def why_beaten(one: dict[str, Any], front: Sequence[dict[str, Any]], budget: flo
         return "costs more than the budget"
     if one["refused"] > front[0]["refused"]:
         return f"refuses {one['refused']} parts, others {front[0]['refused']}"
-    able = [other for other in front if other["hours"] <= one["hours"] and other["cost"] <= one["cost"]]
-    better = min(able, key=lambda other: (other["hours"], other["cost"]))
-    slower_h, saved = one["hours"] - better["hours"], one["cost"] - better["cost"]
-    who = f"{better['machine']} with a jib of {better['jib_m']:g} m"
-    return f"{who} takes {slower_h:.2f} h less and costs {saved:,.0f} less"
+    better = _better(planned_goals(one), front, planned_goals)
+    words = f"{better['machine']} with a jib of {better['jib_m']:g} m"
+    return _said(words, planned_goals(one), planned_goals(better), 1.0)
+
+
+def planned_goals(one: dict[str, Any]) -> Goals:
+    """Return what is to be small of a planned set-up; without a utilisation, the whole capacity."""
+    highest = one["highest_utilisation"]
+    return one["hours"], one["cost"], 1.0 if highest is None else highest
+
+
+def _estimated(one: Tried) -> Goals:
+    return one.crane_s, one.cost, round(one.highest / _SHARE) * _SHARE
+
+
+def _unbeaten(able: Sequence[T], goals: Callable[[T], Goals]) -> list[T]:
+    """Return those that no other beats, by their goals; of equal ones the first."""
+    front: list[T] = []
+    for one in sorted(able, key=goals):
+        if not any(_beats(goals(other), goals(one)) for other in front):
+            front.append(one)
+    return front
+
+
+def _beats(one: Goals, other: Goals) -> bool:
+    """Return whether nothing of one is worse than of another that comes after it."""
+    return all(own <= their for own, their in zip(one, other, strict=True))
+
+
+def _better(own: Goals, front: Sequence[T], goals: Callable[[T], Goals]) -> T:
+    """Return the fastest of a front that beats something."""
+    return min((other for other in front if _beats(goals(other), own)), key=goals)
+
+
+def _said(who: str, own: Goals, better: Goals, hour: float) -> str:
+    """Return by how much another is better."""
+    slower_h, saved, points = (a - b for a, b in zip(own, better, strict=True))
+    said = [f"takes {slower_h / hour:.2f} h less", f"costs {saved:,.0f} less"]
+    if round(100.0 * points) > 0:
+        said.append(f"uses {100.0 * points:.0f} points less of its capacity")
+    return f"{who} {', '.join(said[:-1])} and {said[-1]}"

@@ -23,7 +23,7 @@ from bimvox.site.guess import rigs_of
 from bimvox.site.mast_places import ground_plan
 from bimvox.site.means import Means
 from bimvox.site.rigging import gear_by_crane
-from bimvox.site.set_ups import set_ups
+from bimvox.site.set_ups import highest_utilisation, set_ups
 from bimvox.site.site import Site
 
 _MOST_BASES = 600
@@ -46,6 +46,21 @@ class Effort:
     seconds: float | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class OtherYard:
+    """A yard, or a truckload, that is not the site file's.
+
+    Attributes:
+        number: Of its proposal, from 0.
+        polygon: The yard.
+        truckload_kg: Largest mass of a delivery.
+    """
+
+    number: int
+    polygon: Polygon
+    truckload_kg: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Tried:
     """A machine with one jib and reeving on all places.
@@ -55,17 +70,18 @@ class Tried:
         jib_m: Length of its jib.
         falls: Of its rope.
         load_moment_tm: Size of the machine.
-        crane: The crane on the best place; None if its mast has no place.
+        crane: The crane on the place in question; None if its mast has no place.
         served: Number of parts that it serves from there.
         crane_s: Estimated crane time from there.
         bases_m: (B, 2) all places.
         all_served: (B,) number of parts served from each.
         all_crane_s: (B,) estimated crane time from each.
-        cost: Estimated cost from there, in the currency of the site.
-        used: Highest share of the largest radius allowed for a part's mass, from there.
-        over: Why its cost is refused; empty if it is within the budget.
         why: Why the first part that it does not serve is not served; empty if it serves all.
-        yard: The yard if it is another one than the site file's, and its number.
+        cost: Estimated cost from there, in the currency of the site.
+        highest: Estimated highest utilisation from there.
+        over: Why its cost is refused; empty if it is within the budget.
+        is_least_used: Whether the place is the one of the lowest utilisation, not the fastest.
+        yard: The yard if it is not the site file's.
     """
 
     machine: str
@@ -80,9 +96,20 @@ class Tried:
     all_crane_s: NDArray[np.float64]
     why: str
     cost: float
-    used: float = 0.0
+    highest: float = 0.0
     over: str = ""
-    yard: tuple[Polygon, int] | None = None
+    is_least_used: bool = False
+    yard: OtherYard | None = None
+
+    @property
+    def words(self) -> str:
+        """The machine and its jib."""
+        return f"{self.machine} with a jib of {self.jib_m:g} m"
+
+    @property
+    def cranes(self) -> int:
+        """Number of cranes."""
+        return 1
 
 
 class Search:
@@ -107,10 +134,13 @@ class Search:
         progress.finish()
 
     def tried(self, machines: Sequence[Machine]) -> Iterator[Tried]:
-        """Yield each machine with each jib and reeving on its best place: most parts, then least time."""
+        """Yield each machine with each jib and reeving on its best place: most parts, then least time.
+
+        If another place serves as many parts at a lower utilisation, it follows.
+        """
         for machine in machines:
             for jib_m, usual in zip(machine.jibs_m, machine.cranes, strict=True):
-                yield self._tried(machine, jib_m, usual)
+                yield from self._tried(machine, jib_m, usual)
 
     def of(self, crane: TowerCrane) -> tuple[int, float]:
         """Return how many parts a crane serves from where it stands, and the estimated crane time."""
@@ -122,7 +152,7 @@ class Search:
         """Return what a machine costs on this site."""
         return self._wanted.rates(machine)
 
-    def _tried(self, machine: Machine, jib_m: float, usual: TowerCrane) -> Tried:
+    def _tried(self, machine: Machine, jib_m: float, usual: TowerCrane) -> list[Tried]:
         demand = self._wanted.demand
         crane = demand.as_used(usual)
         hook_m = demand.height_m(crane)
@@ -133,24 +163,36 @@ class Search:
         common = (machine.name, jib_m, usual.falls, machine.load_moment_tm)
         if not len(bases_m):
             why = "it has no place clear of all areas and within the plot"
-            return Tried(*common, None, 0, 0.0, bases_m, counts, crane_s, why, 0.0)
-        best = int(np.lexsort((found.used, np.round(crane_s), -counts))[0])
-        placed = replace(standing(usual, hook_m), base_m=(*bases_m[best].tolist(), 0.0))
-        why = ""
-        if counts[best] < len(self.work.places_m):
-            missed = np.flatnonzero(~found.served[best])
-            first = int(missed[np.argmax(self.work.masses_kg[missed])])
-            why = str(self._wanted.why_not(first, replace(crane, base_m=placed.base_m), MARGIN_M))
-            why += f", and {len(missed) - 1} more" if len(missed) > 1 else ""
-        best_s = float(crane_s[best])
-        cost = self.rates(machine).total(best_s / 3600.0)
-        over = _over(cost, self._config.costs)
-        used = float(found.used[best])
-        return Tried(*common, placed, int(counts[best]), best_s, bases_m, counts, crane_s, why, cost, used, over)
+            return [Tried(*common, None, 0, 0.0, bases_m, counts, crane_s, why, 0.0)]
+        highest = highest_utilisation(replace(crane, chart=usual.chart), bases_m, self.work, found.served)
 
-    def with_yard(self, machine: Machine, yard: Polygon, number: int) -> Tried | None:
+        def at(n: int, *, is_least_used: bool = False) -> Tried:
+            placed = replace(standing(usual, hook_m), base_m=(*bases_m[n].tolist(), 0.0))
+            why = self._why_not(placed, found.served[n])
+            cost = self.rates(machine).total(float(crane_s[n]) / 3600.0)
+            over = _over(cost, self._config.costs)
+            return Tried(
+                *common, placed, int(counts[n]), float(crane_s[n]), bases_m, counts, crane_s, why, cost,
+                float(highest[n]), over, is_least_used,
+            )  # fmt: skip
+
+        best = int(np.lexsort((highest, np.round(crane_s), -counts))[0])
+        least = int(np.lexsort((crane_s, np.round(highest, 2), -counts))[0])
+        spared = round(float(highest[best] - highest[least]), 9) >= 0.01
+        return [at(best), *([at(least, is_least_used=True)] if spared else [])]
+
+    def _why_not(self, crane: TowerCrane, served: NDArray[np.bool_]) -> str:
+        """Return why a crane on its base does not serve the heaviest part that it does not serve; empty if all."""
+        if served.all():
+            return ""
+        missed = np.flatnonzero(~served)
+        first = int(missed[np.argmax(self.work.masses_kg[missed])])
+        why = str(self._wanted.why_not(first, self._wanted.demand.as_used(crane), MARGIN_M))
+        return why + (f", and {len(missed) - 1} more" if len(missed) > 1 else "")
+
+    def with_yard(self, machine: Machine, yard: OtherYard) -> Tried | None:
         """Return a machine with the best of its jibs, reevings and places for another yard; None if it has no place."""
-        wanted = self._wanted.with_yard((yard,))
+        wanted = self._wanted.with_yard((yard.polygon,))
         chosen = best_set_up([machine], wanted)
         if chosen is None:
             return None
@@ -158,14 +200,15 @@ class Search:
         work = wanted.work.sample(len(self.work.masses_kg), _MOST_YARD)
         base_m = np.array([crane.base_m[:2]])
         found = set_ups(crane, base_m, work, wanted.demand.height_m(crane), MARGIN_M)
+        highest = highest_utilisation(replace(crane, chart=chosen.crane.chart), base_m, work, found.served)
         served, crane_s = int(found.served.sum()), float(found.crane_s[0])
         why = "" if found.served.all() else "serves fewer parts with this yard"
         cost = self.rates(machine).total(crane_s / 3600.0)
         jib_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
         return Tried(
             machine.name, jib_m, crane.falls, machine.load_moment_tm, chosen.crane, served, crane_s, base_m,
-            np.array([served]), found.crane_s, why, cost, float(found.used[0]), _over(cost, self._config.costs),
-            (yard, number),
+            np.array([served]), found.crane_s, why, cost, float(highest[0]), _over(cost, self._config.costs),
+            yard=yard,
         )  # fmt: skip
 
 

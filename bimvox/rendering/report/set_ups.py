@@ -56,13 +56,20 @@ def set_ups_page(
 
 
 def _answers(front: Sequence[Mapping[str, Any]], given: Mapping[str, Any], currency: str) -> list[tuple[str, str]]:
-    """Return the fastest and the cheapest set-up, against the given one."""
+    """Return the fastest, the cheapest and the least used set-up, against the given one."""
     found = []
-    for words, one in (("fastest", front[0]), ("cheapest", front[-1])) if front else ():
+    best = {
+        words: min(front, key=lambda one: one[key] or 0.0)
+        for words, key in (("fastest", "hours"), ("cheapest", "cost"), ("least used", "highest_utilisation"))
+        if front
+    }
+    for words, one in best.items():
         said = f"{escape(_name(one))} at {_at(one)}: {fixed(one['hours'], 2)} h, {one['cost']:,.0f} {escape(currency)}"
         if given["hours"]:
             moving, cost = given["moving_hours"] - one["moving_hours"], given["cost"] - one["cost"]
             said += f"; {_less(moving, given['moving_hours'])} moving, {_less(cost, given['cost'])} cost than given"
+        if one["highest_utilisation"] is not None:
+            said += f"; {percent(one['highest_utilisation'], 0)} of the capacity"
         found.append((words, said))
     return found
 
@@ -111,8 +118,14 @@ def _row(one: Mapping[str, Any], prefix: str = "") -> str:
 
 
 def _losers(estimates: Sequence[Mapping[str, str]]) -> str:
-    columns = ("machine", "jib, m", "falls", "yard", "parts\nserved", "hours\n(estimate)", "cost\n(estimate)", "why")
-    keys = ("machine", "jib_m", "falls", "yard", "parts_served", "estimated_hours", "estimated_cost", "why_lost")
+    columns = (
+        "machine", "jib, m", "falls", "yard", "parts\nserved", "hours\n(estimate)", "cost\n(estimate)",
+        "utilisation\n(estimate)", "why",
+    )  # fmt: skip
+    keys = (
+        "machine", "jib_m", "falls", "yard", "parts_served", "estimated_hours", "estimated_cost",
+        "estimated_utilisation", "why_lost",
+    )  # fmt: skip
     rows = [row(escape(str(one[key])) for key in keys) for one in estimates if one["why_lost"]]
     return table(columns, rows, caption="Machines that are not of the front", class_="words")
 

@@ -117,7 +117,8 @@ def _row(record: Mapping[str, Any]) -> dict[str, Any]:
         return row | {"error": f"{error['code']}: {error['message']}"}
     given, front = found["baseline"], found["front"]
     row |= {"verified": found["verified"], "parts": found["parts"], "currency": found["currency"]}
-    for what, one in (("given", given), *((("fastest", front[0]), ("cheapest", front[-1])) if front else ())):
+    best = {"fastest": front[0], "cheapest": min(front, key=lambda one: float(one["cost"]))} if front else {}
+    for what, one in {"given": given, **best}.items():
         row |= {f"{what}_{key}": one[key] for key in ("machine", "refused", "hours", "cost")}
     return row | {"page": f"{record['run']}/{PAGE}"}
 

@@ -39,8 +39,8 @@ _TABLE = "set-ups.csv"
 _MAP = "crane-hours.svg"
 _SVG = "image/svg+xml"
 _COLUMNS = (
-    "machine", "jib_m", "falls", "load_moment_tm", "x_m", "y_m", "yard", "places", "parts", "parts_served",
-    "estimated_hours", "estimated_cost", "currency", "why_lost",
+    "machine", "jib_m", "falls", "load_moment_tm", "x_m", "y_m", "yard", "truckload_kg", "places", "parts",
+    "parts_served", "estimated_hours", "estimated_cost", "estimated_utilisation", "currency", "why_lost",
 )  # fmt: skip
 
 
@@ -92,8 +92,9 @@ def optimise(
         found += search.tried([machine])
         progress.advance()
     progress.finish()
-    tried = sum(len(one.bases_m) for one in found)
     lattice = list(found)
+    rigs = [one for one in lattice if not one.is_least_used]
+    tried = sum(len(one.bases_m) for one in rigs)
     if effort.yards and may_move(opened.config):
         folder.mkdir(parents=True, exist_ok=True)
         moved, trials = other_yards(opened, search, machines, folder, effort, progress)
@@ -135,7 +136,7 @@ def optimise(
     map_svg = heat_map(_heat(opened, front_of(lattice)[0]))
     document = {
         "tried": int(tried),
-        "machines": len(lattice),
+        "machines": len(rigs),
         "trials": trials,
         "parts": len(search.work.places_m),
         "standing_hours": round(standing_h, 4),
@@ -183,6 +184,7 @@ def _given(crane: TowerCrane, search: Search) -> dict[str, Any]:
         "falls": crane.falls,
         "base_m": [float(value) for value in crane.base_m[:2]],
         "yard": None,
+        "truckload_kg": None,
         "parts_served": served,
         "crane_s": crane_s,
     }
@@ -194,7 +196,8 @@ def _found(one: Tried) -> dict[str, Any]:
         "jib_m": one.jib_m,
         "falls": one.falls,
         "base_m": [float(value) for value in _base(one)],
-        "yard": None if one.yard is None else [list(corner) for corner in one.yard[0]],
+        "yard": None if one.yard is None else [list(corner) for corner in one.yard.polygon],
+        "truckload_kg": None if one.yard is None else one.yard.truckload_kg,
         "parts_served": one.served,
         "crane_s": one.crane_s,
     }
@@ -235,15 +238,19 @@ def _setup(opened: Opened, one: Tried) -> Setup:
     """Return the site's set-up with another crane, and another yard if it has one."""
     (own,) = opened.setup.cranes
     crane = CraneSetup(name=own.name, machine=one.machine, base_m=_base(one), jib_m=one.jib_m, falls=one.falls)
-    yard = {} if one.yard is None else {"yard": (one.yard[0],)}
+    yard: dict[str, Any] = {}
+    if one.yard is not None:
+        yard = {"yard": (one.yard.polygon,)}
+        if one.yard.truckload_kg != opened.config.rules.truckload_kg:
+            yard["truckload_kg"] = one.yard.truckload_kg
     return opened.setup.model_copy(update={"cranes": (crane,), **yard})
 
 
 def _written(opened: Opened, one: Tried) -> Path:
     """Write the site file of a set-up next to the given one; one that is there already must be the same."""
     stem = opened.site.name.removesuffix(SITE_SUFFIX).removesuffix(".toml")
-    yard = "" if one.yard is None else f"-yard-{one.yard[1] + 1}"
-    path = opened.site.with_name(f"{stem}-{one.machine}-{one.jib_m:g}m-{one.falls}-falls{yard}{SITE_SUFFIX}")
+    which = "-least-used" if one.is_least_used else "" if one.yard is None else f"-yard-{one.yard.number + 1}"
+    path = opened.site.with_name(f"{stem}-{one.machine}-{one.jib_m:g}m-{one.falls}-falls{which}{SITE_SUFFIX}")
     wanted = _setup(opened, one)
     text, _, _ = as_text(opened, opened.with_setup(wanted), wanted, path)
     if path.exists():
@@ -264,9 +271,24 @@ def _csv(found: Sequence[Tried], front: Sequence[Tried], parts: int, currency: s
         x, y = ("", "") if one.crane is None else (f"{value:g}" for value in _base(one))
         hours = "" if one.crane is None else f"{one.crane_s / 3600.0:.3f}"
         cost = "" if one.crane is None else f"{one.cost:.0f}"
-        yard = "given" if one.yard is None else one.yard[1] + 1
-        row = (one.machine, f"{one.jib_m:g}", one.falls, size, x, y, yard, len(one.bases_m), parts, one.served, hours)
-        rows.writerow((*row, cost, currency, why_lost(one, front)))
+        highest = "" if one.crane is None else f"{one.highest:.2f}"
+        yard = "given" if one.yard is None else one.yard.number + 1
+        load = "" if one.yard is None else f"{one.yard.truckload_kg:g}"
+        row = (
+            one.machine,
+            f"{one.jib_m:g}",
+            one.falls,
+            size,
+            x,
+            y,
+            yard,
+            load,
+            len(one.bases_m),
+            parts,
+            one.served,
+            hours,
+        )
+        rows.writerow((*row, cost, highest, currency, why_lost(one, front)))
     return stream.getvalue()
 
 
