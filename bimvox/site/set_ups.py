@@ -61,11 +61,13 @@ class SetUps:
 
     Attributes:
         served: (B, N) whether it carries each part from some place of the yard to its place.
+        lift_s: (B, N) estimated crane time of each part; 0 if it does not serve it.
         crane_s: (B,) estimated crane time of the parts that it serves.
         used: (B,) highest share of the largest radius allowed for a part's mass, over the parts that it serves.
     """
 
     served: NDArray[np.bool_]
+    lift_s: NDArray[np.float64]
     crane_s: NDArray[np.float64]
     used: NDArray[np.float64]
 
@@ -116,9 +118,10 @@ def set_ups(
     parts = [_set_ups(crane, bases_m[n : n + step], work, hook_m, margin_m) for n in range(0, len(bases_m), step)]
     if not parts:
         count = len(work.places_m)
-        return SetUps(np.zeros((0, count), np.bool_), np.zeros(0), np.zeros(0))
+        return SetUps(np.zeros((0, count), np.bool_), np.zeros((0, count)), np.zeros(0), np.zeros(0))
     return SetUps(
         np.concatenate([one.served for one in parts]),
+        np.concatenate([one.lift_s for one in parts]),
         np.concatenate([one.crane_s for one in parts]),
         np.concatenate([one.used for one in parts]),
     )
@@ -133,9 +136,9 @@ def _set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, ho
         able &= _high_enough(crane, radius_m, hook_m)
         picked &= _high_enough(crane, yard_radius_m, hook_m)[:, None]
     served = able & picked.any(axis=2)
-    crane_s = _crane_s(crane, bases_m, work, served, picked, (radius_m, yard_radius_m))
+    lift_s = _lift_s(crane, bases_m, work, served, picked, (radius_m, yard_radius_m))
     share = np.where(served, radius_m / np.maximum(far_m, 1e-9), 0.0)
-    return SetUps(served, crane_s, share.max(axis=1, initial=0.0))
+    return SetUps(served, lift_s, lift_s.sum(axis=1), share.max(axis=1, initial=0.0))
 
 
 def least_moving_s(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork) -> NDArray[np.float64]:
@@ -195,7 +198,7 @@ def _high_enough(crane: TowerCrane, radius_m: NDArray[np.float64], hook_m: float
     return found
 
 
-def _crane_s(
+def _lift_s(
     crane: TowerCrane,
     bases_m: NDArray[np.float64],
     work: LiftWork,
@@ -203,7 +206,7 @@ def _crane_s(
     picked: NDArray[np.bool_],
     radii_m: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> NDArray[np.float64]:
-    """Return the (B,) estimated crane time."""
+    """Return the (B, N) estimated crane time of each part."""
     radius_m, yard_radius_m = radii_m
     over_m = np.maximum.accumulate(work.tops_m) + work.heights_m + crane.sling_m
     longest_m = float(max(radius_m.max(initial=1.0), yard_radius_m.max(initial=1.0), over_m.max(initial=1.0)))
@@ -222,8 +225,8 @@ def _crane_s(
     back_s = np.maximum(np.concatenate([across_s[:, :1], across_s[:, :-1]], axis=1), empty_s[:, None])
     count = np.maximum(picked.sum(axis=2), 1)
     mean_s = ((there_s + back_s) * picked).sum(axis=2) / count
-    total: NDArray[np.float64] = ((mean_s + work.standing_s) * served).sum(axis=1)
-    return total
+    lift_s: NDArray[np.float64] = (mean_s + work.standing_s) * served
+    return lift_s
 
 
 def _slews(bases_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:

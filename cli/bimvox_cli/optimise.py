@@ -35,6 +35,9 @@ def optimise(
     budget: Annotated[
         float | None, typer.Option("--budget", min=0.0, metavar="SECONDS", help="Try other yards no longer than this.")
     ] = None,
+    most_cranes: Annotated[
+        int, typer.Option("--cranes", min=1, max=2, metavar="N", help="How many cranes a set-up has at most.")
+    ] = 2,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -54,10 +57,10 @@ def optimise(
 ) -> None:
     """Look for a better crane, place and yard.
 
-    Every machine is tried at every place where its mast can stand, and with other yards, unless trucks or parts have
-    their places. The set-ups that no other beats in hours, cost and highest utilisation are planned and proven in full,
-    and so is the given one. Their site files are written next to it. Rates: `[costs]`. Several sites are searched in
-    parallel: one table and one page of all.
+    Every machine is tried at every place where its mast can stand, with other yards, unless trucks or parts have their
+    places, and with a second crane. The set-ups that no other beats in hours, cost and highest utilisation are planned
+    and proven in full, and so is the given one. Their site files are written next to it. Rates: `[costs]`. Several
+    sites are searched in parallel: one table and one page of all.
     """
     from bimvox_pipeline.optimise.many_sites import optimise_all
     from bimvox_pipeline.optimise.optimise import optimise as optimise_one
@@ -69,7 +72,7 @@ def optimise(
         act = partial(optimise_all, sites, out or Path(_FOLDER)) if several else partial(optimise_one, sites[0], out)
         document = act(
             crane=crane,
-            effort=Effort(members, trials, budget),
+            effort=Effort(members, trials, budget, most_cranes),
             backend=backend,
             jobs=jobs,
             fresh=fresh,
@@ -156,10 +159,10 @@ def _show_all(console: Console, document: Mapping[str, Any]) -> None:
 def _row(prefix: str, one: Mapping[str, Any]) -> tuple[object, ...]:
     highest = one["highest_utilisation"]
     return (
-        prefix + one["machine"],
+        prefix + one["machine"] + (f" + {one['second']['machine']}" if one["second"] else ""),
         one["jib_m"],
         one["falls"],
-        "({:g}, {:g})".format(*one["base_m"]),
+        ", ".join("({:g}, {:g})".format(*each["base_m"]) for each in (one, one["second"]) if each),
         "given" if one["yard"] is None else "({:g}, {:g})".format(*one["yard"][0]),
         one["refused"],
         one["hours"],

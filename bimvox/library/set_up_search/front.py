@@ -22,7 +22,7 @@ def front_of(found: Sequence[Tried]) -> list[Tried]:
     """
     within = [one for one in found if one.crane is not None and not one.over]
     most = max((one.served for one in within), default=0)
-    return _unbeaten([one for one in within if one.served == most and most], _estimated)
+    return _unbeaten([one for one in within if one.served == most and most], estimated_goals)
 
 
 def to_plan(found: Sequence[Tried], front: Sequence[Tried], most: int) -> list[Tried]:
@@ -34,7 +34,7 @@ def to_plan(found: Sequence[Tried], front: Sequence[Tried], most: int) -> list[T
     """
     if not front:
         return []
-    chosen = ends(front, _estimated, lambda one: one.cranes)[:most]
+    chosen = ends(front, estimated_goals, lambda one: one.cranes)[:most]
     left = [one for one in front if one not in chosen]
     room = max(0, most // 2 - len(chosen))
     chosen += left[:: max(1, -(-len(left) // room))][:room] if room else []
@@ -70,8 +70,8 @@ def why_lost(one: Tried, front: Sequence[Tried]) -> str:
         return one.over
     if one.crane is None or not front or one.served < front[0].served:
         return one.why
-    better = _better(_estimated(one), front, _estimated)
-    return _said(better.words, _estimated(one), _estimated(better), 3600.0)
+    better = _better(estimated_goals(one), front, estimated_goals)
+    return _said(better.words, estimated_goals(one), estimated_goals(better), 3600.0)
 
 
 def proven_front(planned: Sequence[dict[str, Any]], budget: float | None) -> list[dict[str, Any]]:
@@ -95,18 +95,23 @@ def why_beaten(one: dict[str, Any], front: Sequence[dict[str, Any]], budget: flo
     if one["refused"] > front[0]["refused"]:
         return f"refuses {one['refused']} parts, others {front[0]['refused']}"
     better = _better(planned_goals(one), front, planned_goals)
-    words = f"{better['machine']} with a jib of {better['jib_m']:g} m"
+    both = [each for each in (better, better["second"]) if each]
+    words = " and ".join(f"{each['machine']} with a jib of {each['jib_m']:g} m" for each in both)
     return _said(words, planned_goals(one), planned_goals(better), 1.0)
 
 
 def planned_goals(one: dict[str, Any]) -> Goals:
-    """Return what is to be small of a planned set-up; without a utilisation, the whole capacity."""
+    """Return what is to be small of a planned set-up; without a utilisation, the whole capacity.
+
+    Two cranes count as fully used: a lower utilisation alone is not worth a second crane.
+    """
     highest = one["highest_utilisation"]
-    return one["hours"], one["cost"], 1.0 if highest is None else highest
+    return one["hours"], one["cost"], 1.0 if highest is None or one["second"] else highest
 
 
-def _estimated(one: Tried) -> Goals:
-    return one.crane_s, one.cost, round(one.highest / _SHARE) * _SHARE
+def estimated_goals(one: Tried) -> Goals:
+    """Return what is to be small of a set-up, by its estimate; see :func:`planned_goals`."""
+    return one.crane_s, one.cost, 1.0 if one.second else round(one.highest / _SHARE) * _SHARE
 
 
 def _unbeaten(able: Sequence[T], goals: Callable[[T], Goals]) -> list[T]:
@@ -132,6 +137,6 @@ def _said(who: str, own: Goals, better: Goals, hour: float) -> str:
     """Return by how much another is better."""
     slower_h, saved, points = (a - b for a, b in zip(own, better, strict=True))
     said = [f"takes {slower_h / hour:.2f} h less", f"costs {saved:,.0f} less"]
-    if round(100.0 * points) > 0:
+    if round(100.0 * points) > 0 and own[2] < 1.0:
         said.append(f"uses {100.0 * points:.0f} points less of its capacity")
     return f"{who} {', '.join(said[:-1])} and {said[-1]}"

@@ -15,15 +15,15 @@ from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.site import built_site
 from bimvox.planning.assembly import prepare
 from bimvox.progress import Progress
-from bimvox.site.config.costs import CostsConfig
 from bimvox.site.config.site_config import Polygon
 from bimvox.site.costs import Rates
 from bimvox.site.crane_guess import Wanted, best_set_up
+from bimvox.site.crew_times import crew_times
 from bimvox.site.guess import rigs_of
 from bimvox.site.mast_places import ground_plan
 from bimvox.site.means import Means
 from bimvox.site.rigging import gear_by_crane
-from bimvox.site.set_ups import highest_utilisation, set_ups
+from bimvox.site.set_ups import LiftWork, SetUps, highest_utilisation, set_ups
 from bimvox.site.site import Site
 
 _MOST_BASES = 600
@@ -39,11 +39,13 @@ class Effort:
         members: How many set-ups are planned in full.
         yards: How many other yards are tried.
         seconds: No other yard is begun after so many seconds; None: no limit.
+        cranes: How many cranes a set-up has at most, 1 or 2.
     """
 
     members: int = 6
     yards: int = 48
     seconds: float | None = None
+    cranes: int = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +84,7 @@ class Tried:
         over: Why its cost is refused; empty if it is within the budget.
         is_least_used: Whether the place is the one of the lowest utilisation, not the fastest.
         yard: The yard if it is not the site file's.
+        second: The other crane of two, on its place; the parts served, the time and the cost are those of both.
     """
 
     machine: str
@@ -100,16 +103,51 @@ class Tried:
     over: str = ""
     is_least_used: bool = False
     yard: OtherYard | None = None
+    second: Tried | None = None
 
     @property
     def words(self) -> str:
-        """The machine and its jib."""
-        return f"{self.machine} with a jib of {self.jib_m:g} m"
+        """The machine and its jib; of two cranes, both."""
+        own = f"{self.machine} with a jib of {self.jib_m:g} m"
+        return own if self.second is None else f"{own} and {self.second.words}"
 
     @property
     def cranes(self) -> int:
         """Number of cranes."""
-        return 1
+        return 1 if self.second is None else 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rig:
+    """A machine with one jib and reeving, on a mast as high as the site needs.
+
+    Attributes:
+        machine: The machine.
+        jib_m: Length of its jib.
+        usual: The crane with its usual rigging.
+        crane: The crane as used: the permitted share of its chart, and the gear of the parts.
+        hook_m: Height that its hook must reach.
+    """
+
+    machine: Machine
+    jib_m: float
+    usual: TowerCrane
+    crane: TowerCrane
+    hook_m: float
+
+    @property
+    def names(self) -> tuple[str, float, int, float]:
+        """Name, jib, falls and load moment."""
+        return self.machine.name, self.jib_m, self.usual.falls, self.machine.load_moment_tm
+
+    @property
+    def whole_chart(self) -> TowerCrane:
+        """The crane as used, with its whole load chart."""
+        return replace(self.crane, chart=self.usual.chart)
+
+    def on(self, base_m: NDArray[np.float64], higher_m: float = 0.0) -> TowerCrane:
+        """Return the crane on a base (2,), its mast higher by a length."""
+        return replace(standing(self.usual, self.hook_m + higher_m), base_m=(*base_m.tolist(), 0.0))
 
 
 class Search:
@@ -118,6 +156,11 @@ class Search:
     Args:
         placed: The site; it has one crane.
         progress: Receives the stages.
+
+    Attributes:
+        config: Its site file.
+        work: Its parts.
+        crews: The crew's times for each.
     """
 
     def __init__(self, placed: PlacedSite, progress: Progress) -> None:
@@ -130,17 +173,34 @@ class Search:
         plan = ground_plan(placed.placed.elements)
         self._wanted = Wanted(config, parts, plan, placed.load_top_m, rigs, range(len(parts)))
         self.work = self._wanted.work.sample(len(parts), _MOST_YARD)
-        self._config = config
+        self.config = config
+        self.crews = [crew_times(config.rules_in_force, part) for part in parts]
         progress.finish()
+
+    def rigs(self, machines: Sequence[Machine]) -> Iterator[Rig]:
+        """Yield each machine with each jib and reeving."""
+        demand = self._wanted.demand
+        for machine in machines:
+            for jib_m, usual in zip(machine.jibs_m, machine.cranes, strict=True):
+                crane = demand.as_used(usual)
+                hook_m = demand.height_m(crane)
+                yield Rig(machine, jib_m, standing(usual, hook_m), standing(crane, hook_m), hook_m)
 
     def tried(self, machines: Sequence[Machine]) -> Iterator[Tried]:
         """Yield each machine with each jib and reeving on its best place: most parts, then least time.
 
         If another place serves as many parts at a lower utilisation, it follows.
         """
-        for machine in machines:
-            for jib_m, usual in zip(machine.jibs_m, machine.cranes, strict=True):
-                yield from self._tried(machine, jib_m, usual)
+        for rig in self.rigs(machines):
+            yield from self._tried(rig)
+
+    def places_m(self, rig: Rig, most: int = _MOST_BASES) -> NDArray[np.float64]:
+        """Return about ``most`` (B, 2) places where a rig's mast can stand."""
+        return self._wanted.places.bases_m(rig.crane, most)
+
+    def served(self, rig: Rig, bases_m: NDArray[np.float64], work: LiftWork | None = None) -> SetUps:
+        """Return how a rig serves the parts, or other work, from (B, 2) bases."""
+        return set_ups(rig.crane, bases_m, work or self.work, rig.hook_m, MARGIN_M)
 
     def of(self, crane: TowerCrane) -> tuple[int, float]:
         """Return how many parts a crane serves from where it stands, and the estimated crane time."""
@@ -152,28 +212,29 @@ class Search:
         """Return what a machine costs on this site."""
         return self._wanted.rates(machine)
 
-    def _tried(self, machine: Machine, jib_m: float, usual: TowerCrane) -> list[Tried]:
-        demand = self._wanted.demand
-        crane = demand.as_used(usual)
-        hook_m = demand.height_m(crane)
-        crane = standing(crane, hook_m)
-        bases_m = self._wanted.places.bases_m(crane, _MOST_BASES)
-        found = set_ups(crane, bases_m, self.work, hook_m, MARGIN_M)
+    def over(self, cost: float) -> str:
+        """Return why a cost is refused; empty if it is within the budget."""
+        costs = self.config.costs
+        if costs.budget is None or cost <= costs.budget:
+            return ""
+        return f"costs {cost:,.0f} {costs.currency}, more than the budget of {costs.budget:,.0f}"
+
+    def _tried(self, rig: Rig) -> list[Tried]:
+        bases_m = self.places_m(rig)
+        found = self.served(rig, bases_m)
         counts, crane_s = found.served.sum(axis=1), found.crane_s
-        common = (machine.name, jib_m, usual.falls, machine.load_moment_tm)
         if not len(bases_m):
             why = "it has no place clear of all areas and within the plot"
-            return [Tried(*common, None, 0, 0.0, bases_m, counts, crane_s, why, 0.0)]
-        highest = highest_utilisation(replace(crane, chart=usual.chart), bases_m, self.work, found.served)
+            return [Tried(*rig.names, None, 0, 0.0, bases_m, counts, crane_s, why, 0.0)]
+        highest = highest_utilisation(rig.whole_chart, bases_m, self.work, found.served)
 
         def at(n: int, *, is_least_used: bool = False) -> Tried:
-            placed = replace(standing(usual, hook_m), base_m=(*bases_m[n].tolist(), 0.0))
+            placed = rig.on(bases_m[n])
             why = self._why_not(placed, found.served[n])
-            cost = self.rates(machine).total(float(crane_s[n]) / 3600.0)
-            over = _over(cost, self._config.costs)
+            cost = self.rates(rig.machine).total(float(crane_s[n]) / 3600.0)
             return Tried(
-                *common, placed, int(counts[n]), float(crane_s[n]), bases_m, counts, crane_s, why, cost,
-                float(highest[n]), over, is_least_used,
+                *rig.names, placed, int(counts[n]), float(crane_s[n]), bases_m, counts, crane_s, why, cost,
+                float(highest[n]), self.over(cost), is_least_used,
             )  # fmt: skip
 
         best = int(np.lexsort((highest, np.round(crane_s), -counts))[0])
@@ -207,16 +268,8 @@ class Search:
         jib_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
         return Tried(
             machine.name, jib_m, crane.falls, machine.load_moment_tm, chosen.crane, served, crane_s, base_m,
-            np.array([served]), found.crane_s, why, cost, float(highest[0]), _over(cost, self._config.costs),
-            yard=yard,
+            np.array([served]), found.crane_s, why, cost, float(highest[0]), self.over(cost), yard=yard,
         )  # fmt: skip
-
-
-def _over(cost: float, costs: CostsConfig) -> str:
-    """Return why a cost is refused; empty if it is within the budget."""
-    if costs.budget is None or cost <= costs.budget:
-        return ""
-    return f"costs {cost:,.0f} {costs.currency}, more than the budget of {costs.budget:,.0f}"
 
 
 def _in_sequence(site: Site) -> list[int]:

@@ -66,8 +66,9 @@ def _answers(front: Sequence[Mapping[str, Any]], given: Mapping[str, Any], curre
     for words, one in best.items():
         said = f"{escape(_name(one))} at {_at(one)}: {fixed(one['hours'], 2)} h, {one['cost']:,.0f} {escape(currency)}"
         if given["hours"]:
-            moving, cost = given["moving_hours"] - one["moving_hours"], given["cost"] - one["cost"]
-            said += f"; {_less(moving, given['moving_hours'])} moving, {_less(cost, given['cost'])} cost than given"
+            key, what = ("hours", "time") if one["moving_hours"] is None else ("moving_hours", "moving")
+            saved, cost = given[key] - one[key], given["cost"] - one["cost"]
+            said += f"; {_less(saved, given[key])} {what}, {_less(cost, given['cost'])} cost than given"
         if one["highest_utilisation"] is not None:
             said += f"; {percent(one['highest_utilisation'], 0)} of the capacity"
         found.append((words, said))
@@ -80,12 +81,14 @@ def _less(saved: float, whole: float) -> str:
 
 
 def _name(one: Mapping[str, Any]) -> str:
-    return f"{one['machine']}, jib {one['jib_m']:g} m, {counted(one['falls'], 'fall')}"
+    own = f"{one['machine']}, jib {one['jib_m']:g} m, {counted(one['falls'], 'fall')}"
+    return own if one.get("second") is None else f"{own}; and {_name(one['second'])}"
 
 
 def _at(one: Mapping[str, Any]) -> str:
     x, y = one["base_m"]
-    return f"({x:g},\N{NO-BREAK SPACE}{y:g})"
+    own = f"({x:g},\N{NO-BREAK SPACE}{y:g})"
+    return own if one.get("second") is None else f"{own}, {_at(one['second'])}"
 
 
 def _planned(document: Mapping[str, Any]) -> str:
@@ -126,8 +129,16 @@ def _losers(estimates: Sequence[Mapping[str, str]]) -> str:
         "machine", "jib_m", "falls", "yard", "parts_served", "estimated_hours", "estimated_cost",
         "estimated_utilisation", "why_lost",
     )  # fmt: skip
-    rows = [row(escape(str(one[key])) for key in keys) for one in estimates if one["why_lost"]]
+    rows = [
+        row(escape(_machines(one) if key == "machine" else str(one[key])) for key in keys)
+        for one in estimates
+        if one["why_lost"]
+    ]
     return table(columns, rows, caption="Machines that are not of the front", class_="words")
+
+
+def _machines(one: Mapping[str, str]) -> str:
+    return f"{one['machine']} and {one['second']}" if one["second"] else one["machine"]
 
 
 def _legend() -> str:

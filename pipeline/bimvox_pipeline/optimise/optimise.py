@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import FileError, InputError
-from bimvox.files import default_output, require_input, seen_from, write_atomically, write_together
-from bimvox.library.set_up_search.front import front_of, proven_front, to_plan, why_beaten, why_lost
+from bimvox.errors import InputError
+from bimvox.files import default_output, require_input, seen_from, write_together
+from bimvox.library.set_up_search.front import front_of, proven_front, to_plan, why_beaten
+from bimvox.library.set_up_search.pairs import may_pair, pairs
 from bimvox.library.set_up_search.search import Effort, Search, Tried
 from bimvox.library.set_up_search.yards import may_move, other_yards
 from bimvox.progress import Progress
@@ -29,19 +30,14 @@ from bimvox_pipeline.fleet.backends import Backend
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish, runs_of
 from bimvox_pipeline.fleet.work import log_file
-from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_site
-from bimvox_pipeline.studio.saving import as_text
-from bimvox_pipeline.studio.setup import CraneSetup, Setup
+from bimvox_pipeline.optimise.files import base_of, set_up, table_of, written
+from bimvox_pipeline.studio.opened import Opened, open_site
 
 PAGE = "set-ups.html"
 """The page of a site's set-ups in its folder."""
 _TABLE = "set-ups.csv"
 _MAP = "crane-hours.svg"
 _SVG = "image/svg+xml"
-_COLUMNS = (
-    "machine", "jib_m", "falls", "load_moment_tm", "x_m", "y_m", "yard", "truckload_kg", "places", "parts",
-    "parts_served", "estimated_hours", "estimated_cost", "estimated_utilisation", "currency", "why_lost",
-)  # fmt: skip
 
 
 def optimise(
@@ -101,6 +97,10 @@ def optimise(
         found += moved
     else:
         trials = 0
+    if effort.cranes > 1 and may_pair(opened.config):
+        progress.stage("pairs")
+        found += pairs(search, machines)
+        progress.finish()
     front = front_of(found)
     chosen = to_plan(found, front, effort.members)
     if not chosen and any(one.served for one in found):
@@ -113,7 +113,7 @@ def optimise(
         raise InputError(
             f"{site}: no machine serves any part", hint="`bimvox cranes SITE` says why; move the yard, or lift less"
         )
-    files = [_written(opened, one) for one in chosen]
+    files = [written(opened, one) for one in chosen]
     wishes = [Wish(path) for path in (site, *files)]
     runs = fleet(wishes, folder, backend=backend, jobs=jobs, fresh=fresh, progress=progress)
     progress.stage("table")
@@ -125,14 +125,14 @@ def optimise(
     rates = {machine.name: search.rates(machine) for machine in machines}
     baseline = _planned(site, by_site, _given(cranes[0], search), search.rates(machine_of_crane(cranes[0])), standing_h)
     planned = [
-        _planned(path, by_site, _found(one), rates[one.machine], standing_h)
+        _planned(path, by_site, _found(one), _rates(one, rates), standing_h)
         for path, one in zip(files, chosen, strict=True)
     ]
     budget, currency = opened.config.costs.budget, opened.config.costs.currency
     best = proven_front(planned, budget)
     losers = [{**one, "why_lost": why_beaten(one, best, budget)} for one in planned if one not in best]
     table, picture, page = folder / _TABLE, folder / _MAP, folder / PAGE
-    rows = _csv(found, front, len(search.work.places_m), currency)
+    rows = table_of(found, front, len(search.work.places_m), currency)
     map_svg = heat_map(_heat(opened, front_of(lattice)[0]))
     document = {
         "tried": int(tried),
@@ -149,7 +149,7 @@ def optimise(
     }
     drawn = [(opened.config, "The given set-up")]
     drawn += [
-        (opened.with_setup(_setup(opened, one)), f"{one.machine}, jib {one.jib_m:g} m")
+        (opened.with_setup(set_up(opened, one)), one.words)
         for one, figures in zip(chosen, planned, strict=True)
         if figures in best
     ]
@@ -183,6 +183,7 @@ def _given(crane: TowerCrane, search: Search) -> dict[str, Any]:
         "jib_m": crane.jib_length_m,
         "falls": crane.falls,
         "base_m": [float(value) for value in crane.base_m[:2]],
+        "second": None,
         "yard": None,
         "truckload_kg": None,
         "parts_served": served,
@@ -192,10 +193,8 @@ def _given(crane: TowerCrane, search: Search) -> dict[str, Any]:
 
 def _found(one: Tried) -> dict[str, Any]:
     return {
-        "machine": one.machine,
-        "jib_m": one.jib_m,
-        "falls": one.falls,
-        "base_m": [float(value) for value in _base(one)],
+        **_stands(one),
+        "second": None if one.second is None else _stands(one.second),
         "yard": None if one.yard is None else [list(corner) for corner in one.yard.polygon],
         "truckload_kg": None if one.yard is None else one.yard.truckload_kg,
         "parts_served": one.served,
@@ -203,10 +202,9 @@ def _found(one: Tried) -> dict[str, Any]:
     }
 
 
-def _base(one: Tried) -> tuple[float, float]:
-    assert one.crane is not None
-    x, y, _ = one.crane.base_m
-    return x, y
+def _stands(one: Tried) -> dict[str, Any]:
+    base_m = [float(value) for value in base_of(one)]
+    return {"machine": one.machine, "jib_m": one.jib_m, "falls": one.falls, "base_m": base_m}
 
 
 def _planned(
@@ -225,7 +223,8 @@ def _planned(
         "status": record["status"],
         "refused": record.get("infeasible"),
         "hours": hours,
-        "moving_hours": None if hours is None else round(hours - standing_h, 6),
+        # Of two cranes, one stands while the other moves.
+        "moving_hours": None if hours is None or values["second"] else round(hours - standing_h, 6),
         "cost": None if hours is None else round(rates.total(hours), 2),
         "critical_lifts": figures.get("critical_lifts"),
         "highest_utilisation": figures.get("highest_utilisation"),
@@ -234,62 +233,10 @@ def _planned(
     }
 
 
-def _setup(opened: Opened, one: Tried) -> Setup:
-    """Return the site's set-up with another crane, and another yard if it has one."""
-    (own,) = opened.setup.cranes
-    crane = CraneSetup(name=own.name, machine=one.machine, base_m=_base(one), jib_m=one.jib_m, falls=one.falls)
-    yard: dict[str, Any] = {}
-    if one.yard is not None:
-        yard = {"yard": (one.yard.polygon,)}
-        if one.yard.truckload_kg != opened.config.rules.truckload_kg:
-            yard["truckload_kg"] = one.yard.truckload_kg
-    return opened.setup.model_copy(update={"cranes": (crane,), **yard})
-
-
-def _written(opened: Opened, one: Tried) -> Path:
-    """Write the site file of a set-up next to the given one; one that is there already must be the same."""
-    stem = opened.site.name.removesuffix(SITE_SUFFIX).removesuffix(".toml")
-    which = "-least-used" if one.is_least_used else "" if one.yard is None else f"-yard-{one.yard.number + 1}"
-    path = opened.site.with_name(f"{stem}-{one.machine}-{one.jib_m:g}m-{one.falls}-falls{which}{SITE_SUFFIX}")
-    wanted = _setup(opened, one)
-    text, _, _ = as_text(opened, opened.with_setup(wanted), wanted, path)
-    if path.exists():
-        if path.read_bytes() != text.encode():
-            raise FileError(path, "exists already and may hold edits", hint="rename it, then optimise again")
-        return path
-    write_atomically(path, text.encode())
-    return path
-
-
-def _csv(found: Sequence[Tried], front: Sequence[Tried], parts: int, currency: str) -> str:
-    """Return the table of all machines, each with its best place, and why it lost."""
-    stream = io.StringIO()
-    rows = csv.writer(stream, lineterminator="\n")
-    rows.writerow(_COLUMNS)
-    for one in sorted(found, key=lambda one: (-one.served, one.crane_s)):
-        size = f"{one.load_moment_tm:.0f}"
-        x, y = ("", "") if one.crane is None else (f"{value:g}" for value in _base(one))
-        hours = "" if one.crane is None else f"{one.crane_s / 3600.0:.3f}"
-        cost = "" if one.crane is None else f"{one.cost:.0f}"
-        highest = "" if one.crane is None else f"{one.highest:.2f}"
-        yard = "given" if one.yard is None else one.yard.number + 1
-        load = "" if one.yard is None else f"{one.yard.truckload_kg:g}"
-        row = (
-            one.machine,
-            f"{one.jib_m:g}",
-            one.falls,
-            size,
-            x,
-            y,
-            yard,
-            load,
-            len(one.bases_m),
-            parts,
-            one.served,
-            hours,
-        )
-        rows.writerow((*row, cost, highest, currency, why_lost(one, front)))
-    return stream.getvalue()
+def _rates(one: Tried, rates: Mapping[str, Rates]) -> Rates:
+    """Return what a set-up costs, of two cranes both."""
+    own = rates[one.machine]
+    return own if one.second is None else own.with_another(rates[one.second.machine])
 
 
 def _heat(opened: Opened, one: Tried) -> HeatMap:
@@ -304,6 +251,6 @@ def _heat(opened: Opened, one: Tried) -> HeatMap:
         building=tuple(opened.trial.hulls),
         yards=tuple(areas.yard or ()),
         accesses=tuple(areas.access or ()),
-        best_m=_base(one),
+        best_m=base_of(one),
         given_m=cranes_of(opened.config)[0].base_m[:2],
     )

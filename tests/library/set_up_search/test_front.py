@@ -109,6 +109,7 @@ plans = st.lists(
         lambda refused, hours, cost, highest: {
             "machine": "m",
             "jib_m": 40.0,
+            "second": None,
             "refused": refused,
             "hours": hours,
             "cost": cost,

@@ -41,7 +41,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]
 
 
 def run(site: Path, out: Path | None = None, **options: Any) -> dict[str, Any]:
-    options = {"effort": Effort(2, 0), "crane": "hammerhead", "jobs": 1, **options}
+    options = {"effort": Effort(2, 0, cranes=1), "crane": "hammerhead", "jobs": 1, **options}
     return optimise(site, out or site.parent / "found", progress=SilentProgress(), **options)
 
 
@@ -74,7 +74,7 @@ def test_hours_are_paid_by_the_site_files_rates(made: tuple[Path, dict[str, Any]
     priced = site.with_name("priced.site.toml")
     offer = f'machine = [{{ name = "{given["machine"]}", month = 0, set_up = 5 }}]'
     priced.write_text(f'{site.read_text()}\n[costs]\ncurrency = "CHF"\nperson_hour = 100\n{offer}\n')
-    again = run(priced, site.parent / "priced", effort=Effort(1, 0))
+    again = run(priced, site.parent / "priced", effort=Effort(1, 0, cranes=1))
     assert again["currency"] == "CHF"
     assert again["baseline"]["cost"] == pytest.approx(5.0 + 400.0 * given["hours"], abs=0.01)
 
@@ -121,7 +121,7 @@ def test_a_set_up_with_another_yard_plans_as_it_is(made: tuple[Path, dict[str, A
     opened = open_site(site)
     distant = tuple(tuple((x + 12.0, y - 12.0) for x, y in polygon) for polygon in opened.setup.yard)
     save(opened, opened.setup.model_copy(update={"yard": distant}), far)
-    document = run(far, site.parent / "yards", effort=Effort(3, 24), crane="hammerhead-45")
+    document = run(far, site.parent / "yards", effort=Effort(3, 24, cranes=1), crane="hammerhead-45")
     moved = [one for one in planned(document) if one["yard"] is not None]
     assert document["trials"] == 24
     assert moved
@@ -226,3 +226,21 @@ def test_no_set_up_over_the_budget_is_planned(made: tuple[Path, dict[str, Any]])
     limited.write_text(f"{site.read_text()}\n[costs]\nbudget = 1\n")
     with pytest.raises(InputError, match="the cheapest costs"):
         run(limited, site.parent / "none")
+
+
+def test_two_cranes_are_planned_and_proven_and_their_site_file_holds_both(made: tuple[Path, dict[str, Any]]) -> None:
+    site, _ = made
+    document = run(site, site.parent / "two", effort=Effort(3, 0), crane="hammerhead-45")
+    (pair,) = (one for one in planned(document) if one["second"] is not None)
+    config = load_site_config(Path(pair["site"]))
+    assert [crane.machine for crane in config.cranes] == [pair["machine"], pair["second"]["machine"]]
+    assert len({crane.name for crane in config.cranes}) == 2
+    assert (pair["refused"], pair["moving_hours"], pair["error"]) == (0, None, None)
+    assert verify(pair["log"]).verified
+    alone = [one for one in planned(document) if one["second"] is None]
+    assert pair["cost"] > min(one["cost"] for one in alone)
+    if pair not in document["front"]:
+        assert pair["hours"] >= min(one["hours"] for one in alone)
+        assert pair["why_lost"]
+    page = Path(document["page"]).read_text(encoding="utf-8")
+    assert "; and hammerhead-45" in page

@@ -41,7 +41,7 @@ def document(front: list[dict], losers: list[dict]) -> dict:
 
 ROWS = [
     {
-        "machine": "<b>x</b>", "jib_m": "40", "falls": "2", "yard": "given", "parts_served": "3",
+        "machine": "<b>x</b>", "jib_m": "40", "falls": "2", "second": "", "yard": "given", "parts_served": "3",
         "estimated_hours": "2.500", "estimated_cost": "800", "estimated_utilisation": "0.50", "why_lost": "a & b",
     }
 ]  # fmt: skip
