@@ -57,9 +57,10 @@ def pairs(search: Search, machines: Sequence[Machine]) -> list[Tried]:
     chosen = _choice(
         [_rough(a, b, separation_m, (share, least_s)) for a, b in combinations_with_replacement(stands, 2)]
     )
-    found = [_close(search, one, separation_m) for one in chosen]
-    front = front_of([one for one in found if one is not None])
-    return ends(front, estimated_goals, lambda one: one.cranes)
+    found = [tried for one in chosen if (tried := _close(search, one, separation_m)) is not None]
+    front = front_of(found)
+    # Over the budget, one says so.
+    return ends(front, estimated_goals, lambda one: one.cranes) if front else sorted(found, key=estimated_goals)[:1]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

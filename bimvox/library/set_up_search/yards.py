@@ -72,7 +72,12 @@ class Yards:
 
 
 def other_yards(
-    site: PlacedSite, search: Search, machines: Sequence[Machine], folder: Path, effort: Effort, progress: Progress
+    site: PlacedSite,
+    search: Search,
+    machines: Sequence[Machine],
+    folder: Path | None,
+    effort: Effort,
+    progress: Progress,
 ) -> tuple[list[Tried], int]:
     """Return the set-ups with other yards that no other of them beats, and how many were tried, earlier calls included.
 
@@ -82,7 +87,7 @@ def other_yards(
         site: The site.
         search: Its parts.
         machines: The machines.
-        folder: Where the journal is kept.
+        folder: Where the journal is kept; None: in memory.
         effort: How many are tried.
         progress: Receives the stage.
     """
@@ -93,7 +98,10 @@ def other_yards(
 
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     yards, names = Yards(site), [machine.name for machine in machines]
-    storage = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(folder / JOURNAL)))
+    storage: optuna.storages.BaseStorage = optuna.storages.InMemoryStorage()
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+        storage = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(folder / JOURNAL)))
     study = optuna.create_study(
         study_name=_mark(site, names), storage=storage, directions=["minimize"] * 3, load_if_exists=True
     )

@@ -17,6 +17,7 @@ from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened
 from bimvox_pipeline.studio.saving import as_text
 from bimvox_pipeline.studio.setup import CraneSetup, Setup
 
+_NUDGE_M = 1e-3
 _COLUMNS = (
     "machine", "jib_m", "falls", "load_moment_tm", "x_m", "y_m", "second", "yard", "truckload_kg", "places", "parts",
     "parts_served", "estimated_hours", "estimated_cost", "estimated_utilisation", "currency", "why_lost",
@@ -37,7 +38,8 @@ def set_up(opened: Opened, one: Tried) -> Setup:
         cranes = [CraneSetup(name=own.name, machine=one.machine, base_m=base_of(one), jib_m=one.jib_m, falls=one.falls)]
     else:
         first = own.name or NAMES[0]
-        cranes = [_one_of_two(one, first), _one_of_two(one.second, next(name for name in NAMES if name != first))]
+        second = next(name for name in NAMES if name != first)
+        cranes = [_one_of_two(one, first, own.height_m), _one_of_two(one.second, second, own.height_m)]
     more: dict[str, Any] = {}
     if one.yard is not None:
         more = {"yard": (one.yard.polygon,)}
@@ -46,10 +48,15 @@ def set_up(opened: Opened, one: Tried) -> Setup:
     return opened.setup.model_copy(update={"cranes": tuple(cranes), **more})
 
 
-def _one_of_two(one: Tried, name: str) -> CraneSetup:
-    """Return a crane with its height: one of two may be raised to pass above the other."""
+def _one_of_two(one: Tried, name: str, given_m: float | None) -> CraneSetup:
+    """Return a crane with its height: one of two may be raised to pass above the other.
+
+    The height of the given crane would count as not set, and another machine would get a height of its own.
+    """
     assert one.crane is not None
     height_m = one.crane.jib_height_m if one.crane.luffing is None else None
+    if height_m is not None and height_m == given_m:
+        height_m += _NUDGE_M
     return CraneSetup(
         name=name, machine=one.machine, base_m=base_of(one), height_m=height_m, jib_m=one.jib_m, falls=one.falls
     )

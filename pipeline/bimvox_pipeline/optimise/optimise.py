@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import InputError
 from bimvox.files import default_output, require_input, seen_from, write_together
-from bimvox.library.set_up_search.front import front_of, proven_front, to_plan, why_beaten
-from bimvox.library.set_up_search.pairs import may_pair, pairs
+from bimvox.library.set_up_search.choose import search_set_ups
+from bimvox.library.set_up_search.front import front_of, proven_front, why_beaten
 from bimvox.library.set_up_search.search import Effort, Search, Tried
-from bimvox.library.set_up_search.yards import may_move, other_yards
 from bimvox.progress import Progress
 from bimvox.rendering.report.drawing_file import drawing_file
 from bimvox.rendering.report.heat_map import HeatMap, heat_map
@@ -74,45 +72,12 @@ def optimise(
     effort = effort or Effort()
     machines = catalogue() if crane is None else machines_called(crane)
     opened = open_site(require_input(site))
-    cranes = cranes_of(opened.config)
-    if len(cranes) != 1:
-        raise InputError(
-            f"{site}: the place of one crane is looked for, but the site has {len(cranes)}",
-            hint="give the site file one crane",
-        )
     folder = out or default_output(site, "-set-ups")
-    search = Search(opened, progress)
-    progress.stage("try", len(machines))
-    found: list[Tried] = []
-    for machine in machines:
-        found += search.tried([machine])
-        progress.advance()
-    progress.finish()
-    lattice = list(found)
-    rigs = [one for one in lattice if not one.is_least_used]
+    searched = search_set_ups(opened, str(site), machines, effort, folder, progress)
+    search, found, front, chosen = searched.search, searched.found, searched.front, searched.chosen
+    cranes = cranes_of(opened.config)
+    rigs = [one for one in searched.lattice if not one.is_least_used]
     tried = sum(len(one.bases_m) for one in rigs)
-    if effort.yards and may_move(opened.config):
-        folder.mkdir(parents=True, exist_ok=True)
-        moved, trials = other_yards(opened, search, machines, folder, effort, progress)
-        found += moved
-    else:
-        trials = 0
-    if effort.cranes > 1 and may_pair(opened.config):
-        progress.stage("pairs")
-        found += pairs(search, machines)
-        progress.finish()
-    front = front_of(found)
-    chosen = to_plan(found, front, effort.members)
-    if not chosen and any(one.served for one in found):
-        cheapest = min(one.cost for one in found if one.served)
-        raise InputError(
-            f"{site}: no set-up is within the budget; the cheapest costs {cheapest:,.0f}",
-            hint="raise [costs] budget",
-        )
-    if not chosen:
-        raise InputError(
-            f"{site}: no machine serves any part", hint="`bimvox cranes SITE` says why; move the yard, or lift less"
-        )
     files = [written(opened, one) for one in chosen]
     wishes = [Wish(path) for path in (site, *files)]
     runs = fleet(wishes, folder, backend=backend, jobs=jobs, fresh=fresh, progress=progress)
@@ -133,11 +98,11 @@ def optimise(
     losers = [{**one, "why_lost": why_beaten(one, best, budget)} for one in planned if one not in best]
     table, picture, page = folder / _TABLE, folder / _MAP, folder / PAGE
     rows = table_of(found, front, len(search.work.places_m), currency)
-    map_svg = heat_map(_heat(opened, front_of(lattice)[0]))
+    map_svg = heat_map(_heat(opened, front_of(searched.lattice)[0]))
     document = {
         "tried": int(tried),
         "machines": len(rigs),
-        "trials": trials,
+        "trials": searched.trials,
         "parts": len(search.work.places_m),
         "standing_hours": round(standing_h, 4),
         "baseline": baseline,
