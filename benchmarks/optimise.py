@@ -29,9 +29,10 @@ from bimvox_pipeline.studio.opened import Opened, open_site
 from bimvox_pipeline.studio.saving import save
 from bimvox_pipeline.studio.setup import CraneSetup
 
-from bimvox.library.set_up_search.front import front_of, to_plan
+from bimvox.library.set_up_search.choose import search_set_ups
+from bimvox.library.set_up_search.front import front_of
+from bimvox.library.set_up_search.refine import refined
 from bimvox.library.set_up_search.search import Effort, Search, Tried
-from bimvox.library.set_up_search.yards import other_yards
 from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import catalogue
 from bimvox.site.costs import Rates
@@ -87,19 +88,18 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
         site = folder / "given.site.toml"
         init(folder / model.name, out=site, progress=SilentProgress())
         opened = open_site(site)
-        search, machines = Search(opened, SilentProgress()), catalogue()
-        found = [one for one in search.tried(machines) if one.crane is not None]
+        machines, effort = catalogue(), Effort(yards=wanted.yards, cranes=1)
+        searched = search_set_ups(opened, model.stem, machines, effort, folder, SilentProgress())
+        search = searched.search
+        found = [one for one in searched.lattice if one.crane is not None]
         best = front_of(found)[0]
         able = [one for one in found if one.served == best.served and not one.is_least_used]
-        effort = Effort(yards=wanted.yards)
-        moved, _ = other_yards(opened, search, machines, folder, effort, SilentProgress()) if effort.yards else ([], 0)
         rng = np.random.default_rng(0)
         drawn = [
             (one, _any_place(one, rng)) for one in (able[int(rng.integers(len(able)))] for _ in range(wanted.places))
         ]
-        front = front_of([*found, *moved])
-        ours = [(one, _place(one)) for one in to_plan([*found, *moved], front, effort.members)]
-        theirs = _classical(search, able)[: len(ours)]
+        ours = [(one, _place(one)) for one in searched.chosen]
+        theirs = _classical(search, able)[: len(ours) + effort.members // 2]
         places = np.flatnonzero(best.all_served == best.served)
         grid = [(best, int(at)) for at in places[:: max(1, -(-len(places) // wanted.grid))]] if wanted.grid else []
         groups = [ours, theirs, drawn, grid]
@@ -113,6 +113,13 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
         plans = [
             [_planned(by_site[path.resolve()], sizes[one.machine]) for path, (one, _) in zip(paths, group, strict=True)]
             for paths, group in zip(files, groups, strict=True)
+        ]
+        first = min(range(len(ours)), key=lambda n: (plans[0][n].infeasible, plans[0][n].hours))
+        more = [(one, _place(one)) for one in refined(search, ours[first][0], effort)]
+        wishes = [Wish(_file(opened, f"more-{n}", *each)) for n, each in enumerate(more)]
+        runs = fleet(wishes, folder / "more", progress=SilentProgress())["runs"]
+        plans[0] += [
+            _planned(record, sizes[one.machine]) for (one, _), record in zip(more, _in_order(runs, wishes), strict=True)
         ]
         standing_h = float(search.work.standing_s.sum()) / 3600.0
         random = plans[2]
@@ -134,6 +141,12 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
             f"{rank:.2f}",
             str(len(like)),
         ]
+
+
+def _in_order(runs: Sequence[dict[str, Any]], wishes: Sequence[Wish]) -> list[dict[str, Any]]:
+    """Return the records of wishes in their order."""
+    by_site = {run.wish.site: record for run, record in zip(runs_of(wishes), runs, strict=True)}
+    return [by_site[wish.site.resolve()] for wish in wishes]
 
 
 def _planned(record: dict[str, Any], rates: Rates) -> Planned:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from bimvox.library.set_up_search.choose import search_set_ups
 from bimvox.library.set_up_search.front import proven_front, why_beaten
 from bimvox.library.set_up_search.pairs import NAMES
 from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.refine import refined
 from bimvox.library.set_up_search.search import Effort, Search, Tried
 from bimvox.library.site import LoadedSite, ReadSite, built_site, read_site
 from bimvox.motion.figures import plan_figures
@@ -98,7 +100,7 @@ def optimise(
     Args:
         site: The site file (``.site.toml``), of one crane.
         crane: A kind of crane, or a machine of the catalogue; default: all machines.
-        plans: How many of the best set-ups are planned, from 1.
+        plans: How many of the best set-ups are planned, from 1; from 4 on, then half as many around the fastest.
         trials: How many other yards are tried.
         cranes: How many cranes a set-up has at most, 1 or 2.
         jobs: Number of processes that share the work of a plan, from 1; default: one per processor.
@@ -121,21 +123,24 @@ def optimise(
     given = _planned(
         _loaded(read, read.config, told), given_machine.name, found.search.rates(given_machine), jobs, told
     )
-    planned = [
-        _try_planned(_loaded(read, with_set_up(placed, one), told), one.words, _rates(found.search, one), jobs, told)
-        for one in found.chosen
-    ]
-    documents = [_document(one, tried, why) for (one, why), tried in zip(planned, found.chosen, strict=True)]
     budget = read.config.costs.budget
-    best = proven_front(documents, budget)
-    front = [planned[documents.index(one)][0] for one in best]
+
+    def planned_of(ones: Sequence[Tried]) -> list[tuple[SetUp, dict[str, Any]]]:
+        return [_tried(_loaded(read, with_set_up(placed, one), told), one, found.search, jobs, told) for one in ones]
+
+    planned = planned_of(found.chosen)
+    fastest = next((one for one in proven_front([each[1] for each in planned], budget) if not one["second"]), None)
+    if fastest is not None:
+        best = found.chosen[[each[1] for each in planned].index(fastest)]
+        planned += planned_of(refined(found.search, best, effort))
+    documents = [document for _, document in planned]
+    front = proven_front(documents, budget)
     losers = [
-        replace(one, why_lost=why_beaten(document, best, budget))
-        for (one, _), document in zip(planned, documents, strict=True)
-        if document not in best
+        replace(one, why_lost=why_beaten(document, front, budget)) for one, document in planned if document not in front
     ]
+    ordered = tuple(planned[documents.index(one)][0] for one in front)
     return SetUps(
-        given, tuple(front), tuple(losers), sum(len(one.bases_m) for one in found.lattice if not one.is_least_used)
+        given, ordered, tuple(losers), sum(len(one.bases_m) for one in found.lattice if not one.is_least_used)
     )
 
 
@@ -172,14 +177,26 @@ def _loaded(read: ReadSite, config: SiteConfig, told: Progress) -> LoadedSite:
     return built_site(config, read.building, {**read.files, SITE_FILE: own}, told)
 
 
-def _try_planned(
-    site: LoadedSite, words: str, rates: Rates, jobs: int | None, told: Progress
-) -> tuple[SetUp, BimvoxError | None]:
-    """Return a set-up with its plan; without one, the reason."""
+def _tried(
+    site: LoadedSite, one: Tried, search: Search, jobs: int | None, told: Progress
+) -> tuple[SetUp, dict[str, Any]]:
+    """Return a set-up with its plan, or without one if it has none, and what the front compares."""
+    why = None
     try:
-        return _planned(site, words, rates, jobs, told), None
+        made = _planned(site, one.words, search.rates_of(one), jobs, told)
     except BimvoxError as error:
-        return SetUp(site, words, None, None, None, None, None), error
+        made, why = SetUp(site, one.words, None, None, None, None, None), {"message": error.message}
+    second = None if one.second is None else {"machine": one.second.machine, "jib_m": one.second.jib_m}
+    return made, {
+        "machine": one.machine,
+        "jib_m": one.jib_m,
+        "second": second,
+        "refused": made.refused,
+        "hours": made.hours,
+        "cost": made.cost,
+        "highest_utilisation": made.highest_utilisation,
+        "error": why,
+    }
 
 
 def _planned(site: LoadedSite, words: str, rates: Rates, jobs: int | None, told: Progress) -> SetUp:
@@ -188,24 +205,3 @@ def _planned(site: LoadedSite, words: str, rates: Rates, jobs: int | None, told:
     hours = None if figures.crane_s is None else figures.crane_s / 3600.0
     refused = len(list(infeasible_among(made.record.plan.lifts)))
     return SetUp(site, words, made, refused, hours, None if hours is None else rates.total(hours), figures.highest)
-
-
-def _rates(search: Search, one: Tried) -> Rates:
-    assert one.crane is not None
-    own = search.rates(machine_of_crane(one.crane))
-    return own if one.second is None else own.with_another(_rates(search, one.second))
-
-
-def _document(one: SetUp, tried: Tried, why: BimvoxError | None) -> dict[str, Any]:
-    """Return what the front compares; see ``bimvox optimise --json``."""
-    second = None if tried.second is None else {"machine": tried.second.machine, "jib_m": tried.second.jib_m}
-    return {
-        "machine": tried.machine,
-        "jib_m": tried.jib_m,
-        "second": second,
-        "refused": one.refused,
-        "hours": one.hours,
-        "cost": one.cost,
-        "highest_utilisation": one.highest_utilisation,
-        "error": None if why is None else {"message": why.message},
-    }

@@ -27,7 +27,14 @@ def optimise(
     ],
     crane: MachineChoice = None,
     members: Annotated[
-        int, typer.Option("--plans", min=1, max=100, metavar="N", help="How many of the best set-ups are planned.")
+        int,
+        typer.Option(
+            "--plans",
+            min=1,
+            max=100,
+            metavar="N",
+            help="How many of the best set-ups are planned; from 4 on, then half as many around the fastest.",
+        ),
     ] = 6,
     trials: Annotated[
         int, typer.Option("--trials", min=0, max=100_000, metavar="N", help="How many other yards are tried.")

@@ -17,7 +17,7 @@ from bimvox.planning.assembly import prepare
 from bimvox.progress import Progress
 from bimvox.site.config.site_config import Polygon
 from bimvox.site.costs import Rates
-from bimvox.site.crane_guess import Wanted, best_set_up
+from bimvox.site.crane_guess import Wanted, best_set_up, machine_of_crane
 from bimvox.site.crew_times import crew_times
 from bimvox.site.guess import rigs_of
 from bimvox.site.mast_places import ground_plan
@@ -53,12 +53,12 @@ class OtherYard:
     """A yard, or a truckload, that is not the site file's.
 
     Attributes:
-        number: Of its proposal, from 0.
+        number: Of its proposal, from 0; None: the site file's yard, with another truckload.
         polygon: The yard.
         truckload_kg: Largest mass of a delivery.
     """
 
-    number: int
+    number: int | None
     polygon: Polygon
     truckload_kg: float
 
@@ -84,6 +84,7 @@ class Tried:
         over: Why its cost is refused; empty if it is within the budget.
         is_least_used: Whether the place is the one of the lowest utilisation, not the fastest.
         yard: The yard if it is not the site file's.
+        place: Which of several places of the mast it is, from 2; 0: the best by the estimate.
         second: The other crane of two, on its place; the parts served, the time and the cost are those of both.
     """
 
@@ -103,6 +104,7 @@ class Tried:
     over: str = ""
     is_least_used: bool = False
     yard: OtherYard | None = None
+    place: int = 0
     second: Tried | None = None
 
     @property
@@ -211,6 +213,12 @@ class Search:
     def rates(self, machine: Machine) -> Rates:
         """Return what a machine costs on this site."""
         return self._wanted.rates(machine)
+
+    def rates_of(self, one: Tried) -> Rates:
+        """Return what a set-up costs; of two cranes, both."""
+        assert one.crane is not None
+        own = self.rates(machine_of_crane(one.crane))
+        return own if one.second is None else own.with_another(self.rates_of(one.second))
 
     def over(self, cost: float) -> str:
         """Return why a cost is refused; empty if it is within the budget."""

@@ -65,7 +65,11 @@ def _one_of_two(one: Tried, name: str, given_m: float | None) -> CraneSetup:
 def written(opened: Opened, one: Tried) -> Path:
     """Write the site file of a set-up next to the given one; one that is there already must be the same."""
     stem = opened.site.name.removesuffix(SITE_SUFFIX).removesuffix(".toml")
-    which = "-least-used" if one.is_least_used else "" if one.yard is None else f"-yard-{one.yard.number + 1}"
+    which = "-least-used" if one.is_least_used else ""
+    if one.yard is not None:
+        which += "" if one.yard.number is None else f"-yard-{one.yard.number + 1}"
+        which += f"-{one.yard.truckload_kg:g}kg"
+    which += f"-place-{one.place}" if one.place else ""
     if one.second is not None:
         which += f"-and-{_rig(one.second)}"
     path = opened.site.with_name(f"{stem}-{_rig(one)}{which}{SITE_SUFFIX}")
@@ -94,7 +98,7 @@ def table_of(found: Sequence[Tried], front: Sequence[Tried], parts: int, currenc
             "jib_m": f"{one.jib_m:g}",
             "falls": one.falls,
             "load_moment_tm": f"{one.load_moment_tm:.0f}",
-            "yard": "given" if one.yard is None else one.yard.number + 1,
+            "yard": "given" if one.yard is None or one.yard.number is None else one.yard.number + 1,
             "truckload_kg": "" if one.yard is None else f"{one.yard.truckload_kg:g}",
             "places": len(one.bases_m),
             "parts": parts,

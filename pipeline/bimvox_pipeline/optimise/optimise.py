@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.files import default_output, require_input, seen_from, write_together
 from bimvox.library.set_up_search.choose import search_set_ups
 from bimvox.library.set_up_search.front import front_of, proven_front, why_beaten
+from bimvox.library.set_up_search.refine import refined
 from bimvox.library.set_up_search.search import Effort, Search, Tried
 from bimvox.progress import Progress
 from bimvox.rendering.report.drawing_file import drawing_file
@@ -75,25 +77,18 @@ def optimise(
     folder = out or default_output(site, "-set-ups")
     searched = search_set_ups(opened, str(site), machines, effort, folder, progress)
     search, found, front, chosen = searched.search, searched.found, searched.front, searched.chosen
-    cranes = cranes_of(opened.config)
     rigs = [one for one in searched.lattice if not one.is_least_used]
     tried = sum(len(one.bases_m) for one in rigs)
-    files = [written(opened, one) for one in chosen]
-    wishes = [Wish(path) for path in (site, *files)]
-    runs = fleet(wishes, folder, backend=backend, jobs=jobs, fresh=fresh, progress=progress)
-    progress.stage("table")
-    by_site = {
-        run.wish.site: {**record, "log": str(log_file(folder, run.name))}
-        for run, record in zip(runs_of(wishes), runs["runs"], strict=True)
-    }
-    standing_h = float(search.work.standing_s.sum()) / 3600.0
-    rates = {machine.name: search.rates(machine) for machine in machines}
-    baseline = _planned(site, by_site, _given(cranes[0], search), search.rates(machine_of_crane(cranes[0])), standing_h)
-    planned = [
-        _planned(path, by_site, _found(one), _rates(one, rates), standing_h)
-        for path, one in zip(files, chosen, strict=True)
-    ]
+    plans = _Plans(opened, search, folder, Plant(backend, jobs, fresh), progress)
+    planned = plans.of(chosen)
     budget, currency = opened.config.costs.budget, opened.config.costs.currency
+    alone = [one for one in proven_front(planned, budget) if one["second"] is None]
+    if alone and (more := refined(search, chosen[planned.index(alone[0])], effort)):
+        chosen, found = (*chosen, *more), (*found, *more)
+        front = tuple(front_of(found))
+        planned = plans.of(chosen)
+    progress.stage("table")
+    baseline = plans.given
     best = proven_front(planned, budget)
     losers = [{**one, "why_lost": why_beaten(one, best, budget)} for one in planned if one not in best]
     table, picture, page = folder / _TABLE, folder / _MAP, folder / PAGE
@@ -104,13 +99,13 @@ def optimise(
         "machines": len(rigs),
         "trials": searched.trials,
         "parts": len(search.work.places_m),
-        "standing_hours": round(standing_h, 4),
+        "standing_hours": round(plans.standing_h, 4),
         "baseline": baseline,
         "front": best,
         "losers": losers,
         "currency": currency,
         "costs": opened.config.costs.model_dump(mode="json"),
-        "verified": runs["verified"],
+        "verified": plans.verified,
     }
     drawn = [(opened.config, "The given set-up")]
     drawn += [
@@ -141,6 +136,51 @@ def _as_linked(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     return {**document, **several, "baseline": linked(document["baseline"])}
 
 
+@dataclass(frozen=True, slots=True)
+class Plant:
+    """What plans set-ups: the backend, the plans in parallel, and whether earlier ones are planned again."""
+
+    backend: Backend
+    jobs: int | None
+    fresh: bool
+
+
+class _Plans:
+    """The plans of a site's set-ups, as documents; those of earlier calls are kept.
+
+    Attributes:
+        standing_h: How long the crane stands.
+        given: The given set-up, once any was planned.
+        verified: Whether every plan is.
+    """
+
+    def __init__(self, opened: Opened, search: Search, folder: Path, plant: Plant, progress: Progress) -> None:
+        self._opened, self._search, self._folder, self._plant, self._progress = opened, search, folder, plant, progress
+        self.standing_h = float(search.work.standing_s.sum()) / 3600.0
+        self.given: dict[str, Any] = {}
+        self.verified = False
+
+    def of(self, chosen: Sequence[Tried]) -> list[dict[str, Any]]:
+        """Return the plans of set-ups, in their order."""
+        site, search, plant = self._opened.site, self._search, self._plant
+        files = [written(self._opened, one) for one in chosen]
+        wishes = [Wish(path) for path in (site, *files)]
+        fresh = plant.fresh and not self.given
+        runs = fleet(wishes, self._folder, backend=plant.backend, jobs=plant.jobs, fresh=fresh, progress=self._progress)
+        by_site = {
+            run.wish.site: {**record, "log": str(log_file(self._folder, run.name))}
+            for run, record in zip(runs_of(wishes), runs["runs"], strict=True)
+        }
+        self.verified = runs["verified"]
+        (own,) = cranes_of(self._opened.config)
+        own_rates = search.rates(machine_of_crane(own))
+        self.given = _planned(site, by_site, _given(own, search), own_rates, self.standing_h)
+        return [
+            _planned(path, by_site, _found(one), search.rates_of(one), self.standing_h)
+            for path, one in zip(files, chosen, strict=True)
+        ]
+
+
 def _given(crane: TowerCrane, search: Search) -> dict[str, Any]:
     served, crane_s = search.of(crane)
     return {
@@ -160,7 +200,7 @@ def _found(one: Tried) -> dict[str, Any]:
     return {
         **_stands(one),
         "second": None if one.second is None else _stands(one.second),
-        "yard": None if one.yard is None else [list(corner) for corner in one.yard.polygon],
+        "yard": None if one.yard is None or one.yard.number is None else [list(corner) for corner in one.yard.polygon],
         "truckload_kg": None if one.yard is None else one.yard.truckload_kg,
         "parts_served": one.served,
         "crane_s": one.crane_s,
@@ -196,12 +236,6 @@ def _planned(
         "log": record["log"] if figures else None,
         "error": record.get("error"),
     }
-
-
-def _rates(one: Tried, rates: Mapping[str, Rates]) -> Rates:
-    """Return what a set-up costs, of two cranes both."""
-    own = rates[one.machine]
-    return own if one.second is None else own.with_another(rates[one.second.machine])
 
 
 def _heat(opened: Opened, one: Tried) -> HeatMap:
