@@ -37,7 +37,6 @@ from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import catalogue
 from bimvox.site.costs import Rates
 from bimvox.site.machine import cranes_of
-from bimvox.site.set_ups import least_moving_s
 
 _TABLE = Path(__file__).parents[1] / "docs" / "data" / "optimise.txt"
 _HEAD = (
@@ -134,7 +133,7 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
             str(len(search.work.places_m)),
             f"{standing_h:.2f}",
             *("-" if plan is None else f"{plan.hours - standing_h:.2f} ({plan.infeasible})" for plan in moving),
-            f"{_bound_h(search, able):.2f}",
+            f"{search.least_moving_s(searched.lattice) / 3600.0:.2f}",
             f"{less:.0%}",
             f"{given.cost:.0f}",
             f"{cheapest.cost:.0f}",
@@ -154,18 +153,6 @@ def _planned(record: dict[str, Any], rates: Rates) -> Planned:
         return Planned(10**6, 10.0**6, 10.0**9)
     hours = record["figures"]["crane_hours"]
     return Planned(record["infeasible"], hours, rates.total(hours))
-
-
-def _bound_h(search: Search, able: Sequence[Tried]) -> float:
-    """Return the fewest hours that any hammerhead can move from any place from which it serves as many parts."""
-    least_s = []
-    for one in able:
-        assert one.crane is not None
-        if one.crane.luffing is not None:
-            continue  # its luffing counts as slow as at its worst radius
-        bases_m = one.bases_m[one.all_served == one.served]
-        least_s.append(float(least_moving_s(one.crane, bases_m, search.work).min()))
-    return min(least_s, default=0.0) / 3600.0
 
 
 def _any_place(one: Tried, rng: np.random.Generator) -> int:

@@ -141,21 +141,45 @@ def _set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, ho
     return SetUps(served, lift_s, lift_s.sum(axis=1), share.max(axis=1, initial=0.0))
 
 
-def least_moving_s(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork) -> NDArray[np.float64]:
+def least_moving_s(
+    crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, slack_m: tuple[float, float] = (0.0, 0.0)
+) -> NDArray[np.float64]:
     """Return for (B, 2) bases a time in which no order and no yard place lets the crane move less.
 
-    Each part comes from the place of the yard that is best for it alone, not higher than it must, and the hook returns
-    to the nearest place of the yard after all parts but one.
+    Each part comes from the place of the yard that is best for it alone of those at which the crane carries it, not
+    higher than it must. The hook returns to the nearest place of the yard after all parts but one, not lower than the
+    highest part that lies there.
+
+    Args:
+        crane: The crane; its base is ignored.
+        bases_m: (B, 2) places of its mast.
+        work: The parts, with every place of the yard.
+        slack_m: How far a hook may be from the place that is given for it, on plan and in height: the pitch of the
+            places, the cells, and stacks.
     """
+    aside_m, low_m = slack_m
     radius_m, yard_radius_m = distances_m(bases_m, work.places_m), distances_m(bases_m, work.yard_m)
-    ups_m = np.maximum(work.tops_m - work.heights_m, 0.0)
+    least_m, most_m = radii_for_m(crane, work.masses_kg).T
+    ups_m = np.maximum(work.tops_m - work.heights_m - low_m, 0.0)
+    back_m = np.maximum(work.tops_m - work.heights_m.max(initial=0.0) - low_m, 0.0)
     longest_m = float(max(radius_m.max(initial=1.0), yard_radius_m.max(initial=1.0), ups_m.max(initial=1.0)))
     travel = Travel(replace(crane, base_m=(0.0, 0.0, 0.0)), longest_m)
-    turn = _slews(bases_m, work.yard_m)[:, None, :] - _slews(bases_m, work.places_m)[:, :, None]
-    across_s = travel.across_s(turn, yard_radius_m[:, None, :] - radius_m[:, :, None]).min(axis=2)
-    empty_s, *loaded_s = (winch.hoisting_s(ups_m) for winch in _winches(crane, work, longest_m))
-    there_s = np.maximum(across_s, np.array([of_all[n] for n, of_all in enumerate(loaded_s)]))
-    back_s = np.maximum(across_s, empty_s)
+    # Moved by the slack, a point at a radius turns by no more than this.
+    turns, yard_turns = (np.arcsin(np.minimum(aside_m / np.maximum(r, 1e-9), 1.0)) for r in (radius_m, yard_radius_m))
+    yard_slews, slews = _slews(bases_m, work.yard_m), _slews(bases_m, work.places_m)
+    across_s, nearest_s = np.zeros(radius_m.shape), np.zeros(radius_m.shape)
+    for n in range(len(work.places_m)):
+        turn = np.abs(np.remainder(yard_slews - slews[:, n, None] + np.pi, 2.0 * np.pi) - np.pi)
+        turn = np.maximum(turn - turns[:, n, None] - yard_turns, 0.0)
+        radial_m = np.maximum(np.abs(yard_radius_m - radius_m[:, n, None]) - 2.0 * aside_m, 0.0)
+        seconds = travel.across_s(turn, radial_m)
+        able = (yard_radius_m >= least_m[n] - aside_m) & (yard_radius_m <= most_m[n] + aside_m)
+        nearest_s[:, n] = seconds.min(axis=1)
+        across_s[:, n] = np.where(able.any(axis=1), np.where(able, seconds, np.inf).min(axis=1), nearest_s[:, n])
+    empty, *loaded = _winches(crane, work, longest_m)
+    loaded_s = np.array([winch.hoisting_s(ups_m[n : n + 1])[0] for n, winch in enumerate(loaded)])
+    there_s = np.maximum(across_s, loaded_s)
+    back_s = np.maximum(nearest_s, empty.hoisting_s(back_m))
     total_s: NDArray[np.float64] = there_s.sum(axis=1) + back_s.sum(axis=1) - back_s.max(axis=1, initial=0.0)
     return total_s
 

@@ -23,10 +23,13 @@ from bimvox.site.guess import rigs_of
 from bimvox.site.mast_places import ground_plan
 from bimvox.site.means import Means
 from bimvox.site.rigging import gear_by_crane
-from bimvox.site.set_ups import LiftWork, SetUps, highest_utilisation, set_ups
+from bimvox.site.set_ups import LiftWork, SetUps, highest_utilisation, least_moving_s, set_ups
 from bimvox.site.site import Site
+from bimvox.site.trial import yard_pitch_m
 
 _MOST_BASES = 600
+_AT_ONCE = 100
+"""Places of a mast that are in memory at once."""
 _MOST_YARD = 24
 """Places of the yard in the estimate."""
 
@@ -213,6 +216,31 @@ class Search:
     def rates(self, machine: Machine) -> Rates:
         """Return what a machine costs on this site."""
         return self._wanted.rates(machine)
+
+    def least_moving_s(self, lattice: Sequence[Tried]) -> float:
+        """Return a time below which no hammerhead of a lattice moves with the given yard.
+
+        From every place that serves most parts, whatever the order, the places in the yard and the paths; see
+        :func:`bimvox.site.set_ups.least_moving_s`.
+
+        Args:
+            lattice: Machines on their places, as :meth:`tried` yields them.
+        """
+        work, rules = self._wanted.work, self.config.rules_in_force
+        cell_m = self.config.model.voxel_size_m or 0.0
+        stack_m = 0.0 if rules.yard is None else rules.yard.stack_height_m
+        slack_m = (yard_pitch_m(self.config) * 0.5**0.5 + 2.0 * cell_m, stack_m + 2.0 * cell_m)
+        most = max((one.served for one in lattice), default=0)
+        rigs = [one for one in lattice if one.served == most and one.crane is not None and not one.is_least_used]
+        chunks = [
+            (self._wanted.demand.as_used(one.crane), bases_m[first : first + _AT_ONCE])
+            for one in rigs
+            if one.crane is not None and one.crane.luffing is None
+            for bases_m in (one.bases_m[one.all_served == most],)
+            for first in range(0, len(bases_m), _AT_ONCE)
+        ]
+        found = (float(least_moving_s(crane, bases_m, work, slack_m).min()) for crane, bases_m in chunks)
+        return min(found, default=0.0)
 
     def rates_of(self, one: Tried) -> Rates:
         """Return what a set-up costs; of two cranes, both."""

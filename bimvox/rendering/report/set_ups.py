@@ -45,7 +45,7 @@ def set_ups_page(
     chip = tag("span", verdict, f"chip {'clean' if document['verified'] else 'refused'}")
     body = [
         tag("header", tag("div", tag("h1", f"{escape(name)}: set-ups") + paragraph(tried, "faint")) + chip),
-        terms(_answers(front, given, currency)),
+        terms(_answers(front, given, currency, document.get("least_moving_hours", 0.0))),
         section("Hours and cost", tag("div", _chart(document, estimates), "wide"), _legend()),
         section("Planned set-ups", tag("div", _planned(document), "wide")),
         section("Drawings", tag("div", "".join(one.html() for one in drawings), "pictures")),
@@ -55,8 +55,10 @@ def set_ups_page(
     return printable(f"{name}: set-ups", "".join(body), dict(document))
 
 
-def _answers(front: Sequence[Mapping[str, Any]], given: Mapping[str, Any], currency: str) -> list[tuple[str, str]]:
-    """Return the fastest, the cheapest and the least used set-up, against the given one."""
+def _answers(
+    front: Sequence[Mapping[str, Any]], given: Mapping[str, Any], currency: str, least_h: float
+) -> list[tuple[str, str]]:
+    """Return the fastest, the cheapest and the least used set-up, against the given one, and the bound."""
     found = []
     best = {
         words: min(front, key=lambda one: one[key] or 0.0)
@@ -72,6 +74,12 @@ def _answers(front: Sequence[Mapping[str, Any]], given: Mapping[str, Any], curre
         if one["highest_utilisation"] is not None:
             said += f"; {percent(one['highest_utilisation'], 0)} of the capacity"
         found.append((words, said))
+    # The bound is that of one crane with the given yard.
+    moving = [one["moving_hours"] for one in front if one["moving_hours"] is not None and one["yard"] is None]
+    if least_h and moving:
+        left = percent(max(0.0, 1.0 - least_h / min(moving)), 0)
+        said = f"no hammerhead moves less than {fixed(least_h, 2)} h with the given yard"
+        found.append(("bound", f"{said}: at most {left} of the fastest one's moving time there is left to gain"))
     return found
 
 

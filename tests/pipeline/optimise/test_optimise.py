@@ -56,6 +56,7 @@ def test_the_front_is_proven_and_not_beaten_by_the_given_set_up(made: tuple[Path
     assert document["front"]
     assert document["verified"]
     assert document["front"][0]["hours"] <= given["hours"] + 0.01
+    assert 0.0 < document["least_moving_hours"] <= min(one["moving_hours"] for one in (given, *found))
     for key in ("hours", "cost", "highest_utilisation"):
         assert min(one[key] for one in document["front"]) == min(one[key] for one in found)
     for one in (given, *found):

@@ -35,7 +35,7 @@ def document(front: list[dict], losers: list[dict]) -> dict:
     counts = {"tried": 1200, "machines": 10, "trials": 1}
     return {
         "site": "a.site.toml", "currency": "EUR", "verified": True, "baseline": given, "front": front, "losers": losers,
-        **counts,
+        **counts, "least_moving_hours": 0.25,
     }  # fmt: skip
 
 
@@ -57,6 +57,8 @@ def test_names_stay_text_and_figures_are_exact() -> None:
     assert page.count("</script") == 1
     assert "<b>x</b>" not in page
     assert re.search(r'<data value="2\.123456">2\.12</data>', page)
+    assert "no hammerhead moves less than 0.25 h" in page
+    assert "at most 78 % of the fastest one" in page  # 0.25 of 1.12 h
     assert "50 % less" not in page  # of the moving hours 3 become 1.12
     assert "63 % less moving, 44 % less cost than given" in page
     assert "nothing to lift" in page
