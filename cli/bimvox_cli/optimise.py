@@ -96,7 +96,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             "jib m",
             "falls",
             "at",
-            "yard",
+            "yard, truckload",
             "refused",
             "crane h",
             "moving h",
@@ -170,7 +170,8 @@ def _row(prefix: str, one: Mapping[str, Any]) -> tuple[object, ...]:
         one["jib_m"],
         one["falls"],
         ", ".join("({:g}, {:g})".format(*each["base_m"]) for each in (one, one["second"]) if each),
-        "given" if one["yard"] is None else "({:g}, {:g})".format(*one["yard"][0]),
+        ("given" if one["yard"] is None else "({:g}, {:g})".format(*one["yard"][0]))
+        + (f", {one['truckload_kg'] / 1000.0:g} t" if one["truckload_kg"] else ""),
         one["refused"],
         one["hours"],
         one["moving_hours"],

@@ -18,7 +18,7 @@ _STEPS_H = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 _STEPS_COST = tuple(step * 10**n for n in range(1, 8) for step in (1.0, 2.0, 5.0))
 _DEAR = 1.25
 _COLUMNS = (
-    "set-up", "place", "yard", "parts\nrefused", "crane\nhours", "of them\nmoving", "critical\nlifts",
+    "set-up", "place", "yard,\ntruckload", "parts\nrefused", "crane\nhours", "of them\nmoving", "critical\nlifts",
     "highest\nutilisation", "cost", "files", "why not",
 )  # fmt: skip
 
@@ -111,6 +111,7 @@ def _row(one: Mapping[str, Any], prefix: str = "") -> str:
         link += ", " + tag("a", "log", href=PurePath(one["log"]).name)
     highest = one["highest_utilisation"]
     corner = "given" if one["yard"] is None else "({:g}, {:g})".format(*one["yard"][0])
+    corner += f", {one['truckload_kg'] / 1000.0:g} t" if one.get("truckload_kg") else ""
     why = one["error"]["message"] if one["error"] else one.get("why_lost", "")
     cells = (
         escape(prefix + _name(one)),
