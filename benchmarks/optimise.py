@@ -24,19 +24,19 @@ import numpy as np
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish, runs_of
 from bimvox_pipeline.fleet.work import FAILED
-from bimvox_pipeline.optimise.front import front_of, to_plan
-from bimvox_pipeline.optimise.search import Effort, Search, Tried
-from bimvox_pipeline.optimise.yards import other_yards
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import Opened, open_site
 from bimvox_pipeline.studio.saving import save
 from bimvox_pipeline.studio.setup import CraneSetup
 
+from bimvox.library.set_up_search.choose import search_set_ups
+from bimvox.library.set_up_search.front import front_of
+from bimvox.library.set_up_search.refine import refined
+from bimvox.library.set_up_search.search import Effort, Search, Tried
 from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import catalogue
 from bimvox.site.costs import Rates
 from bimvox.site.machine import cranes_of
-from bimvox.site.set_ups import least_moving_s
 
 _TABLE = Path(__file__).parents[1] / "docs" / "data" / "optimise.txt"
 _HEAD = (
@@ -87,19 +87,18 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
         site = folder / "given.site.toml"
         init(folder / model.name, out=site, progress=SilentProgress())
         opened = open_site(site)
-        search, machines = Search(opened, SilentProgress()), catalogue()
-        found = [one for one in search.tried(machines) if one.crane is not None]
+        machines, effort = catalogue(), Effort(yards=wanted.yards, cranes=1)
+        searched = search_set_ups(opened, model.stem, machines, effort, folder, SilentProgress())
+        search = searched.search
+        found = [one for one in searched.lattice if one.crane is not None]
         best = front_of(found)[0]
-        able = [one for one in found if one.served == best.served]
-        effort = Effort(yards=wanted.yards)
-        moved, _ = other_yards(opened, search, machines, folder, effort, SilentProgress()) if effort.yards else ([], 0)
+        able = [one for one in found if one.served == best.served and not one.is_least_used]
         rng = np.random.default_rng(0)
         drawn = [
             (one, _any_place(one, rng)) for one in (able[int(rng.integers(len(able)))] for _ in range(wanted.places))
         ]
-        front = front_of([*found, *moved])
-        ours = [(one, _place(one)) for one in to_plan([*found, *moved], front, effort.members)]
-        theirs = _classical(search, able)[: len(ours)]
+        ours = [(one, _place(one)) for one in searched.chosen]
+        theirs = _classical(search, able)[: len(ours) + effort.members // 2]
         places = np.flatnonzero(best.all_served == best.served)
         grid = [(best, int(at)) for at in places[:: max(1, -(-len(places) // wanted.grid))]] if wanted.grid else []
         groups = [ours, theirs, drawn, grid]
@@ -114,6 +113,13 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
             [_planned(by_site[path.resolve()], sizes[one.machine]) for path, (one, _) in zip(paths, group, strict=True)]
             for paths, group in zip(files, groups, strict=True)
         ]
+        first = min(range(len(ours)), key=lambda n: (plans[0][n].infeasible, plans[0][n].hours))
+        more = [(one, _place(one)) for one in refined(search, ours[first][0], effort)]
+        wishes = [Wish(_file(opened, f"more-{n}", *each)) for n, each in enumerate(more)]
+        runs = fleet(wishes, folder / "more", progress=SilentProgress())["runs"]
+        plans[0] += [
+            _planned(record, sizes[one.machine]) for (one, _), record in zip(more, _in_order(runs, wishes), strict=True)
+        ]
         standing_h = float(search.work.standing_s.sum()) / 3600.0
         random = plans[2]
         like = [n for n, plan in enumerate(random) if plan.infeasible == given.infeasible]
@@ -127,7 +133,7 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
             str(len(search.work.places_m)),
             f"{standing_h:.2f}",
             *("-" if plan is None else f"{plan.hours - standing_h:.2f} ({plan.infeasible})" for plan in moving),
-            f"{_bound_h(search, able):.2f}",
+            f"{search.least_moving_s(searched.lattice) / 3600.0:.2f}",
             f"{less:.0%}",
             f"{given.cost:.0f}",
             f"{cheapest.cost:.0f}",
@@ -136,23 +142,17 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
         ]
 
 
+def _in_order(runs: Sequence[dict[str, Any]], wishes: Sequence[Wish]) -> list[dict[str, Any]]:
+    """Return the records of wishes in their order."""
+    by_site = {run.wish.site: record for run, record in zip(runs_of(wishes), runs, strict=True)}
+    return [by_site[wish.site.resolve()] for wish in wishes]
+
+
 def _planned(record: dict[str, Any], rates: Rates) -> Planned:
     if record["status"] == FAILED:
         return Planned(10**6, 10.0**6, 10.0**9)
     hours = record["figures"]["crane_hours"]
     return Planned(record["infeasible"], hours, rates.total(hours))
-
-
-def _bound_h(search: Search, able: Sequence[Tried]) -> float:
-    """Return the fewest hours that any hammerhead can move from any place from which it serves as many parts."""
-    least_s = []
-    for one in able:
-        assert one.crane is not None
-        if one.crane.luffing is not None:
-            continue  # its luffing counts as slow as at its worst radius
-        bases_m = one.bases_m[one.all_served == one.served]
-        least_s.append(float(least_moving_s(one.crane, bases_m, search.work).min()))
-    return min(least_s, default=0.0) / 3600.0
 
 
 def _any_place(one: Tried, rng: np.random.Generator) -> int:
@@ -191,7 +191,7 @@ def _file(opened: Opened, name: str, one: Tried, at: int) -> Path:
     x, y = one.bases_m[at].tolist()
     crane = CraneSetup(name=own.name, machine=one.machine, base_m=(x, y), jib_m=one.jib_m, falls=one.falls)
     path = opened.site.with_name(f"set-up-{name}.site.toml")
-    yard = {} if one.yard is None else {"yard": (one.yard[0],)}
+    yard = {} if one.yard is None else {"yard": (one.yard.polygon,), "truckload_kg": one.yard.truckload_kg}
     save(opened, opened.setup.model_copy(update={"cranes": (crane,), **yard}), path)
     return path
 

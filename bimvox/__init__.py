@@ -8,6 +8,7 @@ The functions, each with values in and out; files are written only by ``write_lo
 >>> plan = bimvox.plan(site)
 >>> plan.lifts[3].path_m, plan.to_dataframe()
 >>> verdict = bimvox.verify(plan)  # or of a log's path
+>>> bimvox.optimise("tower.site.toml").front  # better set-ups, each planned
 >>> plan = bimvox.revise(plan, "obstructions.json")
 >>> bimvox.write_log(plan, "tower.mcap")
 >>> bimvox.export(plan, "tower.csv")
@@ -36,6 +37,9 @@ if TYPE_CHECKING:
     from bimvox.library.live import live_job as live_job
     from bimvox.library.log import read_log as read_log
     from bimvox.library.log import write_log as write_log
+    from bimvox.library.optimise import SetUp as SetUp
+    from bimvox.library.optimise import SetUps as SetUps
+    from bimvox.library.optimise import optimise as optimise
     from bimvox.library.plan import plan as plan
     from bimvox.library.plan_value import LiftRow as LiftRow
     from bimvox.library.plan_value import Plan as Plan
@@ -67,6 +71,8 @@ _HOME = {
     "Plan": "bimvox.library.plan_value",
     "PlannedLift": "bimvox.library.plan_value",
     "Points": "bimvox.site.obstructions.obstruction_set",
+    "SetUp": "bimvox.library.optimise",
+    "SetUps": "bimvox.library.optimise",
     "TriangleMesh": "bimvox.bim.building",
     "Verification": "bimvox.records.proof",
     "VoxelGrid": "bimvox.grid.voxel_grid",
@@ -76,6 +82,7 @@ _HOME = {
     "lift_problems": "bimvox.library.environment",
     "live_job": "bimvox.library.live",
     "load_site": "bimvox.library.site",
+    "optimise": "bimvox.library.optimise",
     "plan": "bimvox.library.plan",
     "read": "bimvox.library.building",
     "read_log": "bimvox.library.log",

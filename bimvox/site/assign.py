@@ -74,12 +74,12 @@ def assigned(
             can[n, int(np.argmin(excess_m[n]))] = True
     reach_m = np.stack([_distances_m(crane, places_m) for crane in cranes], axis=1)
     crew_s = np.array([crew_times(rules, component).total_s for component in components])
-    work_s = np.stack([_work_s(crane, reach_m[:, k], crew_s) for k, crane in enumerate(cranes)], axis=1)
-    choice = _balanced(can, reach_m, work_s)
+    work_s = np.stack([rough_work_s(crane, reach_m[:, k], crew_s) for k, crane in enumerate(cranes)], axis=1)
+    choice = balanced(can, reach_m, work_s)
     return [replace(component, crane=int(k)) for component, k in zip(components, choice, strict=True)]
 
 
-def _balanced(can: NDArray[np.bool_], reach_m: NDArray[np.float64], work_s: NDArray[np.float64]) -> NDArray[np.int64]:
+def balanced(can: NDArray[np.bool_], reach_m: NDArray[np.float64], work_s: NDArray[np.float64]) -> NDArray[np.int64]:
     """Return the (N,) crane of each part: the least ``reach + longer`` of those that can; ``longer`` balances work."""
     rows = np.arange(len(can))
     longer_m, step_m = np.zeros(can.shape[1]), float(reach_m.max(initial=1.0))
@@ -130,7 +130,7 @@ def _excess_m(
     return max(outside_m(_distances_m(crane, place_m[None])), outside_m(start_m))
 
 
-def _work_s(crane: TowerCrane, radius_m: NDArray[np.float64], crew_s: NDArray[np.float64]) -> NDArray[np.float64]:
+def rough_work_s(crane: TowerCrane, radius_m: NDArray[np.float64], crew_s: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (N,) estimated seconds of work for parts set at these radii: a quarter turn and back, and the crew."""
     turn_s = rest_to_rest_s(np.pi / 2.0, crane.slewing)
     trolley_s = np.array([rest_to_rest_s(float(radius) / 2.0, crane.trolley) for radius in radius_m])

@@ -26,6 +26,10 @@ class Rates:
         """Return the cost of so many hours of work."""
         return self.set_up + self.hour * hours
 
+    def with_another(self, other: Rates) -> Rates:
+        """Return what this and another machine cost, if both are on the site for the same hours."""
+        return Rates(self.set_up + other.set_up, self.hour + other.hour)
+
 
 def rates_of(costs: CostsConfig, calendar: CalendarConfig, name: str, kind: str, load_moment_tm: float) -> Rates:
     """Return what a machine costs.

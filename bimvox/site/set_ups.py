@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.fit import distances_m, radii_for_m
 from bimvox.crane.fit_luffing import highest_hooks_m
+from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.rigging import hoist_limits
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import Travel
@@ -60,11 +61,13 @@ class SetUps:
 
     Attributes:
         served: (B, N) whether it carries each part from some place of the yard to its place.
+        lift_s: (B, N) estimated crane time of each part; 0 if it does not serve it.
         crane_s: (B,) estimated crane time of the parts that it serves.
         used: (B,) highest share of the largest radius allowed for a part's mass, over the parts that it serves.
     """
 
     served: NDArray[np.bool_]
+    lift_s: NDArray[np.float64]
     crane_s: NDArray[np.float64]
     used: NDArray[np.float64]
 
@@ -115,9 +118,10 @@ def set_ups(
     parts = [_set_ups(crane, bases_m[n : n + step], work, hook_m, margin_m) for n in range(0, len(bases_m), step)]
     if not parts:
         count = len(work.places_m)
-        return SetUps(np.zeros((0, count), np.bool_), np.zeros(0), np.zeros(0))
+        return SetUps(np.zeros((0, count), np.bool_), np.zeros((0, count)), np.zeros(0), np.zeros(0))
     return SetUps(
         np.concatenate([one.served for one in parts]),
+        np.concatenate([one.lift_s for one in parts]),
         np.concatenate([one.crane_s for one in parts]),
         np.concatenate([one.used for one in parts]),
     )
@@ -132,28 +136,75 @@ def _set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, ho
         able &= _high_enough(crane, radius_m, hook_m)
         picked &= _high_enough(crane, yard_radius_m, hook_m)[:, None]
     served = able & picked.any(axis=2)
-    crane_s = _crane_s(crane, bases_m, work, served, picked, (radius_m, yard_radius_m))
+    lift_s = _lift_s(crane, bases_m, work, served, picked, (radius_m, yard_radius_m))
     share = np.where(served, radius_m / np.maximum(far_m, 1e-9), 0.0)
-    return SetUps(served, crane_s, share.max(axis=1, initial=0.0))
+    return SetUps(served, lift_s, lift_s.sum(axis=1), share.max(axis=1, initial=0.0))
 
 
-def least_moving_s(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork) -> NDArray[np.float64]:
+def least_moving_s(
+    crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, slack_m: tuple[float, float] = (0.0, 0.0)
+) -> NDArray[np.float64]:
     """Return for (B, 2) bases a time in which no order and no yard place lets the crane move less.
 
-    Each part comes from the place of the yard that is best for it alone, not higher than it must, and the hook returns
-    to the nearest place of the yard after all parts but one.
+    Each part comes from the place of the yard that is best for it alone of those at which the crane carries it, not
+    higher than it must. The hook returns to the nearest place of the yard after all parts but one, not lower than the
+    highest part that lies there.
+
+    Args:
+        crane: The crane; its base is ignored.
+        bases_m: (B, 2) places of its mast.
+        work: The parts, with every place of the yard.
+        slack_m: How far a hook may be from the place that is given for it, on plan and in height: the pitch of the
+            places, the cells, and stacks.
     """
+    aside_m, low_m = slack_m
     radius_m, yard_radius_m = distances_m(bases_m, work.places_m), distances_m(bases_m, work.yard_m)
-    ups_m = np.maximum(work.tops_m - work.heights_m, 0.0)
+    least_m, most_m = radii_for_m(crane, work.masses_kg).T
+    ups_m = np.maximum(work.tops_m - work.heights_m - low_m, 0.0)
+    back_m = np.maximum(work.tops_m - work.heights_m.max(initial=0.0) - low_m, 0.0)
     longest_m = float(max(radius_m.max(initial=1.0), yard_radius_m.max(initial=1.0), ups_m.max(initial=1.0)))
     travel = Travel(replace(crane, base_m=(0.0, 0.0, 0.0)), longest_m)
-    turn = _slews(bases_m, work.yard_m)[:, None, :] - _slews(bases_m, work.places_m)[:, :, None]
-    across_s = travel.across_s(turn, yard_radius_m[:, None, :] - radius_m[:, :, None]).min(axis=2)
-    empty_s, *loaded_s = (winch.hoisting_s(ups_m) for winch in _winches(crane, work, longest_m))
-    there_s = np.maximum(across_s, np.array([of_all[n] for n, of_all in enumerate(loaded_s)]))
-    back_s = np.maximum(across_s, empty_s)
+    # Moved by the slack, a point at a radius turns by no more than this.
+    turns, yard_turns = (np.arcsin(np.minimum(aside_m / np.maximum(r, 1e-9), 1.0)) for r in (radius_m, yard_radius_m))
+    yard_slews, slews = _slews(bases_m, work.yard_m), _slews(bases_m, work.places_m)
+    across_s, nearest_s = np.zeros(radius_m.shape), np.zeros(radius_m.shape)
+    for n in range(len(work.places_m)):
+        turn = np.abs(np.remainder(yard_slews - slews[:, n, None] + np.pi, 2.0 * np.pi) - np.pi)
+        turn = np.maximum(turn - turns[:, n, None] - yard_turns, 0.0)
+        radial_m = np.maximum(np.abs(yard_radius_m - radius_m[:, n, None]) - 2.0 * aside_m, 0.0)
+        seconds = travel.across_s(turn, radial_m)
+        able = (yard_radius_m >= least_m[n] - aside_m) & (yard_radius_m <= most_m[n] + aside_m)
+        nearest_s[:, n] = seconds.min(axis=1)
+        across_s[:, n] = np.where(able.any(axis=1), np.where(able, seconds, np.inf).min(axis=1), nearest_s[:, n])
+    empty, *loaded = _winches(crane, work, longest_m)
+    loaded_s = np.array([winch.hoisting_s(ups_m[n : n + 1])[0] for n, winch in enumerate(loaded)])
+    there_s = np.maximum(across_s, loaded_s)
+    back_s = np.maximum(nearest_s, empty.hoisting_s(back_m))
     total_s: NDArray[np.float64] = there_s.sum(axis=1) + back_s.sum(axis=1) - back_s.max(axis=1, initial=0.0)
     return total_s
+
+
+def highest_utilisation(
+    crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, served: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Return for (B, 2) bases the highest utilisation of a crane over the parts that it serves.
+
+    Each part counts at its place or, if that is more, at the nearest place of the yard.
+
+    Args:
+        crane: The crane with its whole load chart; its rigging is that of the masses.
+        bases_m: (B, 2) places of its mast.
+        work: The parts.
+        served: (B, N) whether it serves each part.
+    """
+    low_m = float(radii_for_m(crane, work.masses_kg)[:, 0].max(initial=0.0))
+    yard_m = distances_m(bases_m, work.yard_m)
+    nearest_m = np.where(yard_m >= low_m, yard_m, np.inf).min(axis=1, initial=np.inf)
+    nearest_m = np.where(np.isfinite(nearest_m), nearest_m, 0.0)
+    radius_m = np.maximum(distances_m(bases_m, work.places_m), nearest_m[:, None])
+    share = (work.masses_kg + crane.tackle_kg) / np.maximum(capacity_kg(crane.chart, radius_m), 1e-9)
+    found: NDArray[np.float64] = np.where(served, share, 0.0).max(axis=1, initial=0.0)
+    return found
 
 
 def _winches(crane: TowerCrane, work: LiftWork, longest_m: float) -> list[Travel]:
@@ -171,7 +222,7 @@ def _high_enough(crane: TowerCrane, radius_m: NDArray[np.float64], hook_m: float
     return found
 
 
-def _crane_s(
+def _lift_s(
     crane: TowerCrane,
     bases_m: NDArray[np.float64],
     work: LiftWork,
@@ -179,7 +230,7 @@ def _crane_s(
     picked: NDArray[np.bool_],
     radii_m: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> NDArray[np.float64]:
-    """Return the (B,) estimated crane time."""
+    """Return the (B, N) estimated crane time of each part."""
     radius_m, yard_radius_m = radii_m
     over_m = np.maximum.accumulate(work.tops_m) + work.heights_m + crane.sling_m
     longest_m = float(max(radius_m.max(initial=1.0), yard_radius_m.max(initial=1.0), over_m.max(initial=1.0)))
@@ -198,8 +249,8 @@ def _crane_s(
     back_s = np.maximum(np.concatenate([across_s[:, :1], across_s[:, :-1]], axis=1), empty_s[:, None])
     count = np.maximum(picked.sum(axis=2), 1)
     mean_s = ((there_s + back_s) * picked).sum(axis=2) / count
-    total: NDArray[np.float64] = ((mean_s + work.standing_s) * served).sum(axis=1)
-    return total
+    lift_s: NDArray[np.float64] = (mean_s + work.standing_s) * served
+    return lift_s
 
 
 def _slews(bases_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:

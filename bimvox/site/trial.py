@@ -207,6 +207,16 @@ def yard_points(config: SiteConfig) -> NDArray[np.float64]:
     return _points_in(config.areas.yard or (), tuple(closed))
 
 
+def yard_pitch_m(config: SiteConfig) -> float:
+    """Return the largest pitch of :func:`yard_points`."""
+    return max([_PITCH_M, *(_pitch_of_m(shapely.Polygon(polygon).bounds) for polygon in config.areas.yard or ())])
+
+
+def _pitch_of_m(bounds_m: tuple[float, float, float, float]) -> float:
+    x0, y0, x1, y1 = bounds_m
+    return max(_PITCH_M, float(np.sqrt((x1 - x0) * (y1 - y0) / _MOST_POINTS)))
+
+
 @lru_cache(maxsize=4)  # while a crane is dragged, the yard stays
 def _points_in(yard: tuple[Polygon, ...], closed: tuple[Polygon, ...]) -> NDArray[np.float64]:
     barred = shapely.union_all([shapely.Polygon(one) for one in closed])
@@ -216,7 +226,7 @@ def _points_in(yard: tuple[Polygon, ...], closed: tuple[Polygon, ...]) -> NDArra
         if area.is_empty:
             continue
         x0, y0, x1, y1 = area.bounds
-        step_m = max(_PITCH_M, float(np.sqrt((x1 - x0) * (y1 - y0) / _MOST_POINTS)))
+        step_m = _pitch_of_m(area.bounds)
         x, y = np.meshgrid(np.arange(x0 + step_m / 2.0, x1, step_m), np.arange(y0 + step_m / 2.0, y1, step_m))
         inside = shapely.contains_xy(area, x, y)
         middle = area.representative_point()

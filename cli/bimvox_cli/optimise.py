@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 
 _FOLDER = "set-ups"
+_GOALS = {"hours": "fastest", "cost": "cheapest", "highest_utilisation": "least used"}
 
 
 def optimise(
@@ -26,7 +27,14 @@ def optimise(
     ],
     crane: MachineChoice = None,
     members: Annotated[
-        int, typer.Option("--plans", min=1, max=100, metavar="N", help="How many of the best set-ups are planned.")
+        int,
+        typer.Option(
+            "--plans",
+            min=1,
+            max=100,
+            metavar="N",
+            help="How many of the best set-ups are planned; from 4 on, then half as many around the fastest.",
+        ),
     ] = 6,
     trials: Annotated[
         int, typer.Option("--trials", min=0, max=100_000, metavar="N", help="How many other yards are tried.")
@@ -34,6 +42,9 @@ def optimise(
     budget: Annotated[
         float | None, typer.Option("--budget", min=0.0, metavar="SECONDS", help="Try other yards no longer than this.")
     ] = None,
+    most_cranes: Annotated[
+        int, typer.Option("--cranes", min=1, max=2, metavar="N", help="How many cranes a set-up has at most.")
+    ] = 2,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -53,21 +64,22 @@ def optimise(
 ) -> None:
     """Look for a better crane, place and yard.
 
-    Every machine is tried at every place where its mast can stand, and with other yards, unless trucks or parts have
-    their places. The set-ups that no other beats in hours and cost are planned and proven in full, and so is the given
-    one. Their site files are written next to it. Rates: `[costs]`. Several sites are searched in parallel: one table
-    and one page of all.
+    Every machine is tried at every place where its mast can stand, with other yards, unless trucks or parts have their
+    places, and with a second crane. The set-ups that no other beats in hours, cost and highest utilisation are planned
+    and proven in full, and so is the given one. Their site files are written next to it. Rates: `[costs]`. Several
+    sites are searched in parallel: one table and one page of all.
     """
     from bimvox_pipeline.optimise.many_sites import optimise_all
     from bimvox_pipeline.optimise.optimise import optimise as optimise_one
-    from bimvox_pipeline.optimise.search import Effort
+
+    from bimvox.library.set_up_search.search import Effort
 
     several = len(sites) > 1
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         act = partial(optimise_all, sites, out or Path(_FOLDER)) if several else partial(optimise_one, sites[0], out)
         document = act(
             crane=crane,
-            effort=Effort(members, trials, budget),
+            effort=Effort(members, trials, budget, most_cranes),
             backend=backend,
             jobs=jobs,
             fresh=fresh,
@@ -84,7 +96,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             "jib m",
             "falls",
             "at",
-            "yard",
+            "yard, truckload",
             "refused",
             "crane h",
             "moving h",
@@ -101,6 +113,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     )
     console.print()
     front = document["front"]
+    best = {key: min(front, key=lambda one: one[key] or 0.0) if front else None for key in _GOALS}
     fields(
         console,
         [
@@ -109,8 +122,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
                 f"{document['machines']:,} machines with jib and reeving, {document['tried']:,} set-ups, "
                 f"{document['trials']:,} other yards",
             ),
-            ("fastest", front[0]["site"] if front else None),
-            ("cheapest", front[-1]["site"] if front else None),
+            *((words, one and one["site"]) for words, one in zip(_GOALS.values(), best.values(), strict=True)),
             ("page", document["page"]),
             ("table", document["table"]),
             ("map", document["map"]),
@@ -154,11 +166,12 @@ def _show_all(console: Console, document: Mapping[str, Any]) -> None:
 def _row(prefix: str, one: Mapping[str, Any]) -> tuple[object, ...]:
     highest = one["highest_utilisation"]
     return (
-        prefix + one["machine"],
+        prefix + one["machine"] + (f" + {one['second']['machine']}" if one["second"] else ""),
         one["jib_m"],
         one["falls"],
-        "({:g}, {:g})".format(*one["base_m"]),
-        "given" if one["yard"] is None else "({:g}, {:g})".format(*one["yard"][0]),
+        ", ".join("({:g}, {:g})".format(*each["base_m"]) for each in (one, one["second"]) if each),
+        ("given" if one["yard"] is None else "({:g}, {:g})".format(*one["yard"][0]))
+        + (f", {one['truckload_kg'] / 1000.0:g} t" if one["truckload_kg"] else ""),
         one["refused"],
         one["hours"],
         one["moving_hours"],

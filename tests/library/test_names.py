@@ -19,6 +19,7 @@ VERBS = (
     "lift_problems",
     "live_job",
     "load_site",
+    "optimise",
     "plan",
     "read",
     "read_log",

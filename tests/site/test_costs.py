@@ -21,6 +21,11 @@ def test_a_tower_crane_costs_by_its_size_a_mobile_one_by_the_hour() -> None:
     assert rates_of(COSTS, WEEK, "m", "mobile", 100.0).total(2.0) == pytest.approx(2.0 * (200.0 + 4 * 50.0))
 
 
+def test_two_machines_are_both_paid_for_the_same_hours() -> None:
+    tower, mobile = rates_of(COSTS, WEEK, "t", "hammerhead", 100.0), rates_of(COSTS, WEEK, "m", "mobile", 100.0)
+    assert tower.with_another(mobile).total(3.0) == pytest.approx(tower.total(3.0) + mobile.total(3.0))
+
+
 def test_an_offer_takes_the_place_of_the_rates_and_the_crew_is_the_calendars() -> None:
     costs = COSTS.model_copy(update={"machine": (MachineCosts(name="t", month=520.0, set_up=7.0),)})
     crew = WEEK.model_copy(update={"erection_people": 2})

@@ -18,7 +18,7 @@ _STEPS_H = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 _STEPS_COST = tuple(step * 10**n for n in range(1, 8) for step in (1.0, 2.0, 5.0))
 _DEAR = 1.25
 _COLUMNS = (
-    "set-up", "place", "yard", "parts\nrefused", "crane\nhours", "of them\nmoving", "critical\nlifts",
+    "set-up", "place", "yard,\ntruckload", "parts\nrefused", "crane\nhours", "of them\nmoving", "critical\nlifts",
     "highest\nutilisation", "cost", "files", "why not",
 )  # fmt: skip
 
@@ -45,7 +45,7 @@ def set_ups_page(
     chip = tag("span", verdict, f"chip {'clean' if document['verified'] else 'refused'}")
     body = [
         tag("header", tag("div", tag("h1", f"{escape(name)}: set-ups") + paragraph(tried, "faint")) + chip),
-        terms(_answers(front, given, currency)),
+        terms(_answers(front, given, currency, document.get("least_moving_hours", 0.0))),
         section("Hours and cost", tag("div", _chart(document, estimates), "wide"), _legend()),
         section("Planned set-ups", tag("div", _planned(document), "wide")),
         section("Drawings", tag("div", "".join(one.html() for one in drawings), "pictures")),
@@ -55,15 +55,31 @@ def set_ups_page(
     return printable(f"{name}: set-ups", "".join(body), dict(document))
 
 
-def _answers(front: Sequence[Mapping[str, Any]], given: Mapping[str, Any], currency: str) -> list[tuple[str, str]]:
-    """Return the fastest and the cheapest set-up, against the given one."""
+def _answers(
+    front: Sequence[Mapping[str, Any]], given: Mapping[str, Any], currency: str, least_h: float
+) -> list[tuple[str, str]]:
+    """Return the fastest, the cheapest and the least used set-up, against the given one, and the bound."""
     found = []
-    for words, one in (("fastest", front[0]), ("cheapest", front[-1])) if front else ():
+    best = {
+        words: min(front, key=lambda one: one[key] or 0.0)
+        for words, key in (("fastest", "hours"), ("cheapest", "cost"), ("least used", "highest_utilisation"))
+        if front
+    }
+    for words, one in best.items():
         said = f"{escape(_name(one))} at {_at(one)}: {fixed(one['hours'], 2)} h, {one['cost']:,.0f} {escape(currency)}"
         if given["hours"]:
-            moving, cost = given["moving_hours"] - one["moving_hours"], given["cost"] - one["cost"]
-            said += f"; {_less(moving, given['moving_hours'])} moving, {_less(cost, given['cost'])} cost than given"
+            key, what = ("hours", "time") if one["moving_hours"] is None else ("moving_hours", "moving")
+            saved, cost = given[key] - one[key], given["cost"] - one["cost"]
+            said += f"; {_less(saved, given[key])} {what}, {_less(cost, given['cost'])} cost than given"
+        if one["highest_utilisation"] is not None:
+            said += f"; {percent(one['highest_utilisation'], 0)} of the capacity"
         found.append((words, said))
+    # The bound is that of one crane with the given yard.
+    moving = [one["moving_hours"] for one in front if one["moving_hours"] is not None and one["yard"] is None]
+    if least_h and moving:
+        left = percent(max(0.0, 1.0 - least_h / min(moving)), 0)
+        said = f"no hammerhead moves less than {fixed(least_h, 2)} h with the given yard"
+        found.append(("bound", f"{said}: at most {left} of the fastest one's moving time there is left to gain"))
     return found
 
 
@@ -73,12 +89,14 @@ def _less(saved: float, whole: float) -> str:
 
 
 def _name(one: Mapping[str, Any]) -> str:
-    return f"{one['machine']}, jib {one['jib_m']:g} m, {counted(one['falls'], 'fall')}"
+    own = f"{one['machine']}, jib {one['jib_m']:g} m, {counted(one['falls'], 'fall')}"
+    return own if one.get("second") is None else f"{own}; and {_name(one['second'])}"
 
 
 def _at(one: Mapping[str, Any]) -> str:
     x, y = one["base_m"]
-    return f"({x:g},\N{NO-BREAK SPACE}{y:g})"
+    own = f"({x:g},\N{NO-BREAK SPACE}{y:g})"
+    return own if one.get("second") is None else f"{own}, {_at(one['second'])}"
 
 
 def _planned(document: Mapping[str, Any]) -> str:
@@ -93,6 +111,7 @@ def _row(one: Mapping[str, Any], prefix: str = "") -> str:
         link += ", " + tag("a", "log", href=PurePath(one["log"]).name)
     highest = one["highest_utilisation"]
     corner = "given" if one["yard"] is None else "({:g}, {:g})".format(*one["yard"][0])
+    corner += f", {one['truckload_kg'] / 1000.0:g} t" if one.get("truckload_kg") else ""
     why = one["error"]["message"] if one["error"] else one.get("why_lost", "")
     cells = (
         escape(prefix + _name(one)),
@@ -111,10 +130,24 @@ def _row(one: Mapping[str, Any], prefix: str = "") -> str:
 
 
 def _losers(estimates: Sequence[Mapping[str, str]]) -> str:
-    columns = ("machine", "jib, m", "falls", "yard", "parts\nserved", "hours\n(estimate)", "cost\n(estimate)", "why")
-    keys = ("machine", "jib_m", "falls", "yard", "parts_served", "estimated_hours", "estimated_cost", "why_lost")
-    rows = [row(escape(str(one[key])) for key in keys) for one in estimates if one["why_lost"]]
+    columns = (
+        "machine", "jib, m", "falls", "yard", "parts\nserved", "hours\n(estimate)", "cost\n(estimate)",
+        "utilisation\n(estimate)", "why",
+    )  # fmt: skip
+    keys = (
+        "machine", "jib_m", "falls", "yard", "parts_served", "estimated_hours", "estimated_cost",
+        "estimated_utilisation", "why_lost",
+    )  # fmt: skip
+    rows = [
+        row(escape(_machines(one) if key == "machine" else str(one[key])) for key in keys)
+        for one in estimates
+        if one["why_lost"]
+    ]
     return table(columns, rows, caption="Machines that are not of the front", class_="words")
+
+
+def _machines(one: Mapping[str, str]) -> str:
+    return f"{one['machine']} and {one['second']}" if one["second"] else one["machine"]
 
 
 def _legend() -> str:

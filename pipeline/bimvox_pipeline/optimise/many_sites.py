@@ -13,6 +13,7 @@ from typing import Any
 
 from bimvox.errors import BimvoxError
 from bimvox.files import write_together
+from bimvox.library.set_up_search.search import Effort
 from bimvox.processes import processors
 from bimvox.progress import Progress, SilentProgress
 from bimvox.rendering.report.many_sites import COLUMNS, many_sites_page
@@ -22,7 +23,6 @@ from bimvox_pipeline.fleet.runs import Run, Wish, digest_of, runs_of
 from bimvox_pipeline.fleet.schedule import carry_out_all
 from bimvox_pipeline.fleet.work import FAILED, failed, record_file, write_record
 from bimvox_pipeline.optimise.optimise import PAGE, optimise
-from bimvox_pipeline.optimise.search import Effort
 
 _OPTIMISED = "optimised"
 _TABLE, _PAGE = "sites.csv", "sites.html"
@@ -117,7 +117,8 @@ def _row(record: Mapping[str, Any]) -> dict[str, Any]:
         return row | {"error": f"{error['code']}: {error['message']}"}
     given, front = found["baseline"], found["front"]
     row |= {"verified": found["verified"], "parts": found["parts"], "currency": found["currency"]}
-    for what, one in (("given", given), *((("fastest", front[0]), ("cheapest", front[-1])) if front else ())):
+    best = {"fastest": front[0], "cheapest": min(front, key=lambda one: float(one["cost"]))} if front else {}
+    for what, one in {"given": given, **best}.items():
         row |= {f"{what}_{key}": one[key] for key in ("machine", "refused", "hours", "cost")}
     return row | {"page": f"{record['run']}/{PAGE}"}
 

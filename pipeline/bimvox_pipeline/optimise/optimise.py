@@ -5,12 +5,16 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import FileError, InputError
-from bimvox.files import default_output, require_input, seen_from, write_atomically, write_together
+from bimvox.files import default_output, require_input, seen_from, write_together
+from bimvox.library.set_up_search.choose import search_set_ups
+from bimvox.library.set_up_search.front import front_of, proven_front, why_beaten
+from bimvox.library.set_up_search.refine import refined
+from bimvox.library.set_up_search.search import Effort, Search, Tried
 from bimvox.progress import Progress
 from bimvox.rendering.report.drawing_file import drawing_file
 from bimvox.rendering.report.heat_map import HeatMap, heat_map
@@ -26,22 +30,14 @@ from bimvox_pipeline.fleet.backends import Backend
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish, runs_of
 from bimvox_pipeline.fleet.work import log_file
-from bimvox_pipeline.optimise.front import front_of, proven_front, to_plan, why_beaten, why_lost
-from bimvox_pipeline.optimise.search import Effort, Search, Tried
-from bimvox_pipeline.optimise.yards import may_move, other_yards
-from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_site
-from bimvox_pipeline.studio.saving import as_text
-from bimvox_pipeline.studio.setup import CraneSetup, Setup
+from bimvox_pipeline.optimise.files import base_of, set_up, table_of, written
+from bimvox_pipeline.studio.opened import Opened, open_site
 
 PAGE = "set-ups.html"
 """The page of a site's set-ups in its folder."""
 _TABLE = "set-ups.csv"
 _MAP = "crane-hours.svg"
 _SVG = "image/svg+xml"
-_COLUMNS = (
-    "machine", "jib_m", "falls", "load_moment_tm", "x_m", "y_m", "yard", "places", "parts", "parts_served",
-    "estimated_hours", "estimated_cost", "currency", "why_lost",
-)  # fmt: skip
 
 
 def optimise(
@@ -78,77 +74,43 @@ def optimise(
     effort = effort or Effort()
     machines = catalogue() if crane is None else machines_called(crane)
     opened = open_site(require_input(site))
-    cranes = cranes_of(opened.config)
-    if len(cranes) != 1:
-        raise InputError(
-            f"{site}: the place of one crane is looked for, but the site has {len(cranes)}",
-            hint="give the site file one crane",
-        )
     folder = out or default_output(site, "-set-ups")
-    search = Search(opened, progress)
-    progress.stage("try", len(machines))
-    found: list[Tried] = []
-    for machine in machines:
-        found += search.tried([machine])
-        progress.advance()
-    progress.finish()
-    tried = sum(len(one.bases_m) for one in found)
-    lattice = list(found)
-    if effort.yards and may_move(opened.config):
-        folder.mkdir(parents=True, exist_ok=True)
-        moved, trials = other_yards(opened, search, machines, folder, effort, progress)
-        found += moved
-    else:
-        trials = 0
-    front = front_of(found)
-    chosen = to_plan(found, front, effort.members)
-    if not chosen and any(one.served for one in found):
-        cheapest = min(one.cost for one in found if one.served)
-        raise InputError(
-            f"{site}: no set-up is within the budget; the cheapest costs {cheapest:,.0f}",
-            hint="raise [costs] budget",
-        )
-    if not chosen:
-        raise InputError(
-            f"{site}: no machine serves any part", hint="`bimvox cranes SITE` says why; move the yard, or lift less"
-        )
-    files = [_written(opened, one) for one in chosen]
-    wishes = [Wish(path) for path in (site, *files)]
-    runs = fleet(wishes, folder, backend=backend, jobs=jobs, fresh=fresh, progress=progress)
-    progress.stage("table")
-    by_site = {
-        run.wish.site: {**record, "log": str(log_file(folder, run.name))}
-        for run, record in zip(runs_of(wishes), runs["runs"], strict=True)
-    }
-    standing_h = float(search.work.standing_s.sum()) / 3600.0
-    rates = {machine.name: search.rates(machine) for machine in machines}
-    baseline = _planned(site, by_site, _given(cranes[0], search), search.rates(machine_of_crane(cranes[0])), standing_h)
-    planned = [
-        _planned(path, by_site, _found(one), rates[one.machine], standing_h)
-        for path, one in zip(files, chosen, strict=True)
-    ]
+    searched = search_set_ups(opened, str(site), machines, effort, folder, progress)
+    search, found, front, chosen = searched.search, searched.found, searched.front, searched.chosen
+    rigs = [one for one in searched.lattice if not one.is_least_used]
+    tried = sum(len(one.bases_m) for one in rigs)
+    plans = _Plans(opened, search, folder, Plant(backend, jobs, fresh), progress)
+    planned = plans.of(chosen)
     budget, currency = opened.config.costs.budget, opened.config.costs.currency
+    alone = [one for one in proven_front(planned, budget) if one["second"] is None]
+    if alone and (more := refined(search, chosen[planned.index(alone[0])], effort)):
+        chosen, found = (*chosen, *more), (*found, *more)
+        front = tuple(front_of(found))
+        planned = plans.of(chosen)
+    progress.stage("table")
+    baseline = plans.given
     best = proven_front(planned, budget)
     losers = [{**one, "why_lost": why_beaten(one, best, budget)} for one in planned if one not in best]
     table, picture, page = folder / _TABLE, folder / _MAP, folder / PAGE
-    rows = _csv(found, front, len(search.work.places_m), currency)
-    map_svg = heat_map(_heat(opened, front_of(lattice)[0]))
+    rows = table_of(found, front, len(search.work.places_m), currency)
+    map_svg = heat_map(_heat(opened, front_of(searched.lattice)[0]))
     document = {
         "tried": int(tried),
-        "machines": len(lattice),
-        "trials": trials,
+        "machines": len(rigs),
+        "trials": searched.trials,
         "parts": len(search.work.places_m),
-        "standing_hours": round(standing_h, 4),
+        "standing_hours": round(plans.standing_h, 4),
+        "least_moving_hours": round(search.least_moving_s(searched.lattice) / 3600.0, 4),
         "baseline": baseline,
         "front": best,
         "losers": losers,
         "currency": currency,
         "costs": opened.config.costs.model_dump(mode="json"),
-        "verified": runs["verified"],
+        "verified": plans.verified,
     }
     drawn = [(opened.config, "The given set-up")]
     drawn += [
-        (opened.with_setup(_setup(opened, one)), f"{one.machine}, jib {one.jib_m:g} m")
+        (opened.with_setup(set_up(opened, one)), one.words)
         for one, figures in zip(chosen, planned, strict=True)
         if figures in best
     ]
@@ -175,6 +137,51 @@ def _as_linked(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     return {**document, **several, "baseline": linked(document["baseline"])}
 
 
+@dataclass(frozen=True, slots=True)
+class Plant:
+    """What plans set-ups: the backend, the plans in parallel, and whether earlier ones are planned again."""
+
+    backend: Backend
+    jobs: int | None
+    fresh: bool
+
+
+class _Plans:
+    """The plans of a site's set-ups, as documents; those of earlier calls are kept.
+
+    Attributes:
+        standing_h: How long the crane stands.
+        given: The given set-up, once any was planned.
+        verified: Whether every plan is.
+    """
+
+    def __init__(self, opened: Opened, search: Search, folder: Path, plant: Plant, progress: Progress) -> None:
+        self._opened, self._search, self._folder, self._plant, self._progress = opened, search, folder, plant, progress
+        self.standing_h = float(search.work.standing_s.sum()) / 3600.0
+        self.given: dict[str, Any] = {}
+        self.verified = False
+
+    def of(self, chosen: Sequence[Tried]) -> list[dict[str, Any]]:
+        """Return the plans of set-ups, in their order."""
+        site, search, plant = self._opened.site, self._search, self._plant
+        files = [written(self._opened, one) for one in chosen]
+        wishes = [Wish(path) for path in (site, *files)]
+        fresh = plant.fresh and not self.given
+        runs = fleet(wishes, self._folder, backend=plant.backend, jobs=plant.jobs, fresh=fresh, progress=self._progress)
+        by_site = {
+            run.wish.site: {**record, "log": str(log_file(self._folder, run.name))}
+            for run, record in zip(runs_of(wishes), runs["runs"], strict=True)
+        }
+        self.verified = runs["verified"]
+        (own,) = cranes_of(self._opened.config)
+        own_rates = search.rates(machine_of_crane(own))
+        self.given = _planned(site, by_site, _given(own, search), own_rates, self.standing_h)
+        return [
+            _planned(path, by_site, _found(one), search.rates_of(one), self.standing_h)
+            for path, one in zip(files, chosen, strict=True)
+        ]
+
+
 def _given(crane: TowerCrane, search: Search) -> dict[str, Any]:
     served, crane_s = search.of(crane)
     return {
@@ -182,7 +189,9 @@ def _given(crane: TowerCrane, search: Search) -> dict[str, Any]:
         "jib_m": crane.jib_length_m,
         "falls": crane.falls,
         "base_m": [float(value) for value in crane.base_m[:2]],
+        "second": None,
         "yard": None,
+        "truckload_kg": None,
         "parts_served": served,
         "crane_s": crane_s,
     }
@@ -190,20 +199,18 @@ def _given(crane: TowerCrane, search: Search) -> dict[str, Any]:
 
 def _found(one: Tried) -> dict[str, Any]:
     return {
-        "machine": one.machine,
-        "jib_m": one.jib_m,
-        "falls": one.falls,
-        "base_m": [float(value) for value in _base(one)],
-        "yard": None if one.yard is None else [list(corner) for corner in one.yard[0]],
+        **_stands(one),
+        "second": None if one.second is None else _stands(one.second),
+        "yard": None if one.yard is None or one.yard.number is None else [list(corner) for corner in one.yard.polygon],
+        "truckload_kg": None if one.yard is None else one.yard.truckload_kg,
         "parts_served": one.served,
         "crane_s": one.crane_s,
     }
 
 
-def _base(one: Tried) -> tuple[float, float]:
-    assert one.crane is not None
-    x, y, _ = one.crane.base_m
-    return x, y
+def _stands(one: Tried) -> dict[str, Any]:
+    base_m = [float(value) for value in base_of(one)]
+    return {"machine": one.machine, "jib_m": one.jib_m, "falls": one.falls, "base_m": base_m}
 
 
 def _planned(
@@ -222,52 +229,14 @@ def _planned(
         "status": record["status"],
         "refused": record.get("infeasible"),
         "hours": hours,
-        "moving_hours": None if hours is None else round(hours - standing_h, 6),
+        # Of two cranes, one stands while the other moves.
+        "moving_hours": None if hours is None or values["second"] else round(hours - standing_h, 6),
         "cost": None if hours is None else round(rates.total(hours), 2),
         "critical_lifts": figures.get("critical_lifts"),
         "highest_utilisation": figures.get("highest_utilisation"),
         "log": record["log"] if figures else None,
         "error": record.get("error"),
     }
-
-
-def _setup(opened: Opened, one: Tried) -> Setup:
-    """Return the site's set-up with another crane, and another yard if it has one."""
-    (own,) = opened.setup.cranes
-    crane = CraneSetup(name=own.name, machine=one.machine, base_m=_base(one), jib_m=one.jib_m, falls=one.falls)
-    yard = {} if one.yard is None else {"yard": (one.yard[0],)}
-    return opened.setup.model_copy(update={"cranes": (crane,), **yard})
-
-
-def _written(opened: Opened, one: Tried) -> Path:
-    """Write the site file of a set-up next to the given one; one that is there already must be the same."""
-    stem = opened.site.name.removesuffix(SITE_SUFFIX).removesuffix(".toml")
-    yard = "" if one.yard is None else f"-yard-{one.yard[1] + 1}"
-    path = opened.site.with_name(f"{stem}-{one.machine}-{one.jib_m:g}m-{one.falls}-falls{yard}{SITE_SUFFIX}")
-    wanted = _setup(opened, one)
-    text, _, _ = as_text(opened, opened.with_setup(wanted), wanted, path)
-    if path.exists():
-        if path.read_bytes() != text.encode():
-            raise FileError(path, "exists already and may hold edits", hint="rename it, then optimise again")
-        return path
-    write_atomically(path, text.encode())
-    return path
-
-
-def _csv(found: Sequence[Tried], front: Sequence[Tried], parts: int, currency: str) -> str:
-    """Return the table of all machines, each with its best place, and why it lost."""
-    stream = io.StringIO()
-    rows = csv.writer(stream, lineterminator="\n")
-    rows.writerow(_COLUMNS)
-    for one in sorted(found, key=lambda one: (-one.served, one.crane_s)):
-        size = f"{one.load_moment_tm:.0f}"
-        x, y = ("", "") if one.crane is None else (f"{value:g}" for value in _base(one))
-        hours = "" if one.crane is None else f"{one.crane_s / 3600.0:.3f}"
-        cost = "" if one.crane is None else f"{one.cost:.0f}"
-        yard = "given" if one.yard is None else one.yard[1] + 1
-        row = (one.machine, f"{one.jib_m:g}", one.falls, size, x, y, yard, len(one.bases_m), parts, one.served, hours)
-        rows.writerow((*row, cost, currency, why_lost(one, front)))
-    return stream.getvalue()
 
 
 def _heat(opened: Opened, one: Tried) -> HeatMap:
@@ -282,6 +251,6 @@ def _heat(opened: Opened, one: Tried) -> HeatMap:
         building=tuple(opened.trial.hulls),
         yards=tuple(areas.yard or ()),
         accesses=tuple(areas.access or ()),
-        best_m=_base(one),
+        best_m=base_of(one),
         given_m=cranes_of(opened.config)[0].base_m[:2],
     )

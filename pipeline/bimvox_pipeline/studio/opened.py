@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,10 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Element, Role
+from bimvox.bim.building import Building, Role
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.crane.fit import HOOK_BLOCK_M
 from bimvox.files import read_input
+from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.site import built_site
 from bimvox.progress import SilentProgress
 from bimvox.rendering.draw.picture import PictureOptions
@@ -26,14 +26,11 @@ from bimvox.site.catalogue import catalogue
 from bimvox.site.config.file import load_site_config, read_site_file
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
 from bimvox.site.demand import Rigs
-from bimvox.site.extent import top_m
 from bimvox.site.guess import complete_config, guess_site, rigs_of
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import ifc_to_map
-from bimvox.site.means import Means, means_of
+from bimvox.site.means import Means
 from bimvox.site.outlines import PLAN, hull, union
-from bimvox.site.parts import entries_by_id
-from bimvox.site.placement import place_building
 from bimvox.site.trial import Trial, Tried
 from bimvox_pipeline.studio.setup import Setup, read_setup, setup_of, with_setup
 
@@ -43,22 +40,18 @@ _SIMPLE_M = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Opened:
+class Opened(PlacedSite):
     """A site file, or a model with everything guessed.
 
     Attributes:
         site: The site file; what saving writes if there is none yet.
         content: Its bytes; None if there is none yet.
-        config: Its values, complete, in the site's frame.
         given: Its values as the file gives them.
-        building: The building as read.
     """
 
     site: Path
     content: bytes | None
-    config: SiteConfig
     given: SiteConfig
-    building: Building
 
     @property
     def sha256(self) -> str | None:
@@ -66,46 +59,16 @@ class Opened:
         return None if self.content is None else hashlib.sha256(self.content).hexdigest()
 
     @cached_property
-    def _placing(self) -> tuple[Building, NDArray[np.float64]]:
-        return place_building(self.config, self.building)
-
-    @property
-    def placed(self) -> Building:
-        """The building in the site frame."""
-        return self._placing[0]
-
-    @property
-    def site_to_ifc(self) -> NDArray[np.float64]:
-        """(4, 4) transform from the site frame to model coordinates."""
-        return self._placing[1]
-
-    @cached_property
-    def parts(self) -> list[Element]:
-        """Everything that is not there already."""
-        pinned = {name for name, entry in self._entries.items() if entry.pinned}
-        return [one for one in self.placed.elements if one.role is Role.COMPONENT and one.id not in pinned]
-
-    @cached_property
     def _rows(self) -> dict[str, int]:
         return {part.id: n for n, part in enumerate(self.parts)}
 
     @cached_property
     def _listed(self) -> dict[str, str]:
-        return {name: entry.global_id for name, entry in self._entries.items()}
+        return {name: entry.global_id for name, entry in self.entries.items()}
 
     @cached_property
     def _slings_m(self) -> float:
         return max([crane.sling_m for crane in cranes_of(self.config)], default=HOOK_BLOCK_M)
-
-    @cached_property
-    def _entries(self) -> Mapping[str, Any]:
-        return entries_by_id(self.config, self.placed.elements)
-
-    @cached_property
-    def means(self) -> dict[str, str]:
-        """How each part gets to its place, by id."""
-        found = means_of(self.parts, self._entries, self.config.means)
-        return {name: one.means.value for name, one in found.items()}
 
     @cached_property
     def setup(self) -> Setup:
@@ -116,11 +79,6 @@ class Opened:
     def setup_document(self) -> dict[str, Any]:
         """Its own set-up, as JSON."""
         return setup_of(self.config, cranes_of(self.config), self.means)
-
-    @cached_property
-    def load_top_m(self) -> float:
-        """Height that the top of a load must reach."""
-        return top_m(self.placed) + 2 * (self.config.model.voxel_size_m or 0.0)
 
     @cached_property
     def trial(self) -> Trial:
@@ -161,7 +119,7 @@ class Opened:
         means, by_crane = {**self.means, **wanted.means}, Means.CRANE.value
         lifts = np.tile([means[name] == by_crane for name in self._rows], (len(cranes), 1))
         names = [crane.name for crane in cranes]
-        for name, entry in self._entries.items():
+        for name, entry in self.entries.items():
             if entry.crane in names and name in self._rows:
                 lifts[[crane != entry.crane for crane in names], self._rows[name]] = False
         return _tried(self.trial.of(config, cranes, lifts), list(self._rows), config, cranes)
@@ -246,7 +204,7 @@ def open_site(path: Path, building: Building | None = None) -> Opened:
     if building is None:
         options = ReadOptions(select=model.select, unit=model.unit, up=model.up, assemblies=model.assemblies)
         building = read_building(model.path, options)
-    return Opened(path, content, complete_config(given, building), given, building)
+    return Opened(complete_config(given, building), building, path, content, given)
 
 
 def open_model(path: Path) -> Opened:
@@ -257,7 +215,7 @@ def open_model(path: Path) -> Opened:
     """
     building = read_building(path)
     config = guess_site(building, ModelConfig(path=Path(path.name)), name=path.stem)
-    return Opened(path.with_name(path.stem + SITE_SUFFIX), None, config, config, building)
+    return Opened(config, building, path.with_name(path.stem + SITE_SUFFIX), None, config)
 
 
 def unchanged(opened: Opened) -> bool:

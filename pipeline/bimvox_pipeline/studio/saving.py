@@ -88,7 +88,7 @@ def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:
         InputError: If that is not what was wanted.
     """
     given = load_site_config(site, text.encode())
-    saved = Opened(site, text.encode(), complete_config(given, opened.building), given, opened.building)
+    saved = Opened(complete_config(given, opened.building), opened.building, site, text.encode(), given)
     found = saved.setup.model_dump()
     for key, value in wanted.model_dump().items():
         if key == "cranes":
@@ -97,6 +97,8 @@ def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:
             same = all(
                 _is_same(own["base_m"], there["base_m"]) and own["machine"] == there["machine"] for own, there in pairs
             )
+        elif key == "truckload_kg":
+            same = value in (None, saved.config.rules.truckload_kg)
         elif key == "means":
             same = all(found[key].get(name) == means for name, means in value.items())
         else:
@@ -140,6 +142,9 @@ def _edited(opened: Opened, config: SiteConfig, wanted: Setup) -> tuple[str, lis
                     to_file.polygon(own) if name == "construction" else [to_file.polygon(one) for one in own]
                 )
             changed.append(f"areas.{name}")
+    if wanted.truckload_kg is not None:
+        document.setdefault("rules", tomlkit.table())["truckload_kg"] = _tidy(wanted.truckload_kg)
+        changed.append("rules.truckload_kg")
     if wanted.cranes != before.cranes or (wanted != before and given.crane is None and config.cranes):
         changed += _cranes(document, opened, config, wanted, to_file)
     if wanted.zones != before.zones:

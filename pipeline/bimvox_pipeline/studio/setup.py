@@ -49,7 +49,7 @@ class ZoneSetup(_Part):
 
 
 class Setup(_Part):
-    """What people set by hand: cranes, areas, zones, and how parts get to their places."""
+    """What people set by hand: cranes, areas, zones, truckload, and how parts get to their places."""
 
     cranes: tuple[CraneSetup, ...] = ()
     yard: tuple[Polygon, ...] = ()
@@ -57,6 +57,8 @@ class Setup(_Part):
     construction: Polygon | tuple[()] = ()
     zones: Annotated[tuple[ZoneSetup, ...], Field(max_length=1000)] = ()
     means: Annotated[dict[str, str], Field(max_length=_MOST)] = {}  # pydantic copies it
+    truckload_kg: Annotated[float, Field(ge=0.0)] | None = None
+    """None: the site file's."""
 
 
 def impossible(error: ValidationError, schema: type[BaseModel], what: str) -> InputError:
@@ -144,6 +146,8 @@ def with_setup(
         if "yard" in areas and areas["yard"] is None:
             raise InputError("there is no yard", hint="a site needs at least one yard area")
         update["areas"] = config.areas.model_copy(update=areas)
+    if wanted.truckload_kg is not None:
+        update["rules"] = config.rules.model_copy(update={"truckload_kg": wanted.truckload_kg})
     if wanted.zones != opened.zones:
         update["zone"] = tuple(_zone(n, zone) for n, zone in enumerate(wanted.zones, start=1))
     if wanted.cranes != opened.cranes:

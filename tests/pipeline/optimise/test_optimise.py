@@ -13,12 +13,14 @@ from xml.etree import ElementTree
 import pytest
 import shapely
 from bimvox_pipeline.optimise.optimise import optimise
-from bimvox_pipeline.optimise.search import Effort, Search
-from bimvox_pipeline.optimise.yards import may_move, other_yards
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import open_site
+from bimvox_pipeline.studio.saving import save
 
 from bimvox.errors import FileError, InputError
+from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.search import Effort, Search
+from bimvox.library.set_up_search.yards import Yards, may_move, other_yards
 from bimvox.library.verify import verify
 from bimvox.progress import SilentProgress
 from bimvox.site.config.file import load_site_config
@@ -39,7 +41,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]
 
 
 def run(site: Path, out: Path | None = None, **options: Any) -> dict[str, Any]:
-    options = {"effort": Effort(2, 0), "crane": "hammerhead", "jobs": 1, **options}
+    options = {"effort": Effort(2, 0, cranes=1), "crane": "hammerhead", "jobs": 1, **options}
     return optimise(site, out or site.parent / "found", progress=SilentProgress(), **options)
 
 
@@ -54,7 +56,9 @@ def test_the_front_is_proven_and_not_beaten_by_the_given_set_up(made: tuple[Path
     assert document["front"]
     assert document["verified"]
     assert document["front"][0]["hours"] <= given["hours"] + 0.01
-    assert document["front"][-1]["cost"] == min(one["cost"] for one in found)
+    assert 0.0 < document["least_moving_hours"] <= min(one["moving_hours"] for one in (given, *found))
+    for key in ("hours", "cost", "highest_utilisation"):
+        assert min(one[key] for one in document["front"]) == min(one[key] for one in found)
     for one in (given, *found):
         assert one["refused"] == given["refused"]
         assert one["moving_hours"] == pytest.approx(one["hours"] - document["standing_hours"], abs=1e-4)
@@ -71,7 +75,7 @@ def test_hours_are_paid_by_the_site_files_rates(made: tuple[Path, dict[str, Any]
     priced = site.with_name("priced.site.toml")
     offer = f'machine = [{{ name = "{given["machine"]}", month = 0, set_up = 5 }}]'
     priced.write_text(f'{site.read_text()}\n[costs]\ncurrency = "CHF"\nperson_hour = 100\n{offer}\n')
-    again = run(priced, site.parent / "priced", effort=Effort(1, 0))
+    again = run(priced, site.parent / "priced", effort=Effort(1, 0, cranes=1))
     assert again["currency"] == "CHF"
     assert again["baseline"]["cost"] == pytest.approx(5.0 + 400.0 * given["hours"], abs=0.01)
 
@@ -94,17 +98,38 @@ def test_other_yards_are_tried_and_a_killed_call_is_continued(made: tuple[Path, 
     assert tried("no-time", Effort(yards=10, seconds=0.0))[1] == 0
     taken = shapely.box(0.0, 0.0, 6.5, 6.5)
     for _, yard, _ in whole:
-        assert shapely.Polygon(yard[0]).intersection(taken).area == 0.0
+        assert shapely.Polygon(yard.polygon).intersection(taken).area == 0.0
+
+
+def test_a_smaller_truckload_takes_a_smaller_yard_and_is_never_above_the_site_files(
+    made: tuple[Path, dict[str, Any]],
+) -> None:
+    site, _ = made
+    opened = open_site(site)
+    own_kg = opened.config.rules.truckload_kg
+    values = {"side": 0, "along": 0.0, "longer": 1.0}
+    found = [Yards(opened).of({**values, "truckload": load}, load) for load in range(3)]
+    assert [one.truckload_kg for one in found] == [own_kg, 0.75 * own_kg, 0.5 * own_kg]
+    areas = [shapely.Polygon(one.polygon).area for one in found]
+    assert areas[0] >= areas[1] >= areas[2]
+    rules = opened.config.rules.model_copy(update={"truckload_kg": 0.0})
+    unlimited = PlacedSite(opened.config.model_copy(update={"rules": rules}), opened.building)
+    assert [Yards(unlimited).of({**values, "truckload": load}, load).truckload_kg for load in (0, 2)] == [0.0, 12_000.0]
 
 
 def test_a_set_up_with_another_yard_plans_as_it_is(made: tuple[Path, dict[str, Any]]) -> None:
-    site, _ = made
-    document = run(site, site.parent / "yards", effort=Effort(6, 12), crane="hammerhead-45")
+    site, far = made[0], made[0].with_name("far.site.toml")
+    opened = open_site(site)
+    distant = tuple(tuple((x + 12.0, y - 12.0) for x, y in polygon) for polygon in opened.setup.yard)
+    save(opened, opened.setup.model_copy(update={"yard": distant}), far)
+    document = run(far, site.parent / "yards", effort=Effort(3, 24, cranes=1), crane="hammerhead-45")
     moved = [one for one in planned(document) if one["yard"] is not None]
-    assert document["trials"] == 12
+    assert document["trials"] == 24
     assert moved
     for one in moved:
-        assert [list(corner) for corner in load_site_config(Path(one["site"])).areas.yard[0]] == one["yard"]
+        written = load_site_config(Path(one["site"]))
+        assert [list(corner) for corner in written.areas.yard[0]] == one["yard"]
+        assert written.rules.truckload_kg == one["truckload_kg"]
         assert (one["refused"], one["error"]) == (0, None)
     rows = list(csv.DictReader(Path(document["table"]).read_text().splitlines()))
     assert {row["yard"] for row in rows} > {"given"}
@@ -147,9 +172,13 @@ def test_a_site_file_of_a_set_up_keeps_what_people_wrote(made: tuple[Path, dict[
 def test_the_table_has_every_machine_and_the_map_is_a_picture(made: tuple[Path, dict[str, Any]]) -> None:
     _, document = made
     rows = list(csv.DictReader(Path(document["table"]).read_text().splitlines()))
-    assert len(rows) == document["machines"]
-    assert sum(int(row["places"]) for row in rows) == document["tried"]
+    places = {(row["machine"], row["jib_m"], row["falls"]): int(row["places"]) for row in rows}
+    assert len(places) == document["machines"]
+    assert sum(places.values()) == document["tried"]
     assert not rows[0]["why_lost"]
+    kept = [row for row in rows if not row["why_lost"]]
+    least = min(float(row["estimated_utilisation"]) for row in rows if row["parts_served"] == rows[0]["parts_served"])
+    assert min(float(row["estimated_utilisation"]) for row in kept) == least < float(rows[0]["estimated_utilisation"])
     assert all(row["why_lost"] for row in rows if int(row["parts_served"]) < int(rows[0]["parts_served"]))
     root = ElementTree.parse(document["map"]).getroot()
     assert root.tag.endswith("svg")
@@ -198,3 +227,21 @@ def test_no_set_up_over_the_budget_is_planned(made: tuple[Path, dict[str, Any]])
     limited.write_text(f"{site.read_text()}\n[costs]\nbudget = 1\n")
     with pytest.raises(InputError, match="the cheapest costs"):
         run(limited, site.parent / "none")
+
+
+def test_two_cranes_are_planned_and_proven_and_their_site_file_holds_both(made: tuple[Path, dict[str, Any]]) -> None:
+    site, _ = made
+    document = run(site, site.parent / "two", effort=Effort(3, 0), crane="hammerhead-45")
+    (pair,) = (one for one in planned(document) if one["second"] is not None)
+    config = load_site_config(Path(pair["site"]))
+    assert [crane.machine for crane in config.cranes] == [pair["machine"], pair["second"]["machine"]]
+    assert len({crane.name for crane in config.cranes}) == 2
+    assert (pair["refused"], pair["moving_hours"], pair["error"]) == (0, None, None)
+    assert verify(pair["log"]).verified
+    alone = [one for one in planned(document) if one["second"] is None]
+    assert pair["cost"] > min(one["cost"] for one in alone)
+    if pair not in document["front"]:
+        assert pair["hours"] >= min(one["hours"] for one in alone)
+        assert pair["why_lost"]
+    page = Path(document["page"]).read_text(encoding="utf-8")
+    assert "; and hammerhead-45" in page

@@ -35,14 +35,14 @@ def document(front: list[dict], losers: list[dict]) -> dict:
     counts = {"tried": 1200, "machines": 10, "trials": 1}
     return {
         "site": "a.site.toml", "currency": "EUR", "verified": True, "baseline": given, "front": front, "losers": losers,
-        **counts,
+        **counts, "least_moving_hours": 0.25,
     }  # fmt: skip
 
 
 ROWS = [
     {
-        "machine": "<b>x</b>", "jib_m": "40", "falls": "2", "yard": "given", "parts_served": "3",
-        "estimated_hours": "2.500", "estimated_cost": "800", "why_lost": "a & b",
+        "machine": "<b>x</b>", "jib_m": "40", "falls": "2", "second": "", "yard": "given", "parts_served": "3",
+        "estimated_hours": "2.500", "estimated_cost": "800", "estimated_utilisation": "0.50", "why_lost": "a & b",
     }
 ]  # fmt: skip
 
@@ -50,13 +50,19 @@ ROWS = [
 def test_names_stay_text_and_figures_are_exact() -> None:
     hostile = "</script><script>alert(1)</script>"
     front = [set_up(hostile, 2.123456, 500.25)]
-    losers = [set_up("late", 3.0, 700.0, why_lost="takes 0.88 h less"), set_up("none", None, None)]
+    losers = [
+        set_up("late", 3.0, 700.0, truckload_kg=12_000.0, why_lost="takes 0.88 h less"),
+        set_up("none", None, None),
+    ]
     losers[1]["error"] = {"message": "nothing to lift"}
     page = set_ups_page(document(front, losers), ROWS, [SVG], SVG).decode()
     assert "<script>" not in page
     assert page.count("</script") == 1
     assert "<b>x</b>" not in page
     assert re.search(r'<data value="2\.123456">2\.12</data>', page)
+    assert "given, 12 t" in page
+    assert "no hammerhead moves less than 0.25 h" in page
+    assert "at most 78 % of the fastest one" in page  # 0.25 of 1.12 h
     assert "50 % less" not in page  # of the moving hours 3 become 1.12
     assert "63 % less moving, 44 % less cost than given" in page
     assert "nothing to lift" in page

@@ -1,4 +1,4 @@
-"""Other yards for a site, each with a machine: proposed by Optuna's NSGA-II, on disk after each one."""
+"""Other yards and truckloads for a site, each with a machine: proposed by Optuna's NSGA-II, on disk after each one."""
 
 from __future__ import annotations
 
@@ -14,19 +14,21 @@ import shapely
 from numpy.typing import NDArray
 
 from bimvox.crane.machine import Machine
-from bimvox.files import sha256_of
+from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.search import Effort, OtherYard, Search, Tried
 from bimvox.progress import Progress
-from bimvox.site.config.site_config import Polygon, SiteConfig
+from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.mast_places import ground_plan
-from bimvox.site.yard_guess import YardNeed, yard_beside, yard_need
+from bimvox.site.yard_guess import yard_beside, yard_need
+from bimvox.site.yard_rules import TRUCK_KG
 from bimvox.version import __version__
-from bimvox_pipeline.optimise.search import Effort, Search, Tried
-from bimvox_pipeline.studio.opened import Opened
 
 JOURNAL = "yards.jsonl"
 """File of the proposals and what came of them, in the folder of the set-ups."""
 _SIDES = ((0, -1), (0, 1), (1, -1), (1, 1))
 _POPULATION = 24
+_TRUCKLOADS = (1.0, 0.75, 0.5)
+"""Shares of the site file's truckload; a smaller one takes a smaller yard, which lies nearer to the building."""
 _NOTHING = 1e9
 """Hours and cost of a yard that has no place."""
 
@@ -41,41 +43,51 @@ class Yards:
     """The yards next to the building.
 
     Args:
-        opened: The site; its yard may move.
+        site: The site; its yard may move.
     """
 
-    def __init__(self, opened: Opened) -> None:
-        config = opened.config
-        lifted = [part for part in opened.parts if opened.means[part.id] == "crane"]
+    def __init__(self, site: PlacedSite) -> None:
+        config = site.config
+        lifted = [part for part in site.parts if site.means[part.id] == "crane"]
         gap_m = config.yard.gap_m if config.yard else 0.0
-        size_m, truckload_kg = config.model.voxel_size_m or 0.0, config.rules.truckload_kg
-        self._need: YardNeed = yard_need(lifted, size_m, gap_m=gap_m, truckload_kg=truckload_kg)
+        own_kg, size_m = config.rules.truckload_kg, config.model.voxel_size_m or 0.0
+        limited = [share * (own_kg or TRUCK_KG) for share in _TRUCKLOADS]
+        self._truckloads_kg = limited if own_kg else [0.0, *limited[1:]]
+        self._needs = [yard_need(lifted, size_m, gap_m=gap_m, truckload_kg=most_kg) for most_kg in self._truckloads_kg]
         construction_m = np.array(config.areas.construction)
         self._box_m: NDArray[np.float64] = np.stack([construction_m.min(axis=0), construction_m.max(axis=0)])
         closed = [shapely.Polygon(zone.polygon) for zone in config.zone if zone.kind != "assembly"]
         self._plot = None if config.areas.plot is None else shapely.Polygon(config.areas.plot)
-        self._taken = shapely.union_all([ground_plan(opened.placed.elements), *closed])
+        self._taken = shapely.union_all([ground_plan(site.placed.elements), *closed])
 
-    def of(self, values: Mapping[str, Any]) -> Polygon | None:
-        """Return the yard of a proposal; None if the ground is not free."""
-        found = yard_beside(self._box_m, self._need, _SIDES[values["side"]], values["along"], values["longer"])
+    def of(self, values: Mapping[str, Any], number: int) -> OtherYard | None:
+        """Return the yard of a proposal and its number; None if the ground is not free."""
+        load = values["truckload"]
+        found = yard_beside(self._box_m, self._needs[load], _SIDES[values["side"]], values["along"], values["longer"])
         area = shapely.Polygon(found)
         is_outside = self._plot is not None and not self._plot.covers(area)
-        return None if is_outside or area.intersection(self._taken).area > 0.0 else found
+        if is_outside or area.intersection(self._taken).area > 0.0:
+            return None
+        return OtherYard(number, found, self._truckloads_kg[load])
 
 
 def other_yards(
-    opened: Opened, search: Search, machines: Sequence[Machine], folder: Path, effort: Effort, progress: Progress
+    site: PlacedSite,
+    search: Search,
+    machines: Sequence[Machine],
+    folder: Path | None,
+    effort: Effort,
+    progress: Progress,
 ) -> tuple[list[Tried], int]:
     """Return the set-ups with other yards that no other of them beats, and how many were tried, earlier calls included.
 
     A call that was killed is continued; the number of yards, not the time of the call, decides what is proposed.
 
     Args:
-        opened: The site.
+        site: The site.
         search: Its parts.
         machines: The machines.
-        folder: Where the journal is kept.
+        folder: Where the journal is kept; None: in memory.
         effort: How many are tried.
         progress: Receives the stage.
     """
@@ -85,16 +97,20 @@ def other_yards(
     from optuna.trial import TrialState
 
     optuna.logging.set_verbosity(optuna.logging.ERROR)
-    yards, names = Yards(opened), [machine.name for machine in machines]
-    storage = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(folder / JOURNAL)))
+    yards, names = Yards(site), [machine.name for machine in machines]
+    storage: optuna.storages.BaseStorage = optuna.storages.InMemoryStorage()
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+        storage = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(folder / JOURNAL)))
     study = optuna.create_study(
-        study_name=_mark(opened, names), storage=storage, directions=["minimize"] * 3, load_if_exists=True
+        study_name=_mark(site, names), storage=storage, directions=["minimize"] * 3, load_if_exists=True
     )
     for left in study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
         study.tell(left.number, state=TrialState.FAIL)
     space = {
         "machine": CategoricalDistribution(names),
         "side": CategoricalDistribution(tuple(range(len(_SIDES)))),
+        "truckload": CategoricalDistribution(tuple(range(len(_TRUCKLOADS)))),
         "along": FloatDistribution(-1.0, 1.0, step=0.1),
         "longer": FloatDistribution(0.6, 1.8, step=0.1),
     }
@@ -121,8 +137,8 @@ def other_yards(
 def _tried(
     search: Search, yards: Yards, machines: Mapping[str, Machine], values: Mapping[str, Any], number: int
 ) -> Tried | None:
-    yard = yards.of(values)
-    return None if yard is None else search.with_yard(machines[values["machine"]], yard, number)
+    yard = yards.of(values, number)
+    return None if yard is None else search.with_yard(machines[values["machine"]], yard)
 
 
 def _values(search: Search, found: Tried | None) -> list[float]:
@@ -133,7 +149,9 @@ def _values(search: Search, found: Tried | None) -> list[float]:
     return [float(parts - found.served), found.crane_s / 3600.0, found.cost]
 
 
-def _mark(opened: Opened, names: Sequence[str]) -> str:
+def _mark(site: PlacedSite, names: Sequence[str]) -> str:
     """Return the hash of all that the proposals depend on."""
-    files = [sha256_of(opened.site), sha256_of(opened.given.model.path)]
-    return hashlib.sha256(json.dumps([__version__, files, list(names)]).encode()).hexdigest()
+    values = site.config.model_dump_json(exclude={"model": {"path"}})
+    return hashlib.sha256(
+        json.dumps([__version__, values, site.building.source.sha256, _TRUCKLOADS, *names]).encode()
+    ).hexdigest()

@@ -1,0 +1,207 @@
+"""A better crane, place and yard for a site, each planned and proven."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from bimvox.crane.fit import standing
+from bimvox.errors import BimvoxError
+from bimvox.library.arguments import path_of, text, whole
+from bimvox.library.plan import plan
+from bimvox.library.plan_value import Plan
+from bimvox.library.set_up_search.choose import search_set_ups
+from bimvox.library.set_up_search.front import proven_front, why_beaten
+from bimvox.library.set_up_search.pairs import NAMES
+from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.refine import refined
+from bimvox.library.set_up_search.search import Effort, Search, Tried
+from bimvox.library.site import LoadedSite, ReadSite, built_site, read_site
+from bimvox.motion.figures import plan_figures
+from bimvox.progress import Listener, Progress, progress_of
+from bimvox.records.lift import infeasible_among
+from bimvox.site.catalogue import catalogue
+from bimvox.site.config.file import SITE_FILE
+from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.config.template import site_toml
+from bimvox.site.costs import Rates
+from bimvox.site.crane_guess import machine_of_crane
+from bimvox.site.machine import cranes_of, machine_config
+from bimvox.site.machine_names import machines_called
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SetUp:
+    """A set-up of a site, planned and proven.
+
+    Attributes:
+        site: The site with it; ``site.to_toml()`` is its site file.
+        words: Its cranes.
+        plan: Its plan; None if it has none.
+        refused: Number of infeasible lifts; None without a plan.
+        hours: Crane hours, of two cranes until the last one is done; None without a plan.
+        cost: In the currency of the site file, by its ``[costs]``; None without a plan.
+        highest_utilisation: Highest share of a load chart; None without a plan.
+        why_lost: Why it is not of the front; empty if it is, and for the given one.
+    """
+
+    site: LoadedSite
+    words: str
+    plan: Plan | None
+    refused: int | None
+    hours: float | None
+    cost: float | None
+    highest_utilisation: float | None
+    why_lost: str = ""
+
+    def __repr__(self) -> str:
+        figures = "no plan" if self.hours is None else f"{self.hours:.2f} h, {self.cost:,.0f}"
+        return f"<SetUp: {self.words}, {figures}>"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SetUps:
+    """The set-ups that were planned.
+
+    Attributes:
+        given: The site file's own.
+        front: Those that no other beats in hours, cost and highest utilisation, the fastest first.
+        losers: The others, with the reason.
+        tried: How many set-ups were estimated.
+    """
+
+    given: SetUp
+    front: tuple[SetUp, ...]
+    losers: tuple[SetUp, ...]
+    tried: int
+
+    def __repr__(self) -> str:
+        return f"<SetUps: {len(self.front)} in the front, {len(self.losers)} planned and beaten, {self.tried:,} tried>"
+
+
+def optimise(
+    site: Path | str,
+    *,
+    crane: str | None = None,
+    plans: int = 6,
+    trials: int = 48,
+    cranes: int = 2,
+    jobs: int | None = None,
+    progress: Listener = None,
+) -> SetUps:
+    """Return the set-ups of a site that no other beats, each planned and proven, next to the given one.
+
+    Every machine is tried at every place where its mast can stand, with other yards and truckloads, and in pairs; see
+    ``bimvox optimise``, which writes files.
+
+    Args:
+        site: The site file (``.site.toml``), of one crane.
+        crane: A kind of crane, or a machine of the catalogue; default: all machines.
+        plans: How many of the best set-ups are planned, from 1; from 4 on, then half as many around the fastest.
+        trials: How many other yards are tried.
+        cranes: How many cranes a set-up has at most, 1 or 2.
+        jobs: Number of processes that share the work of a plan, from 1; default: one per processor.
+        progress: A ``Progress``, or a function that takes a line of text.
+
+    Raises:
+        InputError: If the site has several cranes or none, no machine serves any part, or an argument is impossible.
+        BimvoxError: If the site file or its model cannot be used, or the given set-up has no plan.
+    """
+    told, path = progress_of(progress), path_of("optimise", site, "a site file")
+    crane = text("crane", crane, "give the name of a crane: hammerhead, luffing, mobile, or a machine of the catalogue")
+    whole("plans", plans, 1), whole("trials", trials, 0), whole("cranes", cranes, 1), whole("jobs", jobs, 1)
+    machines = catalogue() if crane is None else machines_called(crane)
+    read = read_site(path, told)
+    placed = PlacedSite(read.config, read.building)
+    effort = Effort(members=plans, yards=trials, cranes=cranes)
+    found = search_set_ups(placed, str(path), machines, effort, None, told)
+    (own,) = cranes_of(read.config)
+    given_machine = machine_of_crane(own)
+    given = _planned(
+        _loaded(read, read.config, told), given_machine.name, found.search.rates(given_machine), jobs, told
+    )
+    budget = read.config.costs.budget
+
+    def planned_of(ones: Sequence[Tried]) -> list[tuple[SetUp, dict[str, Any]]]:
+        return [_tried(_loaded(read, with_set_up(placed, one), told), one, found.search, jobs, told) for one in ones]
+
+    planned = planned_of(found.chosen)
+    fastest = next((one for one in proven_front([each[1] for each in planned], budget) if not one["second"]), None)
+    if fastest is not None:
+        best = found.chosen[[each[1] for each in planned].index(fastest)]
+        planned += planned_of(refined(found.search, best, effort))
+    documents = [document for _, document in planned]
+    front = proven_front(documents, budget)
+    losers = [
+        replace(one, why_lost=why_beaten(document, front, budget)) for one, document in planned if document not in front
+    ]
+    ordered = tuple(planned[documents.index(one)][0] for one in front)
+    return SetUps(
+        given, ordered, tuple(losers), sum(len(one.bases_m) for one in found.lattice if not one.is_least_used)
+    )
+
+
+def with_set_up(placed: PlacedSite, one: Tried) -> SiteConfig:
+    """Return the values of a site file with other cranes, and another yard and truckload if the set-up has one."""
+    config = placed.config
+    (own,), (given,) = config.cranes, cranes_of(config)
+    foot_m = given.base_m[2]
+    hook_m = math.ceil(2.0 * (placed.load_top_m + given.sling_m)) / 2.0
+    assert one.crane is not None
+    if one.second is None:
+        crane = standing(one.crane, hook_m)
+        table = machine_config(replace(crane, base_m=(*crane.base_m[:2], foot_m)))
+        update: dict[str, Any] = {"crane": table.model_copy(update={"name": own.name})}
+    else:
+        assert one.second.crane is not None
+        first = own.name or NAMES[0]
+        names = (first, next(name for name in NAMES if name != first))
+        both = (one.crane, one.second.crane)
+        update = {
+            "crane": tuple(
+                machine_config(replace(crane, base_m=(*crane.base_m[:2], foot_m))).model_copy(update={"name": name})
+                for crane, name in zip(both, names, strict=True)
+            )
+        }
+    if one.yard is not None:
+        update["areas"] = config.areas.model_copy(update={"yard": (one.yard.polygon,)})
+        update["rules"] = config.rules.model_copy(update={"truckload_kg": one.yard.truckload_kg})
+    return config.model_copy(update=update)
+
+
+def _loaded(read: ReadSite, config: SiteConfig, told: Progress) -> LoadedSite:
+    own = read.files[SITE_FILE] if config is read.config else site_toml(config).encode()
+    return built_site(config, read.building, {**read.files, SITE_FILE: own}, told)
+
+
+def _tried(
+    site: LoadedSite, one: Tried, search: Search, jobs: int | None, told: Progress
+) -> tuple[SetUp, dict[str, Any]]:
+    """Return a set-up with its plan, or without one if it has none, and what the front compares."""
+    why = None
+    try:
+        made = _planned(site, one.words, search.rates_of(one), jobs, told)
+    except BimvoxError as error:
+        made, why = SetUp(site, one.words, None, None, None, None, None), {"message": error.message}
+    second = None if one.second is None else {"machine": one.second.machine, "jib_m": one.second.jib_m}
+    return made, {
+        "machine": one.machine,
+        "jib_m": one.jib_m,
+        "second": second,
+        "refused": made.refused,
+        "hours": made.hours,
+        "cost": made.cost,
+        "highest_utilisation": made.highest_utilisation,
+        "error": why,
+    }
+
+
+def _planned(site: LoadedSite, words: str, rates: Rates, jobs: int | None, told: Progress) -> SetUp:
+    made = plan(site, jobs=jobs, progress=told)
+    figures = plan_figures(made.record.plan, made.record.motions)
+    hours = None if figures.crane_s is None else figures.crane_s / 3600.0
+    refused = len(list(infeasible_among(made.record.plan.lifts)))
+    return SetUp(site, words, made, refused, hours, None if hours is None else rates.total(hours), figures.highest)

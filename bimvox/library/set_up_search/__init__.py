@@ -1,0 +1,1 @@
+"""The search for a better set-up of a site: proposals, estimates, and what no other beats."""

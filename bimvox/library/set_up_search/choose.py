@@ -1,0 +1,90 @@
+"""The whole search of a site: every machine on every place, other yards, pairs, and which of them are planned."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bimvox.crane.machine import Machine
+from bimvox.errors import InputError
+from bimvox.library.set_up_search.front import front_of, to_plan
+from bimvox.library.set_up_search.pairs import may_pair, pairs
+from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.search import Effort, Search, Tried
+from bimvox.library.set_up_search.yards import may_move, other_yards
+from bimvox.progress import Progress
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Searched:
+    """What a search found.
+
+    Attributes:
+        search: The parts.
+        lattice: Every machine with each jib and reeving on its best places.
+        found: The same, then those with other yards and those of two cranes.
+        front: Those that no other beats, by their estimates.
+        chosen: Those to be planned.
+        trials: How many other yards were tried.
+    """
+
+    search: Search
+    lattice: tuple[Tried, ...]
+    found: tuple[Tried, ...]
+    front: tuple[Tried, ...]
+    chosen: tuple[Tried, ...]
+    trials: int
+
+
+def search_set_ups(
+    site: PlacedSite, name: str, machines: Sequence[Machine], effort: Effort, folder: Path | None, progress: Progress
+) -> Searched:
+    """Return what to plan for a site of one crane.
+
+    Args:
+        site: The site.
+        name: What messages call it.
+        machines: The machines.
+        effort: How much is tried.
+        folder: Where the journal of other yards is kept, so that a killed call is continued; None: in memory.
+        progress: Receives the stages.
+
+    Raises:
+        InputError: If the site has several cranes or none, no machine serves any part, or all cost more than the
+            budget.
+    """
+    count = len(site.config.cranes)
+    if count != 1 or site.config.cranes[0].kind == "none":
+        raise InputError(
+            f"{name}: the place of one crane is looked for, but the site has {count if count > 1 else 0}",
+            hint="give the site file one crane",
+        )
+    search = Search(site, progress)
+    progress.stage("try", len(machines))
+    lattice: list[Tried] = []
+    for machine in machines:
+        lattice += search.tried([machine])
+        progress.advance()
+    progress.finish()
+    found, trials = list(lattice), 0
+    if effort.yards and may_move(site.config):
+        moved, trials = other_yards(site, search, machines, folder, effort, progress)
+        found += moved
+    if effort.cranes > 1 and may_pair(site.config):
+        progress.stage("pairs")
+        found += pairs(search, machines)
+        progress.finish()
+    front = front_of(found)
+    chosen = to_plan(found, front, effort.members)
+    if not chosen and any(one.served for one in found):
+        cheapest = min(one.cost for one in found if one.served)
+        raise InputError(
+            f"{name}: no set-up is within the budget; the cheapest costs {cheapest:,.0f}",
+            hint="raise [costs] budget",
+        )
+    if not chosen:
+        raise InputError(
+            f"{name}: no machine serves any part", hint="`bimvox cranes SITE` says why; move the yard, or lift less"
+        )
+    return Searched(search, tuple(lattice), tuple(found), tuple(front), tuple(chosen), trials)

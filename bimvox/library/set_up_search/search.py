@@ -1,0 +1,314 @@
+"""Every machine of the catalogue, with each jib and reeving, at every place of a lattice where its mast can stand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.fit import MARGIN_M, standing
+from bimvox.crane.machine import Machine
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.site import built_site
+from bimvox.planning.assembly import prepare
+from bimvox.progress import Progress
+from bimvox.site.config.site_config import Polygon
+from bimvox.site.costs import Rates
+from bimvox.site.crane_guess import Wanted, best_set_up, machine_of_crane
+from bimvox.site.crew_times import crew_times
+from bimvox.site.guess import rigs_of
+from bimvox.site.mast_places import ground_plan
+from bimvox.site.means import Means
+from bimvox.site.rigging import gear_by_crane
+from bimvox.site.set_ups import LiftWork, SetUps, highest_utilisation, least_moving_s, set_ups
+from bimvox.site.site import Site
+from bimvox.site.trial import yard_pitch_m
+
+_MOST_BASES = 600
+_AT_ONCE = 100
+"""Places of a mast that are in memory at once."""
+_MOST_YARD = 24
+"""Places of the yard in the estimate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """How much is tried.
+
+    Attributes:
+        members: How many set-ups are planned in full.
+        yards: How many other yards are tried.
+        seconds: No other yard is begun after so many seconds; None: no limit.
+        cranes: How many cranes a set-up has at most, 1 or 2.
+    """
+
+    members: int = 6
+    yards: int = 48
+    seconds: float | None = None
+    cranes: int = 2
+
+
+@dataclass(frozen=True, slots=True)
+class OtherYard:
+    """A yard, or a truckload, that is not the site file's.
+
+    Attributes:
+        number: Of its proposal, from 0; None: the site file's yard, with another truckload.
+        polygon: The yard.
+        truckload_kg: Largest mass of a delivery.
+    """
+
+    number: int | None
+    polygon: Polygon
+    truckload_kg: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tried:
+    """A machine with one jib and reeving on all places.
+
+    Attributes:
+        machine: Its name.
+        jib_m: Length of its jib.
+        falls: Of its rope.
+        load_moment_tm: Size of the machine.
+        crane: The crane on the place in question; None if its mast has no place.
+        served: Number of parts that it serves from there.
+        crane_s: Estimated crane time from there.
+        bases_m: (B, 2) all places.
+        all_served: (B,) number of parts served from each.
+        all_crane_s: (B,) estimated crane time from each.
+        why: Why the first part that it does not serve is not served; empty if it serves all.
+        cost: Estimated cost from there, in the currency of the site.
+        highest: Estimated highest utilisation from there.
+        over: Why its cost is refused; empty if it is within the budget.
+        is_least_used: Whether the place is the one of the lowest utilisation, not the fastest.
+        yard: The yard if it is not the site file's.
+        place: Which of several places of the mast it is, from 2; 0: the best by the estimate.
+        second: The other crane of two, on its place; the parts served, the time and the cost are those of both.
+    """
+
+    machine: str
+    jib_m: float
+    falls: int
+    load_moment_tm: float
+    crane: TowerCrane | None
+    served: int
+    crane_s: float
+    bases_m: NDArray[np.float64]
+    all_served: NDArray[np.int64]
+    all_crane_s: NDArray[np.float64]
+    why: str
+    cost: float
+    highest: float = 0.0
+    over: str = ""
+    is_least_used: bool = False
+    yard: OtherYard | None = None
+    place: int = 0
+    second: Tried | None = None
+
+    @property
+    def words(self) -> str:
+        """The machine and its jib; of two cranes, both."""
+        own = f"{self.machine} with a jib of {self.jib_m:g} m"
+        return own if self.second is None else f"{own} and {self.second.words}"
+
+    @property
+    def cranes(self) -> int:
+        """Number of cranes."""
+        return 1 if self.second is None else 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rig:
+    """A machine with one jib and reeving, on a mast as high as the site needs.
+
+    Attributes:
+        machine: The machine.
+        jib_m: Length of its jib.
+        usual: The crane with its usual rigging.
+        crane: The crane as used: the permitted share of its chart, and the gear of the parts.
+        hook_m: Height that its hook must reach.
+    """
+
+    machine: Machine
+    jib_m: float
+    usual: TowerCrane
+    crane: TowerCrane
+    hook_m: float
+
+    @property
+    def names(self) -> tuple[str, float, int, float]:
+        """Name, jib, falls and load moment."""
+        return self.machine.name, self.jib_m, self.usual.falls, self.machine.load_moment_tm
+
+    @property
+    def whole_chart(self) -> TowerCrane:
+        """The crane as used, with its whole load chart."""
+        return replace(self.crane, chart=self.usual.chart)
+
+    def on(self, base_m: NDArray[np.float64], higher_m: float = 0.0) -> TowerCrane:
+        """Return the crane on a base (2,), its mast higher by a length."""
+        return replace(standing(self.usual, self.hook_m + higher_m), base_m=(*base_m.tolist(), 0.0))
+
+
+class Search:
+    """The parts of a site in their erection sequence, ready for every machine.
+
+    Args:
+        placed: The site; it has one crane.
+        progress: Receives the stages.
+
+    Attributes:
+        config: Its site file.
+        work: Its parts.
+        crews: The crew's times for each.
+    """
+
+    def __init__(self, placed: PlacedSite, progress: Progress) -> None:
+        config = placed.config
+        site = built_site(config, placed.building, {}, progress).site
+        progress.stage("order")
+        elements = {part.id: part for part in placed.parts}
+        parts = [elements[site.components[n].id] for n in _in_sequence(site)]
+        rigs = rigs_of(config, parts) if gear_by_crane(config, 1)[0] is not None else None
+        plan = ground_plan(placed.placed.elements)
+        self._wanted = Wanted(config, parts, plan, placed.load_top_m, rigs, range(len(parts)))
+        self.work = self._wanted.work.sample(len(parts), _MOST_YARD)
+        self.config = config
+        self.crews = [crew_times(config.rules_in_force, part) for part in parts]
+        progress.finish()
+
+    def rigs(self, machines: Sequence[Machine]) -> Iterator[Rig]:
+        """Yield each machine with each jib and reeving."""
+        demand = self._wanted.demand
+        for machine in machines:
+            for jib_m, usual in zip(machine.jibs_m, machine.cranes, strict=True):
+                crane = demand.as_used(usual)
+                hook_m = demand.height_m(crane)
+                yield Rig(machine, jib_m, standing(usual, hook_m), standing(crane, hook_m), hook_m)
+
+    def tried(self, machines: Sequence[Machine]) -> Iterator[Tried]:
+        """Yield each machine with each jib and reeving on its best place: most parts, then least time.
+
+        If another place serves as many parts at a lower utilisation, it follows.
+        """
+        for rig in self.rigs(machines):
+            yield from self._tried(rig)
+
+    def places_m(self, rig: Rig, most: int = _MOST_BASES) -> NDArray[np.float64]:
+        """Return about ``most`` (B, 2) places where a rig's mast can stand."""
+        return self._wanted.places.bases_m(rig.crane, most)
+
+    def served(self, rig: Rig, bases_m: NDArray[np.float64], work: LiftWork | None = None) -> SetUps:
+        """Return how a rig serves the parts, or other work, from (B, 2) bases."""
+        return set_ups(rig.crane, bases_m, work or self.work, rig.hook_m, MARGIN_M)
+
+    def of(self, crane: TowerCrane) -> tuple[int, float]:
+        """Return how many parts a crane serves from where it stands, and the estimated crane time."""
+        used = self._wanted.demand.as_used(crane)
+        found = set_ups(used, np.array([crane.base_m[:2]]), self.work, self._wanted.demand.height_m(used))
+        return int(found.served[0].sum()), float(found.crane_s[0])
+
+    def rates(self, machine: Machine) -> Rates:
+        """Return what a machine costs on this site."""
+        return self._wanted.rates(machine)
+
+    def least_moving_s(self, lattice: Sequence[Tried]) -> float:
+        """Return a time below which no hammerhead of a lattice moves with the given yard.
+
+        From every place that serves most parts, whatever the order, the places in the yard and the paths; see
+        :func:`bimvox.site.set_ups.least_moving_s`.
+
+        Args:
+            lattice: Machines on their places, as :meth:`tried` yields them.
+        """
+        work, rules = self._wanted.work, self.config.rules_in_force
+        cell_m = self.config.model.voxel_size_m or 0.0
+        stack_m = 0.0 if rules.yard is None else rules.yard.stack_height_m
+        slack_m = (yard_pitch_m(self.config) * 0.5**0.5 + 2.0 * cell_m, stack_m + 2.0 * cell_m)
+        most = max((one.served for one in lattice), default=0)
+        rigs = [one for one in lattice if one.served == most and one.crane is not None and not one.is_least_used]
+        chunks = [
+            (self._wanted.demand.as_used(one.crane), bases_m[first : first + _AT_ONCE])
+            for one in rigs
+            if one.crane is not None and one.crane.luffing is None
+            for bases_m in (one.bases_m[one.all_served == most],)
+            for first in range(0, len(bases_m), _AT_ONCE)
+        ]
+        found = (float(least_moving_s(crane, bases_m, work, slack_m).min()) for crane, bases_m in chunks)
+        return min(found, default=0.0)
+
+    def rates_of(self, one: Tried) -> Rates:
+        """Return what a set-up costs; of two cranes, both."""
+        assert one.crane is not None
+        own = self.rates(machine_of_crane(one.crane))
+        return own if one.second is None else own.with_another(self.rates_of(one.second))
+
+    def over(self, cost: float) -> str:
+        """Return why a cost is refused; empty if it is within the budget."""
+        costs = self.config.costs
+        if costs.budget is None or cost <= costs.budget:
+            return ""
+        return f"costs {cost:,.0f} {costs.currency}, more than the budget of {costs.budget:,.0f}"
+
+    def _tried(self, rig: Rig) -> list[Tried]:
+        bases_m = self.places_m(rig)
+        found = self.served(rig, bases_m)
+        counts, crane_s = found.served.sum(axis=1), found.crane_s
+        if not len(bases_m):
+            why = "it has no place clear of all areas and within the plot"
+            return [Tried(*rig.names, None, 0, 0.0, bases_m, counts, crane_s, why, 0.0)]
+        highest = highest_utilisation(rig.whole_chart, bases_m, self.work, found.served)
+
+        def at(n: int, *, is_least_used: bool = False) -> Tried:
+            placed = rig.on(bases_m[n])
+            why = self._why_not(placed, found.served[n])
+            cost = self.rates(rig.machine).total(float(crane_s[n]) / 3600.0)
+            return Tried(
+                *rig.names, placed, int(counts[n]), float(crane_s[n]), bases_m, counts, crane_s, why, cost,
+                float(highest[n]), self.over(cost), is_least_used,
+            )  # fmt: skip
+
+        best = int(np.lexsort((highest, np.round(crane_s), -counts))[0])
+        least = int(np.lexsort((crane_s, np.round(highest, 2), -counts))[0])
+        spared = round(float(highest[best] - highest[least]), 9) >= 0.01
+        return [at(best), *([at(least, is_least_used=True)] if spared else [])]
+
+    def _why_not(self, crane: TowerCrane, served: NDArray[np.bool_]) -> str:
+        """Return why a crane on its base does not serve the heaviest part that it does not serve; empty if all."""
+        if served.all():
+            return ""
+        missed = np.flatnonzero(~served)
+        first = int(missed[np.argmax(self.work.masses_kg[missed])])
+        why = str(self._wanted.why_not(first, self._wanted.demand.as_used(crane), MARGIN_M))
+        return why + (f", and {len(missed) - 1} more" if len(missed) > 1 else "")
+
+    def with_yard(self, machine: Machine, yard: OtherYard) -> Tried | None:
+        """Return a machine with the best of its jibs, reevings and places for another yard; None if it has no place."""
+        wanted = self._wanted.with_yard((yard.polygon,))
+        chosen = best_set_up([machine], wanted)
+        if chosen is None:
+            return None
+        crane = wanted.demand.as_used(chosen.crane)
+        work = wanted.work.sample(len(self.work.masses_kg), _MOST_YARD)
+        base_m = np.array([crane.base_m[:2]])
+        found = set_ups(crane, base_m, work, wanted.demand.height_m(crane), MARGIN_M)
+        highest = highest_utilisation(replace(crane, chart=chosen.crane.chart), base_m, work, found.served)
+        served, crane_s = int(found.served.sum()), float(found.crane_s[0])
+        why = "" if found.served.all() else "serves fewer parts with this yard"
+        cost = self.rates(machine).total(crane_s / 3600.0)
+        jib_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
+        return Tried(
+            machine.name, jib_m, crane.falls, machine.load_moment_tm, chosen.crane, served, crane_s, base_m,
+            np.array([served]), found.crane_s, why, cost, float(highest[0]), self.over(cost), yard=yard,
+        )  # fmt: skip
+
+
+def _in_sequence(site: Site) -> list[int]:
+    """Return the parts that cranes lift, in their erection sequence."""
+    order = prepare(site).sequence.order
+    return [n for n in order if site.components[n].means is Means.CRANE]

@@ -1,0 +1,53 @@
+"""After the first plans, other places of the fastest machine and smaller deliveries are planned."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bimvox.bim.read import read_building
+from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.refine import refined
+from bimvox.library.set_up_search.search import Effort, OtherYard, Search, Tried
+from bimvox.progress import SilentProgress
+from bimvox.site.config.site_config import ModelConfig
+from bimvox.site.guess import guess_site
+from bimvox.site.machine_names import machines_called
+
+SAMPLES = Path(__file__).parents[3] / "sample_models"
+
+
+@pytest.fixture(scope="module")
+def search() -> Search:
+    building = read_building(SAMPLES / "frame.ifc")
+    config = guess_site(building, ModelConfig(path=Path("frame.ifc")), name="site")
+    return Search(PlacedSite(config, building), SilentProgress())
+
+
+@pytest.fixture(scope="module")
+def best(search: Search) -> Tried:
+    return min(search.tried(machines_called("hammerhead-45")), key=lambda one: one.crane_s)
+
+
+def test_half_as_many_again_the_truckload_halved_and_places_apart(search: Search, best: Tried) -> None:
+    load, *places = refined(search, best, Effort(8))
+    assert load.yard == OtherYard(None, search.config.areas.yard[0], search.config.rules.truckload_kg / 2.0)
+    assert load.crane is best.crane
+    assert [one.place for one in places] == [2, 3, 4]
+    bases = np.array([one.crane.base_m[:2] for one in (best, *places)])
+    gaps = np.hypot(*(bases[:, None] - bases[None]).transpose(2, 0, 1))
+    assert gaps[np.triu_indices(len(bases), 1)].min() >= 4.0
+    for one in places:
+        assert one.served == best.served
+        assert one.cost == pytest.approx(search.rates_of(one).total(one.crane_s / 3600.0))
+
+
+def test_few_plans_are_not_refined_and_another_yard_keeps_its_number(search: Search, best: Tried) -> None:
+    assert refined(search, best, Effort(3)) == []
+    assert refined(search, replace(best, crane=None), Effort(8)) == []
+    polygon = search.config.areas.yard[0]
+    load, *_ = refined(search, replace(best, yard=OtherYard(4, polygon, 12_000.0)), Effort(4))
+    assert load.yard == OtherYard(4, polygon, 6_000.0)

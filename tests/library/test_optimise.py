@@ -1,0 +1,82 @@
+"""``bimvox.optimise`` plans what the search finds: its front is not beaten, and its sites are those of the command."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from bimvox_pipeline.optimise.files import set_up
+from bimvox_pipeline.studio.opened import open_site
+
+import bimvox
+from bimvox.errors import InputError
+from bimvox.library.optimise import with_set_up
+from bimvox.library.set_up_search.choose import search_set_ups
+from bimvox.library.set_up_search.search import Effort
+from bimvox.progress import SilentProgress
+from bimvox.site.machine import cranes_of
+from bimvox.site.machine_names import machines_called
+
+SAMPLES = Path(__file__).parents[2] / "sample_models"
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("optimise")
+    shutil.copy(SAMPLES / "frame.ifc", folder)
+    path = folder / "frame.site.toml"
+    path.write_text(bimvox.guess_site(bimvox.read(folder / "frame.ifc")).to_toml())
+    return path
+
+
+def test_the_front_is_planned_proven_and_not_beaten_and_its_site_files_load(site: Path) -> None:
+    found = bimvox.optimise(site, crane="hammerhead-45", plans=2, trials=0, cranes=1, jobs=1)
+    planned = [*found.front, *found.losers]
+    assert len(planned) == 2
+    assert found.tried > 100
+    for one in (found.given, *planned):
+        assert one.plan is not None
+        assert one.plan.verdict is not None
+        assert one.plan.verdict.verified
+        assert one.refused == 0
+        rows = one.plan.to_dataframe()
+        assert one.hours == pytest.approx((rows["start_s"] + rows["duration_s"]).max() / 3600.0)
+    for key in ("hours", "cost", "highest_utilisation"):
+        assert min(getattr(one, key) for one in found.front) == min(getattr(one, key) for one in planned)
+    assert all(one.why_lost for one in found.losers)
+    assert not any(one.why_lost for one in found.front)
+    written = site.with_name("best.site.toml")
+    written.write_text(found.front[0].site.to_toml())
+    assert cranes_of(bimvox.load_site(written).config) == found.front[0].site.cranes
+    assert repr(found).startswith("<SetUps: ")
+    assert "hammerhead-45" in repr(found.front[0])
+
+
+def test_its_sites_have_the_cranes_of_the_commands_site_files(site: Path) -> None:
+    opened = open_site(site)
+    found = search_set_ups(opened, "x", machines_called("hammerhead")[1:3], Effort(6, 24), None, SilentProgress())
+    assert any(one.second for one in found.chosen)
+    for one in found.found:
+        config, theirs = with_set_up(opened, one), opened.with_setup(set_up(opened, one))
+        for own, their in zip(cranes_of(config), cranes_of(theirs), strict=True):
+            assert replace(own, jib_height_m=their.jib_height_m) == their
+            assert own.jib_height_m == pytest.approx(their.jib_height_m, abs=0.002)
+        assert (config.areas.yard, config.rules.truckload_kg) == (theirs.areas.yard, theirs.rules.truckload_kg)
+
+
+def test_a_budget_that_nothing_keeps_and_a_site_of_several_cranes_are_refused(site: Path) -> None:
+    poor = site.with_name("poor.site.toml")
+    poor.write_text(f"{site.read_text()}\n[costs]\nbudget = 1\n")
+    with pytest.raises(InputError, match="the cheapest costs"):
+        bimvox.optimise(poor, trials=0)
+    bare = site.with_name("bare.site.toml")
+    bare.write_text('[model]\npath = "frame.ifc"\n[crane]\nkind = "none"\n')
+    with pytest.raises(InputError, match="has 0"):
+        bimvox.optimise(bare)
+    for key, value in (("plans", 0), ("trials", -1), ("cranes", 0)):
+        with pytest.raises(InputError, match=key):
+            bimvox.optimise(site, **{key: value})
+    with pytest.raises(InputError, match="site file"):
+        bimvox.optimise(3)
