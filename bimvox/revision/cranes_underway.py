@@ -16,13 +16,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bimvox.cranes.clock import Begun, PlacedLeg, ResumedLoad
+from bimvox.cranes.legs import standing_track
 from bimvox.cranes.lift import HookError
-from bimvox.cranes.lifts import standing_track
-from bimvox.cranes.lifts_from import crane_lifts_from
+from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.schedule import time_rest
 from bimvox.cranes.track import approach_track, carrying_track
 from bimvox.errors import MotionError
-from bimvox.planning.assembly import replay
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
@@ -249,7 +248,7 @@ class CranesUnderWay:
             track = carrying_track(self.site, self.site.cranes[number], one.lift, motion, resumes_ns)
             resumed.append(ResumedLoad(one.lift, number, motion, resumes_ns, track))
         starts = {number: crane.resumes_from for number, crane in self.cranes.items()}
-        made = crane_lifts_from(plan, replay(plan.site, self.request.preparation, plan, self.last), starts)
+        made = crane_lifts(plan, self.request.preparation, starts=starts, workers=self.request.workers)
         tracks = {one.lift.order: one.track for one in made}
         begun = {
             number: Begun(
