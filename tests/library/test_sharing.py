@@ -156,3 +156,7 @@ def test_few_parts_are_planned_without_workers(site):
         assert workers is ALONE
     with workers_of(replace(site, components=site.components * 5), 1) as workers:
         assert workers is ALONE
+    several = two_crane_site()
+    for times, is_alone in ((7, True), (8, False)):  # 49 and 56 parts
+        with workers_of(replace(several, components=several.components * times), 2) as workers:
+            assert (workers is ALONE) is is_alone
