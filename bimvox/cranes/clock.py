@@ -114,6 +114,7 @@ class CraneClock:
     driven: int = 0
     motions: dict[int, LiftMotion] = field(default_factory=dict)
     is_revised: bool = False
+    _joined: tuple[list[CraneTrack], CraneTrack | None] = field(default=([], None), repr=False)
 
     @property
     def free_ns(self) -> int:
@@ -136,12 +137,20 @@ class CraneClock:
         return self.done == 0 and not self.is_revised
 
     def known(self, from_ns: int) -> CraneTrack:
-        """Return its track from a time on, and its position at the end."""
+        """Return its track from a time on, and its position at the end; kept until another one is asked for."""
         late = [track for track in self.tracks if track.end_ns > from_ns]
         before = self.tracks[: len(self.tracks) - len(late)]
         if not late:
             return standing_at(before[-1].last if before else self.start.first, from_ns)
-        return joined(late)
+        then, known = self._joined
+        if (
+            known is None
+            or len(then) != len(late)
+            or any(one is not other for one, other in zip(then, late, strict=True))
+        ):
+            known = joined(late)
+            self._joined = late, known
+        return known
 
     def begin(self, begun: Begun) -> None:
         """Add the work that it has begun."""

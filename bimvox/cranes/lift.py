@@ -52,6 +52,46 @@ class Parking:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Carried:
+    """A lift of one of several cranes, as far as the empty hooks depend on it.
+
+    Attributes:
+        lift: The lift.
+        crane: Number of its crane.
+        track: Where the crane may be during the carry.
+        hooked_rad: Slewing angle at which its part is hooked on.
+        left_rad: Slewing angle at which its slings are off.
+    """
+
+    lift: Lift
+    crane: int
+    track: CraneTrack
+    hooked_rad: float
+    left_rad: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Legs:
+    """The legs of the empty hook to a part, and after a crane's last lift from it.
+
+    Attributes:
+        early: See ``CraneLift``.
+        late: See ``CraneLift``.
+        parkings: See ``CraneLift``.
+        hooked_rad: Slewing angle at which they end, and the part is hooked on.
+        starts_there: See ``CraneLift``.
+        leaves: See ``CraneLift``; from where the carry ends if its part is hooked on as in ``Carried``.
+    """
+
+    early: Leg | None
+    late: Leg | None
+    parkings: tuple[Parking, ...]
+    hooked_rad: float
+    starts_there: bool = True
+    leaves: tuple[Leg, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class CraneLift:
     """One lift of one crane before it is scheduled.
 

@@ -1,370 +1,243 @@
-"""The lifts of several cranes before they are scheduled: the carry of each, and the legs of the empty hook to it.
+"""The lifts of several cranes before they are scheduled, made by several processes.
 
-Between two lifts of one crane, others set parts. So the empty hook has several legs to its next part, each clear of
-the parts in place at that time:
-
-* *early*, right after the crane's previous lift: no later part is in place yet. If the leg crosses the place of a part
-  of another crane, that part is set only after the hook has passed;
-* *late*: all parts that come before the next lift in the sequence may be in place;
-* *aside*: early to a parking place, where it does not obstruct the lifts in between, and late from there to the part.
-
-On all of them the hook stays above every part that may still be in the yard.
+The carry of each lift is made by itself, from slewing angle 0. Then the legs of the empty hooks are made, which depend
+on the carries of other cranes, but not on other legs. At the end whole turns are added, so that each lift begins where
+its crane's lift before ends.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.ndimage import minimum_filter
 
-from bimvox.crane.conflict import SPAN_NS, CraneTrack, first_conflict
-from bimvox.crane.kinematics import nearest_turn
-from bimvox.crane.outline import CraneOutline, outline_of
-from bimvox.crane.tower_crane import TowerCrane
-from bimvox.cranes.lift import REST_NS, CraneLift, HookError, Leg, Parking
-from bimvox.cranes.parking import KEPT_PARKINGS, drawn_up, parking_cells
-from bimvox.cranes.track import approach_track, carrying_track
-from bimvox.errors import PlanningError
-from bimvox.grid.frame import NO_CELLS
-from bimvox.motion.empty_hook import empty_hook_clearance
-from bimvox.motion.load_frame import HookEnd, axes_of_cells, cells_of_axes, in_cell
-from bimvox.motion.rigged_crane import rigged_crane
-from bimvox.motion.time_lift import empty_hook_move, hook_on_at, left_at, left_cells, time_lift
-from bimvox.motion.trajectories import delayed, one_after_another
-from bimvox.planning.occupancy import stored_cells, target_cells
-from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
-from bimvox.records.trajectory import Trajectory
-from bimvox.site.collision import CollisionSpace, placement_is_free
+from bimvox.crane.conflict import COLUMNS, SLEW_HIGH, SLEW_LOW, CraneTrack
+from bimvox.cranes.legs import LastLift, LegMaker
+from bimvox.cranes.legs_from import CraneStart, legs_from_there
+from bimvox.cranes.lift import Carried, CraneLift, Leg, Legs, Parking
+from bimvox.cranes.track import carrying_track
+from bimvox.errors import MotionError
+from bimvox.motion.time_plan import KnownMotions, each_by_itself
+from bimvox.motion.trajectories import turned
+from bimvox.planning.assembly import Assembly, Preparation
+from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.motion import LiftMotion
+from bimvox.site.collision import CollisionSpace
 from bimvox.site.site import Site
+from bimvox.workers import ALONE, Workers, in_chunks
 
-_TRIED = 6
-_APART_RAD = np.radians(25.0)
-_LONG_S = 90.0
-_NEAR_M = 1.0
-"""Parts that are set closer than this to an early leg, at its height, are set only after the hook has passed."""
+NOWHERE: Mapping[int, CraneStart] = {}
+"""Where cranes continue from in a plan that is not being carried out."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LastLift:
-    """A crane's last lift, and the collision rule of its stage.
-
-    Attributes:
-        lift: The lift.
-        space: The rule.
-        slew_rad: Slewing angle at its end, including full turns.
-    """
-
-    lift: Lift
-    space: CollisionSpace
-    slew_rad: float
-
-
-def crane_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[CraneLift, ...]:
-    """Return the lifts of several cranes, for every planned lift, in order; ``clearances`` as for ``time_plan``.
-
-    Raises:
-        MotionError: If a path is not free or cannot be driven, or the empty hook has no free path to a part.
-    """
-    return lifts_by(plan, clearances, CraneLiftMaker.made)
-
-
-def lifts_by(
+def crane_lifts(
     plan: LiftPlan,
-    clearances: Iterable[tuple[Lift, CollisionSpace]],
-    make: Callable[[CraneLiftMaker, CollisionSpace, LastLift | None], CraneLift],
+    preparation: Preparation,
+    known: KnownMotions | None = None,
+    starts: Mapping[int, CraneStart] = NOWHERE,
+    workers: Workers = ALONE,
 ) -> tuple[CraneLift, ...]:
-    """Return the cranes' lifts, for every planned lift, in order, each made by a given function.
+    """Return the lifts of several cranes, for every planned lift, in order.
 
     Args:
         plan: The plan, of a site with several cranes.
-        clearances: As for ``time_plan``.
-        make: Called with the maker of a lift, the rule of its stage, and its crane's previous lift.
+        preparation: What was prepared for the site.
+        known: Motions of earlier plans of the same site, as for ``time_plan``.
+        starts: Where every crane continues from, by its number, if the plan is being carried out. Of lifts that have
+            begun, only the tracks are made.
+        workers: Share the work.
+
+    Raises:
+        HookError: If a hook has no free path from where it is to its next part.
+        MotionError: If a path is not free or cannot be driven, or the empty hook has no free path to a part.
     """
-    done: list[CraneLift] = []
-    left: dict[int, LastLift] = {}
-    for lift, space in clearances:
-        if lift.status is not Status.PLANNED or lift.path_vox is None or lift.place is None:
-            continue
-        number = plan.site.components[lift.component].crane
-        before = left.get(number)
-        between = [one for one in done if before is None or one.lift.order > before.lift.order]
-        maker = CraneLiftMaker(plan, number, lift, lift.place, between, _last_of_others(done, number))
-        made = make(maker, space, before)
-        done.append(made)
-        left[number] = LastLift(lift, space, float(made.carry.loaded.slew_rad[-1]))
-    for number, last in left.items():
-        after = [one for one in done if one.lift.order > last.lift.order]
-        n = next(n for n, one in enumerate(done) if one.lift is last.lift)
-        assert last.lift.place is not None
-        done[n] = replace(
-            done[n], leaves=CraneLiftMaker(plan, number, last.lift, last.lift.place, after, []).left(last)
-        )
-    return tuple(done)
+    begun = {order: motion for start in starts.values() for order, motion in start.motions.items()}
+    known = KnownMotions() if known is None else known
+    made = {motion.order: motion for motion in each_by_itself(plan, preparation, known, workers, begun)} | begun
+    planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
+    carries = [made[lift.order] for lift in planned]
+    carried = [_carried(plan.site, plan.lifts[carry.order], carry) for carry in carries]
+    legs = _LegMaking(plan, preparation, starts).shared(carried, workers)
+    return tuple(_one_after_another(carries, carried, legs, begun))
 
 
-def _last_of_others(done: Sequence[CraneLift], number: int) -> list[CraneLift]:
-    """Return the last lift of every other crane so far: where that crane may wait."""
-    last = {one.crane: one for one in done if one.crane != number}
-    return [last[other] for other in sorted(last)]
+def _carried(site: Site, lift: Lift, carry: LiftMotion) -> Carried:
+    number = site.components[lift.component].crane
+    track = carrying_track(site, site.cranes[number], lift, carry)
+    return Carried(lift, number, track, float(carry.raising.slew_rad[0]), float(carry.loaded.slew_rad[-1]))
 
 
-class CraneLiftMaker:
-    """Makes one lift.
+class _LegMaking:
+    """Makes the legs to lifts of a plan; goes through it once if it is asked for lifts in ascending order.
 
     Args:
         plan: The plan.
-        number: Index of the crane.
-        lift: The lift.
-        place: Where its part is in the yard.
-        meanwhile: The lifts of other cranes since the crane's last one.
-        near: More lifts of other cranes that it must not obstruct.
+        preparation: What was prepared for its site.
+        starts: As for ``crane_lifts``.
     """
 
-    def __init__(
-        self,
-        plan: LiftPlan,
-        number: int,
-        lift: Lift,
-        place: YardPlace,
-        meanwhile: Sequence[CraneLift],
-        near: Sequence[CraneLift],
-    ) -> None:
-        self.plan, self.number, self.lift, self.place = plan, number, lift, place
-        self.watched = [*meanwhile, *(one for one in near if one not in meanwhile)]
-        self.between = [one.lift for one in meanwhile]
-        self.site, self.crane = plan.site, plan.site.cranes[number]
-        self.component = self.site.components[lift.component]
-        self.empty = rigged_crane(self.site, self.crane, None)
+    def __init__(self, plan: LiftPlan, preparation: Preparation, starts: Mapping[int, CraneStart]) -> None:
+        self._plan, self._preparation, self._starts = plan, preparation, starts
+        self._begun = frozenset(order for start in starts.values() for order in start.motions)
+        planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
+        self._last = {plan.site.components[lift.component].crane: lift.order for lift in planned}
+        self._begin()
 
-    def made(self, space: CollisionSpace, before: LastLift | None) -> CraneLift:
-        """Return the lift, given the rule of its stage and the crane's previous lift."""
-        pick_vox = hook_on_at(self.component, self.place, space)
-        lying = self.lying()
-        now = self.hook_rule(space, above=lying)
-        early = late = None
-        parkings: list[Parking] = []
-        near: list[HookEnd] = [pick_vox]
-        slew_rad = 0.0
-        if before is not None:
-            slew_rad = before.slew_rad
-            exit_vox, exit_at = left_cells(self.site, before.lift), left_at(self.site, before.lift)
-            near.append(exit_at)
-            above = [
-                target_cells(self.site.components[before.lift.component]),
-                *self.arrived_since(before.lift, [self.lift]),
-                *self.other_means_since(before.lift, self.lift),
-            ]
-            then = self.hook_rule(before.space, exit_vox, above)
-            early = self._early(then, exit_at, pick_vox, slew_rad)
-            late = early
-            if self.between or early is None:
-                late = self._late(space, before.lift, pick_vox, slew_rad, lying)
-        for parked_vox in self.parking_cells(now, near):
-            back = self.leg(now, parked_vox, pick_vox, slew_rad)
-            if back is None:
-                back = self.leg(self.hook_rule(space), parked_vox, pick_vox, slew_rad, last=True)
-            aside = self._early(then, exit_at, parked_vox, slew_rad) if before is not None else None
-            if back is not None and (before is None or aside is not None):
-                parkings.append(Parking(aside, back))
-            if len(parkings) == KEPT_PARKINGS:
-                break
-        if before is not None and early is None and late is None and not parkings:
-            raise HookError(self.component.id, "the empty hook has no free path to it from its crane's previous lift")
-        free = placement_is_free(now, *in_cell(pick_vox))
-        return replace(self.with_legs(space, early, late, parkings, slew_rad), starts_there=free)
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how another process begins it anew."""
+        return _LegMaking, (self._plan, self._preparation, self._starts)
 
-    def with_legs(
-        self,
-        space: CollisionSpace,
-        early: Leg | None,
-        late: Leg | None,
-        parkings: Sequence[Parking],
-        slew_rad: float,
-        *,
-        stays: bool = False,
-    ) -> CraneLift:
-        """Return the lift with the legs to it, hooked on at the slewing angle at which they end.
+    def shared(self, carried: Sequence[Carried], workers: Workers) -> dict[int, Legs]:
+        """Return the legs by order of their lifts, with the work shared between processes.
 
-        If there are no legs, it is hooked on at ``slew_rad``; if the hook stays where it is, at the turn nearest to it.
+        Raises:
+            MotionError: If the hook cannot get to a part; names the first such lift.
         """
-        legs = (early, late, *(parking.back for parking in parkings))
-        ends = next((float(leg.trajectory.slew_rad[-1]) for leg in legs if leg is not None), slew_rad)
-        carried = self.carried(space, nearest_turn(ends, slew_rad) if stays else ends)
-        return replace(carried, early=early, late=late, parkings=tuple(parkings))
+        wanted = [n for n, one in enumerate(carried) if one.lift.order not in self._begun or self._leaves(one)]
+        chunks = in_chunks(wanted, workers.count)
+        tasks = [(self, [carried[n].lift.order for n in chunk], self._seen(carried, chunk)) for chunk in chunks]
+        with workers.knowing(self):
+            found = [legs for part in workers.run(_LegMaking.made, tasks) for legs in part]
+        by_order = {}
+        for n, legs in zip(wanted, found, strict=True):
+            if isinstance(legs, MotionError):
+                raise legs
+            by_order[carried[n].lift.order] = legs
+        return by_order
 
-    def hook_rule(
-        self, space: CollisionSpace, left_vox: NDArray[np.int32] = NO_CELLS, above: Sequence[NDArray[np.int32]] = ()
-    ) -> CollisionSpace:
-        """Return the collision rule of the empty hook before it is over the part; see ``empty_hook_clearance``."""
-        return empty_hook_clearance(self.site, self.crane, space, self.place, left_vox, above)
-
-    def carried(self, space: CollisionSpace, slew_rad: float) -> CraneLift:
-        """Return the lift without legs of the empty hook, hooked on at a slewing angle."""
-        carry = time_lift(self.site, self.crane, self.lift, space, None, 0, slew_rad)
-        track = carrying_track(self.site, self.crane, self.lift, carry)
-        return CraneLift(self.lift, self.number, carry, None, None, (), track)
-
-    def parking_cells(self, rule: CollisionSpace, near: Sequence[HookEnd]) -> list[NDArray[np.int32]]:
-        """Return cells to wait at, sorted by how many of the other cranes' lifts they obstruct, then by slewing angle.
+    def made(self, orders: Sequence[int], seen: Sequence[Carried]) -> list[Legs | MotionError]:
+        """Return the legs to lifts, given in ascending order; errors for those that the hook cannot get to.
 
         Args:
-            rule: The collision rule of the empty hook.
-            near: Where the hook comes from and where it goes.
+            orders: Orders of the lifts.
+            seen: These lifts, and the others that their legs depend on, in order.
         """
-        if not self.watched:
-            return []
-        site, outline, hook = self.site, outline_of(self.crane), self.empty.load
-        wanted = [float(axes_of_cells(hook, cell)[0]) for cell in near]
-        judged: list[tuple[int, float, int, NDArray[np.int32]]] = []
-        above = [drawn_up(site, rule, cell) for cell in near]
-        for n, cell in enumerate([*above, *parking_cells(site, self.number, rule)]):
-            axes = axes_of_cells(hook, cell)
-            still = standing_track(self.site, self.crane, axes)
-            met = sum(self._meets(outline, still, one) for one in self.watched)
-            judged.append((met, round(sum(_turn(axes[0] - angle) for angle in wanted), 6), n, cell))
-        chosen: list[tuple[float, NDArray[np.int32]]] = []
-        for *_, cell in sorted(judged, key=lambda entry: entry[:3]):
-            angle = float(axes_of_cells(hook, cell)[0])
-            if all(_turn(angle - other) >= _APART_RAD for other, _ in chosen):
-                chosen.append((angle, cell))
-        return [cell for _, cell in chosen[:_TRIED]]
+        return [self._made(order, seen) for order in orders]
 
-    def _meets(self, outline: CraneOutline, still: CraneTrack, one: CraneLift) -> bool:
-        other = outline_of(self.site.cranes[one.crane])
-        separation_m = self.site.rules.crane_separation_m
-        return first_conflict((outline, other), still, one.track, separation_m) is not None
+    def _seen(self, carried: Sequence[Carried], chunk: Sequence[int]) -> list[Carried]:
+        """Return the lifts that the legs to some of them depend on, these included."""
+        seen: set[int] = set()
+        for n in chunk:
+            last = {one.crane: m for m, one in enumerate(carried[:n])}
+            seen |= {*last.values(), *range(last.get(carried[n].crane, 0), n + 1)}
+            if self._leaves(carried[n]):
+                seen |= set(range(n, len(carried)))
+        return [carried[n] for n in sorted(seen)]
 
-    def lying(self) -> list[NDArray[np.int32]]:
-        """Return cells of earlier parts of the sequence that may still be in the yard."""
-        places = [one.place for one in self.between if one.place is not None]
-        # A part that cannot be lifted stays there as long as the rest of its delivery.
-        older = {place.delivery for place in places if place.delivery < self.place.delivery}
-        kept = [one.place for one in self.plan.lifts if not one.is_set and one.place is not None]
-        return [stored_cells(place) for place in [*places, *(one for one in kept if one.delivery in older)]]
+    def _leaves(self, one: Carried) -> bool:
+        """Return whether a lift is its crane's last one, and its hook is where it leaves its part."""
+        start = self._starts.get(one.crane)
+        is_there = one.lift.order not in self._begun or start is None or start.axes is None
+        return is_there and self._last[one.crane] == one.lift.order
 
-    def left(self, last: LastLift) -> tuple[Leg, ...]:
-        """Return the crane's legs to a parking place after its last lift."""
-        exit_vox, exit_at = left_cells(self.site, last.lift), left_at(self.site, last.lift)
-        above = [
-            target_cells(self.component),
-            *self.arrived_since(last.lift, self.between[-1:]),
-            *self.other_means_since(last.lift, None),
-        ]
-        rule = self.hook_rule(last.space, exit_vox, above)
-        legs = (
-            self._early(rule, exit_at, parked_vox, last.slew_rad)
-            for parked_vox in self.parking_cells(rule, [exit_at])[:KEPT_PARKINGS]
-        )
-        return tuple(leg for leg in legs if leg is not None)
+    def _begin(self) -> None:
+        self._assembly, self._next = Assembly(self._plan.site, self._preparation), 0
+        self._spaces: dict[int, tuple[int, CollisionSpace]] = {}
+        self._since: tuple[Lift, CollisionSpace] | None = None
 
-    def arrived_since(self, before: Lift, until: Sequence[Lift]) -> list[NDArray[np.int32]]:
-        """Return cells of parts that may be delivered during the early leg; its collision rule lacks them."""
-        assert before.place is not None
-        last = max((one.place.delivery for one in until if one.place is not None), default=0)
-        late = range(before.place.delivery + 1, last + 1)
-        return [stored_cells(one.in_yard) for one in self.plan.lifts if one.in_yard and one.in_yard.delivery in late]
+    def _made(self, order: int, seen: Sequence[Carried]) -> Legs | MotionError:
+        own = next(one for one in seen if one.lift.order == order)
+        earlier = [one for one in seen if one.lift.order < order]
+        last = {one.crane: one for one in earlier}
+        self._go_to(order, [one.lift for one in last.values()])
+        self._assembly.skip(own.lift.component)
+        space = self._space_of(own.lift)
+        was = last.pop(own.crane, None)
+        between = [one for one in earlier if was is None or one.lift.order > was.lift.order]
+        near = [last[number] for number in sorted(last)]
+        try:
+            legs = self._legs(own, was, space, between, near)
+        except MotionError as error:
+            return error
+        finally:
+            self._finish(own.lift, space)
+        if self._leaves(own):
+            after = [one for one in seen if one.lift.order > order]
+            leaving = self._maker(own, after, []).left(LastLift(own.lift, space, own.left_rad))
+            return replace(legs, leaves=leaving)
+        return legs
 
-    def other_means_since(self, before: Lift, until: Lift | None) -> list[NDArray[np.int32]]:
-        """Return cells of parts that come by other means after a lift, before another; nobody knows when they come."""
-        last = len(self.plan.lifts) if until is None else until.order
-        coming = (one for one in self.plan.lifts if one.is_set_otherwise and before.order < one.order < last)
-        return [target_cells(self.site.components[one.component]) for one in coming]
-
-    def _early(self, rule: CollisionSpace, start_vox: HookEnd, end_vox: HookEnd, slew_rad: float) -> Leg | None:
-        leg = self.leg(rule, start_vox, end_vox, slew_rad)
-        return None if leg is None else replace(leg, before=frozenset(self.crossed(leg.trajectory)))
-
-    def _late(
+    def _legs(
         self,
+        own: Carried,
+        was: Carried | None,
         space: CollisionSpace,
-        before: Lift,
-        pick_vox: HookEnd,
-        slew_rad: float,
-        lying: Sequence[NDArray[np.int32]],
-    ) -> Leg | None:
-        """Return the late leg; the exit from the set point is not free if a part was set above it since."""
-        exit_vox, exit_at = left_cells(self.site, before), left_at(self.site, before)
-        tops = self._tops(self.between)
-        kept = exit_vox[exit_vox[:, 2] >= tops[exit_vox[:, 0], exit_vox[:, 1]]]
-        if not len(kept) or (kept[-1] != exit_vox[-1]).any():
-            return None
-        leg = self.leg(self.hook_rule(space, kept, lying), exit_at, pick_vox, slew_rad)
-        if leg is None and lying:
-            leg = self.leg(self.hook_rule(space, kept), exit_at, pick_vox, slew_rad, last=True)
-        return leg
+        between: Sequence[Carried],
+        near: Sequence[Carried],
+    ) -> Legs:
+        if own.lift.order in self._begun:
+            return Legs(None, None, (), own.hooked_rad)
+        maker, start = self._maker(own, between, near), self._starts.get(own.crane)
+        is_first = was is None or was.lift.order in self._begun
+        if start is not None and start.axes is not None and is_first:
+            return legs_from_there(maker, space, start.axes, self._since)
+        before = None if was is None else LastLift(was.lift, self._spaces[own.crane][1], was.left_rad)
+        return maker.made(space, before)
 
-    def leg(
-        self,
-        rule: CollisionSpace,
-        start_vox: HookEnd,
-        end_vox: HookEnd,
-        slew_rad: float,
-        *,
-        last: bool = False,
-    ) -> Leg | None:
-        """Return a leg from cell to cell, straight or at a smaller radius; None if there is none, or none is needed."""
-        if (start_vox == end_vox).all():
-            return None
-        straight = self._through(rule, [start_vox, end_vox], slew_rad)
-        if straight is not None and straight.duration_s <= _LONG_S:
-            return Leg(straight, last=last)
-        # If slewing at the hook's radius leaves the site or meets something, the hook trolleys in before it slews.
-        inner = [self._drawn_in(rule, cell) for cell in (start_vox, end_vox)]
-        stops: list[HookEnd] = [start_vox, *(cell for cell in inner if cell is not None), end_vox]
-        stops = [cell for n, cell in enumerate(stops) if n == 0 or (cell != stops[n - 1]).any()]
-        detour = self._through(rule, stops, slew_rad) if len(stops) > 2 else None
-        found = [trajectory for trajectory in (straight, detour) if trajectory is not None]
-        return Leg(min(found, key=lambda trajectory: trajectory.duration_s), last=last) if found else None
+    def _maker(self, own: Carried, between: Sequence[Carried], near: Sequence[Carried]) -> LegMaker:
+        assert own.lift.place is not None
+        return LegMaker(self._plan, own.crane, own.lift, own.lift.place, between, near)
 
-    def _drawn_in(self, rule: CollisionSpace, cell: HookEnd) -> NDArray[np.int32] | None:
-        """Return the parking cell closest to the mast in about the direction of a cell."""
-        hook = self.empty.load
-        wanted_rad = float(axes_of_cells(hook, cell)[0])
-        cells = parking_cells(self.site, self.number, rule)[::2]
-        return min(cells, key=lambda place: _turn(float(axes_of_cells(hook, place)[0]) - wanted_rad), default=None)
+    def _space_of(self, lift: Lift) -> CollisionSpace:
+        if lift.order in self._begun:  # its last moves are not cleared: it has left them, or it is on them
+            return self._assembly.space(lift.component, lift.clearance_m)
+        return self._assembly.space_of(lift)
 
-    def _through(self, rule: CollisionSpace, stops: Sequence[HookEnd], slew_rad: float) -> Trajectory | None:
-        """Return the trajectory from stop to stop, at rest at each; None if it is not free."""
-        parts: list[Trajectory] = []
-        for start_vox, end_vox in pairwise(stops):
-            try:
-                part = empty_hook_move(self.empty, rule, start_vox, end_vox, slew_rad)
-            except PlanningError:
-                return None
-            parts.append(delayed(part, int(parts[-1].time_ns[-1]) + REST_NS) if parts else part)
-            slew_rad = float(part.slew_rad[-1])
-        return one_after_another(parts)
+    def _go_to(self, order: int, last: Sequence[Lift]) -> None:
+        """Come to a lift, with the rules of the last lifts of all cranes before it."""
+        known = {n for n, _ in self._spaces.values()}
+        if order < self._next or any(lift.order < self._next and lift.order not in known for lift in last):
+            self._begin()
+        wanted = {lift.order for lift in last} | {max(self._begun, default=-1)}
+        for lift in self._plan.lifts[self._next : order]:
+            self._assembly.skip(lift.component)
+            self._finish(lift, self._space_of(lift) if lift.order in wanted else None)
 
-    def crossed(self, trajectory: Trajectory) -> list[int]:
-        """Return orders of the lifts in between whose part, once set, reaches the height of the hook next to it."""
-        cells = np.floor(cells_of_axes(self.empty.load, trajectory.axes)).astype(np.int64)
-        x, y = (np.clip(cells[:, i], 0, self.site.shape[i] - 1) for i in (0, 1))
-        lowest = np.full(self.site.shape[:2], 2**30, np.int64)
-        np.minimum.at(lowest, (x, y), cells[:, 2])
-        near = 1 + int(np.ceil(_NEAR_M / self.site.frame.voxel_size_m))
-        lowest = minimum_filter(lowest, size=2 * near + 1, mode="nearest") - near
-        return [one.order for one in self.between if (self._tops([one]) > lowest).any()]
-
-    def _tops(self, lifts: Sequence[Lift]) -> NDArray[np.int64]:
-        """Return (X, Y) one above the highest cell of the parts of lifts at their places; 0 if there is none."""
-        tops = np.zeros(self.site.shape[:2], np.int64)
-        for one in lifts:
-            cells = target_cells(self.site.components[one.component])
-            np.maximum.at(tops, (cells[:, 0], cells[:, 1]), cells[:, 2] + 1)
-        return tops
+    def _finish(self, lift: Lift, space: CollisionSpace | None) -> None:
+        if space is not None:
+            self._spaces[self._plan.site.components[lift.component].crane] = lift.order, space
+            if lift.order in self._begun:
+                self._since = lift, space
+        self._assembly.finish(lift.component, placed=lift.is_set)
+        self._next = lift.order + 1
 
 
-def standing_track(site: Site, crane: TowerCrane, axes: NDArray[np.float64]) -> CraneTrack:
-    """Return the track of a crane at rest with an empty hook at a pose ((3,) slew, radius, height)."""
-    slew, radius, height = (np.repeat(axis, 2) for axis in axes)
-    still = Trajectory(np.array([0, SPAN_NS]), slew, radius, height, np.zeros(0, np.int64), 0.0)
-    return approach_track(site, crane, still, 0)
+def _one_after_another(
+    carries: Sequence[LiftMotion], carried: Sequence[Carried], found: Mapping[int, Legs], begun: Collection[int]
+) -> Iterator[CraneLift]:
+    """Yield the lifts, with whole turns added so that each begins where its crane's lift before ends."""
+    turns: dict[int, int] = {}
+    for carry, one in zip(carries, carried, strict=True):
+        order, before = one.lift.order, turns.get(one.crane, 0)
+        legs = found.get(order, Legs(None, None, (), one.hooked_rad))
+        now = 0 if order in begun else before + round((legs.hooked_rad - one.hooked_rad) / (2.0 * np.pi))
+        turns[one.crane] = now
+        yield CraneLift(
+            one.lift,
+            one.crane,
+            replace(carry, raising=turned(carry.raising, now), loaded=turned(carry.loaded, now)) if now else carry,
+            _turned_leg(legs.early, before),
+            _turned_leg(legs.late, before),
+            tuple(Parking(_turned_leg(way.aside, before), _turned(way.back, before)) for way in legs.parkings),
+            _turned_track(one.track, now),
+            tuple(_turned(leg, now) for leg in legs.leaves),
+            legs.starts_there,
+        )
 
 
-def _turn(angle_rad: float) -> float:
-    """Return the absolute angle of the shorter turn."""
-    return abs(float(np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi))
+def _turned_leg(leg: Leg | None, turns: int) -> Leg | None:
+    return None if leg is None else _turned(leg, turns)
+
+
+def _turned(leg: Leg, turns: int) -> Leg:
+    return replace(leg, trajectory=turned(leg.trajectory, turns)) if turns else leg
+
+
+def _turned_track(track: CraneTrack, turns: int) -> CraneTrack:
+    if not turns:
+        return track
+    more = np.zeros(COLUMNS)
+    more[[SLEW_LOW, SLEW_HIGH]] = 2.0 * np.pi * turns
+    return replace(track, spans=track.spans + more, first=track.first + more, last=track.last + more)

@@ -31,7 +31,7 @@ from bimvox.cranes.track import approach_track
 from bimvox.motion.shift import held_longer
 from bimvox.motion.steps import may_pause
 from bimvox.motion.time_plan import KnownMotions, time_plan
-from bimvox.planning.assembly import Preparation, replay
+from bimvox.planning.assembly import Preparation
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.units import NS_PER_S
@@ -45,15 +45,13 @@ def time_lifts(
 ) -> tuple[LiftMotion, ...]:
     """Return the motion of every planned lift, in order, of a site with one crane or several; as ``time_plan``.
 
-    Several cranes use neither known motions nor workers: each motion of theirs depends on all others.
-
     Raises:
         InputError: If the site has no crane.
         MotionError: If a path is not free or cannot be driven, or a crane always obstructs a lift; names the lift.
     """
     if not plan.site.has_several_cranes:
         return time_plan(plan, preparation, known, workers)
-    return _Schedule(plan, crane_lifts(plan, replay(plan.site, preparation, plan))).run()
+    return _Schedule(plan, crane_lifts(plan, preparation, known, workers=workers)).run()
 
 
 def time_rest(
@@ -69,7 +67,7 @@ def time_rest(
 
     Args:
         plan: The plan, of a site with several cranes.
-        lifts: The cranes' lifts, for every planned lift (``crane_lifts_from``).
+        lifts: The cranes' lifts, for every planned lift (``crane_lifts``).
         begun: The work that every crane has begun, by its number.
         resumed: Loads that were stopped under way and have a path to continue on, in order.
         ready_ns: The first moment at which something new may start.

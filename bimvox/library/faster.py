@@ -35,7 +35,7 @@ def _end_ns(site: Site, preparation: Preparation, workers: Workers) -> int | Non
     """Return when the last lift ends, on the site's clock; None if a lift cannot be driven."""
     plan = plan_lifts(site, preparation, workers=workers)
     try:
-        motions = time_lifts(plan, preparation)
+        motions = time_lifts(plan, preparation, workers=workers)
     except MotionError:
         return None
     return max((motion.end_ns for motion in motions), default=0)

@@ -133,7 +133,7 @@ def plan_and_prove(
         )
 
     def attempt(refused: Refused) -> Planned | Refused:
-        nonlocal previous, retraining, site, preparation, proven, workers
+        nonlocal previous, retraining, site, preparation, proven, driven
         made = planned(None, previous, refused)
         insist_on_one_lift(made)
         failed = _left_to_search(made)
@@ -151,10 +151,10 @@ def plan_and_prove(
                 handed.add(error.component)
                 other = handed_over(site, preparation, error)
             if other is not None:
-                (site, preparation), proven = other, ProvenLifts()
-                workers = ALONE  # the others know the site as it was
+                (site, preparation), proven, driven = other, ProvenLifts(), KnownMotions()
                 progress.note(preparation.sequence.notes[-1])
-                return attempt(refused)
+                with workers.knowing(site, preparation):
+                    return attempt(refused)
             found = {error.component: f"{NOT_DRIVEN}{error.message}"}
         if isinstance(found, Planned):
             progress.finish()

@@ -14,8 +14,8 @@ from bimvox.proof.plan import verify_plan
 from bimvox.site.site import Site
 from bimvox.workers import ALONE, Workers
 
-_FEW_PARTS = 100
-"""So few are planned before a worker has started."""
+_FEW_PARTS, _FEW_SHARED = 100, 50
+"""So few are planned before a worker has started, by one crane or by several, whose legs and distances take longer."""
 
 
 @contextmanager
@@ -27,7 +27,8 @@ def workers_of(site: Site, jobs: int | None) -> Iterator[Workers]:
         jobs: Number of processes, this one included; None: one per processor.
     """
     wanted = processors() if jobs is None else jobs
-    if wanted == 1 or len(site.components) < _FEW_PARTS:
+    few = _FEW_SHARED if site.has_several_cranes else _FEW_PARTS
+    if wanted == 1 or len(site.components) < few:
         yield ALONE
         return
     workers = Workers(wanted, (plan_lifts, verify_plan, time_plan, verify_motions))

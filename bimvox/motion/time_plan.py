@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 from bimvox.errors import InputError, MotionError
@@ -68,9 +68,31 @@ def time_plan(
         raise InputError(
             "the site has no crane, so its lifts have no timed motion", hint="add [crane] to the site file"
         )
-    known = KnownMotions() if known is None else known
+    return chained(each_by_itself(plan, preparation, KnownMotions() if known is None else known, workers))
+
+
+def each_by_itself(
+    plan: LiftPlan,
+    preparation: Preparation,
+    known: KnownMotions,
+    workers: Workers = ALONE,
+    but: Collection[int] = (),
+) -> list[LiftMotion]:
+    """Return the motion of every planned lift, in order, as ``LiftTimes`` makes it.
+
+    Args:
+        plan: The plan; its site must have a crane.
+        preparation: As for ``time_plan``.
+        known: As for ``time_plan``.
+        workers: As for ``time_plan``.
+        but: Orders of lifts whose motions are not needed.
+
+    Raises:
+        MotionError: If a path is not free or cannot be driven; names the first such lift.
+    """
+    site = plan.site
     known.turn_to(plan)
-    pairs = list(_with_the_one_before(plan))
+    pairs = [(lift, before) for lift, before in _with_the_one_before(plan) if lift.order not in but]
     missing = [lift.order for lift, before in pairs if known.motion(lift, before) is None]
     found = dict(zip(missing, LiftTimes(site, preparation, plan.lifts).shared(missing, workers), strict=True))
     _LAST.clear()  # nobody goes on from there
@@ -82,17 +104,19 @@ def time_plan(
         if isinstance(motion, MotionError):
             raise motion
     motions = [known.motion(lift, before) for lift, before in pairs]
-    return chained([motion for motion in motions if motion is not None])
+    return [motion for motion in motions if motion is not None]
 
 
 def _with_the_one_before(plan: LiftPlan) -> Iterator[tuple[Lift, Lift | None]]:
-    """Yield every planned lift, and the one before it."""
+    """Yield every planned lift, and the one before it; none with several cranes, whose hooks come from anywhere."""
     planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
-    return zip(planned, [None, *planned], strict=False)
+    return zip(planned, [None] * len(planned) if plan.site.has_several_cranes else [None, *planned], strict=False)
 
 
 class LiftTimes:
     """Makes the motions of lifts of a plan, each at its own stage, from time 0 and slewing angle 0.
+
+    With one crane they begin where the lift before ends; with several where the part is hooked on.
 
     It goes through the plan once if it is asked for lifts in ascending order, and goes on where the last one of the
     same site stands if the same parts are set before.
@@ -149,7 +173,9 @@ class LiftTimes:
             assembly.skip(lift.component)
             assembly.finish(lift.component, placed=lift.is_set)
         lift = self._lifts[order]
-        before = next((one for one in reversed(self._lifts[:order]) if one.status is Status.PLANNED), None)
+        before = None
+        if not site.has_several_cranes:
+            before = next((one for one in reversed(self._lifts[:order]) if one.status is Status.PLANNED), None)
         assembly.skip(lift.component)
         crane = site.cranes[site.components[lift.component].crane]
         try:

@@ -48,17 +48,36 @@ def one_way(site: Site, moment: Moment, motion: LiftMotion) -> tuple[EmptyWay, .
     return (EmptyWay("approach", motion.approach, site.components[moment.before.component], present),)
 
 
+class Turn(NamedTuple):
+    """The times of a motion that decide where its part is, on the site's clock.
+
+    Attributes:
+        raised_ns: When it has left the yard.
+        set_ns: When it is in place.
+        released_ns: When its slings are off.
+    """
+
+    raised_ns: int
+    set_ns: int
+    released_ns: int
+
+
+def turn_of(motion: LiftMotion) -> Turn:
+    """Return the times of a motion."""
+    return Turn(motion.raised_ns, motion.set_ns, motion.released_ns)
+
+
 class Between:
     """Finds what is on the site during the empty hook moves of several cranes.
 
     Args:
         plan: The plan.
-        motions: The known motions, by order.
+        turns: The times of the known motions, by order.
         context: Lifts that the plan does not contain.
     """
 
-    def __init__(self, plan: LiftPlan, motions: Mapping[int, LiftMotion], context: Collection[Lift]) -> None:
-        self._site, self._motions = plan.site, motions
+    def __init__(self, plan: LiftPlan, turns: Mapping[int, Turn], context: Collection[Lift]) -> None:
+        self._site, self._turns = plan.site, turns
         self._lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
         self._fixed = fixed_things(plan.site)
 
@@ -99,27 +118,27 @@ class Between:
         first = self._delivery_at(start_ns, since)
         last = 0 if moment.lift.place is None else moment.lift.place.delivery
         for lift in self._lifts:
-            motion = self._motions.get(lift.order)
-            if lift.is_set and self._is_there(lift, motion, since, end_ns):
+            turn = self._turns.get(lift.order)
+            if lift.is_set and self._is_there(lift, turn, since, end_ns):
                 things.append(set_thing(self._site, lift))
             if lift.in_yard is None or not first <= lift.in_yard.delivery <= max(last, first):
                 continue
             planned = lift.status is Status.PLANNED
-            lies = not planned or (lift.order > since if motion is None else motion.raised_ns > start_ns)
+            lies = not planned or (lift.order > since if turn is None else turn.raised_ns > start_ns)
             if lift.is_set_otherwise:  # it leaves its stack when it is its turn
                 lies = lift.order > moment.lift.order
             if lies:
                 things.append(stored_thing(self._site, lift, lift.in_yard))
         return tuple(things)
 
-    def _is_there(self, lift: Lift, motion: LiftMotion | None, since: int, end_ns: int) -> bool:
+    def _is_there(self, lift: Lift, turn: Turn | None, since: int, end_ns: int) -> bool:
         """Return whether a part may be in place before a time; by other means as soon as all earlier slings are off."""
-        if motion is not None:
-            return motion.set_ns < end_ns
+        if turn is not None:
+            return turn.set_ns < end_ns
         earlier = [one.order for one in self._lifts if one.order < lift.order and one.status is Status.PLANNED]
-        if lift.order <= since or not lift.is_set_otherwise or any(order not in self._motions for order in earlier):
+        if lift.order <= since or not lift.is_set_otherwise or any(order not in self._turns for order in earlier):
             return lift.order <= since
-        return all(self._motions[order].released_ns < end_ns for order in earlier)
+        return all(self._turns[order].released_ns < end_ns for order in earlier)
 
     def _delivery_at(self, at_ns: int, since: int) -> int:
         """Return the earliest delivery with a part that is not set yet."""
@@ -130,8 +149,8 @@ class Between:
         """Return whether a lift no longer keeps its delivery in the yard."""
         if lift.status is not Status.PLANNED:
             return True
-        motion = self._motions.get(lift.order)
-        return lift.order <= since if motion is None else motion.released_ns <= at_ns
+        turn = self._turns.get(lift.order)
+        return lift.order <= since if turn is None else turn.released_ns <= at_ns
 
 
 def _cut(way: Trajectory, start_ns: int, end_ns: int) -> Trajectory:

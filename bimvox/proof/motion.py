@@ -16,7 +16,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.between import Between, EmptyWay
+from bimvox.proof.between import Between, Turn, turn_of
 from bimvox.proof.clearance import MOTION_MARGIN, Clearances, TransitProof
 from bimvox.proof.crane.axes import (
     check_limits,
@@ -92,7 +92,7 @@ def verify_motions(
             where. ``verify_together`` then proves the crane distances for the whole time at once.
         proven: Motions of one crane that earlier plans of the same site proved; they are not proven again if nothing
             around them changed, and those that pass now are added. Only for a whole plan, over all time.
-        workers: Share the work of one crane.
+        workers: Share the work.
 
     Returns:
         Every check, with what failed and where.
@@ -108,12 +108,11 @@ def verify_together(plan: LiftPlan, motions: Sequence[LiftMotion], context: Coll
 
 
 class _Driven(NamedTuple):
-    """A motion, the moment before its lift, the motion before it if it is compared with one, and other hooks' ways."""
+    """A motion, the moment before its lift, and the motion before it if it is compared with one."""
 
     moment: Moment
     motion: LiftMotion
     before: LiftMotion | None
-    ways: tuple[EmptyWay, ...] | None
 
 
 def _name(moment: Moment, component: Component) -> str:
@@ -129,6 +128,7 @@ class _Verifier:
         window_ns: tuple[int, int],
         known: Sequence[LiftMotion] | None,
         proven: ProvenLifts | None,
+        turns: Mapping[int, Turn] | None = None,
     ) -> None:
         self.window_ns, self.known, self.clearances = window_ns, known, Clearances(plan.site)
         self.proven = ProvenLifts() if proven is None or plan.site.has_several_cranes else proven
@@ -140,10 +140,17 @@ class _Verifier:
         self.checks = {name: Check(name, unit=unit) for name, unit in units.items()}
         self.cells, self.proofs = RawCells(plan.site.shape), dict[int, _Proofs]()
         self.left, self.next_order = moments(plan, context), 0
+        self.turns: Mapping[int, Turn] = {}
+        self.between: Between | None = None
+        if plan.site.has_several_cranes:
+            seen = motions if known is None else known
+            sound = self._sound_ones(seen)
+            self.turns = {order: turn_of(motion) for order, motion in sound.items()} if turns is None else turns
+            self.between = Between(plan, self.turns, context)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return how another process begins it anew, to check some of the motions."""
-        return _Verifier, (self.plan, (), tuple(self.context), self.window_ns, None, None)
+        return _Verifier, (self.plan, (), tuple(self.context), self.window_ns, None, None, self.turns)
 
     def run(self, workers: Workers) -> Verification:
         if not self.site.cranes:
@@ -159,12 +166,12 @@ class _Verifier:
             for check in checks.values():
                 self.checks[check.name].add(check)
         if self.known is None:
-            self.check_cranes()
+            self.check_cranes(workers)
         return Verification(tuple(self.checks.values()))
 
     def _shared(self, workers: Workers) -> dict[int, Mapping[str, Check]]:
         """Return the checks of the motions that are not proven yet, by order, if there are processes to share them."""
-        if workers.count == 1 or self.site.has_several_cranes:
+        if workers.count == 1:
             return {}
         timeline, self.checks["timeline"] = self.checks["timeline"], Check("timeline")  # looked at again later
         pairs = [(one.motion, one.before) for one in self._driven() if self._proven(one) is None]
@@ -183,7 +190,7 @@ class _Verifier:
         for moment in self.left:
             self.next_order = moment.lift.order + 1
             if moment.lift.order in waiting:
-                found.append(self._checks_of(_Driven(moment, *waiting.pop(moment.lift.order), None)))
+                found.append(self._checks_of(_Driven(self._of_its_crane(moment), *waiting.pop(moment.lift.order))))
             if not waiting:
                 break
         return found
@@ -194,8 +201,6 @@ class _Verifier:
     def _driven(self) -> Iterator[_Driven]:
         """Yield every motion that is fit to be checked, in order; report the others."""
         by_order = {motion.order: motion for motion in self.motions}
-        seen = self.motions if self.known is None else self.known
-        between = Between(self.plan, self._sound_ones(seen), self.context) if self.site.has_several_cranes else None
         previous: dict[int, LiftMotion] = {}
         for moment in moments(self.plan, self.context):
             motion = by_order.get(moment.lift.order)
@@ -211,17 +216,20 @@ class _Verifier:
             if motion.crane != component.crane:
                 self.checks["timeline"].look(False, f"{name}: it is driven by crane {motion.crane}, not its own")
                 continue
-            if between is not None:
-                moment = replace(moment, before=between.before(moment.lift))
+            moment = self._of_its_crane(moment)
             if before is not None and (moment.before is None or before.order != moment.before.order):
                 before = None
-            ways = None if between is None else tuple(between.ways(moment, motion))
-            yield _Driven(moment, motion, before, ways)
+            yield _Driven(moment, motion, before)
             previous[component.crane] = motion
+
+    def _of_its_crane(self, moment: Moment) -> Moment:
+        """Return a moment with the lift before of the same crane."""
+        return moment if self.between is None else replace(moment, before=self.between.before(moment.lift))
 
     def _checks_of(self, driven: _Driven) -> Mapping[str, Check]:
         """Return the checks of one motion, each by itself."""
-        moment, motion, before, ways = driven
+        moment, motion, before = driven
+        ways = None if self.between is None else tuple(self.between.ways(moment, motion))
         component, whole = self.site.components[moment.lift.component], dict(self.checks)
         name = _name(moment, component)
         crane, load, hook, swing, transit = self._proofs(component.crane)
@@ -298,14 +306,14 @@ class _Verifier:
             before = motion
         check.look(starts == sorted(starts), "the motions do not follow each other on the clock")
 
-    def check_cranes(self) -> None:
+    def check_cranes(self, workers: Workers = ALONE) -> None:
         """Check the turns of several cranes and the distance between them."""
         if not self.site.has_several_cranes:
             return
         sound = list(self._sound_ones(self.motions).values())
         check_turns(self.checks["turns"], self.site, self.plan, sound, self.context)
         is_whole = not self.context and self.window_ns == ALWAYS_NS
-        check_cranes(self.checks["cranes"], self.site, sound, self.window_ns, is_whole=is_whole)
+        check_cranes(self.checks["cranes"], self.site, sound, self.window_ns, is_whole=is_whole, workers=workers)
 
     def _check_axes(self, name: str, crane: TowerCrane, moment: Moment, motion: LiftMotion) -> None:
         component = self.site.components[moment.lift.component]

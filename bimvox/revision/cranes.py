@@ -53,7 +53,7 @@ class SeveralCranes:
         """Return the draft with all motions on the clock; or which lift cannot be driven, and why."""
         plan = draft.plan(self._was, self._request, self._change)
         try:
-            motions = time_lifts(plan, self._request.preparation)
+            motions = time_lifts(plan, self._request.preparation, workers=self._request.workers)
         except MotionError as error:
             return {error.component: f"{NOT_DRIVEN}{error.message}"}
         return with_motions(self._was, draft, motions)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.cranes.lifts_from import CraneStart
+from bimvox.cranes.legs_from import CraneStart
 from bimvox.motion.trajectories import between, delayed
 from bimvox.proof.footprint import CellMask, hook_footprint, jib_meets, motion_footprint
 from bimvox.records.lift import Lift

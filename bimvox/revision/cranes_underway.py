@@ -1,28 +1,27 @@
 """A revision with several cranes while their plan is carried out.
 
 What was done stays as driven. If the change meets nothing that the cranes are doing, loads on hooks and hooks under way
-continue unchanged, and all later lifts are scheduled around them. If it meets something, all cranes stop, as
-anti-collision systems do: the separation is planned and proven for a stop at any moment. After the hold, each load
-continues along a new path as soon as the other cranes leave room. If one load has no free path, all cranes are held
-until the next change.
+continue unchanged, and all later lifts are scheduled around them. If it meets something, that crane stops, and those
+that cannot go on without it (``who_stops``): the separation is planned and proven for a stop at any moment. After the
+hold, each load continues along a new path as soon as the other cranes leave room. If one load has no free path, all
+that are stopped are held until the next change.
 """
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Collection, Set
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bimvox.cranes.clock import Begun, PlacedLeg, ResumedLoad
+from bimvox.cranes.legs import standing_track
 from bimvox.cranes.lift import HookError
-from bimvox.cranes.lifts import standing_track
-from bimvox.cranes.lifts_from import crane_lifts_from
+from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.schedule import time_rest
 from bimvox.cranes.track import approach_track, carrying_track
 from bimvox.errors import MotionError
-from bimvox.planning.assembly import replay
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
@@ -36,6 +35,7 @@ from bimvox.revision.obstruction_change import ObstructionChange
 from bimvox.revision.part_proof import Proof
 from bimvox.revision.request import RevisionRequest
 from bimvox.revision.stop_cranes import Loads, all_stopped
+from bimvox.revision.who_stops import WhoStops
 from bimvox.stop.interrupt import cut_short
 from bimvox.stop.redirect import Held, Redirected, is_set
 from bimvox.units import NS_PER_S
@@ -110,12 +110,14 @@ class CranesUnderWay:
         return refused
 
     def _stop_if_met(self) -> str | None:
-        """Stop all cranes if the change meets what they are doing; return why they are held, None if they are not."""
+        """Stop cranes if the change meets what they are doing; return why they are held, None if they are not."""
         at_fault = self._reasons(self.done)
         loads = self.under_way.keys() | self.held.keys()
-        if not at_fault and self.current.held is None and not self._reasons(loads) and not self._is_met():
+        met = self._met()
+        if not at_fault and self.current.held is None and not self._reasons(loads) and not met:
             return None
-        self._stop()
+        # If the proof refused something, or nothing is met but what is held, nobody goes on.
+        self._stop(met if met and not self.refusals else self.cranes.keys())
         names = self.site.components
         without = [names[one.lift.component].id for one in self.stops if isinstance(one, Held)]
         if at_fault:
@@ -145,20 +147,26 @@ class CranesUnderWay:
         reasons = (self.refusals.get(names[lift.component].id) for lift in self.lifts if lift.order in orders)
         return [reason for reason in reasons if reason is not None]
 
-    def _is_met(self) -> bool:
-        cranes = self.cranes.values()
-        return any(is_met(self.site, self.current, crane, self.change.added, self.now_ns) for crane in cranes)
+    def _met(self) -> set[int]:
+        """Return the cranes that the change meets, and those whose loads are held."""
+        holding = {self.site.components[one.lift.component].crane for one in self.held.values()}
+        met = {
+            number
+            for number, crane in self.cranes.items()
+            if not crane.is_safe or is_met(self.site, self.current, crane, self.change.added, self.now_ns)
+        }
+        return met | holding
 
-    def _stop(self) -> None:
-        """Stop all cranes and search a path for each load to continue on."""
-        stopped = all_stopped(
-            self.request,
-            [lift for lift in self.lifts if lift.order <= self.last],
-            next((lift for lift in self.lifts if lift.order > self.last and lift.place is not None), None),
-            tuple(self.cranes.values()),
-            Loads(self.under_way, self.held, self.change.added, self.refusals),
+    def _stop(self, numbers: Collection[int]) -> None:
+        """Stop cranes, and those that must stop with them, and search a path for each load to continue on."""
+        begun = [lift for lift in self.lifts if lift.order <= self.last]
+        following = next((lift for lift in self.lifts if lift.order > self.last and lift.place is not None), None)
+        loads = Loads(self.under_way, self.held, self.change.added, self.refusals)
+        who = WhoStops(self.site, self.cranes, {lift.order: lift for lift in begun}, loads, self.now_ns)
+        stopped = who.with_those(
+            numbers, lambda cranes, own: all_stopped(self.request, begun, following, tuple(cranes), own)
         )
-        self.cranes = {crane.number: crane for crane in stopped.cranes}
+        self.cranes = self.cranes | {crane.number: crane for crane in stopped.cranes}
         self.stops = stopped.loads
 
     def _begun_lifts(self) -> dict[int, Lift]:
@@ -187,7 +195,7 @@ class CranesUnderWay:
         return tuple(loads)
 
     def _all_held(self, draft: RevisionDraft) -> RevisionDraft:
-        """Return the draft with all cranes held; all later lifts are pending."""
+        """Return the draft with the stopped cranes held; all later lifts are pending."""
         assert self.waits_for is not None
         hooks = tuple(crane.hook for crane in self.cranes.values())
         held = HeldCranes(self._held_loads(self.waits_for), hooks)
@@ -249,7 +257,7 @@ class CranesUnderWay:
             track = carrying_track(self.site, self.site.cranes[number], one.lift, motion, resumes_ns)
             resumed.append(ResumedLoad(one.lift, number, motion, resumes_ns, track))
         starts = {number: crane.resumes_from for number, crane in self.cranes.items()}
-        made = crane_lifts_from(plan, replay(plan.site, self.request.preparation, plan, self.last), starts)
+        made = crane_lifts(plan, self.request.preparation, starts=starts, workers=self.request.workers)
         tracks = {one.lift.order: one.track for one in made}
         begun = {
             number: Begun(

@@ -47,7 +47,7 @@ class HeldHook:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldCranes:
-    """All cranes of a site, stopped.
+    """The cranes of a site while loads are held; one may still complete an earlier lift.
 
     Attributes:
         loads: The loads on their hooks, in order.

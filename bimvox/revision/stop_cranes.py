@@ -1,4 +1,4 @@
-"""Stop all cranes of a site with their loads and empty hooks, because one of them must stop."""
+"""Stop cranes of a site with their loads and empty hooks."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from bimvox.stop.redirect import (
 
 
 class StoppedCranes(NamedTuple):
-    """All cranes at rest.
+    """Cranes at rest.
 
     Attributes:
         cranes: The cranes, their empty hooks stopped.
@@ -69,13 +69,13 @@ class Loads(NamedTuple):
 def all_stopped(
     request: RevisionRequest, begun: Sequence[Lift], following: Lift | None, cranes: Sequence[CraneNow], loads: Loads
 ) -> StoppedCranes:
-    """Return all cranes stopped as soon as possible, and their loads redirected or held.
+    """Return cranes stopped as soon as possible, and their loads redirected or held.
 
     Args:
         request: What to revise the plan for; it has the time.
         begun: The lifts that are on a hook, done or skipped, in order.
         following: The next one.
-        cranes: The cranes.
+        cranes: The cranes that stop.
         loads: The loads on their hooks.
     """
     assert request.now_ns is not None

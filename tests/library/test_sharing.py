@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from box_sites import box_site, test_crane
+from two_cranes import two_crane_site
 
 from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import plan_and_prove, prepared
@@ -93,6 +94,37 @@ def test_two_processes_plan_what_one_does(site, two, place):
     assert all(id(lift.place) in places for lift in shared.plan.lifts if lift.place is not None)
 
 
+def test_two_processes_plan_two_cranes_as_one_does(two):
+    own = two_crane_site()
+    preparation = prepared(own, QUIET)
+    alone = plan_and_prove(own, preparation, NO_POLICY, progress=QUIET)
+    with two.knowing(*constants_of(own, preparation)):
+        shared = plan_and_prove(own, preparation, NO_POLICY, progress=QUIET, workers=two)
+    assert alike(alone, shared)
+    assert alone.verdict == shared.verdict
+    assert {"cranes", "turns"} <= {check.name for check in shared.verdict.checks if check.samples}
+
+
+@pytest.mark.parametrize("now_s", [None, 400])
+def test_two_processes_revise_two_cranes_as_one_does(two, now_s):
+    own = two_crane_site()
+    preparation = prepared(own, QUIET)
+    made = plan_and_prove(own, preparation, NO_POLICY, progress=QUIET)
+    path_vox = made.plan.lifts[-1].path_vox
+    low = own.frame.corner_of(path_vox[len(path_vox) // 2]) + 0.1
+    there = with_obstructions(
+        own, ObstructionSet.of([Obstruction("box", Box(tuple(low), tuple(low + 0.3)))]), rasterise
+    )
+    current, now_ns = current_plan_of(made.plan, made.motions), None if now_s is None else now_s * 10**9
+    found = []
+    with two.knowing(*constants_of(own, preparation)):
+        for workers in (ALONE, two):
+            (part,) = revise(current, RevisionRequest(there, preparation, now_ns=now_ns, workers=workers))
+            found.append(replace(made, plan=part.current.plan, motions=part.current.chain))
+    assert not np.array_equal(found[0].plan.lifts[-1].path_vox, path_vox)
+    assert alike(*found)
+
+
 def test_what_turns_out_otherwise_than_foretold_is_searched_again(site):
     own = blocked(site)
     preparation = prepared(own, QUIET)
@@ -124,3 +156,7 @@ def test_few_parts_are_planned_without_workers(site):
         assert workers is ALONE
     with workers_of(replace(site, components=site.components * 5), 1) as workers:
         assert workers is ALONE
+    several = two_crane_site()
+    for times, is_alone in ((7, True), (8, False)):  # 49 and 56 parts
+        with workers_of(replace(several, components=several.components * times), 2) as workers:
+            assert (workers is ALONE) is is_alone

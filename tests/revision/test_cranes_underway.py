@@ -1,4 +1,4 @@
-"""A plan of two cranes while it is carried out: what is done or unaffected is kept; if one crane stops, all stop."""
+"""A plan of two cranes while it is carried out: what is done or unaffected is kept; one crane stops alone if it can."""
 
 from __future__ import annotations
 
@@ -158,6 +158,56 @@ def test_if_a_load_is_affected_all_cranes_stop_and_continue(later):
     for motion in now.chain:
         if motion.order not in (first, second) and motion.released_ns > now_ns:
             assert motion.set_ns <= now_ns or motion.hooked_ns >= now_ns + 30 * S
+    whole_proof(now)
+
+
+def earlier_and_later(current: CurrentPlan) -> tuple[int, int, int]:
+    """Return two lifts of two cranes, in order, and a time at which both are hooked on and the first is still up."""
+    for motion in current.chain:
+        for other in current.chain:
+            if other.crane != motion.crane and other.order > motion.order:
+                at_ns = carried_at(motion, 0.8)
+                if other.hooked_ns + S < at_ns:
+                    return motion.order, other.order, at_ns
+    raise AssertionError("no two lifts overlap")
+
+
+@pytest.mark.parametrize("share", [0.3, 1.0])
+def test_if_only_a_later_load_is_affected_the_other_crane_goes_on(share):
+    current, _ = planned()
+    first, second, now_ns = earlier_and_later(current)
+    site = with_box(current.plan.site, load_cell(current, second, carried_at(current.motions[second], share)))
+    part = revised(current, site, now_ns)
+    now = part.current
+    assert [one.lift.order for one in part.stops] == [second]
+    assert np.array_equal(now.motions[first].samples()[1], current.motions[first].samples()[1])
+    assert now.motions[first].phases == current.motions[first].phases
+    if share < 1.0:
+        assert now.held is None
+        assert now.motions[second].phases != current.motions[second].phases
+        whole_proof(now)
+        return
+    # The box stands at the place of the second: it is held alone, also by a change that comes when the first is done.
+    assert [one.lift.order for one in now.held_loads] == [second]
+    later_ns = current.motions[first].end_ns + 100 * S
+    (part,) = revise(now, RevisionRequest(far_off(site), planned()[1], now_ns=later_ns))
+    assert part.current.motions[first].released_ns == current.motions[first].released_ns
+    whole_proof(part.current)
+
+
+def test_the_crane_that_goes_on_stops_if_it_is_affected_too():
+    current, _ = planned()
+    first, second, now_ns = earlier_and_later(current)
+    target = load_cell(current, second, carried_at(current.motions[second], 1.0))
+    held = revised(current, with_box(current.plan.site, target), now_ns).current
+    assert [one.lift.order for one in held.held_loads] == [second]
+    ahead = load_cell(current, first, carried_at(current.motions[first], 0.98))
+    both = revised(held, with_box(current.plan.site, ahead), now_ns + S).current
+    assert [one.lift.order for one in both.held_loads] in ([first], [first, second])
+    free = with_obstructions(current.plan.site, EMPTY, rasterise)
+    now = revised(both, free, now_ns + 300 * S).current
+    assert now.held is None
+    assert set(now.motions) == set(current.motions)
     whole_proof(now)
 
 

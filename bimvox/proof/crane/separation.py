@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,13 +23,14 @@ from bimvox.proof.space import ALWAYS_NS
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check
 from bimvox.site.site import Site
+from bimvox.workers import ALONE, Workers, in_chunks
 
 REACTION_NS = 1_000_000_000
 """Time from the stop command until braking starts."""
 _TOLERANCE_M = 0.1
 """Allowance for the spacing of points and for poses between time steps, which are not compared."""
 _AT_ONCE = 200
-"""Number of time steps whose stops are kept in memory at once."""
+"""Number of moments whose stops are kept in memory at once."""
 
 
 def check_cranes(
@@ -38,6 +40,7 @@ def check_cranes(
     window_ns: tuple[int, int] = ALWAYS_NS,
     *,
     is_whole: bool = True,
+    workers: Workers = ALONE,
 ) -> None:
     """Check that the cranes always keep their distance, whenever one or all of them are stopped.
 
@@ -48,70 +51,88 @@ def check_cranes(
         window_ns: The checked span of the site's clock.
         is_whole: Whether these are all motions: the cranes are then still before and after them. In an extract, only
             times at which both poses are known are checked.
+        workers: Share the work.
     """
     ways = [
         way_of_crane(site, number, [motion for motion in motions if motion.crane == number])
         for number in sorted({motion.crane for motion in motions})
     ]
     for one, other in combinations(ways, 2):
-        _Pair(check, site, one, other, window_ns, is_whole).run()
-    check.about = None
+        pair = _Pair(site, one, other, window_ns, is_whole)
+        if pair.begin_ns >= pair.end_ns:
+            continue
+        check.add(pair.undisturbed())
+        with workers.knowing(pair):
+            found = workers.run(_Pair.stopped, [(pair, part) for part in in_chunks(pair.moments(), workers.count)])
+        for part in found:
+            check.add(part)
 
 
 class _Pair:
     """Two cranes."""
 
-    def __init__(
-        self, check: Check, site: Site, one: CraneWay, other: CraneWay, window_ns: tuple[int, int], is_whole: bool
-    ) -> None:
-        self.checked, self.site, self.one, self.other = check, site, one, other
+    def __init__(self, site: Site, one: CraneWay, other: CraneWay, window_ns: tuple[int, int], is_whole: bool) -> None:
+        self.site, self.one, self.other = site, one, other
         begin_ns = min(int(way.time_ns[0]) for way in (one, other))
         end_ns = max(int(way.time_ns[-1]) for way in (one, other))
+        self.window_ns, self.is_whole = window_ns, is_whole
         self.begin_ns, self.end_ns = max(begin_ns, window_ns[0]), min(end_ns, window_ns[1])
         self.shapes = _shape(one.crane), _shape(other.crane)
         self.separation_m = site.rules.crane_separation_m
-        self.is_whole = is_whole
+        self.stops: list[Stops] = []
 
-    def run(self) -> None:
-        if self.begin_ns >= self.end_ns:
-            return
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how another process makes it anew."""
+        return _Pair, (self.site, self.one, self.other, self.window_ns, self.is_whole)
+
+    def undisturbed(self) -> Check:
+        """Return what the check finds while no crane is stopped."""
+        check = Check("cranes")
         time_ns = self._known(np.arange(self.begin_ns, self.end_ns + LOOK_NS, LOOK_NS, dtype=np.int64))
         rows = [way.rows_at(time_ns, way.axes_at(time_ns)) for way in (self.one, self.other)]
-        self._look(rows[0], rows[1], time_ns, "")
+        self._look(check, rows[0], rows[1], time_ns, "")
+        return check
+
+    def moments(self) -> list[NDArray[np.int64]]:
+        """Return the moments at which the cranes are stopped, those whose stops are kept in memory together."""
         moments = self._known(np.arange(self.begin_ns, self.end_ns, STOP_EVERY_NS, dtype=np.int64))
         moments = moments[self.one.moving_at(moments) | self.other.moving_at(moments)]
-        stops = [Stops(way) for way in (self.one, self.other)]
+        return [moments[low : low + _AT_ONCE] for low in range(0, len(moments), _AT_ONCE)]
+
+    def stopped(self, parts: Sequence[NDArray[np.int64]]) -> Check:
+        """Return what the check finds if the cranes are stopped at moments."""
+        check = Check("cranes")
+        self.stops = self.stops or [Stops(way) for way in (self.one, self.other)]
         late = " told to stop, one a reaction time after the other,"
-        cases = (((0, 0), " told to stop"), ((0, REACTION_NS), late), ((REACTION_NS, 0), late))
-        for low in range(0, len(moments), _AT_ONCE):
-            part = moments[low : low + _AT_ONCE]
-            for delays, said in cases:
-                pairs = [s.rows(part, delay) for s, delay in zip(stops, delays, strict=True)]
+        for part in parts:
+            for delays, said in (((0, 0), " told to stop"), ((0, REACTION_NS), late), ((REACTION_NS, 0), late)):
+                pairs = [s.rows(part, delay) for s, delay in zip(self.stops, delays, strict=True)]
                 count = max(pair.shape[1] for pair in pairs)
                 flat = [_held(pair, count).reshape(-1, POSE_COLUMNS) for pair in pairs]
-                self._look(flat[0], flat[1], np.repeat(part, count), said)
-            for one in stops:
+                self._look(check, flat[0], flat[1], np.repeat(part, count), said)
+            for one in self.stops:
                 one.forget()
+        return check
 
     def _known(self, time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the times at which both poses are known."""
         return time_ns[self.one.is_known(time_ns, self.is_whole) & self.other.is_known(time_ns, self.is_whole)]
 
     def _look(
-        self, one: NDArray[np.float64], other: NDArray[np.float64], time_ns: NDArray[np.int64], said: str
+        self, check: Check, one: NDArray[np.float64], other: NDArray[np.float64], time_ns: NDArray[np.int64], said: str
     ) -> None:
         least_m = least_distances(self.shapes[0], one, self.shapes[1], other, self.separation_m)
         if not len(least_m):
             return
         worst = int(np.argmin(least_m))
         at_ns, nearest_m = int(time_ns[worst]), max(float(least_m[worst]), 0.0)
-        first = self.one.motion_at(at_ns), self.other.motion_at(at_ns)
-        later = max(first, key=lambda motion: motion.order)
-        self.checked.about = self.site.components[later.component].id
+        first = self.one.drive_at(at_ns), self.other.drive_at(at_ns)
+        later = max(first, key=lambda drive: drive.order)
+        check.about = self.site.components[later.component].id
         if np.isfinite(nearest_m):
-            self.checked.measure(self.separation_m / max(nearest_m, _TOLERANCE_M))
-        orders = " and ".join(str(motion.number) for motion in first)
-        self.checked.look(
+            check.measure(self.separation_m / max(nearest_m, _TOLERANCE_M))
+        orders = " and ".join(str(drive.order + 1) for drive in first)
+        check.look(
             nearest_m >= self.separation_m - _TOLERANCE_M,
             f"{self.one.crane.name} and {self.other.crane.name}{said} at {at_ns / 1e9:.2f} s (lifts {orders}) come "
             f"within {nearest_m:.2f} m of each other, {self.separation_m:g} m are needed",

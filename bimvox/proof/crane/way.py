@@ -43,13 +43,22 @@ class Hung(NamedTuple):
     below_hook_m: float
 
 
+class Drive(NamedTuple):
+    """When a lift is carried out, on the site's clock, its order, and its component."""
+
+    start_ns: int
+    end_ns: int
+    order: int
+    component: int
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class CraneWay:
     """One crane over the whole time.
 
     Attributes:
         crane: The crane.
-        motions: Its motions, in order of time.
+        drives: Its lifts, in order of time.
         time_ns: (N,) times at which its axes are known.
         axes: (N, 3) slew (rad), radius (m), height (m).
         hung: What hangs on the hook, by ascending time.
@@ -58,7 +67,7 @@ class CraneWay:
     """
 
     crane: TowerCrane
-    motions: tuple[LiftMotion, ...]
+    drives: tuple[Drive, ...]
     time_ns: NDArray[np.int64]
     axes: NDArray[np.float64]
     hung: tuple[Hung, ...]
@@ -76,8 +85,8 @@ class CraneWay:
         """Return (M,) whether its pose is known: during its motions; if these are all, also outside them."""
         first, last = int(self.time_ns[0]), int(self.time_ns[-1])
         known = ((time_ns < first) | (time_ns > last)) & is_whole
-        for motion in self.motions:
-            known |= (time_ns >= motion.start_ns) & (time_ns <= motion.end_ns)
+        for drive in self.drives:
+            known |= (time_ns >= drive.start_ns) & (time_ns <= drive.end_ns)
         return np.asarray(known, np.bool_)
 
     def axes_at(self, time_ns: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -93,9 +102,9 @@ class CraneWay:
         rows[:, 8] = np.interp(time_ns, self.swing[0], self.swing[1]) if self.swing.size else 0.0
         return rows
 
-    def motion_at(self, time_ns: int) -> LiftMotion:
-        """Return the motion at a time, otherwise the last one before it."""
-        return next((m for m in reversed(self.motions) if m.start_ns <= time_ns), self.motions[0])
+    def drive_at(self, time_ns: int) -> Drive:
+        """Return the lift at a time, otherwise the last one before it."""
+        return next((one for one in reversed(self.drives) if one.start_ns <= time_ns), self.drives[0])
 
 
 def way_of_crane(site: Site, number: int, motions: Sequence[LiftMotion]) -> CraneWay:
@@ -115,7 +124,7 @@ def way_of_crane(site: Site, number: int, motions: Sequence[LiftMotion]) -> Cran
     swing = [piece for motion in motions for piece in _swing_of(site, crane, motion)]
     return CraneWay(
         crane,
-        tuple(motions),
+        tuple(Drive(one.start_ns, one.end_ns, one.order, one.component) for one in motions),
         time_ns[once],
         axes[once],
         _hung_by(site, crane, motions),

@@ -1,4 +1,4 @@
-"""The remaining lifts of several cranes, for a plan that is being carried out.
+"""The legs of the empty hooks of several cranes to their next parts, for a plan that is being carried out.
 
 A crane whose last part is set moves to its next one as in a plan. If its hook is elsewhere, stopped between two parts
 or waiting, it continues from there: *early*, while no more parts are set than now; or *late*, when all parts that come
@@ -7,17 +7,17 @@ before the next lift in the sequence may be in place or still in the yard.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.kinematics import nearest_turn
 from bimvox.crane.tower_crane import CranePose
-from bimvox.cranes.lift import REST_NS, CraneLift, HookError, Leg, Parking
-from bimvox.cranes.lifts import CraneLiftMaker, LastLift, lifts_by
+from bimvox.cranes.legs import LegMaker, legs_of
+from bimvox.cranes.lift import REST_NS, HookError, Leg, Legs, Parking
 from bimvox.cranes.parking import KEPT_PARKINGS
-from bimvox.cranes.track import carrying_track
 from bimvox.errors import PlanningError
 from bimvox.motion.load_frame import HookEnd, cells_of_axes
 from bimvox.motion.time_lift import hook_on_at
@@ -25,7 +25,7 @@ from bimvox.motion.timeline import in_sequence
 from bimvox.motion.timing import sampled
 from bimvox.motion.trajectories import delayed, one_after_another
 from bimvox.planning.occupancy import target_cells
-from bimvox.records.lift import Lift, LiftPlan
+from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace
@@ -48,45 +48,20 @@ class CraneStart:
     axes: NDArray[np.float64] | None
 
 
-def crane_lifts_from(
-    plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]], starts: Mapping[int, CraneStart]
-) -> tuple[CraneLift, ...]:
-    """Return the cranes' lifts, for every planned lift, in order; for lifts that have begun only their tracks.
+def legs_from_there(
+    maker: LegMaker, space: CollisionSpace, axes: NDArray[np.float64], last: tuple[Lift, CollisionSpace] | None
+) -> Legs:
+    """Return the legs to a crane's next part from any pose of its hook.
 
     Args:
-        plan: The plan, of a site with several cranes.
-        clearances: As for ``time_plan``; for lifts that are hooked on, the rule of their current stage.
-        starts: Where every crane continues from, by its number.
+        maker: Makes the legs to that part.
+        space: The collision rule of the stage of its lift.
+        axes: (3,) the pose: slew (rad), radius (m), height (m).
+        last: The last lift of all cranes that is hooked on, and the rule of its stage; None if there is none.
 
     Raises:
-        HookError: If a hook has no free path from where it is to its next part.
-        MotionError: If a path is not free or cannot be driven, or the empty hook has no free path to a part.
+        HookError: If the hook has no free path to the part.
     """
-    last: list[tuple[Lift, CollisionSpace]] = []
-    resumed: set[int] = set()
-
-    def make(maker: CraneLiftMaker, space: CollisionSpace, before: LastLift | None) -> CraneLift:
-        crane = starts.get(maker.number)
-        motion = None if crane is None else crane.motions.get(maker.lift.order)
-        if motion is not None:
-            last[:] = [(maker.lift, space)]
-            track = carrying_track(maker.site, maker.crane, maker.lift, motion)
-            return CraneLift(maker.lift, maker.number, motion, None, None, (), track)
-        first = maker.number not in resumed
-        resumed.add(maker.number)
-        if crane is None or crane.axes is None or not first:
-            return maker.made(space, before)
-        return _from_there(maker, space, crane.axes, last)
-
-    made = lifts_by(plan, clearances, make)
-    elsewhere = {number for number, crane in starts.items() if crane.axes is not None and number not in resumed}
-    return tuple(replace(one, leaves=()) if one.crane in elsewhere else one for one in made)
-
-
-def _from_there(
-    maker: CraneLiftMaker, space: CollisionSpace, axes: NDArray[np.float64], last: list[tuple[Lift, CollisionSpace]]
-) -> CraneLift:
-    """Return the crane's next lift with its hook at any pose; ``last`` is the last lift that is hooked on, if any."""
     site, place, component = maker.site, maker.place, maker.component
     pose = CranePose(*(float(n) for n in axes))
     pick_vox = hook_on_at(component, place, space)
@@ -94,8 +69,8 @@ def _from_there(
     now = maker.hook_rule(space, above=maker.lying())
     there = bool(np.abs(at_vox - pick_vox).max() <= _THERE_VOX)
     early = None
-    if last:
-        since, rule = last[-1]
+    if last is not None:
+        since, rule = last
         above = [
             target_cells(site.components[since.component]),
             *maker.arrived_since(since, [maker.lift]),
@@ -113,7 +88,7 @@ def _from_there(
     for parked_vox in maker.parking_cells(now, near):
         back = maker.leg(now, parked_vox, pick_vox, pose.slew_rad)
         aside = _leg(maker, now, pose, parked_vox)
-        if aside is None and last:
+        if aside is None and last is not None:
             aside = _early(maker, then, pose, parked_vox, since.order)
         if back is not None and aside is not None:
             parkings.append(Parking(aside, back))
@@ -121,10 +96,11 @@ def _from_there(
             break
     if not there and early is None and late is None and not parkings:
         raise HookError(component.id, "the empty hook has no free path to it from where it is")
-    return maker.with_legs(space, early, late, parkings, pose.slew_rad, stays=there)
+    legs = legs_of(early, late, parkings, pose.slew_rad)
+    return replace(legs, hooked_rad=nearest_turn(legs.hooked_rad, pose.slew_rad)) if there else legs
 
 
-def _early(maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox: HookEnd, since: int) -> Leg | None:
+def _early(maker: LegMaker, rule: CollisionSpace, pose: CranePose, end_vox: HookEnd, since: int) -> Leg | None:
     """Return a leg that passes the places of later lifts before their parts are set; None if there is none."""
     leg = _leg(maker, rule, pose, end_vox)
     if leg is None:
@@ -132,9 +108,7 @@ def _early(maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox
     return replace(leg, before=frozenset(n for n in maker.crossed(leg.trajectory) if n > since))
 
 
-def _leg(
-    maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox: HookEnd, *, last: bool = False
-) -> Leg | None:
+def _leg(maker: LegMaker, rule: CollisionSpace, pose: CranePose, end_vox: HookEnd, *, last: bool = False) -> Leg | None:
     """Return a leg of the empty hook from rest at any pose to a cell; None if there is none."""
     empty = maker.empty
     hook = empty.load

@@ -1,0 +1,308 @@
+"""The legs of the empty hooks of several cranes, before their lifts are scheduled.
+
+Between two lifts of one crane, others set parts. So the empty hook has several legs to its next part, each clear of
+the parts in place at that time:
+
+* *early*, right after the crane's previous lift: no later part is in place yet. If the leg crosses the place of a part
+  of another crane, that part is set only after the hook has passed;
+* *late*: all parts that come before the next lift in the sequence may be in place;
+* *aside*: early to a parking place, where it does not obstruct the lifts in between, and late from there to the part.
+
+On all of them the hook stays above every part that may still be in the yard.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import minimum_filter
+
+from bimvox.crane.conflict import SPAN_NS, CraneTrack, first_conflict
+from bimvox.crane.outline import CraneOutline, outline_of
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.cranes.lift import REST_NS, Carried, HookError, Leg, Legs, Parking
+from bimvox.cranes.parking import KEPT_PARKINGS, drawn_up, parking_cells
+from bimvox.cranes.track import approach_track
+from bimvox.errors import PlanningError
+from bimvox.grid.frame import NO_CELLS
+from bimvox.motion.empty_hook import empty_hook_clearance
+from bimvox.motion.load_frame import HookEnd, axes_of_cells, cells_of_axes, in_cell
+from bimvox.motion.rigged_crane import rigged_crane
+from bimvox.motion.time_lift import empty_hook_move, hook_on_at, left_at, left_cells
+from bimvox.motion.trajectories import delayed, one_after_another
+from bimvox.planning.occupancy import stored_cells, target_cells
+from bimvox.records.lift import Lift, LiftPlan, YardPlace
+from bimvox.records.trajectory import Trajectory
+from bimvox.site.collision import CollisionSpace, placement_is_free
+from bimvox.site.site import Site
+
+_TRIED = 6
+_APART_RAD = np.radians(25.0)
+_LONG_S = 90.0
+_NEAR_M = 1.0
+"""Parts that are set closer than this to an early leg, at its height, are set only after the hook has passed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LastLift:
+    """A crane's last lift, and the collision rule of its stage.
+
+    Attributes:
+        lift: The lift.
+        space: The rule.
+        slew_rad: Slewing angle at its end, including full turns.
+    """
+
+    lift: Lift
+    space: CollisionSpace
+    slew_rad: float
+
+
+class LegMaker:
+    """Makes the legs of the empty hook to one lift.
+
+    Args:
+        plan: The plan.
+        number: Index of the crane.
+        lift: The lift.
+        place: Where its part is in the yard.
+        meanwhile: The lifts of other cranes since the crane's last one.
+        near: More lifts of other cranes that it must not obstruct.
+    """
+
+    def __init__(
+        self,
+        plan: LiftPlan,
+        number: int,
+        lift: Lift,
+        place: YardPlace,
+        meanwhile: Sequence[Carried],
+        near: Sequence[Carried],
+    ) -> None:
+        self.plan, self.number, self.lift, self.place = plan, number, lift, place
+        self.watched = [*meanwhile, *(one for one in near if one not in meanwhile)]
+        self.between = [one.lift for one in meanwhile]
+        self.site, self.crane = plan.site, plan.site.cranes[number]
+        self.component = self.site.components[lift.component]
+        self.empty = rigged_crane(self.site, self.crane, None)
+
+    def made(self, space: CollisionSpace, before: LastLift | None) -> Legs:
+        """Return the legs, given the rule of the lift's stage and the crane's previous lift.
+
+        Raises:
+            HookError: If there are none although the crane has a previous lift.
+        """
+        pick_vox = hook_on_at(self.component, self.place, space)
+        lying = self.lying()
+        now = self.hook_rule(space, above=lying)
+        early = late = None
+        parkings: list[Parking] = []
+        near: list[HookEnd] = [pick_vox]
+        slew_rad = 0.0
+        if before is not None:
+            slew_rad = before.slew_rad
+            exit_vox, exit_at = left_cells(self.site, before.lift), left_at(self.site, before.lift)
+            near.append(exit_at)
+            above = [
+                target_cells(self.site.components[before.lift.component]),
+                *self.arrived_since(before.lift, [self.lift]),
+                *self.other_means_since(before.lift, self.lift),
+            ]
+            then = self.hook_rule(before.space, exit_vox, above)
+            early = self._early(then, exit_at, pick_vox, slew_rad)
+            late = early
+            if self.between or early is None:
+                late = self._late(space, before.lift, pick_vox, slew_rad, lying)
+        for parked_vox in self.parking_cells(now, near):
+            back = self.leg(now, parked_vox, pick_vox, slew_rad)
+            if back is None:
+                back = self.leg(self.hook_rule(space), parked_vox, pick_vox, slew_rad, last=True)
+            aside = self._early(then, exit_at, parked_vox, slew_rad) if before is not None else None
+            if back is not None and (before is None or aside is not None):
+                parkings.append(Parking(aside, back))
+            if len(parkings) == KEPT_PARKINGS:
+                break
+        if before is not None and early is None and late is None and not parkings:
+            raise HookError(self.component.id, "the empty hook has no free path to it from its crane's previous lift")
+        free = placement_is_free(now, *in_cell(pick_vox))
+        return legs_of(early, late, parkings, slew_rad, starts_there=free)
+
+    def hook_rule(
+        self, space: CollisionSpace, left_vox: NDArray[np.int32] = NO_CELLS, above: Sequence[NDArray[np.int32]] = ()
+    ) -> CollisionSpace:
+        """Return the collision rule of the empty hook before it is over the part; see ``empty_hook_clearance``."""
+        return empty_hook_clearance(self.site, self.crane, space, self.place, left_vox, above)
+
+    def parking_cells(self, rule: CollisionSpace, near: Sequence[HookEnd]) -> list[NDArray[np.int32]]:
+        """Return cells to wait at, sorted by how many of the other cranes' lifts they obstruct, then by slewing angle.
+
+        Args:
+            rule: The collision rule of the empty hook.
+            near: Where the hook comes from and where it goes.
+        """
+        if not self.watched:
+            return []
+        site, outline, hook = self.site, outline_of(self.crane), self.empty.load
+        wanted = [float(axes_of_cells(hook, cell)[0]) for cell in near]
+        judged: list[tuple[int, float, int, NDArray[np.int32]]] = []
+        above = [drawn_up(site, rule, cell) for cell in near]
+        for n, cell in enumerate([*above, *parking_cells(site, self.number, rule)]):
+            axes = axes_of_cells(hook, cell)
+            still = standing_track(self.site, self.crane, axes)
+            met = sum(self._meets(outline, still, one) for one in self.watched)
+            judged.append((met, round(sum(_turn(axes[0] - angle) for angle in wanted), 6), n, cell))
+        chosen: list[tuple[float, NDArray[np.int32]]] = []
+        for *_, cell in sorted(judged, key=lambda entry: entry[:3]):
+            angle = float(axes_of_cells(hook, cell)[0])
+            if all(_turn(angle - other) >= _APART_RAD for other, _ in chosen):
+                chosen.append((angle, cell))
+        return [cell for _, cell in chosen[:_TRIED]]
+
+    def _meets(self, outline: CraneOutline, still: CraneTrack, one: Carried) -> bool:
+        other = outline_of(self.site.cranes[one.crane])
+        separation_m = self.site.rules.crane_separation_m
+        return first_conflict((outline, other), still, one.track, separation_m) is not None
+
+    def lying(self) -> list[NDArray[np.int32]]:
+        """Return cells of earlier parts of the sequence that may still be in the yard."""
+        places = [one.place for one in self.between if one.place is not None]
+        # A part that cannot be lifted stays there as long as the rest of its delivery.
+        older = {place.delivery for place in places if place.delivery < self.place.delivery}
+        kept = [one.place for one in self.plan.lifts if not one.is_set and one.place is not None]
+        return [stored_cells(place) for place in [*places, *(one for one in kept if one.delivery in older)]]
+
+    def left(self, last: LastLift) -> tuple[Leg, ...]:
+        """Return the crane's legs to a parking place after its last lift."""
+        exit_vox, exit_at = left_cells(self.site, last.lift), left_at(self.site, last.lift)
+        above = [
+            target_cells(self.component),
+            *self.arrived_since(last.lift, self.between[-1:]),
+            *self.other_means_since(last.lift, None),
+        ]
+        rule = self.hook_rule(last.space, exit_vox, above)
+        legs = (
+            self._early(rule, exit_at, parked_vox, last.slew_rad)
+            for parked_vox in self.parking_cells(rule, [exit_at])[:KEPT_PARKINGS]
+        )
+        return tuple(leg for leg in legs if leg is not None)
+
+    def arrived_since(self, before: Lift, until: Sequence[Lift]) -> list[NDArray[np.int32]]:
+        """Return cells of parts that may be delivered during the early leg; its collision rule lacks them."""
+        assert before.place is not None
+        last = max((one.place.delivery for one in until if one.place is not None), default=0)
+        late = range(before.place.delivery + 1, last + 1)
+        return [stored_cells(one.in_yard) for one in self.plan.lifts if one.in_yard and one.in_yard.delivery in late]
+
+    def other_means_since(self, before: Lift, until: Lift | None) -> list[NDArray[np.int32]]:
+        """Return cells of parts that come by other means after a lift, before another; nobody knows when they come."""
+        last = len(self.plan.lifts) if until is None else until.order
+        coming = (one for one in self.plan.lifts if one.is_set_otherwise and before.order < one.order < last)
+        return [target_cells(self.site.components[one.component]) for one in coming]
+
+    def _early(self, rule: CollisionSpace, start_vox: HookEnd, end_vox: HookEnd, slew_rad: float) -> Leg | None:
+        leg = self.leg(rule, start_vox, end_vox, slew_rad)
+        return None if leg is None else replace(leg, before=frozenset(self.crossed(leg.trajectory)))
+
+    def _late(
+        self,
+        space: CollisionSpace,
+        before: Lift,
+        pick_vox: HookEnd,
+        slew_rad: float,
+        lying: Sequence[NDArray[np.int32]],
+    ) -> Leg | None:
+        """Return the late leg; the exit from the set point is not free if a part was set above it since."""
+        exit_vox, exit_at = left_cells(self.site, before), left_at(self.site, before)
+        tops = self._tops(self.between)
+        kept = exit_vox[exit_vox[:, 2] >= tops[exit_vox[:, 0], exit_vox[:, 1]]]
+        if not len(kept) or (kept[-1] != exit_vox[-1]).any():
+            return None
+        leg = self.leg(self.hook_rule(space, kept, lying), exit_at, pick_vox, slew_rad)
+        if leg is None and lying:
+            leg = self.leg(self.hook_rule(space, kept), exit_at, pick_vox, slew_rad, last=True)
+        return leg
+
+    def leg(
+        self,
+        rule: CollisionSpace,
+        start_vox: HookEnd,
+        end_vox: HookEnd,
+        slew_rad: float,
+        *,
+        last: bool = False,
+    ) -> Leg | None:
+        """Return a leg from cell to cell, straight or at a smaller radius; None if there is none, or none is needed."""
+        if (start_vox == end_vox).all():
+            return None
+        straight = self._through(rule, [start_vox, end_vox], slew_rad)
+        if straight is not None and straight.duration_s <= _LONG_S:
+            return Leg(straight, last=last)
+        # If slewing at the hook's radius leaves the site or meets something, the hook trolleys in before it slews.
+        inner = [self._drawn_in(rule, cell) for cell in (start_vox, end_vox)]
+        stops: list[HookEnd] = [start_vox, *(cell for cell in inner if cell is not None), end_vox]
+        stops = [cell for n, cell in enumerate(stops) if n == 0 or (cell != stops[n - 1]).any()]
+        detour = self._through(rule, stops, slew_rad) if len(stops) > 2 else None
+        found = [trajectory for trajectory in (straight, detour) if trajectory is not None]
+        return Leg(min(found, key=lambda trajectory: trajectory.duration_s), last=last) if found else None
+
+    def _drawn_in(self, rule: CollisionSpace, cell: HookEnd) -> NDArray[np.int32] | None:
+        """Return the parking cell closest to the mast in about the direction of a cell."""
+        hook = self.empty.load
+        wanted_rad = float(axes_of_cells(hook, cell)[0])
+        cells = parking_cells(self.site, self.number, rule)[::2]
+        return min(cells, key=lambda place: _turn(float(axes_of_cells(hook, place)[0]) - wanted_rad), default=None)
+
+    def _through(self, rule: CollisionSpace, stops: Sequence[HookEnd], slew_rad: float) -> Trajectory | None:
+        """Return the trajectory from stop to stop, at rest at each; None if it is not free."""
+        parts: list[Trajectory] = []
+        for start_vox, end_vox in pairwise(stops):
+            try:
+                part = empty_hook_move(self.empty, rule, start_vox, end_vox, slew_rad)
+            except PlanningError:
+                return None
+            parts.append(delayed(part, int(parts[-1].time_ns[-1]) + REST_NS) if parts else part)
+            slew_rad = float(part.slew_rad[-1])
+        return one_after_another(parts)
+
+    def crossed(self, trajectory: Trajectory) -> list[int]:
+        """Return orders of the lifts in between whose part, once set, reaches the height of the hook next to it."""
+        cells = np.floor(cells_of_axes(self.empty.load, trajectory.axes)).astype(np.int64)
+        x, y = (np.clip(cells[:, i], 0, self.site.shape[i] - 1) for i in (0, 1))
+        lowest = np.full(self.site.shape[:2], 2**30, np.int64)
+        np.minimum.at(lowest, (x, y), cells[:, 2])
+        near = 1 + int(np.ceil(_NEAR_M / self.site.frame.voxel_size_m))
+        lowest = minimum_filter(lowest, size=2 * near + 1, mode="nearest") - near
+        return [one.order for one in self.between if (self._tops([one]) > lowest).any()]
+
+    def _tops(self, lifts: Sequence[Lift]) -> NDArray[np.int64]:
+        """Return (X, Y) one above the highest cell of the parts of lifts at their places; 0 if there is none."""
+        tops = np.zeros(self.site.shape[:2], np.int64)
+        for one in lifts:
+            cells = target_cells(self.site.components[one.component])
+            np.maximum.at(tops, (cells[:, 0], cells[:, 1]), cells[:, 2] + 1)
+        return tops
+
+
+def legs_of(
+    early: Leg | None, late: Leg | None, parkings: Sequence[Parking], slew_rad: float, *, starts_there: bool = True
+) -> Legs:
+    """Return legs that begin at a slewing angle; if there are none, the hook is over the part at that angle."""
+    legs = (early, late, *(parking.back for parking in parkings))
+    ends_rad = next((float(leg.trajectory.slew_rad[-1]) for leg in legs if leg is not None), slew_rad)
+    return Legs(early, late, tuple(parkings), ends_rad, starts_there)
+
+
+def standing_track(site: Site, crane: TowerCrane, axes: NDArray[np.float64]) -> CraneTrack:
+    """Return the track of a crane at rest with an empty hook at a pose ((3,) slew, radius, height)."""
+    slew, radius, height = (np.repeat(axis, 2) for axis in axes)
+    still = Trajectory(np.array([0, SPAN_NS]), slew, radius, height, np.zeros(0, np.int64), 0.0)
+    return approach_track(site, crane, still, 0)
+
+
+def _turn(angle_rad: float) -> float:
+    """Return the absolute angle of the shorter turn."""
+    return abs(float(np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi))
