@@ -12,7 +12,7 @@ from bimvox.rendering.report.drawings import legend_names
 from bimvox.rendering.report.labels import shortened, width_px
 from bimvox.rendering.report.plan_view import heavy_words, plan_parts, shows_all, title_of
 from bimvox.rendering.report.svg import element, picture, text
-from bimvox.rendering.report.words import fixed, tonnes
+from bimvox.rendering.report.words import fixed, length, tonnes
 from bimvox.rendering.words import counted
 
 _LEFT_PX = 24.0
@@ -106,7 +106,7 @@ def _facts(drawing: dict[str, Any]) -> list[str]:
     for crane in drawing["cranes"]:
         x, y, _ = crane["base_m"]
         reach_m = crane["rings"][-1][0]
-        found.append(f"{crane['name']} at ({fixed(x, 2)}, {fixed(y, 2)}), radius {reach_m:g} m")
+        found.append(f"{crane['name']} at ({fixed(x, 2)}, {fixed(y, 2)}), radius {length(reach_m)}")
     parts = f"{counted(drawing['lifted'], 'part')} to lift"
     found.append(parts + (f", the heaviest {tonnes(drawing['heavy'][0]['mass_kg'])} t" if drawing["heavy"] else ""))
     found += ["parts by their convex hulls", "site coordinates in metres"]

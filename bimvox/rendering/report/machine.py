@@ -10,7 +10,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.rendering.plain import escape
 from bimvox.rendering.report.chart import load_chart
 from bimvox.rendering.report.html import number, paragraph, section, tag, terms
-from bimvox.rendering.report.words import SWING, fixed, named, percent, tonnes
+from bimvox.rendering.report.words import SWING, fixed, length, named, percent, tonnes
 
 
 def machine(record: dict[str, Any], cranes: Sequence[TowerCrane]) -> str:
@@ -158,7 +158,7 @@ def _working_range(given: dict[str, Any]) -> str:
     if given["slew_rad"] is not None:
         words.append("slewing {:.1f}° to {:.1f}°".format(*(math.degrees(angle) for angle in given["slew_rad"])))
     if given["radius_m"] is not None:
-        words.append("radius {:g} to {:g} m".format(*given["radius_m"]))
+        words.append("radius {:g} to {}".format(round(given["radius_m"][0], 2), length(given["radius_m"][1])))
     if given["highest_hook_m"] is not None:
         words.append(f"hook up to {given['highest_hook_m']:g} m")
     return ", ".join(words)

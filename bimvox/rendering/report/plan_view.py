@@ -22,7 +22,7 @@ from bimvox.rendering.report.sheet import (
     tip,
 )
 from bimvox.rendering.report.svg import element
-from bimvox.rendering.report.words import fixed, tonnes
+from bimvox.rendering.report.words import fixed, length, tonnes
 from bimvox.rendering.words import counted
 
 FIRST = 1
@@ -140,7 +140,7 @@ def _crane_on_plan(sheet: Sheet, crane: dict[str, Any], towards_rad: float) -> l
     (x, y, _), half = crane["base_m"], crane["mast_m"] / 2.0
     parts = [circle(sheet, crane["base_m"], crane["tail_m"], "tail", tip("sweep of the counter-jib"))]
     for radius_m, mass_kg in crane["rings"]:
-        parts.append(circle(sheet, crane["base_m"], radius_m, "ring", tip(f"{radius_m:g} m: {tonnes(mass_kg)} t")))
+        parts.append(circle(sheet, crane["base_m"], radius_m, "ring", tip(f"{length(radius_m)}: {tonnes(mass_kg)} t")))
     ends = [(x - crane["tail_m"] * cos(towards_rad), y - crane["tail_m"] * sin(towards_rad))]
     ends.append((x + crane["jib_m"][0] * cos(towards_rad), y + crane["jib_m"][0] * sin(towards_rad)))
     parts.append(line(sheet.at(ends[0]), sheet.at(ends[1]), "jib"))
@@ -165,7 +165,7 @@ def _ring_labels(
     sheet: Sheet, crane: dict[str, Any], towards_rad: float, radius_m: float, mass_kg: float
 ) -> list[Label]:
     """Return places for the capacity at a radius: next to the jib, then along the ring."""
-    words = f"{radius_m:g} m: {fixed(mass_kg / 1000.0, 2)} t"
+    words = f"{length(radius_m)}: {fixed(mass_kg / 1000.0, 2)} t"
     found = []
     for turn in (0, *(side * n for n in range(1, 13) for side in (1, -1))):
         angle = towards_rad + turn * pi / 12.0

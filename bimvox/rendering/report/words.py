@@ -67,6 +67,11 @@ def fixed(value: float, digits: int) -> str:
     return f"{value:,.{digits}f}"
 
 
+def length(value_m: float) -> str:
+    """Return a length to the centimetre, without trailing zeros: ``42 m``, ``31.43 m``."""
+    return f"{round(value_m, 2):g} m"
+
+
 def percent(share: float, digits: int) -> str:
     """Return a share in percent: ``43.2 %``."""
     return f"{fixed(share * 100, digits)} %"

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from bimvox.rendering.report.words import tonnes
+from bimvox.rendering.report.words import length, tonnes
 
 
 @pytest.mark.parametrize(
@@ -20,3 +20,10 @@ from bimvox.rendering.report.words import tonnes
 )
 def test_masses_have_sensible_digits(kg, words):
     assert tonnes(kg) == words
+
+
+@pytest.mark.parametrize(
+    ("metres", "words"), [(42.0, "42 m"), (31.427_1, "31.43 m"), (5.051_33, "5.05 m"), (7.5, "7.5 m")]
+)
+def test_lengths_are_shown_to_the_centimetre(metres, words):
+    assert length(metres) == words
