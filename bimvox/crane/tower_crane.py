@@ -125,6 +125,11 @@ class TowerCrane:
         return self.jib_height_m if limit is None else min(limit, self.jib_height_m)
 
     @property
+    def jib_own_m(self) -> float:
+        """Length of the jib itself; of a luffing one from its pivot."""
+        return self.jib_length_m if self.luffing is None else self.luffing.length_m
+
+    @property
     def tackle_kg(self) -> float:
         """Mass of hook block and rigging, which hang on the rope in addition to the load."""
         return self.hook_block_kg + self.rigging_mass_kg

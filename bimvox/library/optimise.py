@@ -15,9 +15,8 @@ from bimvox.library.plan import plan
 from bimvox.library.plan_value import Plan
 from bimvox.library.set_up_search.choose import search_set_ups
 from bimvox.library.set_up_search.front import proven_front, why_beaten
-from bimvox.library.set_up_search.pairs import NAMES
+from bimvox.library.set_up_search.pairs import names_of_two
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.refine import refined
 from bimvox.library.set_up_search.search import Effort, Search, Tried
 from bimvox.library.site import LoadedSite, ReadSite, built_site, read_site
 from bimvox.motion.figures import plan_figures
@@ -129,19 +128,14 @@ def optimise(
         return [_tried(_loaded(read, with_set_up(placed, one), told), one, found.search, jobs, told) for one in ones]
 
     planned = planned_of(found.chosen)
-    fastest = next((one for one in proven_front([each[1] for each in planned], budget) if not one["second"]), None)
-    if fastest is not None:
-        best = found.chosen[[each[1] for each in planned].index(fastest)]
-        planned += planned_of(refined(found.search, best, effort))
+    planned += planned_of(found.around_fastest([document for _, document in planned], effort))
     documents = [document for _, document in planned]
     front = proven_front(documents, budget)
     losers = [
         replace(one, why_lost=why_beaten(document, front, budget)) for one, document in planned if document not in front
     ]
     ordered = tuple(planned[documents.index(one)][0] for one in front)
-    return SetUps(
-        given, ordered, tuple(losers), sum(len(one.bases_m) for one in found.lattice if not one.is_least_used)
-    )
+    return SetUps(given, ordered, tuple(losers), found.tried)
 
 
 def with_set_up(placed: PlacedSite, one: Tried) -> SiteConfig:
@@ -157,13 +151,11 @@ def with_set_up(placed: PlacedSite, one: Tried) -> SiteConfig:
         update: dict[str, Any] = {"crane": table.model_copy(update={"name": own.name})}
     else:
         assert one.second.crane is not None
-        first = own.name or NAMES[0]
-        names = (first, next(name for name in NAMES if name != first))
         both = (one.crane, one.second.crane)
         update = {
             "crane": tuple(
                 machine_config(replace(crane, base_m=(*crane.base_m[:2], foot_m))).model_copy(update={"name": name})
-                for crane, name in zip(both, names, strict=True)
+                for crane, name in zip(both, names_of_two(own.name), strict=True)
             )
         }
     if one.yard is not None:

@@ -489,9 +489,7 @@ def _departure(free: CollisionSpace, transit: CollisionSpace, start: IntVec) -> 
     return np.array(places or [start], np.int32), False
 
 
-def replay(
-    site: Site, preparation: Preparation, plan: LiftPlan, last: int = -1
-) -> Iterator[tuple[Lift, CollisionSpace]]:
+def replay(site: Site, preparation: Preparation, plan: LiftPlan) -> Iterator[tuple[Lift, CollisionSpace]]:
     """Yield every planned lift of a plan with the collision rule of its stage, its own last moves cleared.
 
     The last moves are those of the plan: nothing is planned again.
@@ -500,12 +498,10 @@ def replay(
         site: The site.
         preparation: What was prepared for it.
         plan: The plan.
-        last: Lifts up to this order have begun: their last moves are not cleared.
     """
     assembly = Assembly(site, preparation)
     for lift in plan.lifts:
         assembly.skip(lift.component)
         if lift.status is Status.PLANNED:
-            begun = lift.order <= last
-            yield lift, assembly.space(lift.component, lift.clearance_m) if begun else assembly.space_of(lift)
+            yield lift, assembly.space_of(lift)
         assembly.finish(lift.component, placed=lift.is_set)

@@ -52,8 +52,7 @@ def _entry_of(crane: TowerCrane, named: Machine | None) -> TowerCrane | None:
     if named is None:
         entries = (entry for machine in catalogue() for entry in (machine.usual, *machine.cranes))
         return next((entry for entry in entries if entry.kind == crane.kind and entry.chart == crane.chart), None)
-    length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
-    entries_of_jib = named.with_jib(length_m) or named.with_jib(max(named.lengths_m))
+    entries_of_jib = named.with_jib(crane.jib_own_m) or named.with_jib(max(named.lengths_m))
     return next((entry for entry in entries_of_jib if entry.falls == crane.falls), entries_of_jib[-1])
 
 

@@ -289,8 +289,7 @@ def fit_here(wanted: Wanted, crane: TowerCrane) -> CraneFit:
 def machine_of_crane(crane: TowerCrane) -> Machine:
     """Return the machine of the catalogue that a crane is; otherwise one of its own with that jib alone."""
     found = machine_called(crane.machine or crane.name)
-    length_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
-    return found or Machine(crane.machine or crane.name, crane.kind, "", (length_m,), (crane,))
+    return found or Machine(crane.machine or crane.name, crane.kind, "", (crane.jib_own_m,), (crane,))
 
 
 def _fit(machine: Machine, usual: TowerCrane | None, wanted: Wanted) -> CraneFit:
@@ -307,7 +306,6 @@ def _fit(machine: Machine, usual: TowerCrane | None, wanted: Wanted) -> CraneFit
     used = (demand.masses_kg + crane.tackle_kg) / np.maximum(capacity_kg(usual.chart, radii_m), 1e-9)
     by_moment = np.argsort(-demand.masses_kg * np.maximum(radii_m, 1.0), kind="stable")
     unserved = [wanted.why_not(n, crane) for n in by_moment[~done[by_moment]].tolist()]
-    length_m = usual.jib_length_m if usual.luffing is None else usual.luffing.length_m
     highest, furthest = (float(values[done].max(initial=0.0)) for values in (used, radii_m))
     heaviest = int(np.argmax(demand.masses_kg))
     yard = ""
@@ -316,7 +314,7 @@ def _fit(machine: Machine, usual: TowerCrane | None, wanted: Wanted) -> CraneFit
         yard = str(demand.why_not(heaviest, crane, beyond_m)).replace(" in the yard;", " in half of the yard;")
     crane_s = float(wanted.estimated(crane, base_m, 0.0)[0][0])
     return CraneFit(
-        *who, length_m, usual, len(radii_m), tuple(unserved), yard, highest, furthest,
+        *who, usual.jib_own_m, usual, len(radii_m), tuple(unserved), yard, highest, furthest,
         hours=crane_s / 3600.0,
         moving_hours=(crane_s - wanted.standing_s) / 3600.0,
         cost=wanted.rates(machine).total(crane_s / 3600.0),

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from bimvox.crane.machine import Machine
 from bimvox.errors import InputError
-from bimvox.library.set_up_search.front import front_of, to_plan
+from bimvox.library.set_up_search.front import front_of, proven_front, to_plan
 from bimvox.library.set_up_search.pairs import may_pair, pairs
 from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.refine import refined
 from bimvox.library.set_up_search.search import Effort, Search, Tried
 from bimvox.library.set_up_search.yards import may_move, other_yards
 from bimvox.progress import Progress
@@ -35,6 +37,27 @@ class Searched:
     front: tuple[Tried, ...]
     chosen: tuple[Tried, ...]
     trials: int
+
+    @property
+    def rigs(self) -> tuple[Tried, ...]:
+        """Every machine with each jib and reeving, once."""
+        return tuple(one for one in self.lattice if not one.is_least_used)
+
+    @property
+    def tried(self) -> int:
+        """Number of set-ups that were estimated."""
+        return sum(len(one.bases_m) for one in self.rigs)
+
+    def around_fastest(self, planned: Sequence[dict[str, Any]], effort: Effort) -> list[Tried]:
+        """Return more to plan around the fastest planned set-up of one crane; see ``refined``.
+
+        Args:
+            planned: Documents of the chosen set-ups, in their order, as for ``proven_front``.
+            effort: How much is tried.
+        """
+        front = proven_front(planned, self.search.config.costs.budget)
+        fastest = next((one for one in front if one["second"] is None), None)
+        return [] if fastest is None else refined(self.search, self.chosen[planned.index(fastest)], effort)
 
 
 def search_set_ups(

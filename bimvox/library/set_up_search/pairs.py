@@ -34,13 +34,18 @@ _MOST_NEAR = 200
 _MOST_PAIRS = 12
 """Pairs that are looked at closely: so many of the fastest, and of the cheapest."""
 _SLACK_M = 0.5
-NAMES = ("A", "B")
-"""Names of two cranes whose site file names none."""
+_NAMES = ("A", "B")
 
 
 def may_pair(config: SiteConfig) -> bool:
     """Return whether a site may have two cranes: no load turns with the jib, and no part names its crane."""
     return config.rules.heading != "with_jib" and all(one.crane is None for one in config.component)
+
+
+def names_of_two(given: str | None) -> tuple[str, str]:
+    """Return the names of two cranes, the first of which has the name of the given one, if that has any."""
+    first = given or _NAMES[0]
+    return first, next(name for name in _NAMES if name != first)
 
 
 def pairs(search: Search, machines: Sequence[Machine]) -> list[Tried]:
@@ -230,7 +235,7 @@ def _apart(
                 continue
             cranes[raised] = rigs[raised].on(bases_m[raised], higher_m)
         try:
-            named = [replace(crane, name=name) for crane, name in zip(cranes, NAMES, strict=True)]
+            named = [replace(crane, name=name) for crane, name in zip(cranes, _NAMES, strict=True)]
             check_cranes(config, named, separation_m)
         except ConfigError:
             continue

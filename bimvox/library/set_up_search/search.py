@@ -301,9 +301,8 @@ class Search:
         served, crane_s = int(found.served.sum()), float(found.crane_s[0])
         why = "" if found.served.all() else "serves fewer parts with this yard"
         cost = self.rates(machine).total(crane_s / 3600.0)
-        jib_m = crane.jib_length_m if crane.luffing is None else crane.luffing.length_m
         return Tried(
-            machine.name, jib_m, crane.falls, machine.load_moment_tm, chosen.crane, served, crane_s, base_m,
+            machine.name, crane.jib_own_m, crane.falls, machine.load_moment_tm, chosen.crane, served, crane_s, base_m,
             np.array([served]), found.crane_s, why, cost, float(highest[0]), self.over(cost), yard=yard,
         )  # fmt: skip
 

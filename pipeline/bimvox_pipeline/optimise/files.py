@@ -11,7 +11,7 @@ from typing import Any
 from bimvox.errors import FileError
 from bimvox.files import write_atomically
 from bimvox.library.set_up_search.front import why_lost
-from bimvox.library.set_up_search.pairs import NAMES
+from bimvox.library.set_up_search.pairs import names_of_two
 from bimvox.library.set_up_search.search import Tried
 from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened
 from bimvox_pipeline.studio.saving import as_text
@@ -37,8 +37,7 @@ def set_up(opened: Opened, one: Tried) -> Setup:
     if one.second is None:
         cranes = [CraneSetup(name=own.name, machine=one.machine, base_m=base_of(one), jib_m=one.jib_m, falls=one.falls)]
     else:
-        first = own.name or NAMES[0]
-        second = next(name for name in NAMES if name != first)
+        first, second = names_of_two(own.name)
         cranes = [_one_of_two(one, first, own.height_m), _one_of_two(one.second, second, own.height_m)]
     more: dict[str, Any] = {}
     if one.yard is not None:

@@ -13,7 +13,6 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.files import default_output, require_input, seen_from, write_together
 from bimvox.library.set_up_search.choose import search_set_ups
 from bimvox.library.set_up_search.front import front_of, proven_front, why_beaten
-from bimvox.library.set_up_search.refine import refined
 from bimvox.library.set_up_search.search import Effort, Search, Tried
 from bimvox.progress import Progress
 from bimvox.rendering.report.drawing_file import drawing_file
@@ -77,13 +76,10 @@ def optimise(
     folder = out or default_output(site, "-set-ups")
     searched = search_set_ups(opened, str(site), machines, effort, folder, progress)
     search, found, front, chosen = searched.search, searched.found, searched.front, searched.chosen
-    rigs = [one for one in searched.lattice if not one.is_least_used]
-    tried = sum(len(one.bases_m) for one in rigs)
     plans = _Plans(opened, search, folder, Plant(backend, jobs, fresh), progress)
     planned = plans.of(chosen)
     budget, currency = opened.config.costs.budget, opened.config.costs.currency
-    alone = [one for one in proven_front(planned, budget) if one["second"] is None]
-    if alone and (more := refined(search, chosen[planned.index(alone[0])], effort)):
+    if more := searched.around_fastest(planned, effort):
         chosen, found = (*chosen, *more), (*found, *more)
         front = tuple(front_of(found))
         planned = plans.of(chosen)
@@ -95,8 +91,8 @@ def optimise(
     rows = table_of(found, front, len(search.work.places_m), currency)
     map_svg = heat_map(_heat(opened, front_of(searched.lattice)[0]))
     document = {
-        "tried": int(tried),
-        "machines": len(rigs),
+        "tried": searched.tried,
+        "machines": len(searched.rigs),
         "trials": searched.trials,
         "parts": len(search.work.places_m),
         "standing_hours": round(plans.standing_h, 4),
