@@ -13,8 +13,9 @@ import pickle
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from itertools import islice
 from multiprocessing.connection import Connection
 from pathlib import Path
 from queue import SimpleQueue
@@ -29,6 +30,8 @@ _PROTOCOL = 5  # keeps read-only arrays read-only: kernels are compiled for one 
 _NOT_PICKLED = (pickle.PicklingError, AttributeError, TypeError)
 _END_S, _LOOK_EVERY_S = 2.0, 0.2
 _CHUNKS_EACH, _MOST_IN_CHUNK = 6, 16
+_AHEAD = 4
+"""Tasks begun before their results are used: each process has something to do, and few results are kept."""
 
 
 class Workers:
@@ -87,6 +90,33 @@ class Workers:
         """
         return self.begin(function, tasks).finished(done)
 
+    def each(self, function: Callable[..., T], tasks: Iterable[tuple[Any, ...]]) -> Iterator[T]:
+        """Return ``function(*task)`` of every task, in order; workers begin at once, and do a few tasks ahead.
+
+        Args:
+            function: As for ``run``.
+            tasks: As for ``run``; they are taken when they are begun.
+        """
+        if self.count == 1:
+            return (function(*task) for task in tasks)
+        ahead = iter(tasks)
+        begun = deque(self.begin(function, [task]) for task in islice(ahead, _AHEAD))
+        return self._each(function, begun, ahead)
+
+    def _each(
+        self, function: Callable[..., T], begun: deque[Begun[T]], ahead: Iterator[tuple[Any, ...]]
+    ) -> Iterator[T]:
+        while begun:
+            first = begun.popleft()
+            first.help()
+            for later in begun:
+                if first.is_finished:
+                    break
+                later.help()
+            (result,) = first.finished()
+            begun.extend(self.begin(function, [task]) for task in islice(ahead, 1))
+            yield result
+
     def close(self) -> None:
         """End the workers; this process does all tasks from now on."""
         for worker in self._workers:
@@ -116,6 +146,11 @@ class Begun(Generic[T]):
 
     def __init__(self, workers: Workers, work: _Work) -> None:
         self._workers, self._work = workers, work
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the results of all tasks are there."""
+        return len(self._work.results) == len(self._work.tasks)
 
     def help(self, done: Callable[[int], object] | None = None) -> None:
         """Do the tasks that no worker has taken."""

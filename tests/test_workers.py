@@ -107,6 +107,33 @@ def test_known_values_keep_their_identity_and_their_arrays_stay_read_only(two):
     assert two.count == 2
 
 
+def test_each_result_comes_in_turn_and_only_a_few_are_made_ahead(two):
+    wait_for_a_worker(two)
+    taken = []
+
+    def tasks():
+        for n in range(40):
+            taken.append(n)
+            yield (n,)
+
+    found, pids = [], set()
+    for square, pid in two.each(slow_square, tasks()):
+        found.append(square)
+        pids.add(pid)
+        assert len(taken) <= len(found) + module._AHEAD
+    assert found == [n * n for n in range(40)]
+    assert len(pids) == 2
+    assert list(two.each(slow_square, [])) == []
+
+
+def test_each_task_that_a_worker_fails_is_done_here(two):
+    wait_for_a_worker(two)
+    assert list(two.each(die_elsewhere, [(os.getpid(),)] * 12)) == ["done"] * 12
+    assert [square for square, _ in ALONE.each(slow_square, [(2,), (3,)])] == [4, 9]
+    with pytest.raises(MotionError, match="beam-7: 0 is too fast"):
+        list(two.each(fail, [(n,) for n in range(4)]))
+
+
 @pytest.mark.parametrize("task", [fail_elsewhere, die_elsewhere])
 def test_what_a_worker_fails_is_done_here(two, task):
     wait_for_a_worker(two)

@@ -68,7 +68,7 @@ def motions_to_json(motions: Sequence[LiftMotion], *, earlier: bool = False) -> 
     firsts: dict[int, int] = {}
     for motion in motions:
         first = firsts.get(motion.crane, 0)
-        count = len(motion.samples()[0])
+        count = len(motion.samples()[0]) if earlier else 0
         records.append(
             _Record(
                 order=motion.order,

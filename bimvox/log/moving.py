@@ -1,11 +1,11 @@
-"""The topics of what moves: frames, load, joints and commands, lift by lift."""
+"""What the log has about lifts, lift by lift: paths, what moves (frames, load, joints, commands), exact samples."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from itertools import chain, tee
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from foxglove_schemas_protobuf.JointState_pb2 import JointState
@@ -18,20 +18,26 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import joint_names, joints_of
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.kept import kept
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import command_rows
 from bimvox.log.driven import Driven, driven
 from bimvox.log.mcap.form import Form
+from bimvox.log.mcap.merge import Timed
 from bimvox.log.mcap.messages import stamp
-from bimvox.log.mcap.rows import Rows
+from bimvox.log.mcap.rows import Rows, rows_of
+from bimvox.log.motion_message import MOTIONS, motion_message
 from bimvox.log.plan_log import PlanLog
+from bimvox.log.planned_path import path_message
 from bimvox.log.rate import LogRate
 from bimvox.log.track import crane_track, lift_times, nominal_track
 from bimvox.log.transforms import CraneTransforms, load_transforms
 from bimvox.motion.commands import commands, commands_at
+from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LiftTimes, LoadTrack
 from bimvox.site.site import Site
+from bimvox.workers import ALONE, Workers
 
 
 def tracks_of(record: PlanLog) -> tuple[LoadTrack, ...]:
@@ -64,32 +70,89 @@ def lift_rows(record: PlanLog, motion: LiftMotion) -> list[Rows]:
     """
     site = record.plan.site
     (lift,) = (lift for lift in record.planned if lift.order == motion.order)
-    one = driven(site, lift, motion, LogRate.FULL)
-    return [rows for make in _makers(site, motion.crane, LogRate.FULL) for rows in make(one)]
+    return [rows for topic in _moving_rows(site, LogRate.FULL, lift, motion) for rows in topic]
 
 
-def moving_streams(record: PlanLog) -> Iterator[Iterator[Rows]]:
-    """Yield the streams of what moves: frames, load, joints and commands, each crane by crane."""
+def lift_streams(record: PlanLog, workers: Workers = ALONE) -> Iterator[Iterator[Timed | Rows]]:
+    """Yield the streams of what is about lifts: paths, each topic of each crane, and the exact samples.
+
+    Args:
+        record: The plan.
+        workers: Make the messages of lifts ahead.
+    """
     site = record.plan.site
     if not record.motions:
         tracks = tracks_of(record)
+        yield (path_message(site, track.lift, track.start_ns) for track in tracks)
         yield (rows for track in tracks for rows in load_transforms(track, site.components[track.lift.component].id))
         yield (_load_rows(track, 0) for track in tracks)
+        yield iter(())
         return
     cranes = range(len(site.cranes))
     # A lift is made when the first stream needs it, and kept until the last one has used it.
-    lifts = [tee(_driven(record, number), _MAKERS) for number in cranes]
-    makers = [_makers(site, number, record.rate) for number in cranes]
+    paths, samples, *lifts = tee(_lifts(record, workers), 2 + _MAKERS * len(cranes))
+    yield (rows for lift in paths for rows in lift.path)
     for n in range(_MAKERS):
         for number in cranes:
-            yield chain.from_iterable(map(makers[number][n], lifts[number][n]))
+            yield _of_crane(lifts[number * _MAKERS + n], number, n)
+    yield (rows for lift in samples for rows in lift.samples)
 
 
-def _driven(record: PlanLog, number: int) -> Iterator[Driven]:
-    """Yield the lifts of a crane as it drives them."""
-    for lift, motion in zip(record.planned, record.motions, strict=True):
-        if motion.crane == number:
-            yield driven(record.plan.site, lift, motion, record.rate)
+def _of_crane(lifts: Iterator[LiftMessages], number: int, n: int) -> Iterator[Rows]:
+    """Yield the messages that one maker of a crane has made."""
+    return (rows for lift in lifts if lift.crane == number for rows in lift.moving[n])
+
+
+class LiftMessages(NamedTuple):
+    """All messages about a lift.
+
+    Attributes:
+        crane: Index of its crane.
+        path: Its path.
+        moving: Frames, load, joints and commands.
+        samples: Its exact samples.
+    """
+
+    crane: int
+    path: list[Rows]
+    moving: tuple[list[Rows], ...]
+    samples: list[Rows]
+
+
+_TOGETHER = 4
+"""Lifts that a worker makes at once."""
+
+
+def _lifts(record: PlanLog, workers: Workers) -> Iterator[LiftMessages]:
+    """Return the messages about each lift, in the order in which they begin."""
+    lifts = sorted(zip(record.planned, record.motions, strict=True), key=lambda one: (one[1].start_ns, one[1].order))
+    parts = [lifts[first : first + _TOGETHER] for first in range(0, len(lifts), _TOGETHER)]
+    made = workers.each(_messages, [(record.plan.site, record.rate, part) for part in parts])
+    return chain.from_iterable(made)
+
+
+def _messages(site: Site, rate: LogRate, lifts: Sequence[tuple[Lift, LiftMotion]]) -> list[LiftMessages]:
+    """Return the messages about lifts."""
+    return [
+        LiftMessages(
+            motion.crane,
+            [_rows_of(path_message(site, lift, motion.start_ns))],
+            _moving_rows(site, rate, lift, motion),
+            [] if rate is LogRate.EARLIER else [_rows_of((motion.start_ns, MOTIONS, motion_message(site, motion)))],
+        )
+        for lift, motion in lifts
+    ]
+
+
+def _moving_rows(site: Site, rate: LogRate, lift: Lift, motion: LiftMotion) -> tuple[list[Rows], ...]:
+    """Return frames, load, joints and commands of a lift's motion."""
+    one = driven(site, lift, motion, rate)
+    return tuple([*make(one)] for make in _makers(site, motion.crane, rate))
+
+
+def _rows_of(message: Timed) -> Rows:
+    time_ns, topic, content = message
+    return rows_of([(time_ns, topic, content.SerializeToString(deterministic=True))])
 
 
 Maker = Callable[[Driven], Iterable[Rows]]
@@ -97,9 +160,11 @@ Maker = Callable[[Driven], Iterable[Rows]]
 _MAKERS = 4
 
 
+@kept
 def _makers(site: Site, number: int, rate: LogRate) -> tuple[Maker, ...]:
     """Return the makers of a crane's frames, load, joints and commands."""
     crane, ids = site.cranes[number], [component.id for component in site.components]
+    period_s, named = site.rules.sample_period_s, site.has_several_cranes
     joints_topic, command_topic = (topics.of_crane(topic, number) for topic in (topics.JOINTS, topics.COMMAND))
     form = _joints_form(crane)
 
@@ -111,11 +176,8 @@ def _makers(site: Site, number: int, rate: LogRate) -> tuple[Maker, ...]:
         return [Rows(lift.shown_ns, joints_topic, form.serialized(lift.shown_ns, positions))]
 
     def told(lift: Driven) -> Iterable[Rows]:
-        if rate is LogRate.MOTION:
-            found = commands_at(lift.motion, lift.shown_ns)
-        else:
-            found = commands(lift.motion, site.rules.sample_period_s)
-        return [command_rows(found, ids, crane, topic=command_topic, named=site.has_several_cranes)]
+        found = commands_at(lift.motion, lift.shown_ns) if rate is LogRate.MOTION else commands(lift.motion, period_s)
+        return [command_rows(found, ids, crane, topic=command_topic, named=named)]
 
     return CraneTransforms(crane, number).rows, load, joints, told
 

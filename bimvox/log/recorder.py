@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cache
 from typing import BinaryIO
-
-import numpy as np
-from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 
 from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
@@ -17,13 +13,10 @@ from bimvox.log.bundle import site_to_bytes
 from bimvox.log.carried_out import carried_out_rows, carried_out_to_json
 from bimvox.log.layout import layout_bytes
 from bimvox.log.mcap.channels import LogWriter
-from bimvox.log.mcap.form import Form
 from bimvox.log.mcap.merge import Block, Timed, merged
-from bimvox.log.mcap.messages import pose, stamp
 from bimvox.log.mcap.rows import Rows
 from bimvox.log.motion_json import motions_to_json
-from bimvox.log.motion_message import motion_message
-from bimvox.log.moving import moving_streams, times_of
+from bimvox.log.moving import lift_streams, times_of
 from bimvox.log.narration import OWN_EVENTS, event_messages, log_messages
 from bimvox.log.plan_json import plan_to_json
 from bimvox.log.plan_log import PlanLog
@@ -32,22 +25,23 @@ from bimvox.log.scene import scene_messages
 from bimvox.log.segments import is_segment
 from bimvox.log.steps_json import steps_to_json
 from bimvox.log.voxels import voxel_grid
-from bimvox.records.lift import Lift, LiftPlan
+from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Steps
-from bimvox.site.site import Site
+from bimvox.workers import ALONE, Workers
 
 _BLOCK = 8
 """Lifts whose messages are held in memory at once."""
 
 
-def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None) -> int:
+def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None, workers: Workers = ALONE) -> int:
     """Write a log.
 
     Args:
         stream: The output; must support ``tell``.
         record: What to write.
         site_bytes: Its site as bytes, if ``site_to_bytes`` has been called already.
+        workers: Make the messages of lifts ahead.
 
     Returns:
         Number of messages.
@@ -59,33 +53,35 @@ def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None
     _check(record)
     with_remarks = not is_segment(record) and record.remarks is not None
     cranes, traffic = max(1, len(record.plan.site.cranes)), record.carried_out is not None
+    blocks = blocks_of(record, with_remarks=with_remarks, workers=workers)  # workers begin
     with LogWriter(stream, cranes, traffic=traffic, rate=record.rate) as writer:
         writer.metadata(topics.METADATA, metadata_of(record))
         for name, data in own_attachments(record, site_bytes, with_remarks=with_remarks):
             writer.attachment(name, data)
         for name in sorted(record.attachments):
             writer.attachment(name, record.attachments[name])
-        for block in blocks_of(record, with_remarks=with_remarks):
+        for block in blocks:
             writer.block(block)
         return writer.messages
 
 
-def blocks_of(record: PlanLog, *, with_remarks: bool) -> Iterator[Block]:
-    """Yield all messages of a log in the order of the file, optionally with the remarks about its plan on ``/log``."""
+def blocks_of(record: PlanLog, *, with_remarks: bool, workers: Workers = ALONE) -> Iterator[Block]:
+    """Return all messages of a log in the order of the file, optionally with the remarks about its plan on ``/log``."""
     site = record.plan.site
     tracks = times_of(record)
     start_ns = min((track.start_ns for track in tracks), default=0)
+    paths, *moving, samples = lift_streams(record, workers)
     streams: list[Iterable[Timed | Rows]] = [
         [(start_ns, topics.VOXELS, voxel_grid(site, start_ns))],
         scene_messages(site, record.all_lifts, tracks, start_ns),
-        (path_message(site, track.lift, track.start_ns) for track in tracks),
+        paths,
         log_messages(record, tracks, start_ns, (with_remarks and record.remarks) or ()),
         event_messages(record, tracks),
-        *moving_streams(record),
+        *moving,
         *([] if record.carried_out is None else ([rows] for rows in carried_out_rows(site, record.carried_out))),
-        _samples(record),
+        samples,
     ]
-    yield from merged(streams, [track.start_ns for track in tracks[_BLOCK::_BLOCK]])
+    return merged(streams, [track.start_ns for track in tracks[_BLOCK::_BLOCK]])
 
 
 def _check(record: PlanLog) -> None:
@@ -182,32 +178,3 @@ def own_attachments(
         yield topics.of_crane(topics.CHART_FILE, number), json.dumps(chart, ensure_ascii=False, indent=1).encode()
     yield topics.LAYOUT_FILE, layout_bytes(record.plan.site)
     yield topics.SITE_FILE, site_to_bytes(record.plan.site) if site_bytes is None else site_bytes
-
-
-def path_message(site: Site, lift: Lift, time_ns: int) -> Timed:
-    """Return the message of a planned lift's path.
-
-    Args:
-        site: The site.
-        lift: The lift.
-        time_ns: Its time.
-    """
-    assert lift.path_vox is not None
-    corners_m = site.frame.corner_of(lift.path_vox)
-    poses = _poses_form().serialized(np.zeros(len(corners_m), np.int64), corners_m)
-    head = PosesInFrame(timestamp=stamp(time_ns), frame_id="site").SerializeToString()
-    # Protobuf merges concatenated messages into one with all fields.
-    message = PosesInFrame.FromString(b"".join([head, *poses]))
-    return time_ns, topics.of_crane(topics.PLANNED, site.components[lift.component].crane), message
-
-
-@cache
-def _poses_form() -> Form:
-    return Form(lambda _, corner_m: PosesInFrame(poses=[pose(corner_m)]), 3)
-
-
-def _samples(record: PlanLog) -> Iterator[Timed]:
-    """Yield the exact samples of the motions, in the order in which the lifts begin."""
-    if record.rate is not LogRate.EARLIER:
-        for motion in sorted(record.motions, key=lambda motion: (motion.start_ns, motion.order)):
-            yield motion.start_ns, topics.MOTIONS, motion_message(record.plan.site, motion)

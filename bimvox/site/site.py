@@ -147,7 +147,7 @@ class HookHeights:
     high_m: NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Site:
     """Everything that a plan depends on.
 

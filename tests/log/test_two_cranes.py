@@ -25,6 +25,7 @@ from bimvox.log.reader import log_of
 from bimvox.log.recorder import write_log
 from bimvox.proof.motion import verify_motions
 from bimvox.site.build import with_digests
+from bimvox.workers import Workers
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +67,11 @@ def test_the_same_plan_gives_the_same_bytes(record, data):
     again = io.BytesIO()
     write_log(again, record)
     assert again.getvalue() == data
+    shared, workers = io.BytesIO(), Workers(2)
+    with workers.knowing(record.plan.site):
+        write_log(shared, record, workers=workers)
+    workers.close()
+    assert shared.getvalue() == data
 
 
 def test_every_crane_has_its_own_topics(record, contents):

@@ -13,7 +13,7 @@ from bimvox.log.mcap.rows import Rows
 from bimvox.log.moving import lift_rows
 from bimvox.log.narration import event_messages
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.recorder import path_message
+from bimvox.log.planned_path import path_message
 from bimvox.log.scene import SceneUpdates, states_at
 from bimvox.log.track import crane_track
 from bimvox.log.voxels import voxel_grid

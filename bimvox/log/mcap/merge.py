@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.log.mcap.packed import Packed, joined, packed
-from bimvox.log.mcap.rows import Rows
+from bimvox.log.mcap.packed import Packed, joined
+from bimvox.log.mcap.rows import Rows, rows_of
 
 Timed = tuple[int, str, Any]
 """Time on the site's clock (ns), topic, message."""
@@ -67,7 +67,7 @@ class _Stream:
             if isinstance(message, Rows):
                 count = len(message.data) if cut_ns == _NEVER else int(np.searchsorted(message.time_ns, cut_ns))
                 if single:
-                    yield _rows_of(single)
+                    yield rows_of(single)
                     single = []
                 if count:
                     yield _part_of(message, slice(count))
@@ -80,11 +80,11 @@ class _Stream:
                 self._left = message
                 break
             if single and single[-1][1] != topic:
-                yield _rows_of(single)
+                yield rows_of(single)
                 single = []
             single.append((time_ns, topic, content.SerializeToString(deterministic=True)))
         if single:
-            yield _rows_of(single)
+            yield rows_of(single)
 
     def _next(self) -> Rows | Timed | None:
         left, self._left = self._left, None
@@ -93,9 +93,3 @@ class _Stream:
 
 def _part_of(rows: Rows, which: slice) -> Rows:
     return Rows(rows.time_ns[which], rows.topic, rows.data.picked(which))
-
-
-def _rows_of(messages: Sequence[tuple[int, str, bytes]]) -> Rows:
-    """Return messages of one topic as rows."""
-    times_ns, topics, data = zip(*messages, strict=True)
-    return Rows(np.array(times_ns, np.int64), topics[0], packed(data))

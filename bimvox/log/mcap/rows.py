@@ -6,12 +6,13 @@ A log has about 3,000 messages per lift, which differ in a time stamp and a few 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.log.mcap.packed import Packed
+from bimvox.log.mcap.packed import Packed, packed
 
 
 class Rows(NamedTuple):
@@ -26,3 +27,9 @@ class Rows(NamedTuple):
     time_ns: NDArray[np.int64]
     topic: str
     data: Packed
+
+
+def rows_of(messages: Sequence[tuple[int, str, bytes]]) -> Rows:
+    """Return messages of one topic as rows."""
+    times_ns, topics, data = zip(*messages, strict=True)
+    return Rows(np.array(times_ns, np.int64), topics[0], packed(data))

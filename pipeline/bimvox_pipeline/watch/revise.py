@@ -102,7 +102,7 @@ class Reviser:
         assert plan.current is not None
         before = plan.current.plan
         now_ns = None if self._clock is None else max(self._clock.at_ns(change.started_s), _after_all(before))
-        making = _Making(plan, change, before, now_ns, self._site_bytes(change.site))
+        making = _Making(plan, change, before, now_ns, self._site_bytes(change.site), self._workers)
         request = RevisionRequest(
             change.site,
             self._preparation,
@@ -113,8 +113,9 @@ class Reviser:
             change.better,
             self._workers,
         )
-        for part in revise(plan.current, request, known_shapes=self.known_shapes, on_verdict=making.note_verdict):
-            yield Revised(part, making.write(part))
+        with self._workers.knowing(change.site):
+            for part in revise(plan.current, request, known_shapes=self.known_shapes, on_verdict=making.note_verdict):
+                yield Revised(part, making.write(part))
 
     def _site_bytes(self, site: Site) -> Callable[[], bytes]:
         if self._sites is None:
@@ -133,8 +134,9 @@ class _Making:
         before: LiftPlan,
         now_ns: int | None,
         site_bytes: Callable[[], bytes],
+        workers: Workers,
     ) -> None:
-        self._site_bytes = cache(site_bytes)
+        self._site_bytes, self._workers = cache(site_bytes), workers
         self._plan, self._change, self._before, self._now_ns = plan, change, before, now_ns
         self._event = "replanned" if change.better is None else "retrained"
         self._marks = [change.started_s, time.monotonic()]  # noticed, read
@@ -171,7 +173,7 @@ class _Making:
         stops = [] if now_ns is None else stop_events(part, document, now_ns)
         record = self._plan.segment(part, self._change.content, event_fields(document), stops, now_ns or 0)
         stream = io.BytesIO()
-        write_log(stream, record, self._site_bytes())
+        write_log(stream, record, self._site_bytes(), self._workers)
         return stream.getvalue()
 
     def write(self, part: RevisionPart) -> dict[str, Any]:

@@ -65,7 +65,7 @@ def warm_up(
 
 
 def warm_workers(plan: LiftPlan, preparation: Preparation, workers: Workers) -> None:
-    """Have every process time and prove some lifts: it loads its compiled code, and builds what is built once."""
+    """Have every process time, prove and write some lifts: it loads its code, and builds what is built once."""
     orders = [lift.order for lift in plan.lifts if lift.status is Status.PLANNED][:_WARM_LIFTS]
     if workers.count == 1 or not orders or not plan.site.cranes:
         return
@@ -75,6 +75,7 @@ def warm_workers(plan: LiftPlan, preparation: Preparation, workers: Workers) -> 
     motions = chained([motion for motion in found if isinstance(motion, LiftMotion)])
     verify_plan(few, others, workers=workers)
     verify_motions(few, motions, others, workers=workers)
+    write_log(io.BytesIO(), PlanLog(few, motions, context=others), workers=workers)
 
 
 def _with_cell(site: Site, cell: list[int]) -> Site:
