@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import kernel
 from bimvox.crane.bound import point_to_point_s
-from bimvox.crane.kinematics import hook_of
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.motion.rigged_crane import RiggedCrane
@@ -78,30 +78,51 @@ def _rests_s(timeline: Timeline) -> list[float]:
 def sample_times(motion: Motion, end_ns: int, must_ns: NDArray[np.int64], rigged: RiggedCrane) -> NDArray[np.int64]:
     """Return (N,) int64 ascending sample times from 0 to ``end_ns``, with ``must_ns``, at most half a cell apart."""
     voxel_size_m = rigged.load.voxel_size_m
-    must = _ascending(np.array([0, end_ns]), must_ns)
+    must = np.unique(np.concatenate([[0, end_ns], must_ns]))
     period_ns = max(1, round(rigged.sample_period_s * NS_PER_S))
-    regular = _apart(np.arange(0, end_ns, period_ns, dtype=np.int64), must)
-    must = _ascending(must, regular)
+    must = _with(must, np.arange(0, end_ns, period_ns, dtype=np.int64), _SAME_NS)
     steps = int(np.ceil(end_ns / NS_PER_S * motion.top_speed_m_s / (_DENSE_VOX * voxel_size_m))) + 1
-    dense = _ascending(np.linspace(0, end_ns, steps + 1).astype(np.int64), must)
-    hook_m = hook_of(motion.crane, *motion.axes_at(dense / NS_PER_S).T)
-    x, y, z = np.diff(hook_m, axis=0).T
-    travel_m = np.concatenate([[0.0], np.cumsum(np.sqrt(x * x + y * y + z * z))])
-    stride = np.floor(travel_m / (_SPACING_VOX * voxel_size_m))
-    passing = dense[1:][np.diff(stride) > 0]
-    return _ascending(must, _apart(passing, must))
+    dense = _with(must, (np.arange(steps) * (end_ns / steps)).astype(np.int64), 0)
+    base_x_m, base_y_m, _ = motion.crane.base_m
+    passed = _passes(motion.axes_at(dense / NS_PER_S), base_x_m, base_y_m, _SPACING_VOX * voxel_size_m)
+    return _with(must, dense[passed], _SAME_NS)
 
 
-def _ascending(*times_ns: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return all times, each once. ``np.unique`` is slower: it hashes first, and these are almost sorted."""
-    together = np.sort(np.concatenate(times_ns), kind="stable")
-    ascending: NDArray[np.int64] = together[np.concatenate([[True], np.diff(together) > 0])]
-    return ascending
+@kernel
+def _with(taken_ns: NDArray[np.int64], more_ns: NDArray[np.int64], apart_ns: int) -> NDArray[np.int64]:
+    """Return ascending times with more ascending times: those that are farther apart from each of them."""
+    both_ns = np.empty(len(taken_ns) + len(more_ns), np.int64)
+    count, n = 0, 0
+    for more in more_ns:
+        while n < len(taken_ns) and taken_ns[n] <= more:
+            both_ns[count] = taken_ns[n]
+            count, n = count + 1, n + 1
+        if n > 0 and more - taken_ns[n - 1] <= apart_ns:
+            continue
+        if n < len(taken_ns) and taken_ns[n] - more <= apart_ns:
+            continue
+        if count == 0 or both_ns[count - 1] < more:
+            both_ns[count] = more
+            count += 1
+    for left in taken_ns[n:]:
+        both_ns[count] = left
+        count += 1
+    return both_ns[:count]
 
 
-def _apart(times_ns: NDArray[np.int64], taken_ns: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the times that are not next to one already taken."""
-    after = np.clip(np.searchsorted(taken_ns, times_ns), 0, len(taken_ns) - 1)
-    gap = np.minimum(np.abs(taken_ns[after] - times_ns), np.abs(times_ns - taken_ns[np.maximum(after - 1, 0)]))
-    apart: NDArray[np.int64] = times_ns[gap > _SAME_NS]
-    return apart
+@kernel
+def _passes(axes: NDArray[np.float64], base_x_m: float, base_y_m: float, spacing_m: float) -> NDArray[np.bool_]:
+    """Return (N,) whether the hook has travelled the next multiple of a spacing at each of (N, 3) axes."""
+    passes = np.zeros(axes.shape[0], np.bool_)
+    travel_m, stride, x_m, y_m = 0.0, 0.0, 0.0, 0.0
+    for i in range(axes.shape[0]):
+        was_x_m, was_y_m = x_m, y_m
+        if i == 0 or axes[i, 0] != axes[i - 1, 0] or axes[i, 1] != axes[i - 1, 1]:  # mostly it is hoisted
+            x_m = base_x_m + axes[i, 1] * np.cos(axes[i, 0])
+            y_m = base_y_m + axes[i, 1] * np.sin(axes[i, 0])
+        if i > 0:
+            x, y, z = x_m - was_x_m, y_m - was_y_m, axes[i, 2] - axes[i - 1, 2]
+            travel_m += np.sqrt(x * x + y * y + z * z)
+            passes[i] = np.floor(travel_m / spacing_m) > stride
+            stride = np.floor(travel_m / spacing_m)
+    return passes
