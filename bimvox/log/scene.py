@@ -23,14 +23,14 @@ from bimvox.kept import kept
 from bimvox.log import schema as topics
 from bimvox.log.colours import KIND_RGBA, STATE_RGBA, ConstructionState, Rgba
 from bimvox.log.mcap.messages import colour, pairs, pose, stamp, vector
+from bimvox.log.states import StatesAtStarts
 from bimvox.records.lift import Lift, YardPlace
-from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LiftTimes
 from bimvox.site.component import Component
 from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Site
 
-States = Mapping[int, ConstructionState]
-"""State of every visible component, by its index; those not delivered yet are missing."""
+States = Mapping[int, ConstructionState | None]
+"""States of components by their index; None: not to be seen. Of the others the state is as it was."""
 
 Boxes = dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]]
 """Lowest corner and size of boxes, by the frame that they move with."""
@@ -41,51 +41,6 @@ _HOOK_BLOCK = ((-HOOK_BLOCK_M[0] / 2, -HOOK_BLOCK_M[1] / 2, 0.0), HOOK_BLOCK_M)
 def component_frame(component_id: str) -> str:
     """Return the name of the frame in the lowest corner of a component's reference cell."""
     return f"component/{component_id}"
-
-
-def states_before(lifts: Iterable[Lift], order: int) -> dict[int, ConstructionState]:
-    """Return the states of all components when the lift of that order begins.
-
-    Earlier lifts are assembled; the delivery of this lift lies in the yard. A delivery arrives when all lifts of the
-    earlier ones are done, so the yard holds no other parts.
-    """
-    lifts = tuple(lifts)
-    delivery = next((lift.place.delivery for lift in lifts if lift.order == order and lift.place is not None), None)
-    states = {}
-    for lift in lifts:
-        if lift.order < order and lift.is_set:
-            states[lift.component] = ConstructionState.ASSEMBLED
-        elif (place := lift.place) is not None and place.delivery == delivery and lift.in_yard is not None:
-            states[lift.component] = ConstructionState.UNBUILT
-    return states
-
-
-def states_at(
-    lifts: Iterable[Lift], motions: Iterable[LiftMotion], tracks: Iterable[LiftTimes], time_ns: int
-) -> dict[int, ConstructionState]:
-    """Return the states of all components at a time on the site's clock.
-
-    Args:
-        lifts: All lifts of the plan.
-        motions: Those of its motions whose time is known.
-        tracks: The load tracks of the lifts under way at the time.
-        time_ns: The time.
-    """
-    lifts, ordered = tuple(lifts), sorted(motions, key=lambda motion: (motion.start_ns, motion.order))
-    begun = [motion for motion in ordered if motion.start_ns <= time_ns] or ordered[:1]
-    if not begun:
-        # Nothing has a time: show the finished plan.
-        return {lift.component: ConstructionState.ASSEMBLED for lift in lifts if lift.is_set}
-    states = states_before(lifts, begun[-1].order)
-    for motion in ordered:
-        # With several cranes, a later lift in the order may end before an earlier one begins.
-        if motion.end_ns <= time_ns:
-            states[motion.component] = ConstructionState.ASSEMBLED
-        elif states.get(motion.component) is ConstructionState.ASSEMBLED:
-            states[motion.component] = ConstructionState.UNBUILT
-    for track in tracks:
-        states[track.lift.component] = track.state_at(time_ns)
-    return states
 
 
 @dataclass(slots=True)
@@ -118,21 +73,12 @@ class SceneUpdates:
 
     def change(self, states: States, time_ns: int) -> Any | None:
         """Return the update from what was sent to ``states``; None if nothing changes."""
-        gone = [index for index in self.sent if index not in states]
-        changed = [index for index, state in states.items() if self.sent.get(index) is not state]
-        self.sent = dict(states)
-        return self._update(gone, changed, time_ns)
-
-    def change_of(self, index: int, state: ConstructionState, time_ns: int) -> Any | None:
-        """Return the update if only one component may change; None if it does not."""
-        if self.sent.get(index) is state:
-            return None
-        self.sent[index] = state
-        return self._update([], [index], time_ns)
-
-    def _update(self, gone: Sequence[int], changed: Sequence[int], time_ns: int) -> Any | None:
+        gone = [index for index, state in states.items() if state is None and index in self.sent]
+        changed = [index for index, state in states.items() if self.sent.get(index) is not state and state is not None]
         if not gone and not changed:
             return None
+        for index in gone:
+            del self.sent[index]
         deletions = [
             SceneEntityDeletion(
                 timestamp=stamp(time_ns), type=SceneEntityDeletion.MATCHING_ID, id=self.site.components[index].id
@@ -142,7 +88,9 @@ class SceneUpdates:
         update, begins = SceneUpdate(deletions=deletions), SceneEntity(timestamp=stamp(time_ns)).SerializeToString()
         for index in sorted(changed):
             lift = self.lifts[index]
-            part, state = self.site.components[index], self.sent[index]
+            part, state = self.site.components[index], states[index]
+            assert state is not None
+            self.sent[index] = state
             # Protobuf merges concatenated messages into one with all fields.
             rest = _entity_bytes(part, lift.place, lift.order, state, self.site.frame)
             update.entities.add().MergeFromString(begins + rest)
@@ -265,23 +213,13 @@ def scene_messages(
         tracks: Tracks of the carried lifts, in order.
         start_ns: When the log starts.
     """
-    lifts = tuple(lifts)
-    tracks = tuple(tracks)
-    scene = SceneUpdates(site, {lift.component: lift for lift in lifts}, {})
+    lifts, tracks = tuple(lifts), tuple(tracks)
+    scene, starts = SceneUpdates(site, {lift.component: lift for lift in lifts}, {}), StatesAtStarts(lifts, tracks)
     yield start_ns, topics.SCENE, scene.fixed(start_ns)
     changes = [(time_ns, track, state) for track in tracks for time_ns, state in track.states]
-    begun: dict[int, ConstructionState] = {}
     for time_ns, track, state in sorted(changes, key=lambda change: change[0]):
-        begun[track.lift.component] = state
-        if state is ConstructionState.UNBUILT:
-            # With several cranes, earlier lifts in the order may still be under way, or begin later.
-            later = {one.lift.component for one in tracks if one.start_ns > time_ns}
-            states = states_before(lifts, track.lift.order) | begun
-            states |= {n: ConstructionState.UNBUILT for n in later if states.get(n) is ConstructionState.ASSEMBLED}
-            states[track.lift.component] = state
-            update = scene.change(states, time_ns)
-        else:
-            update = scene.change_of(track.lift.component, state, time_ns)
+        begins = state is ConstructionState.UNBUILT
+        update = scene.change(starts.begin(track) if begins else {track.lift.component: state}, time_ns)
         if update is not None:
             yield time_ns, topics.SCENE, update
 

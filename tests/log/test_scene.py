@@ -12,7 +12,7 @@ from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m, outline_of
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.crane.urdf import urdf
 from bimvox.log.colours import STATE_RGBA, ConstructionState
-from bimvox.log.scene import SceneUpdates, component_frame, states_before
+from bimvox.log.scene import SceneUpdates, component_frame
 from bimvox.log.voxels import voxel_grid
 from bimvox.rendering.scene.crane_parts import crane_parts
 
@@ -34,18 +34,13 @@ def cells_of(entity: object) -> set[tuple[int, int, int]]:
     return found
 
 
-def test_the_yard_holds_one_delivery_at_a_time() -> None:
-    lifts = tiny_plan().lifts
-    assert states_before(lifts, 0) == {0: UNBUILT, 1: UNBUILT}
-    assert states_before(lifts, 2) == {0: ASSEMBLED, 2: UNBUILT}
-
-
 def test_a_change_sends_only_what_changes() -> None:
     made = scene()
     first = made.change({0: UNBUILT, 1: UNBUILT}, 0)
     assert [entity.id for entity in first.entities] == ["0GlobalIdColumnA", "0GlobalIdColumnB"]
     assert made.change({0: UNBUILT, 1: UNBUILT}, 1) is None
-    second = made.change({0: ASSEMBLED}, 5_000_000_001)
+    assert made.change({}, 2) is None
+    second = made.change({0: ASSEMBLED, 1: None}, 5_000_000_001)
     assert [entity.id for entity in second.entities] == ["0GlobalIdColumnA"]
     assert [gone.id for gone in second.deletions] == ["0GlobalIdColumnB"]
     assert (second.entities[0].timestamp.seconds, second.entities[0].timestamp.nanos) == (5, 1)

@@ -14,7 +14,8 @@ from bimvox.log.moving import lift_rows
 from bimvox.log.narration import event_messages
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.planned_path import path_message
-from bimvox.log.scene import SceneUpdates, states_at
+from bimvox.log.scene import SceneUpdates
+from bimvox.log.states import states_at
 from bimvox.log.track import crane_track
 from bimvox.log.voxels import voxel_grid
 from bimvox.records.motion import LiftMotion
