@@ -15,7 +15,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import Travel
 from bimvox.planning.order.makespan import Places, pick_axes, target_axes
 from bimvox.planning.order.sequence import ErectionSequence, Prefer, Sequencer
-from bimvox.planning.order.shared_order import COLUMN, ROW, Shared, at
+from bimvox.planning.order.shared_order import Shared, at, whole_seconds
 from bimvox.planning.yard import allocate_yard
 from bimvox.site.site import Site
 
@@ -85,9 +85,7 @@ class _Quickest:
 
     def __init__(self, site: Site, travel: Travel, places: Places) -> None:
         targets, picks = target_axes(site, travel), pick_axes(site, travel, places)
-        self._empty_s = travel.between_s(at(targets, COLUMN), at(picks, ROW))
-        # Whole seconds, so that rounding noise decides nothing.
-        self._empty_s = np.round(self._empty_s)
+        self._empty_s = whole_seconds(travel, targets, picks)
         self._delivery = [-1 if place is None else place.delivery for place in places]
         self._assembly = [component.hints.assembly for component in site.components]
 

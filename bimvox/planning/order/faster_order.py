@@ -81,6 +81,7 @@ class FasterOrder:
         order, cranes = now.sequence.order, len(self._travels)
         times, fixed = self.problem(now.sequence, now.places)
         found = searched(times, order, fixed, cranes, BUDGET * len(order), seed, warm_s)
+        del times  # as large as those of the orders that are judged next
         if found == order:
             return None
         sequence = self._sequencer.following(found)

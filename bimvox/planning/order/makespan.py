@@ -18,7 +18,7 @@ from bimvox.compiled import kernel
 from bimvox.crane.kinematics import Axes
 from bimvox.crane.rigging import hoist_limits
 from bimvox.crane.travel import Travel
-from bimvox.planning.order.shared_order import COLUMN, ROW, at
+from bimvox.planning.order.shared_order import at, pairs
 from bimvox.records.lift import YardPlace
 from bimvox.site.casting import curing_s, work_and_wait_s
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
@@ -88,8 +88,8 @@ def order_times(
     for k, travel in enumerate(travels):
         targets, picks = target_axes(site, travel), pick_axes(site, travel, places)
         own = np.flatnonzero(crane == k)
-        to, there = at(picks, ROW), at(targets, COLUMN)
-        empty_s[:, own] = travel.across_s(to[0] - there[0], to[1] - there[1])[:, own]
+        for rows, there, to in pairs(targets, at(picks, own)):
+            empty_s[rows, own] = travel.across_s(to[0] - there[0], to[1] - there[1])
         across_s = travel.across_s(targets[0] - picks[0], targets[1] - picks[1])
         for i in own:
             winch = travel.with_hoist(hoist_limits(site.cranes[k], parts[i].mass_kg))

@@ -6,7 +6,7 @@ next is the crane that has worked least so far, and of its parts the one that it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,8 @@ from bimvox.crane.travel import Travel
 from bimvox.site.crew_times import crew_times
 from bimvox.site.site import Site
 
-COLUMN, ROW = (slice(None), None), (None, slice(None))
-"""Indices that pair all parts with all parts: those in rows, and those in columns."""
+_ROWS = 64
+"""So many parts are paired with all at once: thousands with thousands would fill the memory many times over."""
 
 
 class Shared:
@@ -32,10 +32,10 @@ class Shared:
     def __init__(self, site: Site, travel_axes: Sequence[tuple[Axes, Axes, Travel]]) -> None:
         self._crane = np.array([component.crane for component in site.components])
         self._assembly = [component.hints.assembly for component in site.components]
-        self._empty_s: list[NDArray[np.float64]] = []
+        self._empty_s: list[NDArray[np.float32]] = []
         self._loaded_s: list[NDArray[np.float64]] = []
         for targets, picks, travel in travel_axes:
-            self._empty_s.append(np.round(travel.between_s(at(targets, COLUMN), at(picks, ROW))))
+            self._empty_s.append(whole_seconds(travel, targets, picks))
             self._loaded_s.append(travel.between_s(picks, targets))
         self._crew_s = [crew_times(site.rules, component).total_s for component in site.components]
         self._worked_s = np.zeros(len(travel_axes))
@@ -66,5 +66,20 @@ class Shared:
 
 
 def at(axes: Axes, numbers: Any) -> Axes:
-    """Return hook axes indexed by numbers of parts, or by ``COLUMN`` or ``ROW`` for all pairs of parts."""
+    """Return hook axes indexed by numbers of parts."""
     return axes[0][numbers], axes[1][numbers], axes[2][numbers]
+
+
+def pairs(start: Axes, end: Axes) -> Iterator[tuple[slice, Axes, Axes]]:
+    """Yield all pairs of N and M hook axes, some rows at a time: which rows, and both to be broadcast to (rows, M)."""
+    for first in range(0, len(start[0]), _ROWS):
+        rows = slice(first, first + _ROWS)
+        yield rows, at(at(start, rows), (slice(None), None)), at(end, (None, slice(None)))
+
+
+def whole_seconds(travel: Travel, start: Axes, end: Axes) -> NDArray[np.float32]:
+    """Return (N, M) travel times between N and M hook axes in whole seconds, so that rounding noise decides nothing."""
+    seconds = np.empty((len(start[0]), len(end[0])), np.float32)
+    for rows, some, all_ in pairs(start, end):
+        seconds[rows] = np.round(travel.between_s(some, all_))
+    return seconds
