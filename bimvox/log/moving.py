@@ -85,7 +85,7 @@ def lift_streams(record: PlanLog, workers: Workers = ALONE) -> Iterator[Iterator
         tracks = tracks_of(record)
         yield (path_message(site, track.lift, track.start_ns) for track in tracks)
         yield (rows for track in tracks for rows in load_transforms(track, site.components[track.lift.component].id))
-        yield (_load_rows(track, 0) for track in tracks)
+        yield (_load_rows(track, 0, record.rate) for track in tracks)
         yield iter(())
         return
     cranes = range(len(site.cranes))
@@ -169,23 +169,23 @@ def _makers(site: Site, number: int, rate: LogRate) -> tuple[Maker, ...]:
     form = _joints_form(crane)
 
     def load(lift: Driven) -> Iterable[Rows]:
-        return [_load_rows(lift.track, number, lift.load_shown)]
+        return [_load_rows(lift.track, number, rate, lift.load_shown)]
 
     def joints(lift: Driven) -> Iterable[Rows]:
         positions = joints_of(crane, lift.axes[lift.shown])
-        return [Rows(lift.shown_ns, joints_topic, form.serialized(lift.shown_ns, positions))]
+        return [Rows(lift.shown_ns, joints_topic, form.serialized(lift.shown_ns, rate.values(positions)))]
 
     def told(lift: Driven) -> Iterable[Rows]:
         found = commands_at(lift.motion, lift.shown_ns) if rate is LogRate.MOTION else commands(lift.motion, period_s)
-        return [command_rows(found, ids, crane, topic=command_topic, named=named)]
+        return [command_rows(found, ids, crane, topic=command_topic, named=named, rate=rate)]
 
-    return CraneTransforms(crane, number).rows, load, joints, told
+    return CraneTransforms(crane, number, rate).rows, load, joints, told
 
 
-def _load_rows(track: LoadTrack, number: int, shown: NDArray[np.bool_] | slice = slice(None)) -> Rows:
+def _load_rows(track: LoadTrack, number: int, rate: LogRate, shown: NDArray[np.bool_] | slice = slice(None)) -> Rows:
     """Return the poses of a load; optionally only those that are shown."""
     time_ns, rows = track.time_ns[shown], np.concatenate([track.corner_m, track.tilt], axis=1)[shown]
-    return Rows(time_ns, topics.of_crane(topics.LOAD, number), _load_form().serialized(time_ns, rows))
+    return Rows(time_ns, topics.of_crane(topics.LOAD, number), _load_form().serialized(time_ns, rate.values(rows)))
 
 
 @cache

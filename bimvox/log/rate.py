@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+import numpy as np
+from numpy.typing import NDArray
+
+_STEPS = 2.0**30
+"""Viewers are shown values in such parts of a metre or radian, about a nanometre: finer ones compress badly."""
+
 
 class LogRate(StrEnum):
     """Which samples the topics for viewers have."""
@@ -14,3 +20,9 @@ class LogRate(StrEnum):
     """Every sample; commands once a period of the site's rules."""
     EARLIER = "earlier"
     """As ``FULL``, in a log of schema version 1: its joint states are the exact samples. Never written anew."""
+
+    def values(self, exact: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return values as viewers are shown them."""
+        if self is LogRate.EARLIER:
+            return exact
+        return np.round(exact * _STEPS) / _STEPS + 0.0  # no negative zero

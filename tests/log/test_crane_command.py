@@ -20,6 +20,7 @@ from bimvox.log.crane_command import (
 )
 from bimvox.log.mcap.messages import stamp
 from bimvox.log.motion_message import motion_descriptor
+from bimvox.log.rate import LogRate
 from bimvox.log.schema import proto_file
 from bimvox.motion.commands import PHASES, Commands
 from bimvox.records.motion import PhaseName
@@ -74,7 +75,7 @@ def some_commands() -> Commands:
 
 
 def test_a_command_comes_back_from_its_bytes() -> None:
-    rows = command_rows(some_commands(), ["a", "b"], some_crane(height=30.0))
+    rows = command_rows(some_commands(), ["a", "b"], some_crane(height=30.0), rate=LogRate.EARLIER)
     back = CraneCommandMessage.FromString(rows.data[1])
     assert (back.time.seconds, back.time.nanos) == (1, 500_000_001)
     assert (back.lift_order, back.component_id, back.phase, back.loaded) == (4, "b", 6, True)
@@ -88,7 +89,7 @@ def test_a_command_comes_back_from_its_bytes() -> None:
 )
 def test_the_bytes_are_protobufs_own(crane: TowerCrane, named: bool) -> None:
     commands = some_commands()
-    rows = command_rows(commands, ["a", "b"], crane, topic="/x", named=named)
+    rows = command_rows(commands, ["a", "b"], crane, rate=LogRate.EARLIER, topic="/x", named=named)
     assert (rows.topic, rows.time_ns.tolist()) == ("/x", [command.time_ns for command in commands])
     for command, data in zip(commands, rows.data, strict=True):
         target = np.array([[command.target_slew_rad, command.target_radius_m, command.target_height_m]])

@@ -382,3 +382,15 @@ def test_a_foreign_log_is_refused(tmp_path: Path) -> None:
         writer.finish()
     with pytest.raises(LogFileError, match="not a bimvox log"):
         read_log(path)
+
+
+def test_what_viewers_are_shown_is_rounded_to_about_a_nanometre_and_the_motions_are_exact() -> None:
+    log = tiny_log()
+    joints = decoded_messages(log_bytes(log))[JOINTS]
+    values = np.array([state.position for _, message in joints for state in message.joints])
+    assert np.array_equal(values, np.round(values * 2.0**30) / 2.0**30)
+    motion = log.motions[0]
+    time_ns, axes = motion.samples()
+    slews = np.array([message.joints[0].position for at_ns, message in joints if at_ns <= motion.end_ns])
+    shown_ns = np.array([at_ns for at_ns, _ in joints if at_ns <= motion.end_ns])
+    assert 0.0 < np.abs(slews - axes[np.searchsorted(time_ns, shown_ns), 0]).max() < 1e-9

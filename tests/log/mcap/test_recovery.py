@@ -144,7 +144,9 @@ def test_a_bit_flipped_anywhere_costs_no_more_than_its_chunk(data: bytes) -> Non
                 assert saved == whole.messages, position
             else:
                 before = counts[hit - 1] if hit else 0
-                assert saved == whole.messages[:before] + whole.messages[counts[hit] :], position
+                # When a chunk is, as its record says, is not needed to read it.
+                without = whole.messages[:before] + whole.messages[counts[hit] :]
+                assert saved in (without, whole.messages), position
 
 
 def test_a_damaged_record_after_the_data_is_no_message(data: bytes) -> None:
