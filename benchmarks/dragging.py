@@ -1,12 +1,13 @@
-"""Measures dragging in the studio with 500 parts: from the pointer's move to the drawn colours of the parts.
+"""Measures the studio with 500 parts: dragging a crane, and dropping an obstruction while the plan is watched.
 
     python -m benchmarks.dragging
 
 A headless Chromium that renders in software (``BIMVOX_BROWSER`` names another one; ``make test-page`` installs its
 driver) drags the crane, the yard and a corner of it, 150 moves each. For every answered move: the time from the
 browser's stamp of the move until the frame with the colours is drawn; and the processor time that a move takes in the
-server and all processes of the browser together (Linux), which says more on a busy machine. The program fails if a move
-takes longer than the bound.
+server and all processes of the browser together (Linux), which says more on a busy machine. Then an
+obstruction is dropped on parts all over the plan: the time from the browser's stamp of the drop until the frame with
+the parts that the whole new plan changed is drawn. The program fails if a move or a drop takes longer than its bound.
 """
 
 from __future__ import annotations
@@ -28,8 +29,9 @@ from typing import Any
 from benchmarks.scale.building import write_site
 
 PARTS, BOUND_MS, MOVES = 500, 100.0, 150
-_STEP_MS, _REST_MS = 16, 500
-_LONGEST_S = 120.0
+DROP_BOUND_MS, DROPS = 1500.0, 24
+_STEP_MS, _REST_MS, _SETTLED_MS = 16, 500, 3000
+_LONGEST_S = 300.0
 _ARGUMENTS = ("--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 
 _MEASURE = """() => {
@@ -55,6 +57,46 @@ _MEASURE = """() => {
     });
   };
 }"""
+
+_MEASURE_DROPS = """() => {
+  const { watching } = window.studio, { take } = watching;
+  let stamp = 0;
+  window.drops = [];
+  addEventListener("pointerup", (event) => (stamp = event.timeStamp), true);
+  watching.take = (event, ...others) => {
+    take.call(watching, event, ...others);
+    if (!event.revision || event.pending?.length) return;
+    const at = stamp, count = event.replanned.length + event.retimed.length;
+    requestAnimationFrame(() => {
+      const drawn = new MessageChannel();
+      drawn.port1.onmessage = () => window.drops.push([performance.now() - at, count]);
+      drawn.port2.postMessage(0);
+    });
+  };
+}"""
+
+
+def drop(page: Any) -> list[tuple[float, int]]:
+    """Return the milliseconds until each new plan is drawn, and how many of its lifts are new."""
+    page.click("#start-watch")
+    page.keyboard.press("Enter")
+    _wait(page, "document.getElementById('stage')?.textContent.startsWith('Watching')")
+    page.evaluate(_MEASURE_DROPS)
+    page.click('[data-key="add-box"]')
+    page.wait_for_timeout(_SETTLED_MS)
+    parts = page.locator(".part")
+    places = [parts.nth((2 * n + 1) * parts.count() // (2 * DROPS)).bounding_box() for n in range(DROPS)]
+    page.evaluate("() => { window.drops = []; }")
+    for n, place in enumerate(places):
+        box = page.locator('[data-handle="boxes/0"]').bounding_box()
+        page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        page.mouse.down()
+        page.mouse.move(place["x"] + place["width"] / 2, place["y"] + place["height"] / 2, steps=4)
+        page.wait_for_timeout(_REST_MS)
+        page.mouse.up()
+        _wait(page, f"window.drops.length > {n}")
+        page.wait_for_timeout(_SETTLED_MS)
+    return [(taken_ms, count) for taken_ms, count in page.evaluate("() => window.drops")]
 
 
 def drag(page: Any, handle: str, server: int) -> tuple[list[float], float]:
@@ -111,7 +153,7 @@ def _rest(page: Any) -> None:
 
 
 def main() -> int:
-    """Measure, print, and return 1 if a move took longer than the bound."""
+    """Measure, print, and return 1 if a move or a drop took longer than its bound."""
     from playwright.sync_api import sync_playwright
 
     browser = os.environ.get("BIMVOX_BROWSER") or shutil.which("chromium") or shutil.which("google-chrome")
@@ -140,11 +182,19 @@ def main() -> int:
                         f"| {name} | {len(taken)} of {MOVES} | {statistics.median(taken):.0f} ms | {high:.0f} ms "
                         f"| {taken[-1]:.0f} ms | {used_ms:.0f} ms |"
                     )
+                dropped = sorted(drop(page))
                 chromium.close()
             finally:
                 server.terminate()
     print(f"- every move drawn within {BOUND_MS:.0f} ms: {'met' if largest_ms <= BOUND_MS else 'not met'}")
-    return int(largest_ms > BOUND_MS)
+    slowest_ms, counts = dropped[-1][0], [count for _, count in dropped]
+    median_ms = statistics.median(one for one, _ in dropped)
+    print(
+        f"- {len(dropped)} obstructions dropped, {statistics.median(counts):.0f} lifts new (most {max(counts)}), drawn "
+        f"after {median_ms:.0f} ms (largest {slowest_ms:.0f} ms), within {DROP_BOUND_MS:.0f} ms: "
+        f"{'met' if slowest_ms <= DROP_BOUND_MS else 'not met'}"
+    )
+    return int(largest_ms > BOUND_MS or slowest_ms > DROP_BOUND_MS)
 
 
 if __name__ == "__main__":
