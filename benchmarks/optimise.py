@@ -123,7 +123,7 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
         standing_h = float(search.work.standing_s.sum()) / 3600.0
         random = plans[2]
         like = [n for n, plan in enumerate(random) if plan.infeasible == given.infeasible]
-        estimates = [one.all_crane_s[at] for one, at in drawn]
+        estimates = [search.from_place(one, one.bases_m[at]).crane_s for one, at in drawn]
         rank = _spearman([estimates[n] for n in like], [random[n].hours for n in like])
         moving = [given, *(_best(some) if some else None for some in plans)]
         cheapest = min((plan for plan in plans[0] if plan.infeasible <= given.infeasible), key=lambda plan: plan.cost)

@@ -12,7 +12,7 @@ from bimvox.errors import InputError
 from bimvox.library.set_up_search.front import front_of, proven_front, to_plan
 from bimvox.library.set_up_search.pairs import may_pair, pairs
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.refine import refined
+from bimvox.library.set_up_search.refine import closer, refined
 from bimvox.library.set_up_search.search import Effort, Search, Tried
 from bimvox.library.set_up_search.yards import may_move, other_yards
 from bimvox.progress import Progress
@@ -89,6 +89,7 @@ def search_set_ups(
     for machine in machines:
         lattice += search.tried([machine])
         progress.advance()
+    lattice = closer(search, lattice)
     progress.finish()
     found, trials = list(lattice), 0
     if effort.yards and may_move(site.config):

@@ -134,7 +134,7 @@ def _close(search: Search, one: _Rough, separation_m: float) -> Tried | None:
     cranes = _apart(search.config, one.rigs, bases_m, separation_m)
     if cranes is None:
         return None
-    found = [search.served(rig, base_m[None]) for rig, base_m in zip(one.rigs, bases_m, strict=True)]
+    found = [_timed(search, rig, base_m) for rig, base_m in zip(one.rigs, bases_m, strict=True)]
     can = np.stack([each.served[0] for each in found], axis=1)
     reach_m = np.stack([distances_m(base_m[None], search.work.places_m)[0] for base_m in bases_m], axis=1)
     rough_s = [rough_work_s(rig.crane, reach_m[:, k], search.work.standing_s) for k, rig in enumerate(one.rigs)]
@@ -154,6 +154,17 @@ def _close(search: Search, one: _Rough, separation_m: float) -> Tried | None:
         parts[0], served=served, crane_s=longest_s, cost=cost, highest=max(each.highest for each in parts),
         over=search.over(cost), why="" if served == total else f"serve {served} of {total} parts", second=parts[1],
     )  # fmt: skip
+
+
+def _timed(search: Search, rig: Rig, base_m: NDArray[np.float64]) -> SetUps:
+    """Return how a rig serves the parts from a base (2,), every way longer by what the swing of loads takes in all."""
+    quick = search.served(rig, base_m[None])
+    standing_s = quick.served * search.work.standing_s
+    crane = replace(rig.crane, base_m=(*base_m.tolist(), 0.0))
+    moving_s = search.timed_s(crane, search.work, quick.served[0]) - float(standing_s.sum())
+    longer = moving_s / max(float(quick.crane_s[0]) - float(standing_s.sum()), 1e-9)
+    lift_s = standing_s + longer * (quick.lift_s - standing_s)
+    return replace(quick, lift_s=lift_s, crane_s=lift_s.sum(axis=1))
 
 
 def _makespan_s(search: Search, whose: NDArray[np.int64], lift_s: NDArray[np.float64]) -> float:

@@ -1,7 +1,8 @@
-"""A second look around the fastest planned set-up: other good places of its mast, and smaller deliveries."""
+"""A closer look at the fastest set-ups: other places of their masts, and smaller deliveries."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,15 +13,35 @@ from bimvox.site.catalogue import machine_called
 _APART_M = 4.0
 """Places that are nearer to each other take about as long."""
 _AS_FAST = 1.25
-"""A place is worth a plan if the crane moves no longer than so many times what it moves on the best one."""
+"""A place is worth a closer look if the crane moves no longer than so many times the least, by the quick estimate."""
+_MACHINES, _PLACES = 4, 12
+"""So many of the fastest machines are looked at closer, on so many places each."""
+_MOST_PLACES = 60
+"""The same of the fastest one by its plan."""
 _LOAD = 0.5
 """Share of the truckload: with fewer parts in the yard, each lies where it takes least time."""
 
 
+def closer(search: Search, lattice: Sequence[Tried]) -> list[Tried]:
+    """Return a lattice in which what serves most parts is timed with the swing of loads, the fastest on better places.
+
+    Args:
+        search: The parts.
+        lattice: Machines on their places, as ``Search.tried`` yields them.
+    """
+    most = max((one.served for one in lattice if one.crane is not None), default=0)
+    found = [_timed(search, one) if one.served == most and one.crane is not None else one for one in lattice]
+    fastest: dict[str, int] = {}
+    able = [n for n, one in enumerate(found) if one.served == most and one.crane is not None]
+    for n in sorted(able, key=lambda n: found[n].crane_s):
+        fastest.setdefault(found[n].machine, n)
+    for n in list(fastest.values())[:_MACHINES]:
+        found[n] = min(found[n], *_elsewhere(search, found[n], _PLACES), key=lambda one: (-one.served, one.crane_s))
+    return found
+
+
 def refined(search: Search, best: Tried, effort: Effort) -> list[Tried]:
     """Return set-ups to plan next to the fastest one, about half as many as were planned before.
-
-    The estimate ranks places of one machine badly when they are nearly as fast: only a plan knows the better one.
 
     Args:
         search: The parts.
@@ -37,26 +58,37 @@ def refined(search: Search, best: Tried, effort: Effort) -> list[Tried]:
     if polygon is not None and load_kg > 0.0:
         number = None if best.yard is None else best.yard.number
         found.append(replace(best, yard=OtherYard(number, polygon, _LOAD * load_kg)))
-    machine = machine_called(best.machine)
-    if machine is not None:
-        for number, at in enumerate(_spread(best, float(search.work.standing_s.sum()), most - len(found)), start=2):
-            crane_s = float(best.all_crane_s[at])
-            cost = search.rates(machine).total(crane_s / 3600.0)
-            crane = replace(best.crane, base_m=(*best.bases_m[at].tolist(), best.crane.base_m[2]))
-            over = search.over(cost)
-            found.append(replace(best, crane=crane, crane_s=crane_s, cost=cost, over=over, place=number))
+    if machine_called(best.machine) is not None and best.yard is None:
+        elsewhere = [one for one in _elsewhere(search, best, _MOST_PLACES) if one.served >= best.served]
+        chosen = _apart(best, sorted(elsewhere, key=lambda one: one.crane_s), most - len(found))
+        found += [replace(one, place=number) for number, one in enumerate(chosen, start=2)]
     return [one for one in found if not one.over][:most]
 
 
-def _spread(best: Tried, standing_s: float, most: int) -> list[int]:
-    """Return the places, as fast by the estimate, that are furthest from those planned and from each other."""
-    assert best.crane is not None
-    limit_s = standing_s + _AS_FAST * (best.crane_s - standing_s)
-    able = np.flatnonzero((best.all_served >= best.served) & (best.all_crane_s <= limit_s))
-    gap_m = np.hypot(*(best.bases_m[able] - np.array(best.crane.base_m[:2])).T)
-    found: list[int] = []
-    while len(found) < most and gap_m.max(initial=0.0) >= _APART_M:
-        at = int(able[int(np.argmax(gap_m))])
-        found.append(at)
-        gap_m = np.minimum(gap_m, np.hypot(*(best.bases_m[able] - best.bases_m[at]).T))
+def _timed(search: Search, one: Tried) -> Tried:
+    assert one.crane is not None
+    return search.from_place(one, np.array(one.crane.base_m[:2]))
+
+
+def _elsewhere(search: Search, one: Tried, most: int) -> list[Tried]:
+    """Return a set-up on at most so many of its other places that are as fast by the quick estimate."""
+    standing_s = float(search.work.standing_s.sum())
+    moving_s = one.all_crane_s - standing_s
+    full = one.all_served >= one.served
+    able = np.flatnonzero(full & (moving_s <= _AS_FAST * moving_s[full].min(initial=np.inf)))
+    return [search.from_place(one, one.bases_m[at]) for at in able[:: max(1, -(-len(able) // most))]]
+
+
+def _apart(best: Tried, others: Sequence[Tried], most: int) -> list[Tried]:
+    """Return the first of other places that are not next to the best one or to each other."""
+    found: list[Tried] = []
+    for one in others:
+        if len(found) < most and all(_gap_m(one, other) >= _APART_M for other in (best, *found)):
+            found.append(one)
     return found
+
+
+def _gap_m(one: Tried, other: Tried) -> float:
+    assert one.crane is not None
+    assert other.crane is not None
+    return float(np.hypot(*np.subtract(one.crane.base_m[:2], other.crane.base_m[:2])))

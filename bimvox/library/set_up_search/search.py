@@ -12,6 +12,7 @@ from bimvox.crane.fit import MARGIN_M, standing
 from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.timed import timed_moving_s
 from bimvox.library.site import built_site
 from bimvox.planning.assembly import prepare
 from bimvox.progress import Progress
@@ -24,7 +25,7 @@ from bimvox.site.mast_places import ground_plan
 from bimvox.site.means import Means
 from bimvox.site.rigging import gear_by_crane
 from bimvox.site.set_ups import LiftWork, SetUps, highest_utilisation, least_moving_s, set_ups
-from bimvox.site.site import Site
+from bimvox.site.site import Site, SwingRule
 from bimvox.site.trial import yard_pitch_m
 
 _MOST_BASES = 600
@@ -77,10 +78,10 @@ class Tried:
         load_moment_tm: Size of the machine.
         crane: The crane on the place in question; None if its mast has no place.
         served: Number of parts that it serves from there.
-        crane_s: Estimated crane time from there.
+        crane_s: Estimated crane time from there, of those that serve most parts with the swing of loads.
         bases_m: (B, 2) all places.
         all_served: (B,) number of parts served from each.
-        all_crane_s: (B,) estimated crane time from each.
+        all_crane_s: (B,) crane time from each by the quick estimate, without swing.
         why: Why the first part that it does not serve is not served; empty if it serves all.
         cost: Estimated cost from there, in the currency of the site.
         highest: Estimated highest utilisation from there.
@@ -211,7 +212,23 @@ class Search:
         """Return how many parts a crane serves from where it stands, and the estimated crane time."""
         used = self._wanted.demand.as_used(crane)
         found = set_ups(used, np.array([crane.base_m[:2]]), self.work, self._wanted.demand.height_m(used))
-        return int(found.served[0].sum()), float(found.crane_s[0])
+        return int(found.served[0].sum()), self.timed_s(used, self.work, found.served[0])
+
+    def timed_s(self, crane: TowerCrane, work: LiftWork, served: NDArray[np.bool_]) -> float:
+        """Return the estimated crane time of a crane as used, on its base, for the parts that it serves.
+
+        It ranks places; see :mod:`bimvox.library.set_up_search.timed`.
+        """
+        swings = self.config.rules_in_force.swing is SwingRule.SHAPED
+        return float(work.standing_s[served].sum()) + timed_moving_s(crane, work, served, swings=swings)
+
+    def from_place(self, one: Tried, base_m: NDArray[np.float64]) -> Tried:
+        """Return a set-up of one crane and the site file's yard on one of its places, (2,), timed with its swing."""
+        assert one.crane is not None
+        crane = replace(one.crane, base_m=(*base_m.tolist(), one.crane.base_m[2]))
+        served, crane_s = self.of(crane)
+        cost = self._wanted.rates(machine_of_crane(crane)).total(crane_s / 3600.0)
+        return replace(one, crane=crane, served=served, crane_s=crane_s, cost=cost, over=self.over(cost))
 
     def rates(self, machine: Machine) -> Rates:
         """Return what a machine costs on this site."""
@@ -298,7 +315,8 @@ class Search:
         base_m = np.array([crane.base_m[:2]])
         found = set_ups(crane, base_m, work, wanted.demand.height_m(crane), MARGIN_M)
         highest = highest_utilisation(replace(crane, chart=chosen.crane.chart), base_m, work, found.served)
-        served, crane_s = int(found.served.sum()), float(found.crane_s[0])
+        served = int(found.served.sum())
+        crane_s = self.timed_s(crane, work, found.served[0])
         why = "" if found.served.all() else "serves fewer parts with this yard"
         cost = self.rates(machine).total(crane_s / 3600.0)
         return Tried(

@@ -10,7 +10,7 @@ import pytest
 
 from bimvox.bim.read import read_building
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.refine import refined
+from bimvox.library.set_up_search.refine import closer, refined
 from bimvox.library.set_up_search.search import Effort, OtherYard, Search, Tried
 from bimvox.progress import SilentProgress
 from bimvox.site.config.site_config import ModelConfig
@@ -51,3 +51,16 @@ def test_few_plans_are_not_refined_and_another_yard_keeps_its_number(search: Sea
     polygon = search.config.areas.yard[0]
     load, *_ = refined(search, replace(best, yard=OtherYard(4, polygon, 12_000.0)), Effort(4))
     assert load.yard == OtherYard(4, polygon, 6_000.0)
+
+
+def test_a_closer_look_keeps_what_serves_fewer_and_moves_the_fastest_to_a_place_that_is_no_slower(
+    search: Search, best: Tried
+) -> None:
+    fewer = replace(best, served=best.served - 1, crane_s=1.0)
+    found, same = closer(search, [best, fewer])
+    assert same is fewer
+    own = search.from_place(best, np.array(best.crane.base_m[:2]))
+    assert own.crane_s > best.crane_s  # the quick estimate knows no swing
+    assert (found.served, found.machine) == (best.served, best.machine)
+    assert found.crane_s <= own.crane_s
+    assert found.cost == pytest.approx(search.rates_of(found).total(found.crane_s / 3600.0))
