@@ -59,6 +59,7 @@ class CraneFit:
         hours: Estimated crane hours.
         moving_hours: Those of them in which it moves.
         cost: Estimated cost by the rates of the site file.
+        is_inside: Whether the mast stands within the outline of the building.
     """
 
     machine: str
@@ -74,6 +75,7 @@ class CraneFit:
     hours: float
     moving_hours: float
     cost: float
+    is_inside: bool = False
 
     @property
     def serves(self) -> bool:
@@ -210,10 +212,8 @@ def best_set_up(machines: Sequence[Machine], wanted: Wanted) -> Chosen | None:
             bases_m = wanted.places.bases_m(crane, _MOST_BASES)
             if not len(bases_m):
                 continue
-            parts = _parts(crane, bases_m, wanted)
-            most = min(parts)
-            which = np.array([one == most for one in parts])
-            tried.append(((*most, least), machine, usual, crane, bases_m[which]))
+            most, bases_m = _serving_most(crane, bases_m, wanted)
+            tried.append(((*most, least), machine, usual, crane, bases_m))
     tried.sort(key=lambda one: one[0])
     best: Chosen | None = None
     for (served, roomy, least), machine, usual, crane, bases_m in tried:
@@ -233,15 +233,27 @@ def _parts(crane: TowerCrane, bases_m: NDArray[np.float64], wanted: Wanted) -> l
     return list(zip((-served).tolist(), (-roomy).tolist(), strict=True))
 
 
+def _serving_most(
+    crane: TowerCrane, bases_m: NDArray[np.float64], wanted: Wanted
+) -> tuple[tuple[int, int], NDArray[np.float64]]:
+    """Return the most that a crane serves from (B, 2) bases, as :func:`_parts` counts it, and the bases that do.
+
+    Those inside the outline of the building only if none outside does.
+    """
+    parts = _parts(crane, bases_m, wanted)
+    most = min(parts)
+    able = bases_m[np.array([one == most for one in parts])]
+    outside = able[~wanted.places.inside(able)]
+    return most, outside if len(outside) else able
+
+
 def _placed(
     machine: Machine, usual: TowerCrane, crane: TowerCrane, bases_m: NDArray[np.float64], wanted: Wanted
 ) -> Chosen:
     """Return a machine on the best of (B, 2) bases, or on a better one next to it."""
     first = _best_base(crane, bases_m, wanted)
-    near_m = wanted.places.near_m(crane, first, _MOST_BASES)
-    parts = _parts(crane, near_m, wanted)
-    most = min(parts)
-    base_m = _best_base(crane, near_m[np.array([one == most for one in parts])], wanted)
+    most, near_m = _serving_most(crane, wanted.places.near_m(crane, first, _MOST_BASES), wanted)
+    base_m = _best_base(crane, near_m, wanted)
     crane_s = float(wanted.estimated(crane, base_m[None], MARGIN_M)[0][0])
     placed = replace(standing(usual, wanted.demand.height_m(crane)), base_m=(*base_m.tolist(), 0.0))
     return Chosen(placed, (*most, round(wanted.rates(machine).total(crane_s / 3600.0), 2)))
@@ -318,4 +330,5 @@ def _fit(machine: Machine, usual: TowerCrane | None, wanted: Wanted) -> CraneFit
         hours=crane_s / 3600.0,
         moving_hours=(crane_s - wanted.standing_s) / 3600.0,
         cost=wanted.rates(machine).total(crane_s / 3600.0),
+        is_inside=bool(wanted.places.inside(base_m)[0]),
     )  # fmt: skip

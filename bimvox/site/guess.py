@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from shapely.geometry.base import BaseGeometry
 
 from bimvox.bim.building import Building, Element, Role, TriangleMesh
 from bimvox.bim.site_frame import in_site_frame
@@ -75,7 +74,7 @@ def cranes_that_fit(
     """
     placed, lifted = placed_and_lifted(config, building)
     size_m = config.model.voxel_size_m or VOXEL_SIZES_M[0]
-    height_m, plan = top_m(placed) + 2 * size_m, _around_parts(placed)
+    height_m, plan = top_m(placed) + 2 * size_m, ground_plan(placed.elements)
     rigs, cranes = rigs_of(config, lifted), cranes_of(config)
     own = None
     if cranes:
@@ -204,7 +203,7 @@ def _with_areas_and_crane(
         wanted = Wanted(
             config.model_copy(update={"areas": areas}),
             lifted,
-            _around_parts(building),
+            ground_plan(building.elements),
             top_m(building) + 2 * rough_m,
             rigs_of(config, lifted),
         )
@@ -220,11 +219,6 @@ def _with_areas_and_crane(
         )
         chosen = config.crane
     return config.model_copy(update={"areas": areas.model_copy(update={"yard": yards}), "crane": chosen})
-
-
-def _around_parts(building: Building) -> BaseGeometry:
-    """Return the convex outline of the parts: a mast inside would have to stay until the end."""
-    return ground_plan(building.elements).convex_hull
 
 
 def rigs_of(config: SiteConfig, lifted: Sequence[Element]) -> Rigs:

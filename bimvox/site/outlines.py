@@ -21,6 +21,8 @@ PLAN, FRONT, SIDE = (0, 1), (0, 2), (1, 2)
 
 _SIMPLE_M = 0.02
 """Outlines are simplified by this much."""
+_SMALL_M2, _MOST_TRIANGLES = 20.0, 5000
+"""A hull of less has no opening for a mast; more triangles take too long to join."""
 
 
 @kept
@@ -30,6 +32,16 @@ def hull(mesh: TriangleMesh, axes: tuple[int, int]) -> BaseGeometry:
     used[mesh.faces] = True
     # A line through all vertices has their hull, and is made much faster than a set of points.
     return shapely.linestrings(mesh.vertices_m[:, axes][used]).convex_hull
+
+
+@kept
+def shadow(mesh: TriangleMesh) -> BaseGeometry:
+    """Return what a mesh covers on plan, its openings left free; of a small or an intricate one the convex hull."""
+    around = hull(mesh, PLAN)
+    if around.area < _SMALL_M2 or len(mesh.faces) > _MOST_TRIANGLES:
+        return around
+    flat = shapely.polygons(mesh.triangles_m[:, :, :2])
+    return shapely.union_all(flat[shapely.area(flat) > 0.0])
 
 
 def union(shapes: Iterable[BaseGeometry]) -> BaseGeometry:

@@ -25,7 +25,7 @@ from bimvox.errors import ConfigError
 from bimvox.site.config.site_config import Polygon, SiteConfig, ZoneConfig
 from bimvox.site.crane_checks import check_cranes
 from bimvox.site.demand import Demand, Rigs
-from bimvox.site.outlines import PLAN, hull
+from bimvox.site.outlines import PLAN, hull, shadow
 from bimvox.site.rigging import gear_by_crane
 from bimvox.site.zones import NO_HOOK, NO_LOAD
 
@@ -170,9 +170,10 @@ class Trial:
         for crane in cranes:
             (x0, y0, _), (x1, y1, _) = mast_box_m(crane)
             mast = shapely.box(x0, y0, x1, y1)
-            hit = np.flatnonzero(shapely.intersects(self.hulls, mast))
-            if len(hit):
-                part = self._parts[int(hit[0])]
+            near = np.flatnonzero(shapely.intersects(self.hulls, mast)).tolist()
+            hit = [part for part in (self._parts[n] for n in near) if shadow(part.mesh).intersects(mast)]
+            if hit:
+                part = hit[0]
                 found.append(f"The mast of {crane.name} stands at the place of {part.label}")
             if mast.intersects(yard):
                 found.append(f"The mast of {crane.name} stands in the yard")

@@ -114,6 +114,11 @@ def choice_notes(own: CraneFit, smaller: Sequence[CraneFit], currency: str) -> l
         f"crane time, {own.moving_hours:.1f} h of it in motion; {own.cost:,.0f} {currency}, see [costs]. "
         "`bimvox optimise` tries other places.",
     ]
+    if own.is_inside:
+        lines.append(
+            "It stands inside the outline of the building, where the model is open over the whole height: outside,"
+        )
+        lines.append("nothing as cheap serves as much. Check its foundation, and how its mast is taken down.")
     lines += [f"{fit.machine} does not serve this site: {fit.reason}" for fit in smaller]
     if own.unserved:
         lines.append(f"{own.machine} sets most of the parts; no machine sets all. By other means:")

@@ -75,6 +75,9 @@ def _elsewhere(search: Search, one: Tried, most: int) -> list[Tried]:
     standing_s = float(search.work.standing_s.sum())
     moving_s = one.all_crane_s - standing_s
     full = one.all_served >= one.served
+    assert one.crane is not None
+    if not search.inside(np.array([one.crane.base_m[:2]]))[0]:
+        full &= ~search.inside(one.bases_m)
     able = np.flatnonzero(full & (moving_s <= _AS_FAST * moving_s[full].min(initial=np.inf)))
     return [search.from_place(one, one.bases_m[at]) for at in able[:: max(1, -(-len(able) // most))]]
 

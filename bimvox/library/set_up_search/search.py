@@ -204,6 +204,10 @@ class Search:
         """Return about ``most`` (B, 2) places where a rig's mast can stand."""
         return self._wanted.places.bases_m(rig.crane, most)
 
+    def inside(self, bases_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which of (B, 2) places are within the outline of the building: only if none outside serves as much."""
+        return self._wanted.places.inside(bases_m)
+
     def served(self, rig: Rig, bases_m: NDArray[np.float64], work: LiftWork | None = None) -> SetUps:
         """Return how a rig serves the parts, or other work, from (B, 2) bases."""
         return set_ups(rig.crane, bases_m, work or self.work, rig.hook_m, MARGIN_M)
@@ -290,8 +294,9 @@ class Search:
                 float(highest[n]), self.over(cost), is_least_used,
             )  # fmt: skip
 
-        best = int(np.lexsort((highest, np.round(crane_s), -counts))[0])
-        least = int(np.lexsort((crane_s, np.round(highest, 2), -counts))[0])
+        inside = self.inside(bases_m)
+        best = int(np.lexsort((highest, np.round(crane_s), inside, -counts))[0])
+        least = int(np.lexsort((crane_s, np.round(highest, 2), inside, -counts))[0])
         spared = round(float(highest[best] - highest[least]), 9) >= 0.01
         return [at(best), *([at(least, is_least_used=True)] if spared else [])]
 
