@@ -141,49 +141,6 @@ def _set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, ho
     return SetUps(served, lift_s, lift_s.sum(axis=1), share.max(axis=1, initial=0.0))
 
 
-def least_moving_s(
-    crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, slack_m: tuple[float, float] = (0.0, 0.0)
-) -> NDArray[np.float64]:
-    """Return for (B, 2) bases a time in which no order and no yard place lets the crane move less.
-
-    Each part comes from the place of the yard that is best for it alone of those at which the crane carries it, not
-    higher than it must. The hook returns to the nearest place of the yard after all parts but one, not lower than the
-    highest part that lies there.
-
-    Args:
-        crane: The crane; its base is ignored.
-        bases_m: (B, 2) places of its mast.
-        work: The parts, with every place of the yard.
-        slack_m: How far a hook may be from the place that is given for it, on plan and in height: the pitch of the
-            places, the cells, and stacks.
-    """
-    aside_m, low_m = slack_m
-    radius_m, yard_radius_m = distances_m(bases_m, work.places_m), distances_m(bases_m, work.yard_m)
-    least_m, most_m = radii_for_m(crane, work.masses_kg).T
-    ups_m = np.maximum(work.tops_m - work.heights_m - low_m, 0.0)
-    back_m = np.maximum(work.tops_m - work.heights_m.max(initial=0.0) - low_m, 0.0)
-    longest_m = float(max(radius_m.max(initial=1.0), yard_radius_m.max(initial=1.0), ups_m.max(initial=1.0)))
-    travel = Travel(replace(crane, base_m=(0.0, 0.0, 0.0)), longest_m)
-    # Moved by the slack, a point at a radius turns by no more than this.
-    turns, yard_turns = (np.arcsin(np.minimum(aside_m / np.maximum(r, 1e-9), 1.0)) for r in (radius_m, yard_radius_m))
-    yard_slews, slews = _slews(bases_m, work.yard_m), _slews(bases_m, work.places_m)
-    across_s, nearest_s = np.zeros(radius_m.shape), np.zeros(radius_m.shape)
-    for n in range(len(work.places_m)):
-        turn = np.abs(np.remainder(yard_slews - slews[:, n, None] + np.pi, 2.0 * np.pi) - np.pi)
-        turn = np.maximum(turn - turns[:, n, None] - yard_turns, 0.0)
-        radial_m = np.maximum(np.abs(yard_radius_m - radius_m[:, n, None]) - 2.0 * aside_m, 0.0)
-        seconds = travel.across_s(turn, radial_m)
-        able = (yard_radius_m >= least_m[n] - aside_m) & (yard_radius_m <= most_m[n] + aside_m)
-        nearest_s[:, n] = seconds.min(axis=1)
-        across_s[:, n] = np.where(able.any(axis=1), np.where(able, seconds, np.inf).min(axis=1), nearest_s[:, n])
-    empty, *loaded = _winches(crane, work, longest_m)
-    loaded_s = np.array([winch.hoisting_s(ups_m[n : n + 1])[0] for n, winch in enumerate(loaded)])
-    there_s = np.maximum(across_s, loaded_s)
-    back_s = np.maximum(nearest_s, empty.hoisting_s(back_m))
-    total_s: NDArray[np.float64] = there_s.sum(axis=1) + back_s.sum(axis=1) - back_s.max(axis=1, initial=0.0)
-    return total_s
-
-
 def highest_utilisation(
     crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, served: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
@@ -207,7 +164,7 @@ def highest_utilisation(
     return found
 
 
-def _winches(crane: TowerCrane, work: LiftWork, longest_m: float) -> list[Travel]:
+def winches(crane: TowerCrane, work: LiftWork, longest_m: float) -> list[Travel]:
     """Return the crane's travel in the gear of the empty hook, then in that of each part."""
     gears = {kg: hoist_limits(crane, kg) for kg in {0.0, *work.masses_kg.tolist()}}
     return [
@@ -235,12 +192,12 @@ def _lift_s(
     over_m = np.maximum.accumulate(work.tops_m) + work.heights_m + crane.sling_m
     longest_m = float(max(radius_m.max(initial=1.0), yard_radius_m.max(initial=1.0), over_m.max(initial=1.0)))
     travel = Travel(replace(crane, base_m=(0.0, 0.0, 0.0)), longest_m)
-    slew, yard_slew = _slews(bases_m, work.places_m), _slews(bases_m, work.yard_m)
+    slew, yard_slew = slews(bases_m, work.places_m), slews(bases_m, work.yard_m)
     at_yard_m, at_place_m = work.heights_m + crane.sling_m, work.tops_m + crane.sling_m
     ups_m = np.stack([over_m - at_yard_m, over_m - at_place_m], axis=1)
-    winches = _winches(crane, work, longest_m)
-    empty_s = winches[0].hoisting_s(ups_m).sum(axis=1)
-    loaded_s = np.array([one.hoisting_s(up_m).sum() for one, up_m in zip(winches[1:], ups_m, strict=True)])
+    empty, *loaded = winches(crane, work, longest_m)
+    empty_s = empty.hoisting_s(ups_m).sum(axis=1)
+    loaded_s = np.array([one.hoisting_s(up_m).sum() for one, up_m in zip(loaded, ups_m, strict=True)])
     across_s = travel.across_s(
         yard_slew[:, None, :] - slew[:, :, None], yard_radius_m[:, None, :] - radius_m[:, :, None]
     )
@@ -253,7 +210,7 @@ def _lift_s(
     return lift_s
 
 
-def _slews(bases_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+def slews(bases_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the (B, N) directions from bases to points."""
     found: NDArray[np.float64] = np.arctan2(points_m[:, 1] - bases_m[:, 1, None], points_m[:, 0] - bases_m[:, 0, None])
     return found

@@ -208,11 +208,6 @@ def yard_points(config: SiteConfig) -> NDArray[np.float64]:
     return _points_in(config.areas.yard or (), tuple(closed))
 
 
-def yard_pitch_m(config: SiteConfig) -> float:
-    """Return the largest pitch of :func:`yard_points`."""
-    return max([_PITCH_M, *(_pitch_of_m(shapely.Polygon(polygon).bounds) for polygon in config.areas.yard or ())])
-
-
 def _pitch_of_m(bounds_m: tuple[float, float, float, float]) -> float:
     x0, y0, x1, y1 = bounds_m
     return max(_PITCH_M, float(np.sqrt((x1 - x0) * (y1 - y0) / _MOST_POINTS)))

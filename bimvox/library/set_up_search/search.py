@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from bimvox.crane.fit import MARGIN_M, standing
 from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.library.set_up_search.least_moving import Loose, least_of_all_s
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.timed import timed_moving_s
 from bimvox.library.site import built_site
 from bimvox.planning.assembly import prepare
+from bimvox.planning.stacks import is_stacked
 from bimvox.progress import Progress
 from bimvox.site.config.site_config import Polygon
 from bimvox.site.costs import Rates
@@ -24,13 +26,10 @@ from bimvox.site.guess import rigs_of
 from bimvox.site.mast_places import ground_plan
 from bimvox.site.means import Means
 from bimvox.site.rigging import gear_by_crane
-from bimvox.site.set_ups import LiftWork, SetUps, highest_utilisation, least_moving_s, set_ups
+from bimvox.site.set_ups import LiftWork, SetUps, highest_utilisation, set_ups
 from bimvox.site.site import Site, SwingRule
-from bimvox.site.trial import yard_pitch_m
 
 _MOST_BASES = 600
-_AT_ONCE = 100
-"""Places of a mast that are in memory at once."""
 _MOST_YARD = 24
 """Places of the yard in the estimate."""
 
@@ -174,7 +173,9 @@ class Search:
         site = built_site(config, placed.building, {}, progress).site
         progress.stage("order")
         elements = {part.id: part for part in placed.parts}
-        parts = [elements[site.components[n].id] for n in _in_sequence(site)]
+        components = [site.components[n] for n in _in_sequence(site)]
+        parts = [elements[component.id] for component in components]
+        self._stacked = np.array([is_stacked(site, component) for component in components], np.bool_)
         rigs = rigs_of(config, parts) if gear_by_crane(config, 1)[0] is not None else None
         plan = ground_plan(placed.placed.elements)
         self._wanted = Wanted(config, parts, plan, placed.load_top_m, rigs, range(len(parts)))
@@ -242,26 +243,23 @@ class Search:
         """Return a time below which no hammerhead of a lattice moves with the given yard.
 
         From every place that serves most parts, whatever the order, the places in the yard and the paths; see
-        :func:`bimvox.site.set_ups.least_moving_s`.
+        :mod:`bimvox.library.set_up_search.least_moving`. Plans that refuse more parts may move less.
 
         Args:
             lattice: Machines on their places, as :meth:`tried` yields them.
         """
-        work, rules = self._wanted.work, self.config.rules_in_force
-        cell_m = self.config.model.voxel_size_m or 0.0
-        stack_m = 0.0 if rules.yard is None else rules.yard.stack_height_m
-        slack_m = (yard_pitch_m(self.config) * 0.5**0.5 + 2.0 * cell_m, stack_m + 2.0 * cell_m)
+        rules, cell_m = self.config.rules_in_force, self.config.model.voxel_size_m or 0.0
         most = max((one.served for one in lattice), default=0)
-        rigs = [one for one in lattice if one.served == most and one.crane is not None and not one.is_least_used]
-        chunks = [
-            (self._wanted.demand.as_used(one.crane), bases_m[first : first + _AT_ONCE])
-            for one in rigs
-            if one.crane is not None and one.crane.luffing is None
-            for bases_m in (one.bases_m[one.all_served == most],)
-            for first in range(0, len(bases_m), _AT_ONCE)
+        stands = [
+            (self._wanted.demand.as_used(one.crane), one.bases_m[one.all_served == most])
+            for one in lattice
+            if one.served == most and one.crane is not None and not one.is_least_used and one.crane.luffing is None
         ]
-        found = (float(least_moving_s(crane, bases_m, work, slack_m).min()) for crane, bases_m in chunks)
-        return min(found, default=0.0)
+        stack_m = 0.0 if rules.yard is None else rules.yard.stack_height_m
+        swings = rules.swing is SwingRule.SHAPED
+        lies_m = cell_m + np.where(self._stacked, stack_m, 0.0)
+        loose = Loose(0.5 * cell_m, 0.5 * cell_m, lies_m, cell_m, swings)
+        return least_of_all_s(stands, self._wanted.work, self.config.areas.yard or (), loose)
 
     def rates_of(self, one: Tried) -> Rates:
         """Return what a set-up costs; of two cranes, both."""

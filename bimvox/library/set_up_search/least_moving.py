@@ -1,0 +1,181 @@
+"""A time in which no hammerhead moves less, from any place that is looked at, whatever the order and the paths.
+
+Each part comes from the best place of the yard for it alone, and the empty hook returns to the nearest one. What every
+motion of a plan takes is counted: a load is raised by a cell by itself, a move across is shaped by at least
+``STRETCH[0]`` of half a period, which is shorter only if the hook climbs meanwhile, up and down take turns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import pi
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from bimvox.crane.bound import rest_to_rest_s
+from bimvox.crane.fit import distances_m, radii_for_m
+from bimvox.crane.pendulum import GRAVITY_M_S2
+from bimvox.crane.rigging import hoist_limits
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.travel import Travel
+from bimvox.motion.cancel_swing import STRETCH
+from bimvox.site.config.site_config import Polygon
+from bimvox.site.set_ups import LiftWork, slews, winches
+
+_CLIMBS_M = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 1000.0)
+"""How far the hook climbs above the higher end of a move; each step of the table is bounded by its ends."""
+_SHORTEST_M = 0.5
+_COARSE, _FINE = 150, 2500
+"""Squares that cover the yard: for all places of the mast, and for the best ones."""
+_AT_ONCE, _FEW = 100, 8
+"""Places of a mast that are in memory at once, with the coarse and with the fine squares."""
+_MOST_FINE = 1200
+"""Places of a mast that are looked at with the fine squares."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loose:
+    """What is not known exactly of a plan, and what it takes in any case.
+
+    Attributes:
+        places_m: How far the hook may be from the place that is given for a part, on plan.
+        yard_m: The same from some place of the yard.
+        lies_m: (N,) how high each part may lie in the yard.
+        raised_m: How far a load is raised before anything else.
+        swings: Whether moves are shaped against the swing of loads.
+    """
+
+    places_m: float = 0.0
+    yard_m: float = 0.0
+    lies_m: NDArray[np.float64] | float = 0.0
+    raised_m: float = 0.0
+    swings: bool = False
+
+
+def least_of_all_s(
+    stands: Sequence[tuple[TowerCrane, NDArray[np.float64]]],
+    work: LiftWork,
+    yard: Sequence[Polygon],
+    loose: Loose,
+) -> float:
+    """Return the least time of cranes, each on its (B, 2) places; 0 without any.
+
+    Args:
+        stands: The cranes as used; their bases are ignored.
+        work: The parts; its places of the yard are ignored.
+        yard: The yard.
+        loose: What is not known exactly; its ``yard_m`` is what a hook may be outside of the yard.
+    """
+    (coarse, near_m), (fine, nearer_m) = (_squares(yard, loose.yard_m, most) for most in (_COARSE, _FINE))
+    rough, exact = replace(loose, yard_m=near_m), replace(loose, yard_m=nearer_m)
+    pieces = [
+        (crane, bases_m[first : first + _AT_ONCE])
+        for crane, bases_m in stands
+        for first in range(0, len(bases_m), _AT_ONCE)
+    ]
+    found = [least_moving_s(crane, bases_m, replace(work, yard_m=coarse), rough) for crane, bases_m in pieces]
+    if not found:
+        return 0.0
+    seconds, least_s = np.concatenate(found), np.inf
+    which = np.concatenate([np.full(len(bases_m), n) for n, (_, bases_m) in enumerate(pieces)])
+    bases_m = np.concatenate([bases_m for _, bases_m in pieces])
+    ascending = np.argsort(seconds, kind="stable")
+    # The bound of all places is settled by the few whose rough bound is the least.
+    for first in range(0, len(ascending), _FEW):
+        some = ascending[first : first + _FEW]
+        if seconds[some[0]] >= least_s or first >= _MOST_FINE:
+            return float(min(least_s, seconds[some[0]]))
+        for n in np.unique(which[some]).tolist():
+            own = bases_m[some[which[some] == n]]
+            closer_s = least_moving_s(pieces[n][0], own, replace(work, yard_m=fine), exact)
+            least_s = min(least_s, float(closer_s.min()))
+    return float(least_s)
+
+
+def least_moving_s(
+    crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, loose: Loose = Loose()
+) -> NDArray[np.float64]:
+    """Return for (B, 2) bases a time in which no order and no yard place lets the crane move less.
+
+    Parts that it does not carry take none.
+
+    Args:
+        crane: The crane as used, on its mast; its base is ignored.
+        bases_m: (B, 2) places of its mast.
+        work: The parts, with every place of the yard.
+        loose: What is not known exactly.
+    """
+    lies_m = np.broadcast_to(np.asarray(loose.lies_m, np.float64), work.tops_m.shape)
+    ups_m = np.maximum(work.tops_m - work.heights_m - lies_m, 0.0)
+    back_m = np.maximum(work.tops_m - (work.heights_m + lies_m).max(initial=0.0), 0.0)
+    points_m = np.concatenate([work.places_m, work.yard_m])
+    longest_m = float(max(1.0, distances_m(bases_m, points_m).max(initial=0.0), ups_m.max(initial=0.0)))
+    across_s, nearest_s, carried = _across_s(crane, bases_m, work, loose, longest_m)
+    empty, *loaded = winches(crane, work, longest_m)
+    hangs_m = crane.jib_height_m - work.tops_m
+    there_s, back_s = np.full(across_s.shape, np.inf), np.full(across_s.shape, np.inf)
+    gears = {kg: hoist_limits(crane, kg) for kg in set(work.masses_kg.tolist())}
+    raise_s = np.array([rest_to_rest_s(loose.raised_m, gears[kg]) for kg in work.masses_kg.tolist()])
+    for climb_m, higher_m in pairwise(_CLIMBS_M):
+        up_m = np.maximum(ups_m + climb_m, loose.raised_m)
+        hoist_s = [winch.hoisting_s(np.array([up, climb_m])).sum() for winch, up in zip(loaded, up_m, strict=True)]
+        shaped_s = _shaped_s(hangs_m + 0.5 * work.heights_m - higher_m, loose) * (across_s > 0.0)
+        there_s = np.minimum(there_s, np.maximum(across_s + shaped_s + raise_s, np.array(hoist_s)))
+        shaped_s = _shaped_s(hangs_m - crane.sling_m - higher_m, loose) * (nearest_s > 0.0)
+        hoists_s = empty.hoisting_s(np.array([climb_m])) + empty.hoisting_s(back_m + climb_m)
+        back_s = np.minimum(back_s, np.maximum(nearest_s + shaped_s, hoists_s))
+    there_s, back_s = there_s * carried, back_s * carried
+    total_s: NDArray[np.float64] = there_s.sum(axis=1) + back_s.sum(axis=1) - back_s.max(axis=1, initial=0.0)
+    return total_s
+
+
+def _across_s(
+    crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, loose: Loose, longest_m: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Return (B, N) the least time across from where a part may be picked, and from anywhere; and whether it can be."""
+    radius_m, yard_radius_m = distances_m(bases_m, work.places_m), distances_m(bases_m, work.yard_m)
+    least_m, most_m = radii_for_m(crane, work.masses_kg).T
+    travel = Travel(replace(crane, base_m=(0.0, 0.0, 0.0)), longest_m)
+    # Moved by so much, a point at a radius turns by no more than this.
+    turns, yard_turns = (
+        np.arcsin(np.minimum(aside_m / np.maximum(r, 1e-9), 1.0))
+        for aside_m, r in ((loose.places_m, radius_m), (loose.yard_m, yard_radius_m))
+    )
+    yard_slews, place_slews = slews(bases_m, work.yard_m), slews(bases_m, work.places_m)
+    across_s, nearest_s = np.zeros(radius_m.shape), np.zeros(radius_m.shape)
+    carried = (radius_m >= least_m - loose.places_m) & (radius_m <= most_m + loose.places_m)
+    for n in range(len(work.places_m)):
+        turn = np.abs(np.remainder(yard_slews - place_slews[:, n, None] + pi, 2.0 * pi) - pi)
+        turn = np.maximum(turn - turns[:, n, None] - yard_turns, 0.0)
+        radial_m = np.abs(yard_radius_m - radius_m[:, n, None])
+        seconds = travel.across_s(turn, np.maximum(radial_m - loose.places_m - loose.yard_m, 0.0))
+        able = (yard_radius_m >= least_m[n] - loose.yard_m) & (yard_radius_m <= most_m[n] + loose.yard_m)
+        nearest_s[:, n] = seconds.min(axis=1)
+        across_s[:, n] = np.where(able, seconds, np.inf).min(axis=1)
+        carried[:, n] &= able.any(axis=1)
+    return np.where(np.isfinite(across_s), across_s, 0.0), nearest_s, carried
+
+
+def _shaped_s(lengths_m: NDArray[np.float64], loose: Loose) -> NDArray[np.float64]:
+    """Return what shaping a move takes at least with pendulums that are no shorter than these."""
+    if not loose.swings:
+        return np.zeros(lengths_m.shape)
+    shaped_s: NDArray[np.float64] = STRETCH[0] * pi * np.sqrt(np.maximum(lengths_m, _SHORTEST_M) / GRAVITY_M_S2)
+    return shaped_s
+
+
+def _squares(yard: Sequence[Polygon], around_m: float, most: int) -> tuple[NDArray[np.float64], float]:
+    """Return the (P, 2) middles of about so many squares that cover a yard, and how far a point of one may be."""
+    area = shapely.union_all([shapely.Polygon(one) for one in yard]).buffer(around_m)
+    if area.is_empty:
+        return np.zeros((0, 2)), 0.0
+    size_m = float(np.sqrt(area.area / most))
+    x0, y0, x1, y1 = area.bounds
+    x, y = np.meshgrid(*(np.arange(low + 0.5 * size_m, high + size_m, size_m) for low, high in ((x0, x1), (y0, y1))))
+    half_m = 0.5 * size_m
+    touched = shapely.intersects(area, shapely.box(x - half_m, y - half_m, x + half_m, y + half_m))
+    return np.column_stack([x[touched], y[touched]]), half_m * 2.0**0.5

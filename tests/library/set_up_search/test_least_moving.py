@@ -1,0 +1,141 @@
+"""No plan, no estimate and no moved point goes below the bound, and it comes close to what a crane cannot avoid."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from box_sites import test_crane as crane_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import bimvox
+from bimvox.bim.read import read_building
+from bimvox.crane.bound import point_to_point_s
+from bimvox.crane.kinematics import pose_of
+from bimvox.crane.reach import allowed_radii_m
+from bimvox.crane.rigging import rigged
+from bimvox.crane.tower_crane import CranePose
+from bimvox.library.set_up_search.least_moving import Loose, least_moving_s, least_of_all_s
+from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.search import Search
+from bimvox.library.set_up_search.timed import timed_moving_s
+from bimvox.library.site import built_site
+from bimvox.progress import SilentProgress
+from bimvox.site.config.site_config import ModelConfig
+from bimvox.site.crane_guess import machine_of_crane
+from bimvox.site.guess import guess_site
+from bimvox.site.machine import cranes_of, machine_config
+from bimvox.site.set_ups import LiftWork, set_ups
+
+SAMPLES = Path(__file__).parents[3] / "sample_models"
+CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
+YARD = (((4.0, 10.0), (14.0, 10.0), (14.0, 16.0), (4.0, 16.0)),)
+
+
+def work_of(places, masses, yard) -> LiftWork:
+    count = len(places)
+    return LiftWork(
+        places_m=np.array(places, np.float64).reshape(-1, 2),
+        tops_m=np.linspace(1.0, 10.0, count),
+        heights_m=np.full(count, 1.0),
+        masses_kg=np.array(masses, np.float64),
+        standing_s=np.full(count, 600.0),
+        yard_m=np.array(yard, np.float64).reshape(-1, 2),
+        closed=np.zeros(count, np.bool_),
+    )
+
+
+points = st.tuples(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
+some_parts = st.lists(st.tuples(points, st.floats(100.0, 900.0)), min_size=1, max_size=5)
+
+
+@given(some_parts, st.lists(points, min_size=1, max_size=4), st.lists(points, min_size=1, max_size=3))
+def test_no_estimate_of_parts_that_are_all_served_is_below_the_bound(parts, yard, bases):
+    work = work_of(*zip(*parts, strict=True), yard)
+    found, least_s = set_ups(CRANE, np.array(bases), work, 20.0), least_moving_s(CRANE, np.array(bases), work)
+    for row in np.flatnonzero(found.served.all(axis=1)):
+        assert least_s[row] <= found.crane_s[row] - 600.0 * len(parts) + 1.0
+
+
+@settings(max_examples=20)
+@given(some_parts, st.lists(points, min_size=1, max_size=4))
+def test_no_motion_with_swing_is_below_the_bound_with_swing_nor_that_below_the_one_without(parts, yard):
+    work, base = work_of(*zip(*parts, strict=True), yard), np.zeros((1, 2))
+    if set_ups(CRANE, base, work, 20.0).served.all():
+        plain_s, least_s = (least_moving_s(CRANE, base, work, Loose(swings=on))[0] for on in (False, True))
+        assert plain_s <= least_s
+        assert least_s <= timed_moving_s(CRANE, work, np.ones(len(parts), np.bool_), swings=True) + 1e-6
+
+
+def test_one_lift_takes_no_less_than_its_raise_and_the_way_across():
+    work = work_of([(0.0, 15.0)], [500.0], [(30.0, -10.0)])
+    pick, place = (
+        CranePose(*(float(axis) for axis in pose_of(CRANE, np.array([x, y, 5.0]))))
+        for x, y in ((30.0, -10.0), (0.0, 15.0))
+    )
+    across_s = point_to_point_s(rigged(CRANE, 500.0), pick, place, 5.0)
+    (least_s,) = least_moving_s(CRANE, np.zeros((1, 2)), work)
+    (raised_s,) = least_moving_s(CRANE, np.zeros((1, 2)), work, Loose(raised_m=0.5))
+    (shaped_s,) = least_moving_s(CRANE, np.zeros((1, 2)), work, Loose(swings=True))
+    assert least_s == pytest.approx(across_s, rel=0.02)
+    assert least_s + 1.0 < raised_s
+    assert least_s + 0.8 < shaped_s < least_s + 5.0
+
+
+def test_the_bound_is_lower_with_slack_and_higher_where_a_heavy_part_may_not_be_picked_nearby():
+    base = np.zeros((1, 2))
+    work = work_of([(0.0, 15.0), (4.0, 20.0), (-9.0, 30.0)], [500.0, 700.0, 600.0], [(6.0, 14.0), (8.0, 0.0)])
+    exact, loose = (least_moving_s(CRANE, base, work, one)[0] for one in (Loose(), Loose(1.0, 1.0, 1.5)))
+    assert 0.0 < loose < exact
+    near, aside = (0.0, 25.0), (-10.0, -3.0)
+    heavy_kg = next(kg for kg in range(500, 100_000, 100) if allowed_radii_m(CRANE, float(kg))[1] < 24.0)
+    light, heavy = (work_of([(0.0, 10.0)], [kg], [near, aside]) for kg in (500.0, float(heavy_kg)))
+    assert set_ups(CRANE, base, heavy, 20.0).served.all()
+    assert least_moving_s(CRANE, base, heavy)[0] > least_moving_s(CRANE, base, light)[0] + 5.0
+    # What the crane does not carry takes no time.
+    beyond = work_of([(0.0, 10.0)], [1e6], [near, aside])
+    assert least_moving_s(CRANE, base, beyond)[0] == 0.0
+
+
+@given(some_parts, st.integers(0, 3))
+def test_points_moved_by_less_than_the_slack_never_move_less_than_the_bound(parts, seed):
+    rng = np.random.default_rng(seed)
+    work, base = work_of(*zip(*parts, strict=True), [(6.0, 14.0), (30.0, -20.0)]), np.array([[1.0, 2.0]])
+    least_s = least_moving_s(CRANE, base, work, Loose(places_m=1.0))[0]
+    angles = rng.uniform(0.0, 2.0 * np.pi, len(parts))
+    moved = work.places_m + 0.99 * np.column_stack([np.cos(angles), np.sin(angles)])
+    moved_work = dataclasses.replace(work, places_m=moved)
+    if set_ups(CRANE, base, moved_work, 20.0).served.all():
+        assert least_s <= least_moving_s(CRANE, base, moved_work)[0] + 0.5 * len(parts)
+
+
+@given(some_parts, st.lists(points, min_size=1, max_size=6), st.integers(0, 5))
+def test_the_least_of_all_places_is_below_that_of_every_place_with_any_points_of_the_yard(parts, bases, seed):
+    rng = np.random.default_rng(seed)
+    (x0, y0), (x1, y1) = np.min(YARD[0], axis=0), np.max(YARD[0], axis=0)
+    yard = np.column_stack([rng.uniform(x0, x1, 5), rng.uniform(y0, y1, 5)])
+    work, stands_m = work_of(*zip(*parts, strict=True), yard), np.array(bases)
+    least_s = least_of_all_s([(CRANE, stands_m)], work, YARD, Loose(swings=True))
+    each_s = least_moving_s(CRANE, stands_m, work, Loose(swings=True))
+    served = set_ups(CRANE, stands_m, work, 20.0).served.all(axis=1)
+    assert (least_s <= each_s[served] + 1e-6).all()
+    assert least_of_all_s([], work, YARD, Loose()) == 0.0
+
+
+@pytest.mark.parametrize(("name", "aside_m"), [("frame.ifc", 0.0), ("frame.ifc", 6.0), ("hall.ifc", 0.0)])
+def test_no_plan_moves_less_than_the_bound_of_its_own_place(name: str, aside_m: float) -> None:
+    building = read_building(SAMPLES / name)
+    config = guess_site(building, ModelConfig(path=Path(name)), name="site")
+    (crane,) = cranes_of(config)
+    x, y, z = crane.base_m
+    crane = dataclasses.replace(crane, base_m=(x + aside_m, y - aside_m, z))
+    config = config.model_copy(update={"crane": machine_config(crane)})
+    made = bimvox.plan(built_site(config, building, {}, SilentProgress()), jobs=1)
+    search = Search(PlacedSite(config, building), SilentProgress())
+    own = next(one for one in search.tried([machine_of_crane(crane)]) if one.crane is not None)
+    here = {"bases_m": np.array([crane.base_m[:2]]), "all_served": np.array([own.served])}
+    moving_s = made.figures.crane_s - float(search.work.standing_s.sum())
+    assert 0.3 * moving_s < search.least_moving_s([dataclasses.replace(own, crane=crane, **here)]) <= moving_s
