@@ -12,7 +12,7 @@ from bimvox.errors import InputError
 from bimvox.library.set_up_search.front import front_of, proven_front, to_plan
 from bimvox.library.set_up_search.pairs import may_pair, pairs
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.refine import closer, refined
+from bimvox.library.set_up_search.refine import better_placed, closer, refined
 from bimvox.library.set_up_search.search import Effort, Search, Tried
 from bimvox.library.set_up_search.yards import may_move, other_yards
 from bimvox.progress import Progress
@@ -93,8 +93,10 @@ def search_set_ups(
     progress.finish()
     found, trials = list(lattice), 0
     if effort.yards and may_move(site.config):
-        moved, trials = other_yards(site, search, machines, folder, effort, progress)
-        found += moved
+        most = max((one.served for one in lattice), default=0)
+        able = [machine for machine in machines if search.carries(machine) >= most]
+        moved, trials = other_yards(site, search, able, folder, effort, progress)
+        found += [better_placed(search, one) if one.served >= most else one for one in moved]
     if effort.cranes > 1 and may_pair(site.config):
         progress.stage("pairs")
         found += pairs(search, machines)

@@ -36,8 +36,13 @@ def closer(search: Search, lattice: Sequence[Tried]) -> list[Tried]:
     for n in sorted(able, key=lambda n: found[n].crane_s):
         fastest.setdefault(found[n].machine, n)
     for n in list(fastest.values())[:_MACHINES]:
-        found[n] = min(found[n], *_elsewhere(search, found[n], _PLACES), key=lambda one: (-one.served, one.crane_s))
+        found[n] = better_placed(search, found[n])
     return found
+
+
+def better_placed(search: Search, one: Tried) -> Tried:
+    """Return a set-up of one crane on the best of a few of its places, or where it stands."""
+    return min(one, *_elsewhere(search, one, _PLACES), key=lambda one: (-one.served, one.crane_s))
 
 
 def refined(search: Search, best: Tried, effort: Effort) -> list[Tried]:
@@ -58,7 +63,7 @@ def refined(search: Search, best: Tried, effort: Effort) -> list[Tried]:
     if polygon is not None and load_kg > 0.0:
         number = None if best.yard is None else best.yard.number
         found.append(replace(best, yard=OtherYard(number, polygon, _LOAD * load_kg)))
-    if machine_called(best.machine) is not None and best.yard is None:
+    if machine_called(best.machine) is not None:
         elsewhere = [one for one in _elsewhere(search, best, _MOST_PLACES) if one.served >= best.served]
         chosen = _apart(best, sorted(elsewhere, key=lambda one: one.crane_s), most - len(found))
         found += [replace(one, place=number) for number, one in enumerate(chosen, start=2)]

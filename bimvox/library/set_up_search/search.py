@@ -26,10 +26,11 @@ from bimvox.site.guess import rigs_of
 from bimvox.site.mast_places import ground_plan
 from bimvox.site.means import Means
 from bimvox.site.rigging import gear_by_crane
-from bimvox.site.set_ups import LiftWork, SetUps, highest_utilisation, set_ups
+from bimvox.site.set_ups import LiftWork, SetUps, carried, highest_utilisation, set_ups
 from bimvox.site.site import Site, SwingRule
 
-_MOST_BASES = 600
+_MOST_BASES, _MOST_MOVED = 600, 200
+"""Places of a mast: with the site file's yard, and with another one."""
 _MOST_YARD = 24
 """Places of the yard in the estimate."""
 
@@ -228,12 +229,22 @@ class Search:
         return float(work.standing_s[served].sum()) + timed_moving_s(crane, work, served, swings=swings)
 
     def from_place(self, one: Tried, base_m: NDArray[np.float64]) -> Tried:
-        """Return a set-up of one crane and the site file's yard on one of its places, (2,), timed with its swing."""
+        """Return a set-up of one crane on one of its places, (2,), timed with the swing of its loads."""
         assert one.crane is not None
+        wanted, work = self._seen(one.yard)
         crane = replace(one.crane, base_m=(*base_m.tolist(), one.crane.base_m[2]))
-        served, crane_s = self.of(crane)
-        cost = self._wanted.rates(machine_of_crane(crane)).total(crane_s / 3600.0)
-        return replace(one, crane=crane, served=served, crane_s=crane_s, cost=cost, over=self.over(cost))
+        used = wanted.demand.as_used(crane)
+        served = set_ups(used, base_m[None], work, wanted.demand.height_m(used)).served[0]
+        crane_s = self.timed_s(used, work, served)
+        cost = wanted.rates(machine_of_crane(crane)).total(crane_s / 3600.0)
+        return replace(one, crane=crane, served=int(served.sum()), crane_s=crane_s, cost=cost, over=self.over(cost))
+
+    def _seen(self, yard: OtherYard | None) -> tuple[Wanted, LiftWork]:
+        """Return the parts with a yard; None: the site file's."""
+        if yard is None or yard.number is None:
+            return self._wanted, self.work
+        wanted = self._wanted.with_yard((yard.polygon,))
+        return wanted, wanted.work.sample(len(self.work.masses_kg), _MOST_YARD)
 
     def rates(self, machine: Machine) -> Rates:
         """Return what a machine costs on this site."""
@@ -309,23 +320,31 @@ class Search:
 
     def with_yard(self, machine: Machine, yard: OtherYard) -> Tried | None:
         """Return a machine with the best of its jibs, reevings and places for another yard; None if it has no place."""
-        wanted = self._wanted.with_yard((yard.polygon,))
+        wanted, work = self._seen(yard)
         chosen = best_set_up([machine], wanted)
         if chosen is None:
             return None
         crane = wanted.demand.as_used(chosen.crane)
-        work = wanted.work.sample(len(self.work.masses_kg), _MOST_YARD)
-        base_m = np.array([crane.base_m[:2]])
-        found = set_ups(crane, base_m, work, wanted.demand.height_m(crane), MARGIN_M)
-        highest = highest_utilisation(replace(crane, chart=chosen.crane.chart), base_m, work, found.served)
-        served = int(found.served.sum())
-        crane_s = self.timed_s(crane, work, found.served[0])
-        why = "" if found.served.all() else "serves fewer parts with this yard"
+        base_m, height_m = np.array([crane.base_m[:2]]), wanted.demand.height_m(crane)
+        bases_m = np.concatenate([base_m, wanted.places.bases_m(crane, _MOST_MOVED)])
+        found = set_ups(crane, bases_m, work, height_m, MARGIN_M)
+        own = found.served[0]
+        highest = highest_utilisation(replace(crane, chart=chosen.crane.chart), base_m, work, own[None])
+        crane_s = self.timed_s(crane, work, own)
+        why = "" if own.all() else "serves fewer parts with this yard"
         cost = self.rates(machine).total(crane_s / 3600.0)
         return Tried(
-            machine.name, crane.jib_own_m, crane.falls, machine.load_moment_tm, chosen.crane, served, crane_s, base_m,
-            np.array([served]), found.crane_s, why, cost, float(highest[0]), self.over(cost), yard=yard,
+            machine.name, crane.jib_own_m, crane.falls, machine.load_moment_tm, chosen.crane, int(own.sum()), crane_s,
+            bases_m, found.served.sum(axis=1), found.crane_s, why, cost, float(highest[0]), self.over(cost), yard=yard,
         )  # fmt: skip
+
+    def carries(self, machine: Machine) -> int:
+        """Return how many parts a machine carries to their places from its best place, wherever the yard is."""
+        found = [0]
+        for rig in self.rigs([machine]):
+            able, _ = carried(rig.crane, self.places_m(rig), self.work, rig.hook_m, MARGIN_M)
+            found.append(int(able.sum(axis=1).max(initial=0)))
+        return max(found)
 
 
 def _in_sequence(site: Site) -> list[int]:

@@ -10,7 +10,7 @@ import pytest
 
 from bimvox.bim.read import read_building
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.refine import closer, refined
+from bimvox.library.set_up_search.refine import better_placed, closer, refined
 from bimvox.library.set_up_search.search import Effort, OtherYard, Search, Tried
 from bimvox.progress import SilentProgress
 from bimvox.site.config.site_config import ModelConfig
@@ -64,3 +64,20 @@ def test_a_closer_look_keeps_what_serves_fewer_and_moves_the_fastest_to_a_place_
     assert (found.served, found.machine) == (best.served, best.machine)
     assert found.crane_s <= own.crane_s
     assert found.cost == pytest.approx(search.rates_of(found).total(found.crane_s / 3600.0))
+
+
+def test_another_yard_is_looked_at_closer_by_its_own_parts_and_only_with_machines_that_carry_them(
+    search: Search, best: Tried
+) -> None:
+    (machine,) = machines_called("hammerhead-45")
+    x, y = np.array(search.config.areas.yard[0]).T
+    further = OtherYard(3, tuple(zip((x - 8.0).tolist(), (y - 8.0).tolist(), strict=True)), 12_000.0)
+    moved = search.with_yard(machine, further)
+    found = better_placed(search, moved)
+    assert found.yard is further
+    assert found.crane_s <= moved.crane_s
+    assert found.served == moved.served
+    assert found.crane_s > search.from_place(best, np.array(best.crane.base_m[:2])).crane_s  # the yard is further away
+    assert search.carries(machine) == len(search.work.masses_kg)
+    short = replace(machine, jibs_m=machine.jibs_m[:1], cranes=(replace(machine.cranes[0], jib_length_m=8.0),))
+    assert search.carries(short) < len(search.work.masses_kg)
