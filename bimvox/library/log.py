@@ -12,6 +12,7 @@ from bimvox.library.plan_value import Plan
 from bimvox.log.plan_log import PlanLog, with_full_rate
 from bimvox.log.reader import read_log as read_record
 from bimvox.log.recorder import write_log as write_record
+from bimvox.workers import ALONE, Workers
 
 
 def write_log(plan: Plan, path: Path | str, *, full_rate: bool = False) -> Path:
@@ -46,6 +47,6 @@ def read_log(path: Path | str) -> Plan:
     return Plan(read_record(path_of("read_log", path, "a log")))
 
 
-def write_log_file(path: Path, record: PlanLog, *, inputs: Iterable[Path] = ()) -> None:
-    """Write a log, whole or not at all, but never over one of ``inputs``."""
-    write_atomically(path, lambda stream: write_record(stream, record), inputs=inputs)
+def write_log_file(path: Path, record: PlanLog, *, inputs: Iterable[Path] = (), workers: Workers = ALONE) -> None:
+    """Write a log, whole or not at all, but never over one of ``inputs``; workers share the work."""
+    write_atomically(path, lambda stream: write_record(stream, record, workers=workers), inputs=inputs)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from bimvox.errors import InputError, PlanningError
@@ -23,6 +24,7 @@ from bimvox.progress import Listener, Progress, progress_of
 from bimvox.site.obstructions.file import obstructions_to_json
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
 from bimvox.site.site import Site
+from bimvox.workers import Workers
 
 
 def plan(  # noqa: PLR0913  (the options of a verb)
@@ -61,21 +63,47 @@ def plan(  # noqa: PLR0913  (the options of a verb)
         PolicyError: If the named policy is missing or does not fit.
         ObstructionFileError: If the obstructions cannot be used.
     """
+    wish = PolicyWish(policy, seed, steps, train, retrain)
+    with planned(site, wish, obstructions=obstructions, jobs=jobs, progress=progress) as (made, _):
+        return made
+
+
+@contextmanager
+def planned(
+    site: LoadedSite,
+    wish: PolicyWish,
+    *,
+    obstructions: ObstructionSet | ReadObstructions | Path | str | None = None,
+    jobs: int | None = None,
+    progress: Listener = None,
+) -> Iterator[tuple[Plan, Workers]]:
+    """Plan a site as :func:`plan`; within the block there are the plan and the workers that made it.
+
+    They know the plan's site, and share the work on its log.
+
+    Args:
+        site: As for ``plan``.
+        wish: The arguments of ``plan`` about the policy.
+        obstructions: As for ``plan``, like the others, and the errors.
+        jobs: As above.
+        progress: As above.
+    """
     told, site = progress_of(progress), insist("plan", site, LoadedSite, "site")
-    seed, steps, retrain = whole("seed", seed, 0), whole("steps", steps, 1), whole("retrain", retrain, 0) or 0
-    policy = text("policy", policy, "give the id of a stored policy, or none, greedy, nearest or default")
+    seed, steps, retrain = whole("seed", wish.seed, 0), whole("steps", wish.steps, 1), whole("retrain", wish.retrain, 0)
+    policy = text("policy", wish.policy, "give the id of a stored policy, or none, greedy, nearest or default")
     built, files = site.site, dict(site.files)
     if obstructions is not None:
         found, content = obstructions_of(obstructions, built)
         built, files = obstructed(built, found, told), {**files, **content}
     with workers_of(built, whole("jobs", jobs, 1)) as workers:
         preparation = prepared(built, told, workers)
-        chosen = policy_of(site, built, preparation, PolicyWish(policy, seed, steps, train), told)
+        chosen = policy_of(site, built, preparation, PolicyWish(policy, seed, steps, wish.train), told)
         number = seed_of(site, seed)
         used = [chosen]
 
         def retraining(failed: tuple[int, ...]) -> PolicyInUse:
-            used.append(retrained(built, preparation, chosen, failed=failed, seed=number, steps=retrain, progress=told))
+            steps = retrain or 0
+            used.append(retrained(built, preparation, chosen, failed=failed, seed=number, steps=steps, progress=told))
             told.note(f"the policy failed {len(failed)} lifts: {_outcome(chosen, used[-1])}")
             return used[-1]
 
@@ -86,9 +114,10 @@ def plan(  # noqa: PLR0913  (the options of a verb)
             proven = plan_and_prove(
                 built, preparation, chosen, progress=told, retraining=again, workers=workers, may_hand_over=free
             )
-    record = log_of(proven, site, chosen, files, seed=number, revision=0)
-    better = used[-1] if used[-1] is not chosen else None
-    return Plan(record, proven.verdict, chosen, proven.preparation or preparation, better)
+            record = log_of(proven, site, chosen, files, seed=number, revision=0)
+            better = used[-1] if used[-1] is not chosen else None
+            with workers.knowing(record.plan.site):  # another one if a lift was handed over
+                yield Plan(record, proven.verdict, chosen, proven.preparation or preparation, better), workers
 
 
 def obstructions_of(

@@ -11,7 +11,7 @@ from bimvox.crane.identity import identity
 from bimvox.files import check_output, default_output
 from bimvox.library.log import write_log_file
 from bimvox.library.obstructions import read_obstructions
-from bimvox.library.plan import plan as plan_site
+from bimvox.library.plan import planned
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import Planned
 from bimvox.library.site import load_site
@@ -54,10 +54,11 @@ def plan(
     given = None if obstructions is None else read_obstructions(obstructions)  # before the site, which takes its time
     loaded = load_site(site, progress, programme=programme)
     check_output(target, inputs=[*inputs, loaded.config.model.path])
-    made = plan_site(loaded, obstructions=given, jobs=jobs, progress=progress, **asdict(wish))
-    progress.stage("write")
-    write_log_file(target, with_full_rate(made.record) if full_rate else made.record, inputs=inputs)
-    progress.finish()
+    with planned(loaded, wish, obstructions=given, jobs=jobs, progress=progress) as (made, workers):
+        progress.stage("write")
+        record = with_full_rate(made.record) if full_rate else made.record
+        write_log_file(target, record, inputs=inputs, workers=workers)
+        progress.finish()
     assert made.policy is not None
     more: dict[str, Any] = {"retrained": made.retrained.to_dict()} if made.retrained is not None else {}
     document = document_of(Planned(made.record.plan, made.motions), made.policy)

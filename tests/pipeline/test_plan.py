@@ -19,6 +19,7 @@ from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.site import load_site
 from bimvox.log.rate import LogRate
 from bimvox.log.reader import read_log
+from bimvox.log.recorder import write_log
 from bimvox.progress import SilentProgress
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
@@ -56,6 +57,20 @@ def test_a_log_has_under_60_kilobytes_a_lift_and_at_the_full_rate_the_same_proof
     assert main(["export", str(log), "--to", "full-rate", "-o", str(site_folder / "made.mcap"), "-q"]) == 0
     assert (site_folder / "made.mcap").read_bytes() == full.read_bytes()
     assert verify(full, progress=SilentProgress())["verified"] is True
+
+
+def test_the_processes_that_plan_also_make_the_log_with_the_same_bytes(site_folder, monkeypatch):
+    counts = []
+
+    def counted(stream, record, *, workers):
+        counts.append(workers.count)
+        return write_log(stream, record, workers=workers)
+
+    monkeypatch.setattr("bimvox.library.log.write_record", counted)
+    monkeypatch.setattr("bimvox.library.sharing._FEW_PARTS", 1)
+    logs = [plan_again(site_folder, f"{jobs}.mcap", jobs=jobs)["log"] for jobs in (1, 2)]
+    assert counts == [1, 2]
+    assert Path(logs[0]).read_bytes() == Path(logs[1]).read_bytes()
 
 
 def plan_again(folder: Path, name: str = "again.mcap", policy: str | None = None, **options) -> dict:
