@@ -254,11 +254,14 @@ class Search:
         """Return a time below which no hammerhead of a lattice moves with the given yard.
 
         From every place that serves most parts, whatever the order, the places in the yard and the paths; see
-        :mod:`bimvox.library.set_up_search.least_moving`. Plans that refuse more parts may move less.
+        :mod:`bimvox.library.set_up_search.least_moving`. Plans that refuse more parts may move less. 0 if the site file
+        gives parts their starts, which may be outside of the yard.
 
         Args:
             lattice: Machines on their places, as :meth:`tried` yields them.
         """
+        if any(one.start is not None for one in self.config.component):
+            return 0.0
         rules, cell_m = self.config.rules_in_force, self.config.model.voxel_size_m or 0.0
         most = max((one.served for one in lattice), default=0)
         stands = [

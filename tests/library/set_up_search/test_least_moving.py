@@ -24,10 +24,11 @@ from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.timed import timed_moving_s
 from bimvox.library.site import built_site
 from bimvox.progress import SilentProgress
-from bimvox.site.config.site_config import ModelConfig
+from bimvox.site.config.site_config import ComponentConfig, ModelConfig
 from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.guess import guess_site
 from bimvox.site.machine import cranes_of, machine_config
+from bimvox.site.machine_names import machines_called
 from bimvox.site.set_ups import LiftWork, set_ups
 
 SAMPLES = Path(__file__).parents[3] / "sample_models"
@@ -139,3 +140,14 @@ def test_no_plan_moves_less_than_the_bound_of_its_own_place(name: str, aside_m: 
     here = {"bases_m": np.array([crane.base_m[:2]]), "all_served": np.array([own.served])}
     moving_s = made.figures.crane_s - float(search.work.standing_s.sum())
     assert 0.3 * moving_s < search.least_moving_s([dataclasses.replace(own, crane=crane, **here)]) <= moving_s
+
+
+def test_nothing_is_proved_where_a_part_may_start_outside_of_the_yard() -> None:
+    building = read_building(SAMPLES / "frame.ifc")
+    config = guess_site(building, ModelConfig(path=Path("frame.ifc")), name="site")
+    search = Search(PlacedSite(config, building), SilentProgress())
+    lattice = list(search.tried(machines_called("hammerhead-45")))
+    assert search.least_moving_s(lattice) > 0.0
+    part = ComponentConfig(global_id=building.elements[0].global_id, start=(0.0, -10.0))
+    search.config = config.model_copy(update={"component": (part,)})
+    assert search.least_moving_s(lattice) == 0.0
