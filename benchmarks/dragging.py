@@ -82,7 +82,9 @@ def drop(page: Any) -> list[tuple[float, int]]:
     page.keyboard.press("Enter")
     _wait(page, "document.getElementById('stage')?.textContent.startsWith('Watching')")
     page.evaluate(_MEASURE_DROPS)
+    page.wait_for_timeout(_SETTLED_MS)  # it loads its code
     page.click('[data-key="add-box"]')
+    _wait(page, "window.drops.length > 0")
     page.wait_for_timeout(_SETTLED_MS)
     parts = page.locator(".part")
     places = [parts.nth((2 * n + 1) * parts.count() // (2 * DROPS)).bounding_box() for n in range(DROPS)]
@@ -189,10 +191,10 @@ def main() -> int:
     print(f"- every move drawn within {BOUND_MS:.0f} ms: {'met' if largest_ms <= BOUND_MS else 'not met'}")
     slowest_ms, counts = dropped[-1][0], [count for _, count in dropped]
     median_ms = statistics.median(one for one, _ in dropped)
+    within = sum(one <= DROP_BOUND_MS for one, _ in dropped)
     print(
         f"- {len(dropped)} obstructions dropped, {statistics.median(counts):.0f} lifts new (most {max(counts)}), drawn "
-        f"after {median_ms:.0f} ms (largest {slowest_ms:.0f} ms), within {DROP_BOUND_MS:.0f} ms: "
-        f"{'met' if slowest_ms <= DROP_BOUND_MS else 'not met'}"
+        f"after {median_ms:.0f} ms (largest {slowest_ms:.0f} ms): {within} within {DROP_BOUND_MS:.0f} ms"
     )
     return int(largest_ms > BOUND_MS or slowest_ms > DROP_BOUND_MS)
 
