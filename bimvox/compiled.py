@@ -16,6 +16,7 @@ from numba.core.types.misc import unliteral
 
 from bimvox.kernel_cache import KernelCache
 from bimvox.kernel_code import KernelCode
+from bimvox.undisturbed import undisturbed
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -130,7 +131,7 @@ def _dispatcher(function: F, **options: bool) -> Any:
     compile_one = dispatcher.compile
 
     def compile_once(signature: Any) -> Any:
-        with cache.turn(), _without_c_wrappers():
+        with undisturbed(), cache.turn(), _without_c_wrappers():
             return compile_one(signature)
 
     dispatcher.compile = compile_once

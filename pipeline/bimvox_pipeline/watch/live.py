@@ -20,8 +20,8 @@ from bimvox.log.schema import METADATA, SCHEMA_VERSION
 from bimvox.log.segments import FIRST_PLAN
 from bimvox.progress import Progress
 from bimvox.stop.redirect import Held
+from bimvox.undisturbed import undisturbed
 from bimvox_pipeline.watch.simulate import PlanClock
-from bimvox_pipeline.watch.undisturbed import undisturbed
 
 if TYPE_CHECKING:
     from bimvox.log.live.server import LiveServer

@@ -20,7 +20,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.segments import first_plan_of, newest
 from bimvox.progress import Progress
-from bimvox_pipeline.watch.undisturbed import undisturbed
+from bimvox.undisturbed import undisturbed
 
 _QUIET_S = 0.5
 _RETRY_S = 5.0

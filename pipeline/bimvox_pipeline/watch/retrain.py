@@ -23,7 +23,7 @@ from bimvox.policy.choice import PolicyInUse, retrained
 from bimvox.processes import end_with
 from bimvox.progress import SilentProgress
 from bimvox.site.site import Site
-from bimvox_pipeline.watch.undisturbed import undisturbed
+from bimvox.undisturbed import undisturbed
 
 _NICE = 10
 """Lower priority than the watch."""

@@ -1,4 +1,4 @@
-"""Holds Ctrl-C back while the main thread has a lock that another thread needs."""
+"""Holds Ctrl-C back: the main thread has a lock that another one needs, or is in code that is not Python."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ def undisturbed() -> Iterator[None]:
     """Let a Ctrl-C take effect only at the end of the block.
 
     Python raises ``KeyboardInterrupt`` between any two instructions, also inside the methods of locks and events. One
-    of them is then held for ever, and the end of the watch waits for a thread that waits for it.
+    of them is then held for ever, and the end of the watch waits for a thread that waits for it. Raised within a
+    callback of LLVM, it is lost or ends the process with a segmentation fault.
     """
     usual = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(usual):

@@ -5,14 +5,16 @@ from __future__ import annotations
 import signal
 import sys
 import threading
+from contextlib import contextmanager
 
 import pytest
 from bimvox_pipeline.watch.live import LiveView
 from bimvox_pipeline.watch.log import WholeLog
 from bimvox_pipeline.watch.simulate import PlanClock
-from bimvox_pipeline.watch.undisturbed import undisturbed
 
+from bimvox.compiled import kernel
 from bimvox.progress import SilentProgress
+from bimvox.undisturbed import undisturbed
 
 
 class Interruption:
@@ -99,3 +101,20 @@ def test_a_process_that_ignores_ctrl_c_still_ignores_it():
     with undisturbed():
         signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+
+
+def test_an_interrupt_while_a_kernel_is_compiled_takes_effect_after_it(monkeypatch):
+    @kernel
+    def doubled(number: int) -> int:
+        return 2 * number
+
+    @contextmanager
+    def interrupted():
+        signal.raise_signal(signal.SIGINT)
+        yield
+
+    monkeypatch.setattr(doubled._cache, "turn", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        doubled(4)
+    assert len(doubled.signatures) == 1  # it was compiled to the end
+    assert doubled(4) == 8
