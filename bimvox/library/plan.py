@@ -89,7 +89,8 @@ def planned(
         progress: As above.
     """
     told, site = progress_of(progress), insist("plan", site, LoadedSite, "site")
-    seed, steps, retrain = whole("seed", wish.seed, 0), whole("steps", wish.steps, 1), whole("retrain", wish.retrain, 0)
+    seed, steps = whole("seed", wish.seed, 0), whole("steps", wish.steps, 1)
+    retrain = whole("retrain", wish.retrain, 0) or 0
     policy = text("policy", wish.policy, "give the id of a stored policy, or none, greedy, nearest or default")
     built, files = site.site, dict(site.files)
     if obstructions is not None:
@@ -102,8 +103,7 @@ def planned(
         used = [chosen]
 
         def retraining(failed: tuple[int, ...]) -> PolicyInUse:
-            steps = retrain or 0
-            used.append(retrained(built, preparation, chosen, failed=failed, seed=number, steps=steps, progress=told))
+            used.append(retrained(built, preparation, chosen, failed=failed, seed=number, steps=retrain, progress=told))
             told.note(f"the policy failed {len(failed)} lifts: {_outcome(chosen, used[-1])}")
             return used[-1]
 

@@ -23,9 +23,8 @@ from bimvox.log import schema as topics
 from bimvox.log.crane_command import command_rows
 from bimvox.log.driven import Driven, driven
 from bimvox.log.mcap.form import Form
-from bimvox.log.mcap.merge import Timed
 from bimvox.log.mcap.messages import stamp
-from bimvox.log.mcap.rows import Rows, rows_of
+from bimvox.log.mcap.rows import Rows, Timed, rows_of
 from bimvox.log.motion_message import MOTIONS, motion_message
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.planned_path import path_message
@@ -136,9 +135,9 @@ def _messages(site: Site, rate: LogRate, lifts: Sequence[tuple[Lift, LiftMotion]
     return [
         LiftMessages(
             motion.crane,
-            [_rows_of(path_message(site, lift, motion.start_ns))],
+            [rows_of([path_message(site, lift, motion.start_ns)])],
             _moving_rows(site, rate, lift, motion),
-            [] if rate is LogRate.EARLIER else [_rows_of((motion.start_ns, MOTIONS, motion_message(site, motion)))],
+            [] if rate is LogRate.EARLIER else [rows_of([(motion.start_ns, MOTIONS, motion_message(site, motion))])],
         )
         for lift, motion in lifts
     ]
@@ -148,11 +147,6 @@ def _moving_rows(site: Site, rate: LogRate, lift: Lift, motion: LiftMotion) -> t
     """Return frames, load, joints and commands of a lift's motion."""
     one = driven(site, lift, motion, rate)
     return tuple([*make(one)] for make in _makers(site, motion.crane, rate))
-
-
-def _rows_of(message: Timed) -> Rows:
-    time_ns, topic, content = message
-    return rows_of([(time_ns, topic, content.SerializeToString(deterministic=True))])
 
 
 Maker = Callable[[Driven], Iterable[Rows]]

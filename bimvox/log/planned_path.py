@@ -9,8 +9,8 @@ from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 
 from bimvox.log import schema as topics
 from bimvox.log.mcap.form import Form
-from bimvox.log.mcap.merge import Timed
 from bimvox.log.mcap.messages import pose, stamp
+from bimvox.log.mcap.rows import Timed
 from bimvox.records.lift import Lift
 from bimvox.site.site import Site
 

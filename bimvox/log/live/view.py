@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bimvox.log import schema as topics
-from bimvox.log.mcap.merge import Timed
-from bimvox.log.mcap.rows import Rows
+from bimvox.log.mcap.rows import Rows, Timed
 from bimvox.log.moving import lift_rows
 from bimvox.log.narration import event_messages
 from bimvox.log.plan_log import PlanLog

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.log.mcap.packed import Packed, joined
-from bimvox.log.mcap.rows import Rows, rows_of
-
-Timed = tuple[int, str, Any]
-"""Time on the site's clock (ns), topic, message."""
+from bimvox.log.mcap.rows import Rows, Timed, rows_of
 
 
 class Block(NamedTuple):
@@ -62,7 +59,7 @@ class _Stream:
 
     def before(self, cut_ns: int) -> Iterator[Rows]:
         """Return all messages before a time; the rest of a started row is kept for the next call."""
-        single: list[tuple[int, str, bytes]] = []
+        single: list[Timed] = []
         while (message := self._next()) is not None:
             if isinstance(message, Rows):
                 count = len(message.data) if cut_ns == _NEVER else int(np.searchsorted(message.time_ns, cut_ns))
@@ -75,14 +72,14 @@ class _Stream:
                     self._left = _part_of(message, slice(count, None))
                     return
                 continue
-            time_ns, topic, content = message
+            time_ns, topic, _ = message
             if time_ns >= cut_ns:
                 self._left = message
                 break
             if single and single[-1][1] != topic:
                 yield rows_of(single)
                 single = []
-            single.append((time_ns, topic, content.SerializeToString(deterministic=True)))
+            single.append(message)
         if single:
             yield rows_of(single)
 

@@ -7,12 +7,15 @@ A log has about 3,000 messages per lift, which differ in a time stamp and a few 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.log.mcap.packed import Packed, packed
+
+Timed = tuple[int, str, Any]
+"""Time on the site's clock (ns), topic, message."""
 
 
 class Rows(NamedTuple):
@@ -29,7 +32,8 @@ class Rows(NamedTuple):
     data: Packed
 
 
-def rows_of(messages: Sequence[tuple[int, str, bytes]]) -> Rows:
+def rows_of(messages: Sequence[Timed]) -> Rows:
     """Return messages of one topic as rows."""
-    times_ns, topics, data = zip(*messages, strict=True)
-    return Rows(np.array(times_ns, np.int64), topics[0], packed(data))
+    times_ns, topics, contents = zip(*messages, strict=True)
+    data = packed([content.SerializeToString(deterministic=True) for content in contents])
+    return Rows(np.array(times_ns, np.int64), topics[0], data)
