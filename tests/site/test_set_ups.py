@@ -7,26 +7,13 @@ import pytest
 from box_sites import test_crane as crane_of
 from hypothesis import given
 from hypothesis import strategies as st
+from lift_work import work_of
 
 from bimvox.crane.load_chart import utilisation
 from bimvox.crane.reach import allowed_radii_m
-from bimvox.site.set_ups import LiftWork, highest_utilisation, set_ups
+from bimvox.site.set_ups import highest_utilisation, set_ups
 
 CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
-
-
-def work_of(places, masses, yard, closed=None) -> LiftWork:
-    count = len(places)
-    return LiftWork(
-        places_m=np.array(places, np.float64).reshape(-1, 2),
-        tops_m=np.linspace(1.0, 10.0, count),
-        heights_m=np.full(count, 1.0),
-        masses_kg=np.array(masses, np.float64),
-        standing_s=np.full(count, 600.0),
-        yard_m=np.array(yard, np.float64).reshape(-1, 2),
-        closed=np.zeros(count, np.bool_) if closed is None else np.array(closed),
-    )
-
 
 points = st.tuples(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
 

@@ -216,9 +216,12 @@ class Search:
 
     def of(self, crane: TowerCrane) -> tuple[int, float]:
         """Return how many parts a crane serves from where it stands, and the estimated crane time."""
-        used = self._wanted.demand.as_used(crane)
-        found = set_ups(used, np.array([crane.base_m[:2]]), self.work, self._wanted.demand.height_m(used))
-        return int(found.served[0].sum()), self.timed_s(used, self.work, found.served[0])
+        return self._timed(crane, self._wanted, self.work)
+
+    def _timed(self, crane: TowerCrane, wanted: Wanted, work: LiftWork) -> tuple[int, float]:
+        used = wanted.demand.as_used(crane)
+        served = set_ups(used, np.array([crane.base_m[:2]]), work, wanted.demand.height_m(used)).served[0]
+        return int(served.sum()), self.timed_s(used, work, served)
 
     def timed_s(self, crane: TowerCrane, work: LiftWork, served: NDArray[np.bool_]) -> float:
         """Return the estimated crane time of a crane as used, on its base, for the parts that it serves.
@@ -233,11 +236,9 @@ class Search:
         assert one.crane is not None
         wanted, work = self._seen(one.yard)
         crane = replace(one.crane, base_m=(*base_m.tolist(), one.crane.base_m[2]))
-        used = wanted.demand.as_used(crane)
-        served = set_ups(used, base_m[None], work, wanted.demand.height_m(used)).served[0]
-        crane_s = self.timed_s(used, work, served)
+        served, crane_s = self._timed(crane, wanted, work)
         cost = wanted.rates(machine_of_crane(crane)).total(crane_s / 3600.0)
-        return replace(one, crane=crane, served=int(served.sum()), crane_s=crane_s, cost=cost, over=self.over(cost))
+        return replace(one, crane=crane, served=served, crane_s=crane_s, cost=cost, over=self.over(cost))
 
     def _seen(self, yard: OtherYard | None) -> tuple[Wanted, LiftWork]:
         """Return the parts with a yard; None: the site file's."""

@@ -10,6 +10,7 @@ import pytest
 from box_sites import test_crane as crane_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from lift_work import work_of
 
 import bimvox
 from bimvox.bim.read import read_building
@@ -29,25 +30,11 @@ from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.guess import guess_site
 from bimvox.site.machine import cranes_of, machine_config
 from bimvox.site.machine_names import machines_called
-from bimvox.site.set_ups import LiftWork, set_ups
+from bimvox.site.set_ups import set_ups
 
 SAMPLES = Path(__file__).parents[3] / "sample_models"
 CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
 YARD = (((4.0, 10.0), (14.0, 10.0), (14.0, 16.0), (4.0, 16.0)),)
-
-
-def work_of(places, masses, yard) -> LiftWork:
-    count = len(places)
-    return LiftWork(
-        places_m=np.array(places, np.float64).reshape(-1, 2),
-        tops_m=np.linspace(1.0, 10.0, count),
-        heights_m=np.full(count, 1.0),
-        masses_kg=np.array(masses, np.float64),
-        standing_s=np.full(count, 600.0),
-        yard_m=np.array(yard, np.float64).reshape(-1, 2),
-        closed=np.zeros(count, np.bool_),
-    )
-
 
 points = st.tuples(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
 some_parts = st.lists(st.tuples(points, st.floats(100.0, 900.0)), min_size=1, max_size=5)
