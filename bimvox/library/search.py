@@ -14,7 +14,7 @@ import numpy as np
 from bimvox.errors import MotionError, listed
 from bimvox.library.faster import preparation_of
 from bimvox.log.plan_log import PlanLog
-from bimvox.motion.time_lift import time_lift
+from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage
 from bimvox.planning.one_lift import plan_lift, unplanned_lift
 from bimvox.planning.search import shortest_path
@@ -223,9 +223,8 @@ class _Searched:
         turns = [float(m.loaded.slew_rad[-1]) for m in self._record.motions if before and m.order == before.order]
         crane = self._site.cranes[stage.component.crane]
         try:
-            motion = time_lift(
-                self._site, crane, found, stage.clearance_with_insertion, before, 0, turns[0] if turns else 0.0
-            )
+            begins = Begins(before, slew_rad=turns[0] if turns else 0.0)
+            motion = time_lift(self._site, crane, found, stage.clearance_with_insertion, begins)
         except MotionError as error:
             return error.message
         proof = verify_motions(part, [motion], others)
@@ -244,13 +243,7 @@ class _Searched:
         own, other = lift.place, self._prepared.places[lift.component]
         if self._prepared.sequence.order != self._listed.sequence.order or own is None or other is None:
             return self._prepared.sequence.order == self._listed.sequence.order and own is other
-        return (own.delivery, own.pose, own.turn, own.rise_vox, own.cell_vox) == (
-            other.delivery,
-            other.pose,
-            other.turn,
-            other.rise_vox,
-            other.cell_vox,
-        )
+        return own.is_same(other)
 
     def _undecided(self, lift: Lift, why: str) -> None:
         self._check.undecided.append(f"{self._name(lift)}: {why}")

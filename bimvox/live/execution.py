@@ -21,7 +21,7 @@ from bimvox.live.planned import job_of, live_lift_of, seconds_in
 from bimvox.live.tracks import Track, with_tracks
 from bimvox.live.traffic import CREW, KIND, LORRY, Density
 from bimvox.live.way import TICK_S
-from bimvox.motion.time_lift import time_lift
+from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import Assembly, Preparation
 from bimvox.records.carried_out import Other, OtherKind
 from bimvox.records.lift import Lift, LiftPlan, Status
@@ -186,12 +186,12 @@ class _Run:
         lift, site = replace(planned, order=order), self.plan.site
         self.assembly.skip(lift.component)
         space = self.assembly.space_of(lift)
-        before = self.in_order[-1] if self.in_order else None
-        clock_ns, slew_rad = 0, 0.0
+        begins = Begins(self.in_order[-1] if self.in_order else None)
         if self.motions:
-            clock_ns, slew_rad = self.motions[-1].end_ns, float(self.motions[-1].loaded.slew_rad[-1])
+            last = self.motions[-1]
+            begins = begins._replace(clock_ns=last.end_ns, slew_rad=float(last.loaded.slew_rad[-1]))
         try:
-            motion = time_lift(site, site.cranes[0], lift, space, before, clock_ns, slew_rad)
+            motion = time_lift(site, site.cranes[0], lift, space, begins)
         except MotionError:
             self.assembly.finish(lift.component, placed=False)
             raise

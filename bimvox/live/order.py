@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bimvox.live.other_ways import LiftWay
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.order.graph import order_graph
-from bimvox.proof.footprint import CellMask, Footprint, motion_footprint, path_footprint
+from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint, motion_footprint, path_footprint
 from bimvox.records.lift import Lift
 from bimvox.site.site import Site
 
@@ -59,7 +59,7 @@ def earlier_lifts(
     return tuple(found)
 
 
-def _swept(site: Site, way: LiftWay) -> tuple[Footprint, Footprint]:
+def _swept(site: Site, way: LiftWay) -> tuple[Footprint, MotionFootprint]:
     return path_footprint(site, way.lift), motion_footprint(site, way.lift, way.motion)
 
 

@@ -14,7 +14,7 @@ from bimvox.crane.kinematics import hook_of, pose_of
 from bimvox.crane.reach import HOOK_FORBIDDEN
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import MotionError
-from bimvox.motion.time_lift import time_lift
+from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import Preparation, replay
 from bimvox.planning.search import all_free
 from bimvox.proof.motion import verify_motions
@@ -112,7 +112,8 @@ def _around(
     whole_vox.flags.writeable = False
     other = replace(lift, path_vox=whole_vox, method=Method.SEARCH)
     try:
-        made = time_lift(site, site.cranes[motion.crane], other, rule, before, motion.start_ns, start_rad, barred)
+        begins = Begins(before, motion.start_ns, start_rad)
+        made = time_lift(site, site.cranes[motion.crane], other, rule, begins, barred)
     except MotionError:
         return None
     return LiftWay(other, made) if made.end_ns - motion.end_ns <= _LONGER_S * NS_PER_S else None

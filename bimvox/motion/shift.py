@@ -14,7 +14,9 @@ import numpy as np
 
 from bimvox.errors import VerificationError
 from bimvox.motion import phases, trajectories
+from bimvox.motion.phases import phases_from
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
+from bimvox.records.trajectory import Trajectory
 
 _SAME_RAD = 1e-7
 
@@ -45,6 +47,28 @@ def joined_on(motion: LiftMotion, before: LiftMotion | None) -> LiftMotion:
     approach = None if motion.approach is None else trajectories.turned(motion.approach, turns)
     raising, loaded = (trajectories.turned(part, turns) for part in (motion.raising, motion.loaded))
     return replace(moved, approach=approach, raising=raising, loaded=loaded)
+
+
+def approached(motion: LiftMotion, approach: Trajectory) -> LiftMotion:
+    """Return a motion, from hook on the same, with another way of the empty hook to its part, and no stop on it."""
+    assert motion.approach is not None
+    by_ns = motion.start_ns + int(approach.time_ns[-1]) - motion.hooked_ns
+    turns = round(float(approach.slew_rad[-1] - motion.approach.slew_rad[-1]) / (2.0 * np.pi))
+    raising, loaded = (
+        trajectories.turned(trajectories.delayed(part, by_ns), turns) for part in (motion.raising, motion.loaded)
+    )
+    after = [phase for phase in motion.phases if phase.start_ns >= motion.hooked_ns]
+    return replace(
+        motion,
+        approach=approach,
+        raising=raising,
+        loaded=loaded,
+        phases=(
+            *phases_from(motion.start_ns, [(PhaseName.APPROACH, int(approach.time_ns[-1]))]),
+            *phases.delayed(after, by_ns),
+        ),
+        end_ns=motion.end_ns + by_ns,
+    )
 
 
 def waiting(motion: LiftMotion, wait_ns: int) -> LiftMotion:

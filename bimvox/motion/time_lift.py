@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, pose_nex
 from bimvox.motion.move import Line, Move
 from bimvox.motion.phases import phases_from
 from bimvox.motion.rigged_crane import HOOK_OFFSET, RiggedCrane, rigged_crane
+from bimvox.motion.shift import approached, starting
 from bimvox.motion.timeline import Timeline, in_sequence, pause_of
 from bimvox.motion.timing import sampled
 from bimvox.motion.trajectories import delayed
@@ -31,14 +33,30 @@ from bimvox.site.site import Site
 from bimvox.units import NS_PER_S
 
 
+class Begins(NamedTuple):
+    """Where and when a lift begins.
+
+    Attributes:
+        before: The planned lift before it; None for the first.
+        clock_ns: When it starts on the site's clock.
+        slew_rad: Slewing angle at which the lift before ended, including full turns.
+        approach: The way of the empty hook to the part, from time 0, if it is known; otherwise it is made.
+        carrying: A motion of the lift that stays the same from hook on, if it is known; otherwise it is made.
+    """
+
+    before: Lift | None
+    clock_ns: int = 0
+    slew_rad: float = 0.0
+    approach: Trajectory | None = None
+    carrying: LiftMotion | None = None
+
+
 def time_lift(
     site: Site,
     crane: TowerCrane,
     lift: Lift,
     space: CollisionSpace,
-    before: Lift | None,
-    clock_ns: int,
-    slew_rad: float,
+    begins: Begins,
     carrying: CollisionSpace | None = None,
 ) -> LiftMotion:
     """Return the motion of one planned lift.
@@ -48,16 +66,14 @@ def time_lift(
         crane: Its crane.
         lift: The lift; it must have a path and a place in the yard.
         space: The collision rule of its stage.
-        before: The planned lift before it; None for the first.
-        clock_ns: When it starts on the site's clock.
-        slew_rad: Slewing angle at which the lift before ended, including full turns.
+        begins: Where and when it begins.
         carrying: The rule for the load, if it is stricter than that for the empty hook.
 
     Raises:
         MotionError: If its path is not free or cannot be driven, or the empty hook cannot reach it.
     """
     try:
-        return _motion(site, crane, lift, space, before, clock_ns, slew_rad, carrying or space)
+        return _motion(site, crane, lift, space, begins, carrying or space)
     except PlanningError as error:
         raise MotionError(site.components[lift.component].id, error.message, hint=error.hint) from error
 
@@ -67,24 +83,25 @@ def _motion(
     crane: TowerCrane,
     lift: Lift,
     space: CollisionSpace,
-    before: Lift | None,
-    clock_ns: int,
-    slew_rad: float,
+    begins: Begins,
     carrying: CollisionSpace,
 ) -> LiftMotion:
     component, place = site.components[lift.component], lift.place
+    before, clock_ns, slew_rad, approach, known = begins
     assert lift.path_vox is not None
     assert place is not None
     # The empty hook carries the usual slings, longer ones hooked back; the load moves in its gear, with its own slings.
     empty, rigged = rigged_crane(site, crane, None), rigged_crane(site, crane, component)
     crew = crew_times(site.rules, component, tag_lines=not lift.with_jib)
     spans: list[tuple[PhaseName, int]] = []
-    approach: Trajectory | None = None
     hook_on_vox = hook_on_at(component, place, space)
     if before is not None:
-        left_vox = left_cells(site, before)
-        rule = empty_hook_clearance(site, empty.crane, space, place, left_vox)
-        approach = empty_hook_move(empty, rule, left_at(site, before), hook_on_vox, slew_rad)
+        if approach is None or not _is_at(empty.load, hook_on_vox, approach.axes[-1]):
+            left_vox = left_cells(site, before)
+            rule = empty_hook_clearance(site, empty.crane, space, place, left_vox)
+            approach = empty_hook_move(empty, rule, left_at(site, before), hook_on_vox, slew_rad)
+        if known is not None and _is_at(empty.load, hook_on_vox, known.raising.axes[0]):
+            return approached(starting(known, clock_ns), approach)
         slew_rad = float(approach.slew_rad[-1])
         spans.append((PhaseName.APPROACH, int(approach.time_ns[-1])))
     spans.append((PhaseName.HOOK_ON, round(crew.hook_on_s * NS_PER_S)))
@@ -210,6 +227,12 @@ def left_at(site: Site, lift: Lift) -> NDArray[np.float64]:
     aside = site.components[lift.component].hook_aside_vox
     at: NDArray[np.float64] = left_cells(site, lift)[-1] + np.array([*aside, 0.0])
     return at
+
+
+def _is_at(hook: LoadFrame, at_vox: NDArray[np.float64], axes: NDArray[np.float64]) -> bool:
+    """Return whether (3,) slew, radius and height are those above (3,) cells, apart from whole turns."""
+    pose = CranePose(*axes.tolist())
+    return pose_next_to(hook, at_vox, pose) is pose
 
 
 def _raising(

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from bimvox.errors import InputError, MotionError
 from bimvox.motion.shift import chained
-from bimvox.motion.time_lift import time_lift
+from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import Assembly, Preparation
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
+from bimvox.records.trajectory import Trajectory
 from bimvox.site.site import Site
 from bimvox.workers import ALONE, Workers, in_chunks
 
@@ -113,6 +114,20 @@ def _with_the_one_before(plan: LiftPlan) -> Iterator[tuple[Lift, Lift | None]]:
     return zip(planned, [None] * len(planned) if plan.site.has_several_cranes else [None, *planned], strict=False)
 
 
+class KnownLegs(NamedTuple):
+    """A lift, and what is known of its motion.
+
+    Attributes:
+        order: The lift, by its order.
+        approach: The way of the empty hook to its part, from time 0; None if it is to be made.
+        carrying: A motion that stays the same from hook on; None if it is to be made.
+    """
+
+    order: int
+    approach: Trajectory | None = None
+    carrying: LiftMotion | None = None
+
+
 class LiftTimes:
     """Makes the motions of lifts of a plan, each at its own stage, from time 0 and slewing angle 0.
 
@@ -138,15 +153,15 @@ class LiftTimes:
 
     def shared(self, orders: Sequence[int], workers: Workers) -> list[LiftMotion | MotionError]:
         """Return what ``made`` returns, with the work shared between processes."""
-        tasks = [(self, chunk) for chunk in in_chunks(orders, workers.count)]
+        tasks = [(self, [KnownLegs(order) for order in chunk]) for chunk in in_chunks(orders, workers.count)]
         with workers.knowing(self):
             return [motion for motions in workers.run(LiftTimes.made, tasks) for motion in motions]
 
-    def made(self, orders: Sequence[int]) -> list[LiftMotion | MotionError]:
+    def made(self, lifts: Sequence[KnownLegs]) -> list[LiftMotion | MotionError]:
         """Return the motions of planned lifts, given in ascending order; errors for those that cannot be driven."""
-        if orders:
-            self._take_over(orders[0])
-        return [self._made(order) for order in orders]
+        if lifts:
+            self._take_over(lifts[0].order)
+        return [self._made(lift) for lift in lifts]
 
     def _take_over(self, order: int) -> None:
         """Begin at a lift, or at an earlier one from which it can go on."""
@@ -166,8 +181,8 @@ class LiftTimes:
         own, its = self._lifts[: self._next], other._lifts[: self._next]
         return all((a.component, a.is_set) == (b.component, b.is_set) for a, b in zip(own, its, strict=True))
 
-    def _made(self, order: int) -> LiftMotion | MotionError:
-        site, assembly = self._site, self._assembly
+    def _made(self, known: KnownLegs) -> LiftMotion | MotionError:
+        site, assembly, order = self._site, self._assembly, known.order
         assert assembly is not None
         for lift in self._lifts[self._next : order]:
             assembly.skip(lift.component)
@@ -179,7 +194,8 @@ class LiftTimes:
         assembly.skip(lift.component)
         crane = site.cranes[site.components[lift.component].crane]
         try:
-            return time_lift(site, crane, lift, assembly.space_of(lift), before, 0, 0.0)
+            begins = Begins(before, approach=known.approach, carrying=known.carrying)
+            return time_lift(site, crane, lift, assembly.space_of(lift), begins)
         except MotionError as error:
             return error
         finally:

@@ -61,6 +61,19 @@ class Footprint:
         return self.columns.nbytes + self.heights.nbytes
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionFootprint:
+    """Cells that a motion sweeps.
+
+    Attributes:
+        approach: Those of the empty hook on its way to the part.
+        carrying: Those of load and hook after that.
+    """
+
+    approach: Footprint
+    carrying: Footprint
+
+
 class CellMask:
     """A set of cells of a grid of a shape (X, Y, Z), as bits."""
 
@@ -96,9 +109,13 @@ class CellMask:
         self.empty = False
         _mark_boxes(self._words, self._shape, np.asarray(low, np.int64)[None], runs.astype(np.int64))
 
-    def meets(self, footprint: Footprint) -> bool:
+    def meets(self, footprint: Footprint | MotionFootprint) -> bool:
         """Return whether any cell is in both."""
-        return not self.empty and bool(_meet(self._words, footprint.columns, footprint.heights))
+        if self.empty:
+            return False
+        if isinstance(footprint, MotionFootprint):
+            return self.meets(footprint.approach) or self.meets(footprint.carrying)
+        return bool(_meet(self._words, footprint.columns, footprint.heights))
 
     def without(self, other: CellMask) -> CellMask:
         """Return the cells that are not in another set."""
@@ -151,17 +168,19 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     return mask.footprint()
 
 
-def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int | None = None) -> Footprint:
+def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int | None = None) -> MotionFootprint:
     """Return the cells that ``verify_motions`` checks for a lift: what load, hook line and empty hook sweep.
 
     With ``since_ns``, a time on the site's clock, only what is swept after it.
     """
-    mask = CellMask(site.shape)
+    mask, approach = CellMask(site.shape), CellMask(site.shape).footprint()
     rest_ns = 0 if since_ns is None else since_ns - motion.start_ns
-    _add_motion(mask, site, lift, motion, rest_ns)
+    _add_carrying(mask, site, lift, motion, rest_ns)
     if rest_ns <= motion.loaded.time_ns[-1]:
         _add_guide(mask, site, lift)
-    return mask.footprint()
+    if motion.approach is not None:
+        approach = hook_footprint(site, motion, motion.approach, motion.start_ns + rest_ns)
+    return MotionFootprint(approach, mask.footprint())
 
 
 def hook_footprint(site: Site, motion: LiftMotion, way: Trajectory, since_ns: int) -> Footprint:
@@ -208,8 +227,8 @@ def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox
     return mask.footprint()
 
 
-def _add_motion(mask: CellMask, site: Site, lift: Lift, motion: LiftMotion, rest_ns: int) -> None:
-    """What the load, its hook line and the empty hook's line sweep, as the verifier defines it."""
+def _add_carrying(mask: CellMask, site: Site, lift: Lift, motion: LiftMotion, rest_ns: int) -> None:
+    """Add what the load and its hook line sweep, as the verifier defines it."""
     crane, component, place = site.cranes[motion.crane], site.components[motion.component], lift.place
     assert place is not None
     line, rigged = component.hook_line_vox, crane_for(site, crane, component)
@@ -225,11 +244,6 @@ def _add_motion(mask: CellMask, site: Site, lift: Lift, motion: LiftMotion, rest
         _add_load(mask, site, component, _placements(site, rigged, loaded, line), clearances, any_heading=turns)
         swung = swung_placements(site, crane, motion, motion.loaded, component, rest_ns)
         _add_load(mask, site, component, swung, (0, 0), any_heading=turns)
-    approach = None if motion.approach is None else _rest_of(motion.approach, rest_ns)
-    if approach is not None and site.rules.rope:
-        mask.add_columns_above(_placements(site, crane, approach, _SLINGS_END))
-        assert motion.approach is not None
-        mask.add_columns_above(swung_placements(site, crane, motion, motion.approach, None, rest_ns))
 
 
 def _add_guide(mask: CellMask, site: Site, lift: Lift) -> None:

@@ -74,6 +74,11 @@ class YardPlace:
         x, y, z = self.cell_vox
         return (x + self.shift_vox[0], y + self.shift_vox[1], z + self.rise_vox)
 
+    def is_same(self, other: YardPlace) -> bool:
+        """Return whether a part lies and is raised in the same way at the other place."""
+        own = (self.delivery, self.pose, self.turn, self.rise_vox, self.cell_vox)
+        return own == (other.delivery, other.pose, other.turn, other.rise_vox, other.cell_vox)
+
     def raising_size_vox(self, component: Component) -> IntVec:
         """Box, from ``cell_vox`` up, that the component sweeps until it is raised; turning follows."""
         x, y, z = erection_size_vox(turned_shape(component.shape, self.turn), self.pose)

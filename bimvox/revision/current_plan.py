@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from bimvox.planning.propose import Propose
-from bimvox.proof.footprint import Footprint, motion_footprint, path_footprint
+from bimvox.proof.footprint import Footprint, MotionFootprint, motion_footprint, path_footprint
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.revision.footprints import Footprints
@@ -37,7 +37,7 @@ class CurrentPlan:
     plan: LiftPlan
     motions: Mapping[int, LiftMotion]
     path_footprints: Mapping[int, Footprint]
-    motion_footprints: Mapping[int, Footprint]
+    motion_footprints: Mapping[int, MotionFootprint]
     examined: Mapping[int, Footprint] = field(default_factory=dict)
     pending: frozenset[int] = frozenset()
     undecided: frozenset[int] = frozenset()

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
+from typing import TypeVar
 
-from bimvox.proof.footprint import Footprint
+from bimvox.proof.footprint import Footprint, MotionFootprint
+
+F = TypeVar("F", Footprint, MotionFootprint)
 
 
-class Footprints(Mapping[int, Footprint]):
+class Footprints(Mapping[int, F]):
     """Footprints by order of the lift.
 
     Args:
@@ -15,10 +18,11 @@ class Footprints(Mapping[int, Footprint]):
         made: Others that are made already.
     """
 
-    def __init__(self, to_make: Mapping[int, Callable[[], Footprint]], made: Mapping[int, Footprint]) -> None:
-        self._to_make, self._made = dict(to_make), dict(made)
+    def __init__(self, to_make: Mapping[int, Callable[[], F]], made: Mapping[int, F]) -> None:
+        self._to_make: dict[int, Callable[[], F]] = dict(to_make)
+        self._made: dict[int, F] = dict(made)
 
-    def __getitem__(self, order: int) -> Footprint:
+    def __getitem__(self, order: int) -> F:
         if order in self._to_make:
             self._made[order] = self._to_make[order]()
             del self._to_make[order]
@@ -33,14 +37,14 @@ class Footprints(Mapping[int, Footprint]):
     def __contains__(self, order: object) -> bool:
         return order in self._to_make or order in self._made
 
-    def after(self, earlier: Mapping[int, Footprint]) -> Footprints:
+    def after(self, earlier: Mapping[int, F]) -> Footprints[F]:
         """Return these, and the earlier ones of other lifts; none is made."""
         before = earlier if isinstance(earlier, Footprints) else Footprints({}, earlier)
         made = {order: one for order, one in before._made.items() if order not in self._to_make}
         to_make = {order: make for order, make in before._to_make.items() if order not in self._made}
         return Footprints({**to_make, **self._to_make}, {**made, **self._made})
 
-    def only(self, orders: Collection[int]) -> Footprints:
+    def only(self, orders: Collection[int]) -> Footprints[F]:
         """Return those of some lifts; none is made."""
         to_make = {order: self._to_make[order] for order in orders if order in self._to_make}
         made = {order: self._made[order] for order in orders if order in self._made}

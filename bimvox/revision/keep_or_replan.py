@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from bimvox.grid.frame import NO_CELLS
+from bimvox.motion.time_plan import KnownLegs
 from bimvox.planning.assembly import Assembly, Obstacle, Stage
 from bimvox.planning.insertion import SIDEWAYS_VOX
 from bimvox.planning.occupancy import stored_cells, target_cells
@@ -45,7 +46,7 @@ class Replanning:
         recall: Earlier versions of lifts.
         may_change: Lifts that get another way if their proof refuses them: neither begun nor retrained.
         before: The planned lift before the current one; None for the first.
-        was_before: The component of the planned lift before it in the current plan.
+        was_before: The planned lift before it in the current plan.
         done: The lifts done before it, as bits by order.
     """
 
@@ -71,7 +72,7 @@ class Replanning:
         self.was_obstructed: CellMask | None = None
         self.assembly = Assembly(self.site, self.preparation, one_at_a_time=True)
         self.before: Lift | None = None
-        self.was_before: int | None = None
+        self.was_before: Lift | None = None
         self.was_done = self.done = 0
 
     def run(self) -> None:
@@ -96,7 +97,7 @@ class Replanning:
             if lift.order not in self.searched and not self._fewest_are_known(lift):
                 draft.fewest_unknown.add(lift.order)
             self._follow_up(was, lift)
-            self._remember(was, lift, self.was_done, self.was_before)
+            self._remember(was, lift)
         if lift.status is Status.PLANNED:
             self.before = lift
         if draft.held is None or lift.order not in draft.held.orders:  # a part on a hook is neither in place nor stored
@@ -105,7 +106,7 @@ class Replanning:
         self.done |= lift.is_set << lift.order
         self.was_done |= was.is_set << was.order
         if was.status is Status.PLANNED:
-            self.was_before = was.component
+            self.was_before = was
 
     def _may_change(self, was: Lift) -> bool:
         """Return whether a lift may go another way if its proof refuses it."""
@@ -215,15 +216,26 @@ class Replanning:
             self.draft.new_verdicts.add(was.order)
         return lift
 
-    def _remember(self, was: Lift, lift: Lift, done: int, before: int | None) -> None:
-        """Store the old version of a changed lift; ``done`` and ``before`` are those of the current plan."""
-        order, draft = was.order, self.draft
+    def known_legs(self, lift: Lift, was: Lift) -> KnownLegs:
+        """Return a lift, with what is still proven of its motion in the current plan or an earlier one."""
+        return self.recall.legs(lift, self.done, self.before, self._version(was))
+
+    def _version(self, was: Lift) -> Version | None:
+        """Return the version of a lift in the current plan; None if it is not proven there."""
+        order = was.order
         if was.status is not Status.PLANNED or order in self.was.pending or order not in self.was.path_footprints:
-            return
-        if lift is was and order not in draft.new_motions | draft.pending:
-            return
+            return None
         if self.was_obstructed is None:
             self.was_obstructed = obstructed_cells(self.was.plan.site)
         motion, moved = self.was.motions.get(order), self.was.motion_footprints.get(order)
-        version = Version(was, self.was.path_footprints[order], motion, moved, done, before, self.was_obstructed)
-        draft.memory[order] = remembered(draft.memory, version)
+        path = self.was.path_footprints[order]
+        return Version(was, path, motion, moved, self.was_done, self.was_before, self.was_obstructed)
+
+    def _remember(self, was: Lift, lift: Lift) -> None:
+        """Store the old version of a changed lift."""
+        order, draft = was.order, self.draft
+        if lift is was and order not in draft.new_motions | draft.pending:
+            return
+        version = self._version(was)
+        if version is not None:
+            draft.memory[order] = remembered(draft.memory, version)

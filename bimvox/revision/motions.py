@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from bimvox.errors import MotionError
 from bimvox.motion.shift import joined_on, waiting
-from bimvox.motion.time_plan import LiftTimes
+from bimvox.motion.time_plan import KnownLegs, LiftTimes
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
@@ -32,13 +32,13 @@ class MotionsInTheMaking:
 
     def __init__(self, request: RevisionRequest) -> None:
         self._request = request
-        self._begun: list[tuple[list[int], Begun[list[LiftMotion | MotionError]]]] = []
-        self._waiting: list[int] = []
+        self._begun: list[tuple[list[KnownLegs], Begun[list[LiftMotion | MotionError]]]] = []
+        self._waiting: list[KnownLegs] = []
         self._lifts: Sequence[Lift] = ()
 
-    def add(self, order: int, lifts: Sequence[Lift]) -> None:
+    def add(self, known: KnownLegs, lifts: Sequence[Lift]) -> None:
         """Have the motion of a lift made; ``lifts`` are all up to this one."""
-        self._waiting.append(order)
+        self._waiting.append(known)
         self._lifts = lifts
         if len(self._waiting) == _AT_ONCE:
             self._begin()
@@ -50,9 +50,9 @@ class MotionsInTheMaking:
         for _, begun in self._begun:
             begun.help()
         found = dict[int, LiftMotion | MotionError]()
-        for orders, begun in self._begun:
+        for known, begun in self._begun:
             (motions,) = begun.finished()
-            found.update(zip(orders, motions, strict=True))
+            found.update(zip([one.order for one in known], motions, strict=True))
         return found
 
     def _begin(self) -> None:

@@ -15,6 +15,7 @@ from bimvox.revision.held_cranes import HeldCranes
 from bimvox.revision.in_transit import last_finished, motion_under_way
 from bimvox.revision.motions import MotionsInTheMaking, made_in_full
 from bimvox.revision.part_proof import Proof
+from bimvox.revision.recall import same_part
 from bimvox.revision.request import RevisionRequest
 from bimvox.stop.redirect import Held, Redirected, UnderWay, redirect, redirect_held, redirected_if_possible
 
@@ -53,8 +54,7 @@ class OneCrane:
         if draft.held is not None:
             draft.pending.add(order)
             return
-        start = before.component if before else None
-        if self._keeps_motion(replanning, lift, was, same_start=start == replanning.was_before):
+        if self._keeps_motion(replanning, lift, was, same_start=same_part(before, replanning.was_before)):
             if has_crane and draft.pending:
                 # After a pending lift the clock is not known yet; a later part sets it.
                 draft.motions[order] = self._was.motions[order]
@@ -67,7 +67,7 @@ class OneCrane:
             return
         if not has_crane:
             return
-        known = replanning.recall.motion(lift, replanning.done, start)
+        known = replanning.recall.motion(lift, replanning.done, before)
         if known is not None and known.motion is not None:
             draft.recalled_motions[order] = known
         else:
@@ -75,7 +75,7 @@ class OneCrane:
         draft.new_motions.add(order)
         draft.laid[order] = None if known is None else known.motion
         if draft.laid[order] is None:
-            self._making.add(order, (*draft.lifts, lift))
+            self._making.add(replanning.known_legs(lift, was), (*draft.lifts, lift))
 
     def timed(self, draft: RevisionDraft) -> RevisionDraft | Refused:
         """Return the draft with all motions made and put on the clock one after the other."""

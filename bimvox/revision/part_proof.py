@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from bimvox.planning.rounds import Refused, refusals
-from bimvox.proof.footprint import motion_footprint, path_footprint
+from bimvox.proof.footprint import Footprint, MotionFootprint, motion_footprint, path_footprint
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.revision.draft import RevisionDraft
@@ -27,8 +27,8 @@ class Proof:
     """
 
     refused: Refused
-    path_footprints: Footprints
-    motion_footprints: Footprints
+    path_footprints: Footprints[Footprint]
+    motion_footprints: Footprints[MotionFootprint]
     stuck: frozenset[str] = frozenset()
 
 

@@ -15,9 +15,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
+from bimvox.motion.time_plan import KnownLegs
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.occupancy import stored_cells, target_cells
-from bimvox.proof.footprint import CellMask, Footprint
+from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.revision.fewest import FewestMoves
@@ -37,16 +40,16 @@ class Version:
         motion: Its motion; None without a crane.
         motion_footprint: The footprint of the motion.
         done: The lifts done before it, as bits by order.
-        before: The component of the planned lift before it; None for the first.
+        before: The planned lift before it; None for the first.
         obstructed: The cells of all obstructions then.
     """
 
     lift: Lift
     path_footprint: Footprint
     motion: LiftMotion | None
-    motion_footprint: Footprint | None
+    motion_footprint: MotionFootprint | None
     done: int
-    before: int | None
+    before: Lift | None
     obstructed: CellMask
 
 
@@ -92,18 +95,18 @@ class Recall:
                 return version
         return None
 
-    def motion(self, lift: Lift, done: int, before: int | None) -> Version | None:
+    def motion(self, lift: Lift, done: int, before: Lift | None) -> Version | None:
         """Return the latest version of exactly this path whose motion is still proven; None if none is.
 
         Args:
             lift: The lift.
             done: The lifts done before it.
-            before: The component of the planned lift before it.
+            before: The planned lift before it.
         """
         for version in self._memory.get(lift.order, ()):
             if version.lift is not lift or version.motion is None or version.motion_footprint is None:
                 continue
-            if version.before != before or (occupied := self._occupied_since(version, done)) is None:
+            if not same_part(version.before, before) or (occupied := self._occupied_since(version, done)) is None:
                 continue
             crane = self._site.cranes[version.motion.crane]
             if (
@@ -114,6 +117,31 @@ class Recall:
                 continue
             return version
         return None
+
+    def legs(self, lift: Lift, done: int, before: Lift | None, latest: Version | None) -> KnownLegs:
+        """Return a lift whose motion as a whole is not known, with what of a motion is still proven.
+
+        Args:
+            lift: The lift.
+            done: The lifts done before it.
+            before: The planned lift before it.
+            latest: Its version in the current plan, which is not in the memory yet.
+        """
+        for version in (latest, *self._memory.get(lift.order, ())):
+            if version is None or version.motion is None or version.motion_footprint is None:
+                continue
+            motion, swept = version.motion, version.motion_footprint
+            if not _begins_as(version, motion, lift, before):
+                continue
+            occupied, neighbours = self._changed_since(version, done)
+            if occupied.reaches_jib(self._site, self._site.cranes[motion.crane]):
+                continue
+            if not occupied.meets(swept.approach):
+                return KnownLegs(lift.order, approach=motion.approach)
+            is_same = version.lift is lift and lift.component not in neighbours
+            if is_same and not (occupied.meets(version.path_footprint) or occupied.meets(swept.carrying)):
+                return KnownLegs(lift.order, carrying=motion)
+        return KnownLegs(lift.order)
 
     def fewest_are_known(self, version: Version, done: int) -> bool:
         """Return whether the fewest moves of a recalled version are still those that it states."""
@@ -134,13 +162,17 @@ class Recall:
 
     def _occupied_since(self, version: Version, done: int) -> CellMask | None:
         """Return the cells that were free for a version and are occupied now; None if a neighbour's state differs."""
+        occupied, neighbours = self._changed_since(version, done)
+        return None if version.lift.component in neighbours else occupied
+
+    def _changed_since(self, version: Version, done: int) -> tuple[CellMask, frozenset[int]]:
+        """Return the cells that were free for a version and are occupied now, and the parts near a changed one."""
         set_since, not_set = done & ~version.done, version.done & ~done
         delivery = -1 if version.lift.place is None else version.lift.place.delivery
         key = (id(version.obstructed), set_since, not_set, delivery)
         if key not in self._since:
             self._since[key] = self._difference(version.obstructed, set_since, not_set, delivery)
-        occupied, neighbours = self._since[key]
-        return None if version.lift.component in neighbours else occupied
+        return self._since[key]
 
     def _difference(
         self, obstructed: CellMask, set_since: int, not_set: int, delivery: int
@@ -154,6 +186,22 @@ class Recall:
             if place is not None and place.delivery == delivery:
                 occupied.add(stored_cells(place))
         return occupied, frozenset(m for n in _bits(set_since | not_set) for m in neighbours[order[n]])
+
+
+def same_part(lift: Lift | None, other: Lift | None) -> bool:
+    """Return whether two lifts, or their absence, are of the same part."""
+    return lift is other or (lift is not None and other is not None and lift.component == other.component)
+
+
+def _begins_as(version: Version, motion: LiftMotion, lift: Lift, before: Lift | None) -> bool:
+    """Return whether a lift begins where a version of it does, which was not stopped on its way to the part."""
+    last, then, place = version.before, version.lift.place, lift.place
+    if last is None or before is None or then is None or place is None or motion.stops_ns:
+        return False
+    same_end = last is before or (
+        same_part(last, before) and np.array_equal(last.last_moves_vox, before.last_moves_vox)
+    )
+    return same_end and then.is_same(place)
 
 
 def _bits(number: int) -> list[int]:

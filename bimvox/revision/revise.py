@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from bimvox.planning.rounds import OtherWays, Refusals, Refused, proven_in_rounds
-from bimvox.records.lift import LiftPlan, Status, same_path
+from bimvox.records.lift import Lift, LiftPlan, Status, same_path
 from bimvox.revision.crane_work import CraneWork
 from bimvox.revision.cranes import SeveralCranes
 from bimvox.revision.cranes_underway import CranesUnderWay
@@ -112,7 +112,8 @@ def _with_proven(memory: Memory, was: CurrentPlan, draft: RevisionDraft, plan: L
         **{order: known.path_footprint for order, known in draft.recalled_paths.items()},
         **proof.path_footprints,
     }
-    obstructed, found, done, before = obstructed_cells(plan.site), dict(memory), 0, None
+    obstructed, found, done = obstructed_cells(plan.site), dict(memory), 0
+    before: Lift | None = None
     for lift in plan.lifts:
         order, moved = lift.order, proof.motion_footprints.get(lift.order)
         if order in paths and (order in proof.path_footprints or moved is not None):
@@ -120,7 +121,7 @@ def _with_proven(memory: Memory, was: CurrentPlan, draft: RevisionDraft, plan: L
             found[order] = remembered(found, Version(lift, paths[order], motion, moved, done, before, obstructed))
         done |= lift.is_set << order
         if lift.status is Status.PLANNED:
-            before = lift.component
+            before = lift
     return found
 
 

@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping
 
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.occupancy import stored_cells, target_cells
-from bimvox.proof.footprint import CellMask, Footprint, jib_meets, motion_footprint
+from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint, jib_meets, motion_footprint
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.revision.current_plan import CurrentPlan
@@ -102,7 +102,7 @@ class Touched:
         rest = motion_footprint(self._site, lift, motion, now_ns)
         return self._added.meets(rest) or jib_meets(self._site, motion, self._change.added)
 
-    def _meets(self, footprints: Mapping[int, Footprint], was: Lift) -> bool:
+    def _meets(self, footprints: Mapping[int, Footprint] | Mapping[int, MotionFootprint], was: Lift) -> bool:
         """Return whether anything is newly in the footprint of a lift, which is not made if there is nothing new."""
         new = [cells for cells in (self._added, self._in_yard) if not cells.empty]
         return any(cells.meets(footprints[was.order]) for cells in new)

@@ -10,7 +10,7 @@ from bimvox.errors import InputError
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.motion import time_plan as timing
 from bimvox.motion.commands import commands
-from bimvox.motion.time_lift import time_lift
+from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.motion.time_plan import KnownMotions, time_plan
 from bimvox.planning.assembly import Assembly, Stage, prepare
 from bimvox.planning.occupancy import stored_cells, target_cells
@@ -148,7 +148,7 @@ def test_a_lift_that_cannot_be_driven_is_named(planned):
     )
     name = planned[0].site.components[lift.component].id
     with pytest.raises(PlanningError, match=f"{name}: the path is not free"):
-        time_lift(planned[0].site, planned[0].site.cranes[0], lift, full, None, 0, 0.0)
+        time_lift(planned[0].site, planned[0].site.cranes[0], lift, full, Begins(None))
 
 
 def test_commands_lead_along_the_motion(planned, motions):

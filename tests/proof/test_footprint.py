@@ -13,7 +13,7 @@ from scipy.ndimage import maximum_filter
 from bimvox.cranes.schedule import time_lifts
 from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.proof.footprint import motion_footprint, path_footprint
+from bimvox.proof.footprint import MotionFootprint, motion_footprint, path_footprint
 from bimvox.proof.hook import jib_cell
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
@@ -39,6 +39,8 @@ def planned():
 
 
 def cells_of(footprint, shape):
+    if isinstance(footprint, MotionFootprint):
+        return cells_of(footprint.approach, shape) | cells_of(footprint.carrying, shape)
     dense = np.zeros(shape, np.bool_)
     heights = np.unpackbits(footprint.heights.view(np.uint8), axis=1, bitorder="little")[:, : shape[2]]
     dense.reshape(-1, shape[2])[footprint.columns] = heights

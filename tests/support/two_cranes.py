@@ -10,7 +10,7 @@ import numpy as np
 from box_sites import box_site, test_crane
 
 from bimvox.motion.shift import chained
-from bimvox.motion.time_lift import time_lift
+from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.records.lift import LiftPlan, Status
@@ -62,7 +62,7 @@ def two_crane_plan() -> tuple[LiftPlan, tuple[LiftMotion, ...]]:
         own, before = [], None
         for lift, rule in replay(view, preparation, made):
             if site.components[lift.component].crane == number:
-                own.append(time_lift(site, site.cranes[number], lift, rule, before, 0, 0.0))
+                own.append(time_lift(site, site.cranes[number], lift, rule, Begins(before)))
                 before = lift
         motions |= {motion.order: motion for motion in chained(own)}
     return plan, one_after_the_other([motions[order] for order in sorted(motions)])
