@@ -95,7 +95,8 @@ def radius_of_luff(jib: LuffingJib, luff_rad: NDArray[np.float64]) -> NDArray[np
 
 def tip_height_m(jib: LuffingJib, radius_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the height of the tip above the site's z = 0 with the hook at radii."""
-    height: NDArray[np.float64] = jib.pivot_height_m + jib.length_m * np.sin(luff_of_radius(jib, radius_m))
+    far_m = np.asarray(radius_m, np.float64) - jib.pivot_offset_m
+    height: NDArray[np.float64] = jib.pivot_height_m + np.sqrt(np.maximum(jib.length_m**2 - far_m * far_m, 0.0))
     return height
 
 

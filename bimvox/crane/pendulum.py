@@ -11,7 +11,8 @@ from bimvox.crane.luffing import tip_height_m
 from bimvox.crane.tower_crane import TowerCrane
 
 GRAVITY_M_S2 = 9.80665
-_SHORTEST_M = 0.5
+SHORTEST_M = 0.5
+"""No pendulum is shorter."""
 
 
 def pendulum_length_m(crane: TowerCrane, height_m: float, below_hook_m: float, radius_m: float | None = None) -> float:
@@ -26,13 +27,13 @@ def pendulum_length_m(crane: TowerCrane, height_m: float, below_hook_m: float, r
     exit_m = crane.jib_height_m
     if crane.luffing is not None and radius_m is not None:
         exit_m = float(tip_height_m(crane.luffing, np.array([radius_m]))[0])
-    return max(_SHORTEST_M, exit_m - height_m + below_hook_m)
+    return max(SHORTEST_M, exit_m - height_m + below_hook_m)
 
 
 def pendulum_lengths_m(crane: TowerCrane, axes: NDArray[np.float64], below_hook_m: float) -> NDArray[np.float64]:
     """Return the (N,) pendulum lengths at (N, 3) hook poses (slew, radius, height); see :func:`pendulum_length_m`."""
     exit_m = crane.jib_height_m if crane.luffing is None else tip_height_m(crane.luffing, axes[:, 1])
-    lengths: NDArray[np.float64] = np.maximum(_SHORTEST_M, exit_m - axes[:, 2] + below_hook_m)
+    lengths: NDArray[np.float64] = np.maximum(SHORTEST_M, exit_m - axes[:, 2] + below_hook_m)
     return lengths
 
 

@@ -27,39 +27,30 @@ def summed_area_table(occupied: NDArray[np.bool_]) -> NDArray[np.int32]:
 
 
 @kernel
-def update_table(table: NDArray[np.int32], counts: NDArray[np.uint16], x0: int, y0: int, z0: int) -> None:
+def update_table(table: NDArray[np.int32], below: NDArray[np.uint16], x0: int, y0: int, z0: int) -> None:
     """Update a summed-area table in place.
 
     Only entries beyond the lowest changed cell change: the nearer it is to the grid's far corner, the fewer.
 
     Args:
         table: (X + 1, Y + 1, Z + 1) int32, correct for all cells below (x0, y0, z0).
-        counts: (X, Y, Z) uint16; a cell is occupied if its count is not 0.
+        below: (X, Y, Z + 1) uint16, how many cells of each column are occupied below each height.
         x0: No cell with a smaller x changed.
         y0: No cell with a smaller y changed.
         z0: No cell with a smaller z changed.
     """
-    nx, ny, nz = counts.shape
-    # Sums over x and y first, layer by layer, then upwards: the first pass has no dependencies along a column.
-    layers = np.empty((ny + 1, nz - z0), np.int32)
-    for j in range(y0, ny + 1):
-        line = table[x0, j]
-        layers[j] = line[z0 + 1 :] - line[z0:-1]
-    row = np.empty(nz - z0, np.int32)
+    nx, ny, above = below.shape[0], below.shape[1], below.shape[2] - 1 - z0
+    rows = np.empty((ny, above), np.int32)  # sums over x and z
+    for j in range(y0, ny):
+        for k in range(above):
+            rows[j, k] = table[x0, j + 1, z0 + 1 + k] - table[x0, j, z0 + 1 + k]
     for i in range(x0, nx):
-        line = table[i + 1, y0]
-        before = line[z0 + 1 :] - line[z0:-1]
-        row[:] = before - layers[y0]
-        layers[y0] = before
         for j in range(y0, ny):
-            column, sums, above = counts[i, j, z0:], layers[j + 1], table[i + 1, j + 1, z0 + 1 :]
-            for k in range(nz - z0):
-                row[k] += np.int32(column[k] != 0)
-                sums[k] += row[k]
-            run = table[i + 1, j + 1, z0]
-            for k in range(nz - z0):
-                run += sums[k]
-                above[k] = run
+            column, row = below[i, j, z0 + 1 :], rows[j]
+            before, sums = table[i + 1, j, z0 + 1 :], table[i + 1, j + 1, z0 + 1 :]
+            for k in range(above):  # without dependencies from one height to the next
+                row[k] += np.int32(column[k])
+                sums[k] = before[k] + row[k]
 
 
 @leaf_kernel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import accumulate, groupby
+from itertools import groupby
 from operator import and_
 from typing import NamedTuple
 
@@ -12,16 +12,11 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.move import Line, Move, axes_along, axes_of
-from bimvox.motion.profile import Profile, add_shares
+from bimvox.motion.profile import PARTS, TIMES, Profile, add_shares
 from bimvox.motion.shaping import ShapedProfile
-from bimvox.motion.swept import samples_are_free
-from bimvox.site.collision import CollisionSpace
 
 _ENDS = np.array([0.0, 1.0])
-_BLOCK = 64
-"""Samples that are computed before they are checked."""
 
 
 class Moves:
@@ -64,26 +59,16 @@ class Moves:
         return self._sides[n]
 
 
-class _Packed(NamedTuple):
-    """Moves and their profiles as the kernel takes them.
+class Packed(NamedTuple):
+    """Moves and their profiles as the kernels take them.
 
     Attributes:
         ends: (N, 2, 3) float64 slew, radius and height where each move starts and ends.
-        start_s: (P,) float64 start of each piece of all profiles.
-        state: (P, 4) float64 position, velocity, acceleration and jerk at the start of each piece.
-        piece_of: (N + 1,) int64 first piece of each move.
-        parts: (Q,) float64 sizes of the parts of all moves.
-        part_of: (N + 1,) int64 first part of each move.
-        times_s: (N, 3) float64 duration of a part, time from one part to the next, and duration of the move.
+        rows: (N, 9, 5) float64 their profiles, see ``ROW``.
     """
 
     ends: NDArray[np.float64]
-    start_s: NDArray[np.float64]
-    state: NDArray[np.float64]
-    piece_of: NDArray[np.int64]
-    parts: NDArray[np.float64]
-    part_of: NDArray[np.int64]
-    times_s: NDArray[np.float64]
+    rows: NDArray[np.float64]
 
 
 class Course:
@@ -91,6 +76,7 @@ class Course:
 
     Attributes:
         profiles: One per move.
+        packed: For kernels.
         duration_s: How long each move takes.
         top_speed_m_s: Upper bound of the hook's speed in each move.
     """
@@ -102,18 +88,7 @@ class Course:
         self.top_speed_m_s = tuple(
             travel_m * profile.top_rate for travel_m, profile in zip(moves.travel_m, profiles, strict=True)
         )
-        pieces = [profile.pieces for profile in profiles]
-        self._packed = _Packed(
-            moves.ends,
-            np.concatenate([piece.start_s for piece in pieces]),
-            np.concatenate([piece.state for piece in pieces]),
-            np.array([*accumulate((len(piece.start_s) for piece in pieces), initial=0)]),
-            np.array([part for piece in pieces for part in piece.parts]),
-            np.array([*accumulate((len(piece.parts) for piece in pieces), initial=0)]),
-            np.array(
-                [(piece.duration_s, piece.apart_s, whole) for piece, whole in zip(pieces, self.duration_s, strict=True)]
-            ),
-        )
+        self.packed = Packed(moves.ends, np.array([profile.row for profile in profiles]))
 
     @property
     def crane(self) -> TowerCrane:
@@ -153,32 +128,11 @@ class Course:
         for run_begin, run_end, is_joint in self._moves.runs:
             begin, end = max(run_begin, first), min(run_end, until)
             if begin < end and is_joint:
-                _add_lines(axes, time_s, begins_s, self._packed, begin, end)
+                _add_lines(axes, time_s, begins_s, self.packed, begin, end)
                 continue
             for n in range(begin, end):
                 self._add_curve(axes, time_s - start_s[n], n)
         return axes
-
-    def free_axes_at(
-        self,
-        time_s: NDArray[np.float64],
-        start_s: Sequence[float],
-        moves: tuple[int, int],
-        space: CollisionSpace,
-        load: LoadFrame,
-    ) -> NDArray[np.float64] | None:
-        """Return the same for consecutive moves along joint lines if the load is free between all times, else None.
-
-        Args:
-            time_s: (N,) the times, close together.
-            start_s: When each move begins.
-            moves: The first move that counts, and one after the last.
-            space: The collision rule.
-            load: How hook poses and reference cells correspond.
-        """
-        axes = np.empty((len(time_s), 3))
-        free = _lines_are_free(axes, time_s, np.array(start_s), self._packed, *moves, space, load)
-        return axes if free else None
 
     def _add_curve(self, axes: NDArray[np.float64], since_s: NDArray[np.float64], n: int) -> None:
         """Add the movement of a move along a line that is not a joint line."""
@@ -205,38 +159,37 @@ def _add_lines(
     axes: NDArray[np.float64],
     time_s: NDArray[np.float64],
     begins_s: NDArray[np.float64],
-    packed: _Packed,
+    packed: Packed,
     begin: int,
     end: int,
 ) -> None:
     """Add to axes ((N, 3), in place) the movement along joint lines, from move ``begin`` to the one before ``end``."""
     room = np.empty((2, time_s.shape[0]))
     for n in range(begin, end):
-        _add_line(axes, time_s, begins_s[n], packed, n, room)
+        add_line(axes, time_s, begins_s[n], packed, n, room)
 
 
 @leaf_kernel
-def _add_line(
+def add_line(
     axes: NDArray[np.float64],
     time_s: NDArray[np.float64],
     begin_s: float,
-    packed: _Packed,
+    packed: Packed,
     n: int,
     room: NDArray[np.float64],
 ) -> None:
     """Add to axes the movement of one move along a joint line; ``room`` is (2, N or more) float64 to work in."""
     count = time_s.shape[0]
-    base_s, apart_s, whole_s = packed.times_s[n, 0], packed.times_s[n, 1], packed.times_s[n, 2]
-    low = _first_from(time_s, begin_s, 0.0)
-    high = _first_from(time_s, begin_s, whole_s)
+    times_s = packed.rows[n, TIMES]
+    base_s, apart_s, whole_s = times_s[0], times_s[1], times_s[2]
+    low = first_from(time_s, begin_s, 0.0)
+    high = first_from(time_s, begin_s, whole_s)
     since_s, shares = room[0, : high - low], room[1, : high - low]
     for i in range(low, high):
         since_s[i - low], shares[i - low] = time_s[i] - begin_s, 0.0
-    starts_s = packed.start_s[packed.piece_of[n] : packed.piece_of[n + 1]]
-    states = packed.state[packed.piece_of[n] : packed.piece_of[n + 1]]
-    for part in range(packed.part_of[n], packed.part_of[n + 1]):
-        later_s = (part - packed.part_of[n]) * apart_s
-        add_shares(shares, since_s, later_s, starts_s, states, base_s, packed.parts[part])
+    pieces = packed.rows[n, : int(times_s[3])]
+    for part in range(int(times_s[4])):
+        add_shares(shares, since_s, part * apart_s, pieces, base_s, packed.rows[n, PARTS, part])
     for k in range(3):
         first, last = packed.ends[n, 0, k], packed.ends[n, 1, k]
         for i in range(low, high):
@@ -245,40 +198,8 @@ def _add_line(
             axes[i, k] += first + (last - first) - first
 
 
-@kernel
-def _lines_are_free(
-    axes: NDArray[np.float64],
-    time_s: NDArray[np.float64],
-    begins_s: NDArray[np.float64],
-    packed: _Packed,
-    begin: int,
-    end: int,
-    space: CollisionSpace,
-    load: LoadFrame,
-) -> bool:
-    """Fill axes as ``axes_at``, as far as the load is free between the times; return whether it always is.
-
-    What is most likely in the way is met first: from the start of the last move on.
-    """
-    count = axes.shape[0]
-    blocks = (count + _BLOCK - 1) // _BLOCK
-    from_block = min(_first_from(time_s, begins_s[end - 1], 0.0), count - 1) // _BLOCK
-    room = np.empty((2, _BLOCK + 1))
-    for n in range(blocks):
-        first = (from_block + n) % blocks * _BLOCK
-        last = min(first + _BLOCK + 1, count)  # the first of the next block too: the load is free up to there
-        for i in range(first, last):
-            for k in range(3):
-                axes[i, k] = packed.ends[begin, 0, k]
-        for move in range(begin, end):
-            _add_line(axes[first:last], time_s[first:last], begins_s[move], packed, move, room)
-        if not samples_are_free(space, load, axes[first:last]):
-            return False
-    return True
-
-
 @leaf_kernel
-def _first_from(time_s: NDArray[np.float64], begins_s: float, since_s: float) -> int:
+def first_from(time_s: NDArray[np.float64], begins_s: float, since_s: float) -> int:
     """Return the index of the first of ascending times at or after ``since_s`` from the start of a move."""
     low, high = 0, time_s.shape[0]
     while low < high:

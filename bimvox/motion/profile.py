@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,22 +28,12 @@ from bimvox.errors import PlanningError
 _BEYOND = 1e9
 
 
-class Pieces(NamedTuple):
-    """A profile that is driven in parts, some time apart.
+ROW = (9, 5)
+"""A profile as kernels take it: in rows 0 to 6 its pieces (start, then position, velocity, acceleration and jerk
+there), in row 7 its duration, the time from one part to the next, the time of all parts, and the numbers of pieces and
+parts, in row 8 the sizes of the parts in which it is driven."""
 
-    Attributes:
-        start_s: (P,) float64 start of each piece of the profile.
-        state: (P, 4) float64 position, velocity, acceleration and jerk at the start of each piece.
-        duration_s: Its duration.
-        parts: Sizes of the parts, together 1.
-        apart_s: Time from one part to the next.
-    """
-
-    start_s: NDArray[np.float64]
-    state: NDArray[np.float64]
-    duration_s: float
-    parts: tuple[float, ...]
-    apart_s: float
+TIMES, PARTS = 7, 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,34 +41,34 @@ class Profile:
     """A rest-to-rest profile of the share 0..1 as pieces of constant jerk.
 
     Attributes:
-        start_s: (P,) float64 start of each piece.
-        state: (P, 4) float64 position, velocity, acceleration and jerk at the start of each piece.
+        pieces: (P, 5) float64 start of each piece, and position, velocity, acceleration and jerk there; P <= 7.
         duration_s: Time at which the share 1 is reached.
         top_rate: Highest rate of the share, 1/s.
+        row: ``ROW`` float64 for kernels.
     """
 
-    start_s: NDArray[np.float64]
-    state: NDArray[np.float64]
+    pieces: NDArray[np.float64]
     duration_s: float
     top_rate: float = field(init=False)
+    row: NDArray[np.float64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        _, rate, acceleration, jerk = self.state.T
+        _, _, rate, acceleration, jerk = self.pieces.T
         # If a piece goes from speeding up to slowing down, the peak is inside it.
         peaks = jerk < 0.0
         inside = rate[peaks] - acceleration[peaks] ** 2 / (2.0 * jerk[peaks])
         object.__setattr__(self, "top_rate", float(max(rate.max(), inside.max(initial=0.0))))
+        row = np.zeros(ROW)
+        row[: len(self.pieces)] = self.pieces
+        row[TIMES] = self.duration_s, 0.0, self.duration_s, len(self.pieces), 1
+        row[PARTS, 0] = 1.0
+        object.__setattr__(self, "row", row)
 
     def share_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the share driven at ascending times: 0 before the start, 1 after the end."""
         share = np.zeros(len(time_s))
-        add_shares(share, time_s, 0.0, self.start_s, self.state, self.duration_s, 1.0)
+        add_shares(share, time_s, 0.0, self.pieces, self.duration_s, 1.0)
         return share
-
-    @property
-    def pieces(self) -> Pieces:
-        """The profile as a kernel takes it."""
-        return Pieces(self.start_s, self.state, self.duration_s, (1.0,), 0.0)
 
 
 @leaf_kernel
@@ -86,22 +76,21 @@ def add_shares(
     shares: NDArray[np.float64],
     time_s: NDArray[np.float64],
     later_s: float,
-    start_s: NDArray[np.float64],
-    state: NDArray[np.float64],
+    pieces: NDArray[np.float64],
     duration_s: float,
     size: float,
 ) -> None:
     """Add ``size`` times the share driven at ascending times, this much later, to ``shares`` ((N,), in place)."""
-    piece, last = 0, start_s.shape[0] - 1
+    piece, last = 0, pieces.shape[0] - 1
     for i in range(time_s.shape[0]):
         at_s = time_s[i] - later_s
         if at_s >= duration_s:
             shares[i] += size
             continue
-        while piece < last and start_s[piece + 1] <= at_s:
+        while piece < last and pieces[piece + 1, 0] <= at_s:
             piece += 1
-        t = max(at_s - start_s[piece], 0.0)
-        p, v, a, j = state[piece, 0], state[piece, 1], state[piece, 2], state[piece, 3]
+        t = max(at_s - pieces[piece, 0], 0.0)
+        p, v, a, j = pieces[piece, 1], pieces[piece, 2], pieces[piece, 3], pieces[piece, 4]
         shares[i] += size * min(max(p + t * (v + t * (a / 2.0 + t * j / 6.0)), 0.0), 1.0)
 
 
@@ -130,7 +119,7 @@ def profile_of(limits: AxisLimits) -> Profile:
     used = lengths > 0.0
     states = np.array([pieces.p[:7], pieces.v[:7], pieces.a[:7], pieces.j[:7]]).T / unit_s ** np.arange(4)
     starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]]) * unit_s
-    return Profile(starts[used], states[used], float(trajectory.duration) * unit_s)
+    return Profile(np.column_stack([starts, states])[used], float(trajectory.duration) * unit_s)
 
 
 def _ruckig(scaled: AxisLimits, limits: AxisLimits) -> Any:

@@ -8,12 +8,12 @@ line that was found free, and no limit is exceeded because the result is a mean 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.motion.profile import Pieces, Profile
+from bimvox.motion.profile import PARTS, TIMES, Profile
 
 TWO = (0.5, 0.5)
 THREE = (0.25, 0.5, 0.25)
@@ -27,16 +27,23 @@ class ShapedProfile:
         base: The profile that is driven in parts.
         parts: Their sizes, together 1.
         apart_s: Time from one part to the next.
+        duration_s: Time at which the share 1 is reached.
+        row: ``ROW`` float64 for kernels.
     """
 
     base: Profile
     parts: tuple[float, ...]
     apart_s: float
+    duration_s: float = field(init=False)
+    row: NDArray[np.float64] = field(init=False, repr=False)
 
-    @property
-    def duration_s(self) -> float:
-        """Time at which the share 1 is reached."""
-        return self.base.duration_s + (len(self.parts) - 1) * self.apart_s
+    def __post_init__(self) -> None:
+        count = len(self.parts)
+        object.__setattr__(self, "duration_s", self.base.duration_s + (count - 1) * self.apart_s)
+        row = self.base.row.copy()
+        row[TIMES, 1:] = self.apart_s, self.duration_s, len(self.base.pieces), count
+        row[PARTS, :count] = self.parts
+        object.__setattr__(self, "row", row)
 
     @property
     def top_rate(self) -> float:
@@ -49,11 +56,6 @@ class ShapedProfile:
         for n, part in enumerate(self.parts):
             share += part * self.base.share_at(time_s - n * self.apart_s)
         return np.where(time_s >= self.duration_s, 1.0, share)
-
-    @property
-    def pieces(self) -> Pieces:
-        """The profile as a kernel takes it."""
-        return Pieces(self.base.start_s, self.base.state, self.base.duration_s, self.parts, self.apart_s)
 
 
 @dataclass(frozen=True, slots=True)

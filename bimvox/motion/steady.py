@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import PlanningError
 from bimvox.motion.cancel_swing import STRETCH, cancelled
@@ -17,7 +16,7 @@ from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.move import Move
 from bimvox.motion.shaping import FIRST_SLOW, LADDER, TWO, Calm
 from bimvox.motion.swept import swaying_is_free
-from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, Swing, offsets_of, swing_of
+from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, Swing, hanging_on, left_m, swing_of
 from bimvox.motion.timeline import Pacer, Timeline, evenly_s, overlapping_as
 from bimvox.site.collision import CollisionSpace
 
@@ -58,15 +57,6 @@ def swaying(timeline: Timeline, pendulum: Pendulum, spacing_m: float) -> Swaying
     """Return a timeline with the swing of its load; the hook moves at most ``spacing_m`` from one time to the next."""
     time_s, axes = _evenly(timeline, spacing_m)
     return Swaying(time_s, axes, swing_of(timeline.crane, axes, timeline.duration_s / (len(time_s) - 1), pendulum))
-
-
-def left_m(timeline: Timeline, pendulum: Pendulum) -> NDArray[np.float64]:
-    """Return (4,) float64 position and speed of the load at the end, each as the amplitude it leads to, m."""
-    time_s, axes = _evenly(timeline, np.inf)
-    offset_m = offsets_of(timeline.crane, axes, timeline.duration_s / (len(time_s) - 1), pendulum)
-    length_m = float(pendulum_lengths_m(timeline.crane, axes[-1:], pendulum.below_hook_m)[0])
-    speed_m_s = (offset_m[-1] - offset_m[-2]) / float(time_s[1] - time_s[0])
-    return np.concatenate([offset_m[-1], speed_m_s / float(np.sqrt(GRAVITY_M_S2 / length_m))])
 
 
 def _evenly(timeline: Timeline, spacing_m: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -134,9 +124,13 @@ def steadied(crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None
 
 def _fitted(pacer: Pacer, timeline: Timeline, pendulum: Pendulum) -> Timeline | None:
     """Return a timeline's moves in sequence, shaped together for its overlaps; None if no such shaping is found."""
+    hanging = hanging_on(timeline.crane, pendulum)
 
     def residual_m(calms: tuple[Calm, ...]) -> NDArray[np.float64]:
-        return left_m(overlapping_as(pacer.in_sequence(calms), timeline), pendulum)
+        shaped = overlapping_as(pacer.in_sequence(calms), timeline)
+        time_s, axes = _evenly(shaped, np.inf)
+        left: NDArray[np.float64] = left_m(axes, hanging, shaped.duration_s / (len(time_s) - 1))
+        return left
 
     calms = cancelled(timeline.course.swings, residual_m)
     return None if calms is None else pacer.in_sequence(calms)

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
-from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
+from bimvox.compiled import inline_kernel, kernel
+from bimvox.crane.pendulum import GRAVITY_M_S2, SHORTEST_M
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.swept import swaying_is_free
@@ -67,42 +67,78 @@ def pendulum_of(site: Site, crane: TowerCrane, component: Component | None) -> P
     return Pendulum(crane_for(site, crane, component).sling_m + half_m)
 
 
+class Hanging(NamedTuple):
+    """A load on the rope of a crane as kernels take it.
+
+    Attributes:
+        swings: Whether its swing counts.
+        x_m: The slewing axis.
+        y_m: The slewing axis.
+        exit_m: Height of the rope's exit; of a luffing jib's pivot.
+        pivot_m: Radius of that pivot.
+        jib_m: Length of a luffing jib; 0 for a horizontal one.
+        below_hook_m: As in ``Pendulum``.
+        gravity_m_s2: Gravity.
+    """
+
+    swings: bool
+    x_m: float
+    y_m: float
+    exit_m: float
+    pivot_m: float
+    jib_m: float
+    below_hook_m: float
+    gravity_m_s2: float
+
+
+def hanging_on(crane: TowerCrane, pendulum: Pendulum | None) -> Hanging:
+    """Return a load on a crane's rope as kernels take it; with None it does not swing."""
+    x_m, y_m, jib = *crane.base_m[:2], crane.luffing
+    below_hook_m = 0.0 if pendulum is None else pendulum.below_hook_m
+    exits = (crane.jib_height_m, 0.0, 0.0) if jib is None else (jib.pivot_height_m, jib.pivot_offset_m, jib.length_m)
+    return Hanging(pendulum is not None, x_m, y_m, *exits, below_hook_m, GRAVITY_M_S2)
+
+
 def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendulum: Pendulum) -> Swing:
     """Return the swing of a load that is at rest at the start, for (N, 3) axes ``step_s`` apart, ``STEP_S`` at most."""
-    length_m = pendulum_lengths_m(crane, axes, pendulum.below_hook_m)
-    return Swing(*_swing(axes, crane.base_m[0], crane.base_m[1], length_m, step_s, GRAVITY_M_S2, True))
+    return Swing(*_swing(axes, hanging_on(crane, pendulum), step_s, True))
 
 
-def offsets_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendulum: Pendulum) -> NDArray[np.float64]:
-    """Return (N, 2) the offsets of :func:`swing_of` alone."""
-    length_m = pendulum_lengths_m(crane, axes, pendulum.below_hook_m)
-    offset_m: NDArray[np.float64] = _swing(
-        axes, crane.base_m[0], crane.base_m[1], length_m, step_s, GRAVITY_M_S2, False
-    )[0]
-    return offset_m
+@kernel
+def left_m(axes: NDArray[np.float64], hanging: Hanging, step_s: float) -> NDArray[np.float64]:
+    """Return (4,) position and speed of the load of ``swing_of`` at the end, each as the amplitude it leads to, m."""
+    offset_m, _ = _swing(axes, hanging, step_s, False)
+    left, per_s = np.empty(4), np.sqrt(hanging.gravity_m_s2 / _length_m(hanging, axes[-1, 1], axes[-1, 2]))
+    left[:2] = offset_m[-1]
+    left[2:] = (offset_m[-1] - offset_m[-2]) / step_s / per_s
+    return left
 
 
+@kernel
 def sways_free(
-    space: CollisionSpace,
-    load: LoadFrame,
-    crane: TowerCrane,
-    axes: NDArray[np.float64],
-    step_s: float,
-    pendulum: Pendulum,
+    space: CollisionSpace, load: LoadFrame, axes: NDArray[np.float64], hanging: Hanging, step_s: float
 ) -> bool:
     """Return whether a load that is at rest at the start swings into nothing, to either side, in a planned motion.
 
     Args:
         space: The collision rule.
         load: How hook poses and reference cells correspond.
-        crane: The crane.
         axes: (N, 3) slew, radius, height, ``step_s`` apart.
+        hanging: The load on its rope.
         step_s: As for ``swing_of``.
-        pendulum: What hangs on the hook.
     """
-    beyond_m = _beyond(offsets_of(crane, axes, step_s, pendulum), PLANNED_RESIDUAL_M)
+    beyond_m = _beyond(_swing(axes, hanging, step_s, False)[0], PLANNED_RESIDUAL_M)
     swings = (beyond_m[:, 0] != 0.0) | (beyond_m[:, 1] != 0.0)
-    return bool(swaying_is_free(space, load, axes, beyond_m / load.voxel_size_m, swings, True) < 0)
+    return swaying_is_free(space, load, axes, beyond_m / load.voxel_size_m, swings, True) < 0
+
+
+@inline_kernel
+def _length_m(hanging: Hanging, radius_m: float, height_m: float) -> float:
+    """Return what ``pendulum_lengths_m`` does for one hook pose."""
+    exit_m, far_m = hanging.exit_m, radius_m - hanging.pivot_m
+    if hanging.jib_m > 0.0:
+        exit_m += np.sqrt(max(hanging.jib_m * hanging.jib_m - far_m * far_m, 0.0))
+    return max(SHORTEST_M, exit_m - height_m + hanging.below_hook_m)
 
 
 @kernel
@@ -120,29 +156,27 @@ def _points(axes: NDArray[np.float64], x_m: float, y_m: float) -> NDArray[np.flo
 
 @kernel
 def _swing(
-    axes: NDArray[np.float64],
-    x_m: float,
-    y_m: float,
-    length_m: NDArray[np.float64],
-    step_s: float,
-    gravity: float,
-    with_amplitude: bool,
+    axes: NDArray[np.float64], hanging: Hanging, step_s: float, with_amplitude: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Velocity Verlet over evenly spaced samples; the amplitudes, if wanted, otherwise zeros for none."""
-    point_m = _points(axes, x_m, y_m)
+    point_m = _points(axes, hanging.x_m, hanging.y_m)
     n = point_m.shape[0]
     offset, amplitude = np.zeros((n, 2)), np.zeros(n if with_amplitude else 0)
     qx, qy = point_m[0, 0], point_m[0, 1]
     vx, vy, ax, ay = 0.0, 0.0, 0.0, 0.0
     half = 0.5 * step_s
+    shorter_m = length_m = _length_m(hanging, axes[0, 1], axes[0, 2])
+    longer_m = _length_m(hanging, axes[min(1, n - 1), 1], axes[min(1, n - 1), 2])
     for i in range(1, n):
         qx += step_s * (vx + half * ax)
         qy += step_s * (vy + half * ay)
         after = min(i + 1, n - 1)
+        shorter_m, length_m = length_m, longer_m
         bend = 0.0
         if after > i:
-            bend = (length_m[i + 1] - 2.0 * length_m[i] + length_m[i - 1]) / step_s**2
-        stiffness = (gravity - bend) / length_m[i]
+            longer_m = _length_m(hanging, axes[after, 1], axes[after, 2])
+            bend = (longer_m - 2.0 * length_m + shorter_m) / step_s**2
+        stiffness = (hanging.gravity_m_s2 - bend) / length_m
         x, y = qx - point_m[i, 0], qy - point_m[i, 1]
         vx += half * (ax - stiffness * x)
         vy += half * (ay - stiffness * y)

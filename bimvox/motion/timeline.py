@@ -16,17 +16,16 @@ from numpy.typing import NDArray
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.motion.corner import Corner, longest_overlap_s
 from bimvox.motion.course import Course, Moves
 from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.move import Move, no_shorter, share_limits, slowed
 from bimvox.motion.profile import Profile, profile_of
 from bimvox.motion.shaping import Calm, ShapedProfile
 from bimvox.motion.slow_zones import slow_shares
-from bimvox.motion.swing import STEP_S, Pendulum, sways_free
+from bimvox.motion.swing import Pendulum, hanging_on
 from bimvox.site.collision import CollisionSpace
 
-_CHECK_SPACING_VOX = 0.125
-_HALVINGS = 6
 _PAUSE_S = 1e-6
 
 
@@ -220,68 +219,18 @@ def blended(
         last: The rule for the corner before the last move, if it differs.
         pendulum: What hangs on the hook; None if its swing is not checked.
     """
+    hanging = hanging_on(timeline.crane, pendulum)
     for later in range(1, len(timeline.moves)):
         if not timeline.course.overlaps[later]:
             continue
         longest = _longest_s(timeline.start_s, timeline.course.duration_s, later)
         rule = space if last is None or later + 1 < len(timeline.moves) else last
-        overlap = _overlap_s(timeline, later, longest, rule, load, straight_below_m, pendulum)
+        fastest = max(timeline.course.top_speed_m_s[later - 1 : later + 1])
+        corner = Corner(later, longest, fastest, straight_below_m)
+        begins_s = np.array(timeline.start_s)
+        overlap = float(longest_overlap_s(timeline.course.packed, begins_s, corner, rule, load, hanging))
         timeline = Timeline(timeline.course, _earlier(timeline.start_s, later, overlap))
     return timeline
-
-
-def _overlap_s(
-    timeline: Timeline,
-    later: int,
-    longest_s: float,
-    space: CollisionSpace,
-    load: LoadFrame,
-    straight_below_m: float,
-    pendulum: Pendulum | None,
-) -> float:
-    """Return the largest overlap found free: the longest possible, otherwise by halving the interval."""
-
-    def fits(overlap_s: float) -> bool:
-        tried = Timeline(timeline.course, _earlier(timeline.start_s, later, overlap_s))
-        return _stops_above(tried, later, straight_below_m) and _is_free(tried, later, space, load, pendulum)
-
-    if longest_s <= 0.0:
-        return 0.0
-    if fits(longest_s):
-        return longest_s
-    free, blocked = 0.0, longest_s
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (free + blocked)
-        if fits(middle):
-            free = middle
-        else:
-            blocked = middle
-    return free
-
-
-def _stops_above(timeline: Timeline, later: int, height_m: float) -> bool:
-    """Return whether a move down is above a height until the move before it ends."""
-    move, profile = timeline.moves[later], timeline.profiles[later]
-    rise = move.difference[2]
-    if rise >= 0.0:
-        return True
-    until = np.array([timeline.end_s[later - 1] - timeline.start_s[later]])
-    reached_m = move.start.height_m + rise * float(profile.share_at(until)[0])
-    return reached_m >= min(height_m, move.start.height_m)
-
-
-def _is_free(timeline: Timeline, later: int, space: CollisionSpace, load: LoadFrame, pendulum: Pendulum | None) -> bool:
-    """Return whether the motion is free from the start of the move before ``later`` to the end of ``later``."""
-    course, begins_s = timeline.course, timeline.start_s
-    start, end = begins_s[later - 1], max(timeline.end_s[later - 1 : later + 1])
-    fastest = max(course.top_speed_m_s[later - 1 : later + 1])
-    top_speed_m_s = 2.0 * fastest if begins_s[later] < timeline.end_s[later - 1] else fastest
-    spacing_m = _CHECK_SPACING_VOX * load.voxel_size_m
-    steps = int(np.ceil(max((end - start) * top_speed_m_s / spacing_m, (end - start) / STEP_S))) + 1
-    axes = course.free_axes_at(evenly_s(start, end, steps), begins_s, (later - 1, later + 1), space, load)
-    if axes is None:
-        return False
-    return pendulum is None or sways_free(space, load, timeline.crane, axes, (end - start) / steps, pendulum)
 
 
 def evenly_s(start_s: float, end_s: float, steps: int) -> NDArray[np.float64]:

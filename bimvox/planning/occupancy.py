@@ -32,6 +32,7 @@ class Occupancy:
         x, y, z = site.shape
         self._kept: NDArray[np.int32] | None = np.zeros((x + 1, y + 1, z + 1), np.int32) if one_at_a_time else None
         self._counts: NDArray[np.uint16] = np.zeros(site.shape, np.uint16)
+        self._below: NDArray[np.uint16] = np.zeros((x, y, z + 1) if one_at_a_time else (0, 0, 0), np.uint16)
         self._top: NDArray[np.int32] = np.zeros((x, y), np.int32)
         self._waiting: list[tuple[NDArray[np.int32], bool]] = []
         for blocker in site.blockers:
@@ -49,7 +50,7 @@ class Occupancy:
             cells = np.concatenate([cells for cells, _ in self._waiting])
             until = np.cumsum([len(cells) for cells, _ in self._waiting])
             is_added = np.array([is_added for _, is_added in self._waiting])
-            low = _count(self._counts, self._top, cells, until, is_added)
+            low = _count(self._counts, self._top, self._below, cells, until, is_added)
             self._lowest = (min(self._lowest[0], low[0]), min(self._lowest[1], low[1]), min(self._lowest[2], low[2]))
             self._waiting.clear()
 
@@ -98,7 +99,7 @@ class Occupancy:
         if self._kept is None:
             return summed_area_table(counts > 0)
         if self._lowest != self._site.shape:
-            update_table(self._kept, counts, *self._lowest)
+            update_table(self._kept, self._below, *self._lowest)
             self._lowest = self._site.shape
         return self._kept
 
@@ -126,15 +127,17 @@ def highest_around(top: NDArray[np.int32], reach: int) -> NDArray[np.int32]:
 def _count(
     counts: NDArray[np.uint16],
     top: NDArray[np.int32],
+    below: NDArray[np.uint16],
     cells: NDArray[np.int32],
     until: NDArray[np.int64],
     is_added: NDArray[np.bool_],
 ) -> IntVec:
-    """Add objects to the counts, or remove them, in place; return the lowest corner of their cells.
+    """Add objects to the counts, or remove them, in place; return the lowest corner of the cells that this changes.
 
     Args:
         counts: (X, Y, Z) uint16.
         top: (X, Y) int32, one above the highest occupied cell of each column; updated too.
+        below: (X, Y, Z + 1) uint16, the occupied cells of each column below each height; updated too unless empty.
         cells: (N, 3) int32 cells of one object after the other.
         until: (M,) int64 end of the cells of each object.
         is_added: (M,) whether the object is added.
@@ -147,13 +150,19 @@ def _count(
             x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]
             if min(x, y, z) < 0 or x >= counts.shape[0] or y >= counts.shape[1] or z >= counts.shape[2]:
                 raise IndexError("a cell outside the grid")
+            was = counts[x, y, z] != 0
             counts[x, y, z] += step
-            if counts[x, y, z]:
+            now = counts[x, y, z] != 0
+            if now:
                 top[x, y] = max(top[x, y], z + 1)
             elif top[x, y] == z + 1:
                 while top[x, y] > 0 and not counts[x, y, top[x, y] - 1]:
                     top[x, y] -= 1
-            low_x, low_y, low_z = min(low_x, x), min(low_y, y), min(low_z, z)
+            if was != now:
+                low_x, low_y, low_z = min(low_x, x), min(low_y, y), min(low_z, z)
+                if below.size:
+                    for k in range(z + 1, below.shape[2]):
+                        below[x, y, k] += step
             n += 1
     return low_x, low_y, low_z
 

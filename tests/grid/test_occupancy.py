@@ -49,5 +49,7 @@ def test_an_updated_table_equals_a_new_one(counts: np.ndarray, data: st.DataObje
         high = [data.draw(st.integers(at + 1, size)) for at, size in zip(low, counts.shape, strict=True)]
         box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
         counts[box] = data.draw(hnp.arrays(np.uint16, counts[box].shape, elements=st.integers(0, 2)))
-        update_table(table, counts, *low)
+        below = np.zeros((*counts.shape[:2], counts.shape[2] + 1), np.uint16)
+        below[:, :, 1:] = np.cumsum(counts > 0, axis=2)
+        update_table(table, below, *low)
         assert np.array_equal(table, summed_area_table(counts > 0))

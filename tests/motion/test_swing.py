@@ -26,7 +26,7 @@ from bimvox.motion.timing import sampled
 from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.crane.pendulum import swung_parts
-from bimvox.proof.footprint import motion_footprint, path_footprint
+from bimvox.proof.footprint import MotionFootprint, motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.swing import REST_M
 from bimvox.records.motion import LiftMotion
@@ -170,6 +170,8 @@ def test_an_object_that_only_the_swing_meets_is_found_by_its_check_alone_and_is_
 def _cells(footprint):
     """Return (column, height) of every cell of a footprint, in a grid of 40 x 30 columns."""
     found = set()
+    if isinstance(footprint, MotionFootprint):
+        return _cells(footprint.approach) | _cells(footprint.carrying)
     for column, words in zip(footprint.columns.tolist(), footprint.heights.tolist(), strict=True):
         for word, bits in enumerate(words):
             found |= {(column // 30, column % 30, word * 64 + k) for k in range(64) if bits >> k & 1}

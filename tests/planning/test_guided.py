@@ -80,7 +80,7 @@ def test_what_gets_in_the_way_of_the_guided_load_alone_is_noticed(done):
     cable, far = (CellMask(site.shape) for _ in range(2))
     cable.add(np.array([[x - 1, y, z + 1]], np.int32))
     far.add(np.array([[x - 4, y, z + 1]], np.int32))
-    for footprint in (path_footprint(site, lift), motion_footprint(site, lift, motions[0])):
+    for footprint in (path_footprint(site, lift), motion_footprint(site, lift, motions[0]).carrying):
         assert cable.meets(footprint)
         assert not far.meets(footprint)
 
