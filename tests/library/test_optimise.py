@@ -70,7 +70,7 @@ def test_a_budget_that_nothing_keeps_and_a_site_of_several_cranes_are_refused(si
     poor = site.with_name("poor.site.toml")
     poor.write_text(f"{site.read_text()}\n[costs]\nbudget = 1\n")
     with pytest.raises(InputError, match="the cheapest costs"):
-        bimvox.optimise(poor, trials=0)
+        bimvox.optimise(poor, crane="hammerhead-45", trials=0)
     bare = site.with_name("bare.site.toml")
     bare.write_text('[model]\npath = "frame.ifc"\n[crane]\nkind = "none"\n')
     with pytest.raises(InputError, match="has 0"):

@@ -89,7 +89,7 @@ def search_set_ups(
     for machine in machines:
         lattice += search.tried([machine])
         progress.advance()
-    lattice = closer(search, lattice)
+    lattice = closer(search, lattice, effort.members)
     progress.finish()
     found, trials = list(lattice), 0
     if effort.yards and may_move(site.config):

@@ -53,6 +53,8 @@ def to_plan(found: Sequence[Tried], front: Sequence[Tried], most: int) -> list[T
 def ends(front: Sequence[Any], goals: Callable[[Any], Goals], group: Callable[[Any], Hashable]) -> list[Any]:
     """Return the fastest, the cheapest and the least used of a front, then the fastest of each group; each once."""
     found: list[Any] = []
+    if not front:
+        return found
     for one in (
         *(min(front, key=lambda one: (goals(one)[goal], goals(one))) for goal in range(3)),
         *(min((one for one in front if group(one) == name), key=goals) for name in dict.fromkeys(map(group, front))),

@@ -21,6 +21,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError
 from bimvox.library.set_up_search.front import ends, estimated_goals, front_of
 from bimvox.library.set_up_search.search import Rig, Search, Tried
+from bimvox.library.set_up_search.timed import FEW_LIFTS, LIFTS
 from bimvox.planning.order.makespan import OrderTimes, makespan_s
 from bimvox.site.assign import balanced, rough_work_s
 from bimvox.site.config.site_config import SiteConfig
@@ -62,10 +63,12 @@ def pairs(search: Search, machines: Sequence[Machine]) -> list[Tried]:
     chosen = _choice(
         [_rough(a, b, separation_m, (share, least_s)) for a, b in combinations_with_replacement(stands, 2)]
     )
-    found = [tried for one in chosen if (tried := _close(search, one, separation_m)) is not None]
-    front = front_of(found)
+    close = {n: tried for n, one in enumerate(chosen) if (tried := _close(search, one, separation_m, FEW_LIFTS))}
+    front = front_of(list(close.values()))
     # Over the budget, one says so.
-    return ends(front, estimated_goals, lambda one: one.cranes) if front else sorted(found, key=estimated_goals)[:1]
+    best = ends(front, estimated_goals, lambda one: one.cranes) or sorted(close.values(), key=estimated_goals)[:1]
+    again = [_close(search, chosen[n], separation_m, LIFTS) for n, one in close.items() if one in best]
+    return [one for one in again if one is not None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,15 +129,18 @@ def _choice(rough: Sequence[_Rough | None]) -> list[_Rough]:
     return [*fast, *(one for one in cheap if one not in fast)]
 
 
-def _close(search: Search, one: _Rough, separation_m: float) -> Tried | None:
-    """Return a pair on the best places near its rough ones, its parts divided; None if the cranes would collide."""
+def _close(search: Search, one: _Rough, separation_m: float, lifts: int) -> Tried | None:
+    """Return a pair on the best places near its rough ones, its parts divided; None if the cranes would collide.
+
+    Of each crane so many lifts are timed with the swing of loads.
+    """
     bases_m = list(one.bases_m)
     for own, other in ((0, 1), (1, 0)):
         bases_m[own] = _moved(search, one, bases_m, (own, other), separation_m)
     cranes = _apart(search.config, one.rigs, bases_m, separation_m)
     if cranes is None:
         return None
-    found = [_timed(search, rig, base_m) for rig, base_m in zip(one.rigs, bases_m, strict=True)]
+    found = [_timed(search, rig, base_m, lifts) for rig, base_m in zip(one.rigs, bases_m, strict=True)]
     can = np.stack([each.served[0] for each in found], axis=1)
     reach_m = np.stack([distances_m(base_m[None], search.work.places_m)[0] for base_m in bases_m], axis=1)
     rough_s = [rough_work_s(rig.crane, reach_m[:, k], search.work.standing_s) for k, rig in enumerate(one.rigs)]
@@ -156,12 +162,12 @@ def _close(search: Search, one: _Rough, separation_m: float) -> Tried | None:
     )  # fmt: skip
 
 
-def _timed(search: Search, rig: Rig, base_m: NDArray[np.float64]) -> SetUps:
+def _timed(search: Search, rig: Rig, base_m: NDArray[np.float64], lifts: int) -> SetUps:
     """Return how a rig serves the parts from a base (2,), every way longer by what the swing of loads takes in all."""
     quick = search.served(rig, base_m[None])
     standing_s = quick.served * search.work.standing_s
     crane = replace(rig.crane, base_m=(*base_m.tolist(), 0.0))
-    moving_s = search.timed_s(crane, search.work, quick.served[0]) - float(standing_s.sum())
+    moving_s = search.timed_s(crane, search.work, quick.served[0], lifts) - float(standing_s.sum())
     longer = moving_s / max(float(quick.crane_s[0]) - float(standing_s.sum()), 1e-9)
     lift_s = standing_s + longer * (quick.lift_s - standing_s)
     return replace(quick, lift_s=lift_s, crane_s=lift_s.sum(axis=1))

@@ -13,7 +13,7 @@ from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.library.set_up_search.least_moving import Loose, least_of_all_s
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.timed import timed_moving_s
+from bimvox.library.set_up_search.timed import LIFTS, timed_moving_s
 from bimvox.library.site import built_site
 from bimvox.planning.assembly import prepare
 from bimvox.planning.stacks import is_stacked
@@ -79,6 +79,7 @@ class Tried:
         crane: The crane on the place in question; None if its mast has no place.
         served: Number of parts that it serves from there.
         crane_s: Estimated crane time from there, of those that serve most parts with the swing of loads.
+        lifts: So many lifts were laid over time for it; 0: the quick estimate, or that times a factor of its machine.
         bases_m: (B, 2) all places.
         all_served: (B,) number of parts served from each.
         all_crane_s: (B,) crane time from each by the quick estimate, without swing.
@@ -110,6 +111,7 @@ class Tried:
     yard: OtherYard | None = None
     place: int = 0
     second: Tried | None = None
+    lifts: int = 0
 
     @property
     def words(self) -> str:
@@ -218,27 +220,33 @@ class Search:
         """Return how many parts a crane serves from where it stands, and the estimated crane time."""
         return self._timed(crane, self._wanted, self.work)
 
-    def _timed(self, crane: TowerCrane, wanted: Wanted, work: LiftWork) -> tuple[int, float]:
+    def _timed(self, crane: TowerCrane, wanted: Wanted, work: LiftWork, lifts: int = LIFTS) -> tuple[int, float]:
         used = wanted.demand.as_used(crane)
         served = set_ups(used, np.array([crane.base_m[:2]]), work, wanted.demand.height_m(used)).served[0]
-        return int(served.sum()), self.timed_s(used, work, served)
+        return int(served.sum()), self.timed_s(used, work, served, lifts)
 
-    def timed_s(self, crane: TowerCrane, work: LiftWork, served: NDArray[np.bool_]) -> float:
+    def timed_s(self, crane: TowerCrane, work: LiftWork, served: NDArray[np.bool_], lifts: int = LIFTS) -> float:
         """Return the estimated crane time of a crane as used, on its base, for the parts that it serves.
 
         It ranks places; see :mod:`bimvox.library.set_up_search.timed`.
         """
         swings = self.config.rules_in_force.swing is SwingRule.SHAPED
-        return float(work.standing_s[served].sum()) + timed_moving_s(crane, work, served, swings=swings)
+        moving_s = timed_moving_s(crane, work, served, swings=swings, lifts=lifts)
+        return float(work.standing_s[served].sum()) + moving_s
 
-    def from_place(self, one: Tried, base_m: NDArray[np.float64]) -> Tried:
-        """Return a set-up of one crane on one of its places, (2,), timed with the swing of its loads."""
+    def from_place(self, one: Tried, base_m: NDArray[np.float64], lifts: int = LIFTS) -> Tried:
+        """Return a set-up of one crane on one of its places, (2,), with so many lifts timed with the swing of loads."""
         assert one.crane is not None
         wanted, work = self._seen(one.yard)
         crane = replace(one.crane, base_m=(*base_m.tolist(), one.crane.base_m[2]))
-        served, crane_s = self._timed(crane, wanted, work)
-        cost = wanted.rates(machine_of_crane(crane)).total(crane_s / 3600.0)
-        return replace(one, crane=crane, served=served, crane_s=crane_s, cost=cost, over=self.over(cost))
+        served, crane_s = self._timed(crane, wanted, work, lifts)
+        return self.taking(replace(one, crane=crane, served=served, lifts=lifts), crane_s)
+
+    def taking(self, one: Tried, crane_s: float) -> Tried:
+        """Return a set-up of one crane with another estimate of its crane time, and the cost by that."""
+        assert one.crane is not None
+        cost = self.rates(machine_of_crane(one.crane)).total(crane_s / 3600.0)
+        return replace(one, crane_s=crane_s, cost=cost, over=self.over(cost))
 
     def _seen(self, yard: OtherYard | None) -> tuple[Wanted, LiftWork]:
         """Return the parts with a yard; None: the site file's."""
@@ -322,8 +330,11 @@ class Search:
         why = str(self._wanted.why_not(first, self._wanted.demand.as_used(crane), MARGIN_M))
         return why + (f", and {len(missed) - 1} more" if len(missed) > 1 else "")
 
-    def with_yard(self, machine: Machine, yard: OtherYard) -> Tried | None:
-        """Return a machine with the best of its jibs, reevings and places for another yard; None if it has no place."""
+    def with_yard(self, machine: Machine, yard: OtherYard, lifts: int = LIFTS) -> Tried | None:
+        """Return a machine with the best of its jibs, reevings and places for another yard; None if it has no place.
+
+        So many lifts are timed with the swing of their loads.
+        """
         wanted, work = self._seen(yard)
         chosen = best_set_up([machine], wanted)
         if chosen is None:
@@ -334,12 +345,13 @@ class Search:
         found = set_ups(crane, bases_m, work, height_m, MARGIN_M)
         own = found.served[0]
         highest = highest_utilisation(replace(crane, chart=chosen.crane.chart), base_m, work, own[None])
-        crane_s = self.timed_s(crane, work, own)
+        crane_s = self.timed_s(crane, work, own, lifts)
         why = "" if own.all() else "serves fewer parts with this yard"
         cost = self.rates(machine).total(crane_s / 3600.0)
         return Tried(
             machine.name, crane.jib_own_m, crane.falls, machine.load_moment_tm, chosen.crane, int(own.sum()), crane_s,
             bases_m, found.served.sum(axis=1), found.crane_s, why, cost, float(highest[0]), self.over(cost), yard=yard,
+            lifts=lifts,
         )  # fmt: skip
 
     def carries(self, machine: Machine) -> int:

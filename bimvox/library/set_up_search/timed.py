@@ -26,15 +26,17 @@ from bimvox.motion.swing import PLANNED_RESIDUAL_M, Pendulum
 from bimvox.motion.timeline import Timeline
 from bimvox.site.set_ups import LiftWork
 
-_WAYS = 48
-"""Lifts that are laid over time: of so many parts, evenly from the sequence, or of fewer parts several times."""
+LIFTS, FEW_LIFTS = 48, 12
+"""Lifts that are laid over time, and of a first look; of fewer parts each several times."""
 _GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 """Each lift begins at a place of the yard this share of all further on, so that all are met evenly."""
 _NEVER_AT_REST_S = 600.0
 """A way whose load never comes to rest: the plan needs another one."""
 
 
-def timed_moving_s(crane: TowerCrane, work: LiftWork, served: NDArray[np.bool_], *, swings: bool) -> float:
+def timed_moving_s(
+    crane: TowerCrane, work: LiftWork, served: NDArray[np.bool_], *, swings: bool, lifts: int = LIFTS
+) -> float:
     """Return how long a crane moves about for the parts that it serves, in their sequence.
 
     Args:
@@ -42,32 +44,32 @@ def timed_moving_s(crane: TowerCrane, work: LiftWork, served: NDArray[np.bool_],
         work: The parts, with the places of the yard.
         served: (N,) whether it serves each part.
         swings: Whether moves are shaped against the swing of loads.
+        lifts: So many are laid over time, of parts evenly from the sequence.
     """
     lifted = np.flatnonzero(served)
     if not len(lifted):
         return 0.0
-    rounds = max(1, _WAYS // len(lifted))
-    numbers = lifted[np.arange(min(_WAYS, len(lifted))) * len(lifted) // min(_WAYS, len(lifted))].tolist()
+    some = min(lifts, len(lifted))
+    numbers = lifted[np.arange(some) * len(lifted) // some].tolist() * max(1, lifts // len(lifted))
     over_m = np.maximum.accumulate(work.tops_m) + work.heights_m + crane.sling_m
     places = _poses(crane, work.places_m, work.tops_m + crane.sling_m)
     slew_rad, yard_radius_m, _ = pose_of(crane, np.pad(work.yard_m, ((0, 0), (0, 1))))
     limits_m = radii_for_m(crane, work.masses_kg)
-    total_s, before, lifts = 0.0, None, 0
-    for n in numbers * rounds:
+    # As if the sequence began again: of few lifts, a way back that is missing counts.
+    total_s, before = 0.0, places[numbers[-1]]
+    for lift, n in enumerate(numbers):
         near_m, far_m = limits_m[n].tolist()
         able = np.flatnonzero((yard_radius_m >= near_m) & (yard_radius_m <= far_m))
-        at = able[int(lifts * _GOLDEN % 1.0 * len(able))]
-        lifts += 1
+        at = able[int(lift * _GOLDEN % 1.0 * len(able))]
         high_m = float(work.heights_m[n]) + crane.sling_m
         pick = CranePose(float(slew_rad[at]), float(yard_radius_m[at]), high_m)
-        if before is not None:
-            way = (before, pick, max(before.height_m, high_m))
-            total_s += _way_s(rigged(crane, 0.0), way, Pendulum(crane.sling_m) if swings else None)
+        way = (before, pick, max(before.height_m, high_m))
+        total_s += _way_s(rigged(crane, 0.0), way, Pendulum(crane.sling_m) if swings else None)
         way = (pick, places[n], float(over_m[n]))
         hangs = Pendulum(crane.sling_m + 0.5 * float(work.heights_m[n]))
         total_s += _way_s(rigged(crane, float(work.masses_kg[n])), way, hangs if swings else None)
         before = places[n]
-    return total_s * len(lifted) / lifts
+    return total_s * len(lifted) / len(numbers)
 
 
 def _poses(crane: TowerCrane, points_m: NDArray[np.float64], heights_m: NDArray[np.float64]) -> list[CranePose]:

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from bimvox.bim.read import read_building
+from bimvox.library.set_up_search.front import front_of, to_plan
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.refine import better_placed, closer, refined
 from bimvox.library.set_up_search.search import Effort, OtherYard, Search, Tried
+from bimvox.library.set_up_search.timed import LIFTS
 from bimvox.progress import SilentProgress
 from bimvox.site.config.site_config import ModelConfig
 from bimvox.site.guess import guess_site
@@ -57,13 +59,24 @@ def test_a_closer_look_keeps_what_serves_fewer_and_moves_the_fastest_to_a_place_
     search: Search, best: Tried
 ) -> None:
     fewer = replace(best, served=best.served - 1, crane_s=1.0)
-    found, same = closer(search, [best, fewer])
+    found, same = closer(search, [best, fewer], 6)
     assert same is fewer
     own = search.from_place(best, np.array(best.crane.base_m[:2]))
     assert own.crane_s > best.crane_s  # the quick estimate knows no swing
     assert (found.served, found.machine) == (best.served, best.machine)
     assert found.crane_s <= own.crane_s
     assert found.cost == pytest.approx(search.rates_of(found).total(found.crane_s / 3600.0))
+
+
+def test_what_would_be_planned_is_timed_itself_and_is_as_fast_as_if_all_were(search: Search) -> None:
+    lattice = list(search.tried(machines_called("hammerhead")[:2]))
+    found = closer(search, lattice, 2)
+    assert {one.lifts for one in found} == {0, LIFTS}
+    assert all(one.lifts == LIFTS for one in to_plan(found, front_of(found), 2))
+    every = [search.from_place(one, np.array(one.crane.base_m[:2])) for one in lattice]
+    assert min(one.crane_s for one in found) <= min(one.crane_s for one in every)
+    for one, timed in zip(found, every, strict=True):
+        assert one.lifts or one.crane_s == pytest.approx(timed.crane_s, rel=0.02)
 
 
 def test_another_yard_is_looked_at_closer_by_its_own_parts_and_only_with_machines_that_carry_them(

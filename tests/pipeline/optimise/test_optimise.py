@@ -12,6 +12,8 @@ from xml.etree import ElementTree
 
 import pytest
 import shapely
+from bimvox_pipeline.fleet import schedule
+from bimvox_pipeline.optimise import optimise as command
 from bimvox_pipeline.optimise.optimise import optimise
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import open_site
@@ -41,8 +43,12 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]
 
 
 def run(site: Path, out: Path | None = None, **options: Any) -> dict[str, Any]:
+    """Optimise with the first two hammerheads, if no other crane is asked for, and plan in this process."""
     options = {"effort": Effort(2, 0, cranes=1), "crane": "hammerhead", "jobs": 1, **options}
-    return optimise(site, out or site.parent / "found", progress=SilentProgress(), **options)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(command, "machines_called", lambda crane: machines_called(crane)[:2])
+        patched.setattr(schedule, "carry_out_apart", lambda work, run, folder: work(run, folder))
+        return optimise(site, out or site.parent / "found", progress=SilentProgress(), **options)
 
 
 def planned(document: dict[str, Any]) -> list[dict[str, Any]]:
@@ -75,7 +81,7 @@ def test_hours_are_paid_by_the_site_files_rates(made: tuple[Path, dict[str, Any]
     priced = site.with_name("priced.site.toml")
     offer = f'machine = [{{ name = "{given["machine"]}", month = 0, set_up = 5 }}]'
     priced.write_text(f'{site.read_text()}\n[costs]\ncurrency = "CHF"\nperson_hour = 100\n{offer}\n')
-    again = run(priced, site.parent / "priced", effort=Effort(1, 0, cranes=1))
+    again = run(priced, site.parent / "priced", effort=Effort(1, 0, cranes=1), crane="hammerhead-45")
     assert again["currency"] == "CHF"
     assert again["baseline"]["cost"] == pytest.approx(5.0 + 400.0 * given["hours"], abs=0.01)
 
