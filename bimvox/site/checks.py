@@ -32,7 +32,7 @@ def check_component(
     if not len(cells) or outside:
         raise config.error(
             "grid" if config.grid else "areas",
-            f"component {element.label}, from {_shown(low_m)} to {_shown(high_m)} m, lies outside the site's extent",
+            f"component {element.label}, from {shown_m(low_m)} to {shown_m(high_m)} m, lies outside the site's extent",
             hint="widen [grid] low_m, high_m, or leave [grid] out",
         )
     if first[2] <= 0 or cells[:, 2].min() <= 0:
@@ -99,5 +99,6 @@ def _named(config: SiteConfig, component: Component) -> str:
     return component.id if component.id in listed else component.global_id
 
 
-def _shown(point_m: NDArray[np.float64]) -> str:
+def shown_m(point_m: NDArray[np.float64]) -> str:
+    """Return a point as messages state it."""
     return "(" + ", ".join(f"{value:.2f}" for value in point_m) + ")"

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.grid.frame import GridFrame
+from bimvox.site.checks import shown_m
 from bimvox.site.component import IntVec
 from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Voxels
 from bimvox.site.transit_clearance import grown_cells
@@ -47,10 +48,10 @@ def obstruction_cells(
         (N, 3) int32 cells in ascending order, each once, and a note if the obstruction is not wholly inside the site.
     """
     if isinstance(obstruction.form, Box) and _is_far(obstruction.form, frame, shape, grow_vox):
-        return np.zeros((0, 3), np.int32), f"obstruction {obstruction.id!r} lies outside the site"
+        return np.zeros((0, 3), np.int32), _note(obstruction, 0, frame, shape, cut=True)
     if grow_vox == 0:
         cells, outside = _cells(obstruction, frame, shape, rasterise, 0)
-        return np.ascontiguousarray(cells), _note(obstruction, len(cells), cut=outside)
+        return np.ascontiguousarray(cells), _note(obstruction, len(cells), frame, shape, cut=outside)
     # Computed in a grid larger by the clearance, so that the clearance of an obstruction just outside also counts.
     wide_frame = GridFrame(_tuple(np.array(frame.origin_m) - grow_vox * frame.voxel_size_m), frame.voxel_size_m)
     x, y, z = (n + 2 * grow_vox for n in shape)
@@ -58,7 +59,7 @@ def obstruction_cells(
     cells = grown_cells(raw, grow_vox) - grow_vox
     cells = cells[((cells >= 0) & (cells < np.array(shape))).all(axis=1)].astype(np.int32)
     inside = raw[((raw >= grow_vox) & (raw < np.array(shape) + grow_vox)).all(axis=1)]
-    return cells, _note(obstruction, len(inside), cut=outside or len(inside) < len(raw))
+    return cells, _note(obstruction, len(inside), frame, shape, cut=outside or len(inside) < len(raw))
 
 
 def cells_of_all(
@@ -101,7 +102,7 @@ def _cells_of_boxes(
     for n, (one, count) in enumerate(zip(obstructions, counts.tolist(), strict=True)):
         own = _cells_of_blocks(start[n : n + 1], size[n : n + 1]) if cells is None else cells[at : at + count]
         at += count
-        yield own, _note(one, int(inside[n]), cut=bool(cut[n]))
+        yield own, _note(one, int(inside[n]), frame, shape, cut=bool(cut[n]))
 
 
 def _cells_of_blocks(start: NDArray[np.int64], size: NDArray[np.int64]) -> NDArray[np.int32]:
@@ -117,10 +118,11 @@ def _cells_of_blocks(start: NDArray[np.int64], size: NDArray[np.int64]) -> NDArr
     return cells
 
 
-def _note(obstruction: Obstruction, inside: int, *, cut: bool) -> str | None:
+def _note(obstruction: Obstruction, inside: int, frame: GridFrame, shape: IntVec, *, cut: bool) -> str | None:
     """Return the note about an obstruction of which so many cells are inside the site."""
     if inside == 0:
-        return f"obstruction {obstruction.id!r} lies outside the site"
+        low, high = (shown_m(frame.corner_of(np.array(cell))) for cell in ((0, 0, 0), shape))
+        return f"obstruction {obstruction.id!r} lies outside the site, which is from {low} to {high} m"
     return f"obstruction {obstruction.id!r} is clipped to the site" if cut else None
 
 
