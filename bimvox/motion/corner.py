@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.motion.course import Packed, add_line, first_from
+from bimvox.motion.course import Packed, Room, add_move, first_from
 from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.profile import TIMES
 from bimvox.motion.swept import samples_are_free
@@ -106,7 +106,7 @@ def _stops_above(packed: Packed, later: int, until_s: float, height_m: float) ->
     if ends[1, 2] >= ends[0, 2]:
         return True
     at = ends[:1].copy()
-    add_line(at, np.full(1, until_s), 0.0, packed, later, np.empty((2, 1)))
+    add_move(at, np.full(1, until_s), 0.0, packed, later, Room(np.empty((2, 1)), np.empty((1, 3))))
     return bool(at[0, 2] >= min(height_m, ends[0, 2]))
 
 
@@ -127,7 +127,7 @@ def _lines_are_free(
     count = axes.shape[0]
     blocks = (count + _BLOCK - 1) // _BLOCK
     from_block = min(first_from(time_s, begins_s[first_move + 1], 0.0), count - 1) // _BLOCK
-    room = np.empty((2, _BLOCK + 1))
+    room = Room(np.empty((2, _BLOCK + 1)), np.empty((_BLOCK + 1, 3)))
     for n in range(blocks):
         first = (from_block + n) % blocks * _BLOCK
         last = min(first + _BLOCK + 1, count)  # the first of the next block too: the load is free up to there
@@ -135,7 +135,7 @@ def _lines_are_free(
             for k in range(3):
                 axes[i, k] = packed.ends[first_move, 0, k]
         for move in (first_move, first_move + 1):
-            add_line(axes[first:last], time_s[first:last], begins_s[move], packed, move, room)
+            add_move(axes[first:last], time_s[first:last], begins_s[move], packed, move, room)
         if not samples_are_free(space, load, axes[first:last]):
             return False
     return True

@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import inline_kernel
+from bimvox.compiled import inline_kernel, leaf_kernel
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import least_time_s, rest_to_rest_s
-from bimvox.crane.kinematics import hook_of, pose_of
+from bimvox.crane.kinematics import hook_of
 from bimvox.crane.luffing import LuffingNumbers, luffing_limits, luffing_numbers
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 
@@ -33,6 +33,10 @@ class Line(StrEnum):
     """Straight in the site's frame."""
     ARC = "arc"
     """A quarter of an ellipse in a vertical plane: off horizontally, turning upright, at rest above the foot."""
+
+
+LINES = tuple(Line)
+"""The lines as kernels number them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,20 +88,52 @@ def axes_along(crane: TowerCrane, move: Move, share: NDArray[np.float64]) -> NDA
     Returns:
         (N, 3) float64 slew (rad, unwrapped), radius (m), height (m).
     """
-    first, last = axes_of(move.start), axes_of(move.end)
-    if move.line is Line.JOINT:
-        return first + share[:, None] * (last - first)
-    start, end = hook_of(crane, *first), hook_of(crane, *last)
-    if move.line is Line.SITE:
-        points = start + share[:, None] * (end - start)
-    else:
-        angle = share * (pi / 2.0)
-        points = end + np.cos(angle)[:, None] * (start - end)
-        points[:, 2] = start[2] + np.sin(angle) * (end[2] - start[2])
-    slew, radius, height = pose_of(crane, points)
-    # Neither line goes around the mast, so the hook always takes the short way from the start.
-    slew = first[0] + np.remainder(slew - first[0] + pi, 2.0 * pi) - pi
-    return np.stack([slew, radius, height], axis=1)
+    axes = np.empty((len(share), AXES))
+    x_m, y_m, _ = crane.base_m
+    write_along(axes, share, np.array([axes_of(move.start), axes_of(move.end)]), LINES.index(move.line), x_m, y_m)
+    return axes
+
+
+@leaf_kernel
+def write_along(
+    axes: NDArray[np.float64],
+    shares: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    line: int,
+    x_m: float,
+    y_m: float,
+) -> None:
+    """Write what ``axes_along`` returns to axes ((N, 3)).
+
+    Args:
+        axes: The axes.
+        shares: (N,) the shares.
+        ends: (2, 3) slew, radius and height at start and end.
+        line: The line, its place in ``LINES``.
+        x_m: The slewing axis.
+        y_m: The slewing axis.
+    """
+    if line == 0:
+        for i in range(shares.shape[0]):
+            for k in range(3):
+                axes[i, k] = ends[0, k] + shares[i] * (ends[1, k] - ends[0, k])
+        return
+    slew = ends[0, 0]
+    x0, y0 = x_m + ends[0, 1] * np.cos(slew), y_m + ends[0, 1] * np.sin(slew)
+    x1, y1 = x_m + ends[1, 1] * np.cos(ends[1, 0]), y_m + ends[1, 1] * np.sin(ends[1, 0])
+    z0, z1 = ends[0, 2], ends[1, 2]
+    for i in range(shares.shape[0]):
+        if line == 1:
+            u = shares[i]
+            x, y, z = x0 + u * (x1 - x0), y0 + u * (y1 - y0), z0 + u * (z1 - z0)
+        else:
+            cos, sin = np.cos(shares[i] * (np.pi / 2.0)), np.sin(shares[i] * (np.pi / 2.0))
+            x, y, z = x1 + cos * (x0 - x1), y1 + cos * (y0 - y1), z0 + sin * (z1 - z0)
+        # Neither line goes around the mast, so the hook always takes the short way from the start.
+        turned = np.arctan2(y - y_m + 0.0, x - x_m) - slew + np.pi
+        axes[i, 0] = slew + turned - 2.0 * np.pi * np.floor(turned / (2.0 * np.pi)) - np.pi
+        axes[i, 1] = np.hypot(x - x_m, y - y_m)
+        axes[i, 2] = z
 
 
 def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
