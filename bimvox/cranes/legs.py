@@ -275,7 +275,8 @@ class LegMaker:
         lowest = np.full(self.site.shape[:2], 2**30, np.int64)
         np.minimum.at(lowest, (x, y), cells[:, 2])
         near = 1 + int(np.ceil(_NEAR_M / self.site.frame.voxel_size_m))
-        lowest = minimum_filter(lowest, size=2 * near + 1, mode="nearest") - near
+        # Where a part is not, its top is 0: a hook that goes down to the ground there does not meet it.
+        lowest = np.maximum(minimum_filter(lowest, size=2 * near + 1, mode="nearest") - near, 0)
         return [one.order for one in self.between if (self._tops([one]) > lowest).any()]
 
     def _tops(self, lifts: Sequence[Lift]) -> NDArray[np.int64]:

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from two_cranes import two_crane_site
 
+from bimvox.crane.kinematics import hook_of
+from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError
 from bimvox.motion.figures import plan_figures
@@ -176,3 +178,17 @@ def test_cranes_that_always_obstruct_each_other_are_reported():
         planned(two_crane_site(crane_separation_m=15.0))
     assert "no free time slot for it alongside the other cranes" in str(caught.value)
     assert "crane" in str(caught.value.hint)
+
+
+def test_an_early_leg_delays_only_parts_next_to_it():
+    site = two_crane_site()
+    preparation = prepare(site)
+    legs = [(one.crane, one.early) for one in crane_lifts(plan_lifts(site, preparation), preparation) if one.early]
+    assert legs
+    order = preparation.sequence.order
+    for number, leg in legs:
+        hook_m = hook_of(site.cranes[number], *leg.trajectory.axes.T)[:, None, :2]
+        for later in leg.before:
+            low_m, high_m = site.components[order[later]].mesh.bounds_m[:, :2]
+            apart_m = np.hypot(*np.maximum(np.maximum(low_m - hook_m, hook_m - high_m), 0.0).T)
+            assert apart_m.min() < 3.0
