@@ -128,6 +128,36 @@ def first_conflict(
     return Conflict(int(time_ns), (PARTS[one], PARTS[other]), float(distance_m), float(needed_m))
 
 
+def first_start(
+    cranes: tuple[CraneOutline, CraneOutline],
+    a: CraneTrack,
+    b: CraneTrack,
+    separation_m: float,
+    starts_ns: tuple[int, int, int],
+    until_ns: int,
+) -> int | None:
+    """Return how much later a track must begin so that it has no conflict from its begin on; None if there is no time.
+
+    Args:
+        cranes: Their outlines.
+        a: Track of the first crane.
+        b: Track of the second crane.
+        separation_m: As for ``first_conflict``.
+        starts_ns: What ``a`` may be shifted by: the first time, the step, and the last time.
+        until_ns: The search ends with the first conflict of a track that is shifted by more than this.
+    """
+    found = _first_start(
+        _numbers(cranes[0]),
+        _numbers(cranes[1]),
+        np.concatenate([a.first[None], a.spans, a.last[None]]),
+        np.concatenate([b.first[None], b.spans, b.last[None]]),
+        np.array([a.start_ns, b.start_ns, *starts_ns, until_ns, SPAN_NS], np.int64),
+        separation_m,
+        _TOLERANCE_M,
+    )
+    return None if found < 0 else int(found)
+
+
 def _spread(spans: NDArray[np.float64], at: int, rows: NDArray[np.float64]) -> None:
     """Widen the spans from ``at`` on so that they include the rows."""
     own = spans[at : at + len(rows)]
@@ -179,6 +209,40 @@ def _first_conflict(
         next_a = start_a + at_a * length if at_a < rows_a.shape[0] - 1 else end
         next_b = start_b + at_b * length if at_b < rows_b.shape[0] - 1 else end
         time = min(max(next_a, time + 1), max(next_b, time + 1), end)
+
+
+@kernel
+def _first_start(
+    outline_a: NDArray[np.float64],
+    outline_b: NDArray[np.float64],
+    rows_a: NDArray[np.float64],
+    rows_b: NDArray[np.float64],
+    clock: NDArray[np.int64],
+    separation_m: float,
+    tolerance_m: float,
+) -> int:
+    """Return the first shift of the first crane's rows without a conflict; -1 if there is none."""
+    start_a, start_b, shift, step, latest, until, length = clock
+    own, span = np.empty(5, np.int64), np.empty(5, np.int64)
+    end_b = start_b + (rows_b.shape[0] - 2) * length
+    met = np.int64(-1)
+    while shift <= latest:
+        begin = shift
+        end = max(start_a + shift + (rows_a.shape[0] - 2) * length, end_b, begin + 1)
+        own[:] = start_a + shift, start_b, begin, end, length
+        one = -1
+        if met >= 0:  # where it was in conflict with a shorter shift, it mostly still is
+            span[:] = own[0], own[1], min(begin + met, end - 1), min(begin + met, end - 1) + 1, length
+            one = _first_conflict(outline_a, outline_b, rows_a, rows_b, span, separation_m, tolerance_m)[1]
+        if one < 0:
+            time, one = _first_conflict(outline_a, outline_b, rows_a, rows_b, own, separation_m, tolerance_m)[:2]
+            if one < 0:
+                return int(shift)
+            met = time - begin
+        if shift > until:
+            return -1
+        shift += step
+    return -1
 
 
 @kernel

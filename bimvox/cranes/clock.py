@@ -27,12 +27,14 @@ class PlacedLeg:
         trajectory: Its samples, from 0.
         track: Where the crane may be meanwhile, on the clock.
         stopped_ns: When the crane began to brake; None if the hook completes the leg.
+        before: Orders of the lifts of other cranes that must not be set before the hook has passed.
     """
 
     start_ns: int
     trajectory: Trajectory
     track: CraneTrack
     stopped_ns: int | None = None
+    before: frozenset[int] = frozenset()
 
     @property
     def end_ns(self) -> int:
@@ -168,7 +170,10 @@ class CraneClock:
     def copy(self) -> CraneClock:
         """Return a copy whose schedule can be changed on its own."""
         legs = {n: list(legs) for n, legs in self.legs.items()}
-        return replace(self, tracks=list(self.tracks), ends_ns=list(self.ends_ns), legs=legs)
+        starts_ns, motions = list(self.starts_ns), dict(self.motions)
+        return replace(
+            self, tracks=list(self.tracks), ends_ns=list(self.ends_ns), legs=legs, starts_ns=starts_ns, motions=motions
+        )
 
     def add_leg(self, leg: PlacedLeg) -> None:
         """Add a leg of its empty hook, towards its next lift or a parking place."""

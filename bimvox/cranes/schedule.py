@@ -13,16 +13,16 @@ keep the assumptions of each lift true at every moment:
 Lifts are scheduled one by one in sequence. Each gets the first time (in steps of some seconds) at which it obeys the
 rules against everything scheduled for the other cranes, and against their positions afterwards. A crane that has
 finished a lift moves to its next part at once and waits there. If it would obstruct earlier lifts there, it stays where
-it is or slews to a parking place. A load never waits in the air.
+it is or slews to a parking place, in the way with which the next lifts end first. A load never waits in the air.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
+from typing import NamedTuple
 
-from bimvox.crane.conflict import Conflict, CraneTrack, first_conflict
+from bimvox.crane.conflict import Conflict, CraneTrack, first_conflict, first_start
 from bimvox.crane.outline import outline_of
 from bimvox.cranes.clock import Begun, CraneClock, PlacedLeg, ResumedLoad, motions_of, standing_at
 from bimvox.cranes.lift import REST_NS, CraneLift, Leg, NoFreeTimeError
@@ -38,6 +38,11 @@ from bimvox.units import NS_PER_S
 from bimvox.workers import ALONE, Workers
 
 _STEP_NS = 5 * NS_PER_S
+_NEVER_NS = 2**62
+_AHEAD = 3
+"""How many more lifts are looked at if a crane can give way to another one in several ways."""
+
+_Turn = CraneLift | ResumedLoad
 
 
 def time_lifts(
@@ -78,6 +83,15 @@ def time_rest(
     return _Schedule(plan, lifts, begun, resumed, ready_ns).run()
 
 
+class _Way(NamedTuple):
+    """A way to continue with a lift: the schedules of all cranes, and the times of the lift."""
+
+    cranes: list[CraneClock]
+    raised_ns: int
+    set_ns: int
+    released_ns: int
+
+
 class _Schedule:
     def __init__(
         self,
@@ -87,14 +101,12 @@ class _Schedule:
         resumed: Sequence[ResumedLoad] = (),
         ready_ns: int = 0,
     ) -> None:
-        self.plan, self.site, self.lifts = plan, plan.site, lifts
-        self.resumed, self.ready_ns = resumed, ready_ns
+        self.plan, self.site, self.lifts, self.ready_ns = plan, plan.site, lifts, ready_ns
         self.may_pause = may_pause(plan)
         self.released_ns: dict[int, int] = {}
         self.raised_ns: dict[int, int] = {}
         self.set_ns: dict[int, int] = {}
-        self.not_set_before_ns: dict[int, int] = {}
-        self.choice = 0
+        self.choice, self.in_the_way = 0, False
         self.conflict: tuple[int, int, Conflict] | None = None
         self.cranes: list[CraneClock] = []
         for number, crane in enumerate(self.site.cranes):
@@ -115,10 +127,10 @@ class _Schedule:
             self.raised_ns[motion.order] = motion.raised_ns
             if motion.order not in on_the_hook:
                 self.set_ns[motion.order], self.released_ns[motion.order] = motion.set_ns, motion.released_ns
-        self.begun = {order for one in self.cranes for order in one.motions}
+        begun_orders = {order for one in self.cranes for order in one.motions}
+        self.turns: list[_Turn] = [*resumed, *(one for one in lifts if one.lift.order not in begun_orders)]
         # Later parts are set only after the hooks under way have passed.
-        passed_ns = max([leg.end_ns for one in self.cranes for leg in one.legs.get(one.begun, ())], default=0)
-        self.not_set_before_ns |= {one.lift.order: passed_ns for one in lifts if passed_ns}
+        self.passed_ns = max([leg.end_ns for one in self.cranes for leg in one.legs.get(one.begun, ())], default=0)
 
     def run(self) -> tuple[LiftMotion, ...]:
         """Return the motions of all lifts, scheduled."""
@@ -129,54 +141,76 @@ class _Schedule:
             self.conflict = self._conflict(crane, crane.start, 0) if crane.starts else None
             if self.conflict is not None:
                 raise self._never(crane, crane.lifts[0].lift)
-        for load in self.resumed:
-            crane = self._of(load.crane)
-            if not self._tried(crane, partial(self._resume, crane, load)):
-                raise self._never(crane, load.lift)
-        for one in self.lifts:
-            if one.lift.order not in self.begun:
-                crane = self._of(one.crane)
-                if not self._tried(crane, partial(self._lift, crane, one)):
-                    raise self._never(crane, one.lift)
+        for n, turn in enumerate(self.turns):
+            if not self._best_way(n):
+                raise self._never(self._of(turn.crane), turn.lift)
         motions = [motion for crane in self.cranes for motion in motions_of(crane)]
         return tuple(sorted(motions, key=lambda motion: motion.order))
 
     def _of(self, number: int) -> CraneClock:
         return next(crane for crane in self.cranes if crane.number == number)
 
-    def _lift(self, crane: CraneClock, one: CraneLift) -> bool:
-        """Schedule the hook's leg to the part if it is not there, and the carry; return whether it is possible."""
-        return self._to_part(crane, one) and self._carry(crane, one)
+    def _best_way(self, number: int) -> bool:
+        """Continue with a lift in the way with which the next ones end first; return whether there is a way."""
+        turn, best = self.turns[number], None
+        seen = set()
+        for way in self._ways(turn):
+            is_free = not self.in_the_way
+            self._take(turn, way)
+            key = tuple((one.at, one.free_ns) for one in self.cranes)
+            if key in seen:
+                continue
+            seen.add(key)
+            cranes, ends_ns = self.cranes, 0 if is_free else self._ends_ns(number)
+            if best is None or ends_ns < best[0]:
+                best = ends_ns, way._replace(cranes=cranes)
+            if is_free:
+                break
+        if best is not None:
+            self._take(turn, best[1], moves_on=False)
+        return best is not None
 
-    def _tried(self, crane: CraneClock, go: Callable[[], bool]) -> bool:
-        """Return whether a crane can continue; if so, it also moves to its next part.
+    def _ends_ns(self, number: int) -> int:
+        """Return when a lift and some more have ended if those take the first way; ``_NEVER_NS`` if one has none."""
+        known = dict(self.raised_ns), dict(self.set_ns), dict(self.released_ns)
+        ends_ns = self.released_ns[self.turns[number].lift.order]
+        for turn in self.turns[number + 1 : number + 1 + _AHEAD]:
+            way = next(self._ways(turn), None)
+            if way is None:
+                ends_ns = _NEVER_NS
+                break
+            self._take(turn, way)
+            ends_ns = way.released_ns
+        self.raised_ns, self.set_ns, self.released_ns = known
+        return ends_ns
+
+    def _ways(self, turn: _Turn) -> Iterator[_Way]:
+        """Yield the ways in which a crane can continue with a lift; the first one as if nothing were in the way.
 
         If another crane is in the way, that crane moves back or aside. If this crane's hook, already over the part,
         prevents that, this crane moves back or aside itself and comes later.
         """
-        kept = self._kept()
-        others = [other for other in self.cranes if other is not crane]
-        tries = product(range(3), range(3), range(1 + 2 * len(others)))
+        kept, count = self.cranes, len(self.cranes) - 1
+        tries = product(range(3), range(3), range(1 + 2 * count))
         for choice, own, steps in ((choice, own, steps) for choice, own, steps in tries if own or steps or not choice):
-            self.choice = choice
-            self._restore(kept)
+            self.choice, self.in_the_way = choice, bool(own or steps)
+            self.cranes = [one.copy() for one in kept]
+            crane, others = self._of(turn.crane), [other for other in self.cranes if other.number != turn.crane]
             if sum(self._give_way(crane) for _ in range(own)) == own:
                 moved = [other for n, other in enumerate(others * 2) if n < steps and self._give_way(other)]
-                if (not steps or moved) and go():
-                    following = crane.next
-                    if following is not None and following.early is not None:
-                        self._go(crane, following.early, "pick")
-                    return True
-        return False
+                if not steps or moved:
+                    way = self._resume(crane, turn) if isinstance(turn, ResumedLoad) else self._lift(crane, turn)
+                    if way is not None:
+                        yield way
+        self.cranes = kept
 
-    def _kept(self) -> list[tuple[CraneClock, CraneClock]]:
-        return [(one, one.copy()) for one in self.cranes]
-
-    def _restore(self, kept: list[tuple[CraneClock, CraneClock]]) -> None:
-        for one, was in kept:
-            copy = was.copy()
-            one.tracks, one.ends_ns, one.legs = copy.tracks, copy.ends_ns, copy.legs
-            one.start, one.at, one.parking = was.start, was.at, was.parking
+    def _take(self, turn: _Turn, way: _Way, *, moves_on: bool = True) -> None:
+        """Continue in a way; the crane moves to its next part at once, if it can."""
+        order, self.cranes = turn.lift.order, way.cranes
+        self.raised_ns[order], self.set_ns[order], self.released_ns[order] = way.raised_ns, way.set_ns, way.released_ns
+        crane = self._of(turn.crane)
+        if moves_on and crane.next is not None and crane.next.early is not None:
+            self._go(crane, crane.next.early, "pick")
 
     def _to_part(self, crane: CraneClock, one: CraneLift) -> bool:
         if crane.at == "pick":
@@ -187,27 +221,29 @@ class _Schedule:
 
     def _set_after_ns(self, order: int) -> int:
         """Return the time before which the part of a lift must not be set."""
-        earlier = (released_ns for n, released_ns in self.released_ns.items() if n < order)
-        return max([*earlier, self.not_set_before_ns.get(order, 0)])
+        earlier = [released_ns for n, released_ns in self.released_ns.items() if n < order]
+        legs = [leg.end_ns for one in self.cranes for leg in one.legs.get(one.done, ()) if order in leg.before]
+        return max([*earlier, *legs, self.passed_ns])
 
-    def _resume(self, crane: CraneClock, load: ResumedLoad) -> bool:
-        """Schedule the rest of the motion of a stopped load; return whether it is possible."""
+    def _resume(self, crane: CraneClock, load: ResumedLoad) -> _Way | None:
+        """Schedule the rest of the motion of a stopped load; return None if it is not possible."""
         order, motion, resumes_ns = load.lift.order, load.motion, load.resumes_ns
         set_after_ns = self._set_after_ns(order)
         first_ns = max(crane.free_ns, self.ready_ns, resumes_ns, set_after_ns - motion.set_ns + resumes_ns)
         start_ns = self._first_free(crane, load.track.later(-resumes_ns), first_ns)
         if start_ns is None:
-            return False
+            return None
         late_ns = start_ns - resumes_ns
         crane.motions[order] = held_longer(motion, resumes_ns, late_ns)
         crane.tracks.append(load.track.later(late_ns))
         crane.ends_ns.append(motion.end_ns + late_ns)
         crane.at = "set"
-        self.set_ns[order], self.released_ns[order] = motion.set_ns + late_ns, motion.released_ns + late_ns
-        return True
+        return _Way(self.cranes, self.raised_ns[order], motion.set_ns + late_ns, motion.released_ns + late_ns)
 
-    def _carry(self, crane: CraneClock, one: CraneLift) -> bool:
-        """Schedule a lift from hook-on to slings off; return whether it is possible."""
+    def _lift(self, crane: CraneClock, one: CraneLift) -> _Way | None:
+        """Schedule the hook's leg to the part if it is not there, and the lift; return None if it is not possible."""
+        if not self._to_part(crane, one):
+            return None
         order, carry = one.lift.order, one.carry
         earlier = [n for n in self.released_ns if n < order]
         assert one.lift.place is not None
@@ -219,15 +255,13 @@ class _Schedule:
         )
         start_ns = self._first_free(crane, one.track, first_ns)
         if start_ns is None:
-            return False
+            return None
         crane.tracks.append(one.track.later(start_ns))
         crane.ends_ns.append(start_ns + carry.end_ns)
         crane.starts_ns.append(start_ns)
         crane.done += 1
         crane.at = "set"
-        self.raised_ns[order], self.set_ns[order] = start_ns + carry.raised_ns, start_ns + carry.set_ns
-        self.released_ns[order] = start_ns + carry.end_ns
-        return True
+        return _Way(self.cranes, start_ns + carry.raised_ns, start_ns + carry.set_ns, start_ns + carry.end_ns)
 
     def _go(self, crane: CraneClock, leg: Leg, to: str, *, at_once: bool = False) -> bool:
         """Schedule a leg of the empty hook as early as possible, or at once; return whether it is possible."""
@@ -245,10 +279,7 @@ class _Schedule:
         start_ns = self._first_free(crane, track, first_ns, latest_ns)
         if start_ns is None:
             return False
-        placed = PlacedLeg(start_ns, leg.trajectory, track.later(start_ns))
-        crane.add_leg(placed)
-        for n in leg.before:
-            self.not_set_before_ns[n] = max(self.not_set_before_ns.get(n, 0), placed.end_ns)
+        crane.add_leg(PlacedLeg(start_ns, leg.trajectory, track.later(start_ns), before=leg.before))
         crane.at = to
         return True
 
@@ -311,17 +342,26 @@ class _Schedule:
         self, crane: CraneClock, track: CraneTrack, first_ns: int, latest_ns: int | None = None
     ) -> int | None:
         """Return the first start at which a track, and the position at its end, have no conflict; None if none has."""
-        others_end_ns = max((other.free_ns for other in self.cranes if other is not crane), default=0)
-        start_ns = first_ns
-        while latest_ns is None or start_ns <= latest_ns:
-            found = self._conflict(crane, track.later(start_ns), start_ns)
-            if found is None:
-                return start_ns
-            self.conflict = found
-            if start_ns > others_end_ns:
-                return None
-            start_ns += _STEP_NS
-        return None
+        others = [other for other in self.cranes if other is not crane]
+        until_ns = max((other.free_ns for other in others), default=0)
+        start_ns, tried_ns = first_ns, -1
+        while start_ns != tried_ns:  # free of one crane, it may meet another
+            tried_ns = start_ns
+            for other in others:
+                found_ns = first_start(
+                    (crane.outline, other.outline),
+                    track,
+                    other.known(start_ns),
+                    self.site.rules.crane_separation_m,
+                    (start_ns, _STEP_NS, _NEVER_NS if latest_ns is None else latest_ns),
+                    until_ns,
+                )
+                self.in_the_way |= found_ns != start_ns
+                if found_ns is None:
+                    self.conflict = self._conflict(crane, track.later(start_ns), start_ns) or self.conflict
+                    return None
+                start_ns = found_ns
+        return start_ns
 
     def _conflict(self, crane: CraneClock, track: CraneTrack, from_ns: int) -> tuple[int, int, Conflict] | None:
         for other in self.cranes:

@@ -22,6 +22,7 @@ from bimvox.crane.conflict import (
     SPAN_NS,
     CraneTrack,
     first_conflict,
+    first_start,
     joined,
 )
 from bimvox.crane.outline import highest_point_m, outline_of
@@ -206,3 +207,26 @@ def test_the_outline_of_a_luffing_crane_luffs_and_rises_above_its_pivot():
     luffing = default_luffing_crane("luffing-40")
     assert outline_of(luffing).luffs
     assert highest_point_m(luffing) > luffing.luffing.pivot_height_m
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_first_start_is_the_first_one_without_a_conflict(seed):
+    random = np.random.default_rng(seed)
+    cranes = hammerhead(), hammerhead(60.0)
+    outlines = outline_of(cranes[0]), outline_of(cranes[1])
+
+    def wandering(count, middle):
+        angles = middle + np.cumsum(random.uniform(-0.15, 0.15, count))
+        return track(*(row(slew=(angle - 0.02, angle + 0.02)) for angle in angles))
+
+    a, b = wandering(12, 0.5 * seed / 6), wandering(60, np.pi)
+    step, last = 2 * SPAN_NS, 90 * SPAN_NS
+    free = [
+        shift
+        for shift in range(0, last + 1, step)
+        if first_conflict(outlines, a.later(shift), b, SEPARATION_M, from_ns=shift) is None
+    ]
+    found = first_start(outlines, a, b, SEPARATION_M, (0, step, last), last)
+    assert found == min(free, default=None)
+    if free and free[0] > 0:
+        assert first_start(outlines, a, b, SEPARATION_M, (0, step, free[0] - 1), last) is None

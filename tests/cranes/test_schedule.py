@@ -10,7 +10,7 @@ from two_cranes import two_crane_site
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.cranes.lifts import crane_lifts
-from bimvox.cranes.schedule import time_lifts
+from bimvox.cranes.schedule import _Schedule, time_lifts, time_rest
 from bimvox.errors import MotionError
 from bimvox.motion.figures import plan_figures
 from bimvox.motion.steps import may_pause, steps_of
@@ -192,3 +192,17 @@ def test_an_early_leg_delays_only_parts_next_to_it():
             low_m, high_m = site.components[order[later]].mesh.bounds_m[:, :2]
             apart_m = np.hypot(*np.maximum(np.maximum(low_m - hook_m, hook_m - high_m), 0.0).T)
             assert apart_m.min() < 3.0
+
+
+def test_of_the_ways_around_each_other_the_one_is_taken_with_which_the_next_lifts_end_first(monkeypatch):
+    site = two_crane_site(crane_separation_m=5.0)
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    lifts = crane_lifts(plan, preparation)
+
+    def end_ns():
+        return max(motion.end_ns for motion in time_rest(plan, lifts, {}, (), 0))
+
+    best_ns = end_ns()
+    monkeypatch.setattr(_Schedule, "_ends_ns", lambda *_: 0)  # the first way
+    assert best_ns < end_ns()
