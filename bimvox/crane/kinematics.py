@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bimvox.compiled import leaf_kernel
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.luffing import luff_of_radius, radius_of_luff, tip_height_m
 from bimvox.crane.tower_crane import TowerCrane
-
-_LONG = 256
-"""From as many angles on, it pays to look for equal ones."""
 
 Axes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 """slew_rad, radius_m, height_m, of equal shape."""
@@ -46,23 +44,35 @@ def hook_of(crane: TowerCrane, slew_rad: ArrayLike, radius_m: ArrayLike, height_
     Returns:
         (..., 3) float64 points in the site frame, metres.
     """
-    slew, radius = np.asarray(slew_rad, np.float64), np.asarray(radius_m, np.float64)
-    height = np.asarray(height_m, np.float64)
-    points = np.empty((*np.broadcast_shapes(slew.shape, radius.shape, height.shape), 3))
-    cos, sin = _turned(slew)
-    points[..., 0] = crane.base_m[0] + radius * cos
-    points[..., 1] = crane.base_m[1] + radius * sin
-    points[..., 2] = height
-    return points
+    axes = [np.asarray(axis, np.float64) for axis in (slew_rad, radius_m, height_m)]
+    shape = axes[0].shape
+    if not shape == axes[1].shape == axes[2].shape:
+        axes = list(np.broadcast_arrays(*axes))
+        shape = axes[0].shape
+    slew, radius, height = (axis.ravel() for axis in axes)
+    points = np.empty((slew.size, 3))
+    _write_hooks(points, slew, radius, height, crane.base_m[0], crane.base_m[1])
+    return points.reshape(*shape, 3)
 
 
-def _turned(slew_rad: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return cosine and sine; in a row, equal angles one after the other are computed once: mostly the jib rests."""
-    if slew_rad.ndim != 1 or len(slew_rad) < _LONG:
-        return np.cos(slew_rad), np.sin(slew_rad)
-    differs = np.concatenate([[True], slew_rad[1:] != slew_rad[:-1]])
-    angles, which = slew_rad[differs], np.cumsum(differs) - 1
-    return np.cos(angles)[which], np.sin(angles)[which]
+@leaf_kernel
+def _write_hooks(
+    points_m: NDArray[np.float64],
+    slew_rad: NDArray[np.float64],
+    radius_m: NDArray[np.float64],
+    height_m: NDArray[np.float64],
+    x_m: float,
+    y_m: float,
+) -> None:
+    """Write what ``hook_of`` returns for (N,) axes to points ((N, 3))."""
+    slew, cos, sin = np.nan, 1.0, 0.0
+    for i in range(points_m.shape[0]):
+        if slew_rad[i] != slew:  # mostly the jib rests
+            slew = slew_rad[i]
+            cos, sin = np.cos(slew), np.sin(slew)
+        points_m[i, 0] = x_m + radius_m[i] * cos
+        points_m[i, 1] = y_m + radius_m[i] * sin
+        points_m[i, 2] = height_m[i]
 
 
 def nearest_turn(slew_rad: float, near_rad: float) -> float:

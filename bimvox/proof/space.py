@@ -136,11 +136,11 @@ def cells_below(
     crane: TowerCrane, frame: GridFrame, hook_m: NDArray[np.float64], hook_line_vox: Line
 ) -> NDArray[np.float64]:
     """Return the reference cells of a load at hook positions ((N, 3), metres)."""
-    cells: NDArray[np.float64] = hook_m - np.array([0.0, 0.0, crane.sling_m])
-    cells -= np.array(frame.origin_m)
+    x_m, y_m, z_m = frame.origin_m
+    x, y, z = hook_line_vox
+    cells: NDArray[np.float64] = hook_m - np.array([x_m, y_m, z_m + crane.sling_m])
     cells /= frame.voxel_size_m
-    cells -= np.array([0.5, 0.5, 0.0])
-    cells -= np.array(hook_line_vox, np.float64)
+    cells -= np.array([x + 0.5, y + 0.5, z])
     return cells
 
 

@@ -509,7 +509,14 @@ MUTANTS: dict[str, Mutant] = {
         {"bimvox.motion.timing._SPACING_VOX": times(3.0), "bimvox.motion.timing._DENSE_VOX": times(3.0)},
     ),
     "cranes that never meet": Mutant(
-        crossing_cranes, "cranes", {"bimvox.cranes.schedule.first_conflict": always(None)}
+        crossing_cranes,
+        "cranes",
+        {
+            "bimvox.cranes.schedule.first_conflict": always(None),
+            "bimvox.cranes.schedule.first_start": lambda _: (
+                lambda cranes, a, b, apart_m, starts_ns, *rest: starts_ns[0]
+            ),
+        },
     ),
     "cranes that brake at once": Mutant(
         crossing_cranes,
