@@ -330,11 +330,8 @@ class Search:
         why = str(self._wanted.why_not(first, self._wanted.demand.as_used(crane), MARGIN_M))
         return why + (f", and {len(missed) - 1} more" if len(missed) > 1 else "")
 
-    def with_yard(self, machine: Machine, yard: OtherYard, lifts: int = LIFTS) -> Tried | None:
-        """Return a machine with the best of its jibs, reevings and places for another yard; None if it has no place.
-
-        So many lifts are timed with the swing of their loads.
-        """
+    def with_yard(self, machine: Machine, yard: OtherYard) -> Tried | None:
+        """Return a machine with the best of its jibs, reevings and places for another yard; None if it has no place."""
         wanted, work = self._seen(yard)
         chosen = best_set_up([machine], wanted)
         if chosen is None:
@@ -345,13 +342,13 @@ class Search:
         found = set_ups(crane, bases_m, work, height_m, MARGIN_M)
         own = found.served[0]
         highest = highest_utilisation(replace(crane, chart=chosen.crane.chart), base_m, work, own[None])
-        crane_s = self.timed_s(crane, work, own, lifts)
+        crane_s = self.timed_s(crane, work, own)
         why = "" if own.all() else "serves fewer parts with this yard"
         cost = self.rates(machine).total(crane_s / 3600.0)
         return Tried(
             machine.name, crane.jib_own_m, crane.falls, machine.load_moment_tm, chosen.crane, int(own.sum()), crane_s,
             bases_m, found.served.sum(axis=1), found.crane_s, why, cost, float(highest[0]), self.over(cost), yard=yard,
-            lifts=lifts,
+            lifts=LIFTS,
         )  # fmt: skip
 
     def carries(self, machine: Machine) -> int:

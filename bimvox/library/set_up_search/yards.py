@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from bimvox.crane.machine import Machine
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.search import Effort, OtherYard, Search, Tried
-from bimvox.library.set_up_search.timed import FEW_LIFTS, LIFTS
 from bimvox.progress import Progress
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.mast_places import ground_plan
@@ -124,24 +123,22 @@ def other_yards(
         # A sampler of its own for each proposal: what it proposes does not depend on where an earlier call ended.
         study.sampler = optuna.samplers.NSGAIISampler(population_size=_POPULATION, seed=number)
         trial = study.ask(space)
-        found = _tried(search, yards, by_name, trial.params, number, FEW_LIFTS)
+        found = _tried(search, yards, by_name, trial.params, number)
         study.tell(trial, _values(search, found))
         progress.advance()
     progress.finish()
     done = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
     again = [
-        _tried(search, yards, by_name, trial.params, n, LIFTS)
-        for n, trial in enumerate(done)
-        if trial in study.best_trials
+        _tried(search, yards, by_name, trial.params, n) for n, trial in enumerate(done) if trial in study.best_trials
     ]
     return [one for one in again if one is not None], len(done)
 
 
 def _tried(
-    search: Search, yards: Yards, machines: Mapping[str, Machine], values: Mapping[str, Any], number: int, lifts: int
+    search: Search, yards: Yards, machines: Mapping[str, Machine], values: Mapping[str, Any], number: int
 ) -> Tried | None:
     yard = yards.of(values, number)
-    return None if yard is None else search.with_yard(machines[values["machine"]], yard, lifts)
+    return None if yard is None else search.with_yard(machines[values["machine"]], yard)
 
 
 def _values(search: Search, found: Tried | None) -> list[float]:
