@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bimvox.bim.read import read_building
+from bimvox.library.set_up_search import refine
 from bimvox.library.set_up_search.front import front_of, to_plan
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.refine import better_placed, closer, refined
@@ -68,8 +69,11 @@ def test_a_closer_look_keeps_what_serves_fewer_and_moves_the_fastest_to_a_place_
     assert found.cost == pytest.approx(search.rates_of(found).total(found.crane_s / 3600.0))
 
 
-def test_what_would_be_planned_is_timed_itself_and_is_as_fast_as_if_all_were(search: Search) -> None:
-    lattice = list(search.tried(machines_called("hammerhead")[:2]))
+def test_what_would_be_planned_is_timed_itself_and_is_as_fast_as_if_all_were(
+    search: Search, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(refine, "_FASTEST", 2)
+    lattice = list(search.tried(machines_called("hammerhead-45")))
     found = closer(search, lattice, 2)
     assert {one.lifts for one in found} == {0, LIFTS}
     assert all(one.lifts == LIFTS for one in to_plan(found, front_of(found), 2))
