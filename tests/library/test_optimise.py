@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from bimvox_pipeline.optimise.files import set_up
 from bimvox_pipeline.studio.opened import open_site
+from rough_search import time_few_lifts
 
 import bimvox
 from bimvox.errors import InputError
@@ -54,7 +55,8 @@ def test_the_front_is_planned_proven_and_not_beaten_and_its_site_files_load(site
     assert "hammerhead-45" in repr(found.front[0])
 
 
-def test_its_sites_have_the_cranes_of_the_commands_site_files(site: Path) -> None:
+def test_its_sites_have_the_cranes_of_the_commands_site_files(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    time_few_lifts(monkeypatch)
     opened = open_site(site)
     found = search_set_ups(opened, "x", machines_called("hammerhead")[1:3], Effort(6, 24), None, SilentProgress())
     assert any(one.second for one in found.chosen)

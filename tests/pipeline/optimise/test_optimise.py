@@ -18,6 +18,7 @@ from bimvox_pipeline.optimise.optimise import optimise
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import open_site
 from bimvox_pipeline.studio.saving import save
+from rough_search import time_few_lifts
 
 from bimvox.errors import FileError, InputError
 from bimvox.library.set_up_search.placed import PlacedSite
@@ -47,6 +48,7 @@ def run(site: Path, out: Path | None = None, **options: Any) -> dict[str, Any]:
     options = {"effort": Effort(2, 0, cranes=1), "crane": "hammerhead", "jobs": 1, **options}
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(command, "machines_called", lambda crane: machines_called(crane)[:2])
+        time_few_lifts(patched)
         patched.setattr(schedule, "carry_out_apart", lambda work, run, folder: work(run, folder))
         return optimise(site, out or site.parent / "found", progress=SilentProgress(), **options)
 
@@ -86,7 +88,10 @@ def test_hours_are_paid_by_the_site_files_rates(made: tuple[Path, dict[str, Any]
     assert again["baseline"]["cost"] == pytest.approx(5.0 + 400.0 * given["hours"], abs=0.01)
 
 
-def test_other_yards_are_tried_and_a_killed_call_is_continued(made: tuple[Path, dict[str, Any]]) -> None:
+def test_other_yards_are_tried_and_a_killed_call_is_continued(
+    made: tuple[Path, dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    time_few_lifts(monkeypatch)
     site, _ = made
     opened = open_site(site)
     search, machines = Search(opened, SilentProgress()), machines_called("hammerhead")[:3]
