@@ -108,17 +108,17 @@ def ways_row(name: str, site: Any) -> str:
     sequencer, order = Sequencer(site, greedy.relations, greedy.contacts), greedy.sequence.order
     search = FasterOrder(site, sequencer, greedy.relations, [travel_of(site, crane) for crane in site.cranes])
     times, fixed = search.problem(greedy.sequence, greedy.places)
-    start_s, budget = makespan_s(times, order, 1), BUDGET * len(order)
+    start_s, budget = makespan_s(times, order), BUDGET * len(order)
 
     def saved_s(first: tuple[int, ...], share: int, warm_s: float) -> float:
-        return start_s - makespan_s(times, searched(times, first, fixed, 1, budget // share, 0, warm_s), 1)
+        return start_s - makespan_s(times, searched(times, first, fixed, budget // share, 0, warm_s)[0])
 
     random = np.random.default_rng(0)
     restarts = [saved_s(any_order(fixed, random), _RESTARTS, 0.0) for _ in range(_RESTARTS)]
     ways = (saved_s(order, 1, COOL_S), saved_s(order, 1, 0.0), max(restarts), saved_s(order, 1, WARM_S))
     own = [i for i in order if times.crane[i] >= 0]
-    empty_s = sum(times.empty_s[a, b] for a, b in pairwise(own))
-    most_s = empty_s - least_empty_s(times.empty_s[np.ix_(own, own)], fixed[np.ix_(own, own)])
+    empty_s = sum(times.empty_s[0, a, b] for a, b in pairwise(own))
+    most_s = empty_s - least_empty_s(times.empty_s[0][np.ix_(own, own)], fixed[np.ix_(own, own)])
     return f"| {name} | {' | '.join(f'{way:.0f}' for way in (*ways, most_s))} | {empty_s:.0f} |"
 
 

@@ -109,7 +109,7 @@ def watcher_for(site: Path, scratch: Path, log: Path, search_only: bool) -> Iter
     quiet = SilentProgress()
     loaded = load_site(site, quiet)
     with workers_of(loaded.site, None) as workers:
-        preparation = prepared(loaded.site, quiet, workers)
+        _, preparation = prepared(loaded.site, quiet, workers)
         policy = NO_POLICY
         if not search_only:
             policy = policy_of(loaded, loaded.site, preparation, PolicyWish(steps=STEPS), quiet)

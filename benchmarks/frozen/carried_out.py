@@ -95,7 +95,7 @@ def _watcher(name: str, file: Path, hand: Hand) -> tuple[Watcher, Callable[[], I
 
     quiet = SilentProgress()
     loaded = load_site(Path(f"{name}.site.toml"), quiet)
-    preparation = prepared(loaded.site, quiet)
+    _, preparation = prepared(loaded.site, quiet)
     policy = policy_of(loaded, loaded.site, preparation, PolicyWish("none"), quiet)
     clock = PlanClock(SPEED, hand)
     plan = WatchedPlan(loaded, policy, Path(f"{name}.mcap"), 0)

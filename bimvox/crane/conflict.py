@@ -115,8 +115,8 @@ def first_conflict(
     begin_ns = min(a.start_ns, b.start_ns) if from_ns is None else from_ns
     end_ns = max(a.end_ns, b.end_ns, begin_ns + 1)
     time_ns, one, other, distance_m, needed_m = _first_conflict(
-        _numbers(cranes[0]),
-        _numbers(cranes[1]),
+        numbers_of(cranes[0]),
+        numbers_of(cranes[1]),
         np.concatenate([a.first[None], a.spans, a.last[None]]),
         np.concatenate([b.first[None], b.spans, b.last[None]]),
         np.array([a.start_ns, b.start_ns, begin_ns, end_ns, SPAN_NS], np.int64),
@@ -147,8 +147,8 @@ def first_start(
         until_ns: The search ends with the first conflict of a track that is shifted by more than this.
     """
     found = _first_start(
-        _numbers(cranes[0]),
-        _numbers(cranes[1]),
+        numbers_of(cranes[0]),
+        numbers_of(cranes[1]),
         np.concatenate([a.first[None], a.spans, a.last[None]]),
         np.concatenate([b.first[None], b.spans, b.last[None]]),
         np.array([a.start_ns, b.start_ns, *starts_ns, until_ns, SPAN_NS], np.int64),
@@ -167,8 +167,8 @@ def _spread(spans: NDArray[np.float64], at: int, rows: NDArray[np.float64]) -> N
         widen(own[:, column], rows[:, column], out=own[:, column])
 
 
-def _numbers(outline: CraneOutline) -> NDArray[np.float64]:
-    """Return the outline as an array for the kernel."""
+def numbers_of(outline: CraneOutline) -> NDArray[np.float64]:
+    """Return the outline as an array for kernels."""
     return np.array([*outline.solids_m, float(outline.luffs)])
 
 
@@ -243,6 +243,22 @@ def _first_start(
             return -1
         shift += step
     return -1
+
+
+@kernel
+def meet(
+    outline_a: NDArray[np.float64],
+    row_a: NDArray[np.float64],
+    outline_b: NDArray[np.float64],
+    row_b: NDArray[np.float64],
+    separation_m: float,
+) -> bool:
+    """Return whether two cranes may come too near each other within the bounds of a row each; see ``numbers_of``."""
+    parts_a, parts_b = np.empty((5, 5)), np.empty((5, 5))
+    _parts_of(outline_a, row_a, parts_a)
+    _parts_of(outline_b, row_b, parts_b)
+    one = _pair(outline_a, row_a, parts_a, outline_b, row_b, parts_b, separation_m, _TOLERANCE_M)[0]
+    return bool(one >= 0)
 
 
 @kernel

@@ -40,7 +40,7 @@ from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.site import Site
 
-_TRIED = 6
+_TRIED = 10
 _APART_RAD = np.radians(25.0)
 _LONG_S = 90.0
 _NEAR_M = 1.0

@@ -9,7 +9,7 @@ from bimvox.motion.load_frame import HookEnd, in_cell
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace
 from bimvox.site.site import Site
 
-KEPT_PARKINGS = 3
+KEPT_PARKINGS = 5
 """Places at which an empty hook may wait for a lift: so many are tried."""
 _SECTORS = 24
 _SHARES = (0.0, 0.5)

@@ -27,6 +27,7 @@ from bimvox.crane.outline import outline_of
 from bimvox.cranes.clock import Begun, CraneClock, PlacedLeg, ResumedLoad, motions_of, standing_at
 from bimvox.cranes.lift import REST_NS, CraneLift, Leg, NoFreeTimeError
 from bimvox.cranes.lifts import crane_lifts
+from bimvox.cranes.parking import KEPT_PARKINGS
 from bimvox.cranes.track import approach_track
 from bimvox.motion.shift import held_longer
 from bimvox.motion.steps import may_pause
@@ -191,7 +192,7 @@ class _Schedule:
         prevents that, this crane moves back or aside itself and comes later.
         """
         kept, count = self.cranes, len(self.cranes) - 1
-        tries = product(range(3), range(3), range(1 + 2 * count))
+        tries = product(range(KEPT_PARKINGS), range(3), range(1 + 2 * count))
         for choice, own, steps in ((choice, own, steps) for choice, own, steps in tries if own or steps or not choice):
             self.choice, self.in_the_way = choice, bool(own or steps)
             self.cranes = [one.copy() for one in kept]
@@ -358,6 +359,7 @@ class _Schedule:
                 )
                 self.in_the_way |= found_ns != start_ns
                 if found_ns is None:
+                    start_ns = max(start_ns, until_ns)
                     self.conflict = self._conflict(crane, track.later(start_ns), start_ns) or self.conflict
                     return None
                 start_ns = found_ns

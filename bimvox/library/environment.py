@@ -8,9 +8,11 @@ from pathlib import Path
 from bimvox.env.problem import LiftProblem, is_learnable
 from bimvox.errors import NoPlanError
 from bimvox.library.arguments import insist, path_of, whole
+from bimvox.library.hand_over import may_go_to_others
 from bimvox.library.plan_value import Plan
 from bimvox.library.prove import prepared
 from bimvox.library.site import LoadedSite, load_site
+from bimvox.planning.assembly import preparation_in
 from bimvox.policy.site_lessons import training_problems
 from bimvox.progress import Listener, progress_of
 
@@ -36,8 +38,11 @@ def lift_problems(
     told, number = progress_of(progress), whole("seed", seed, 0) or 0
     if not isinstance(site, LoadedSite | Plan):
         site = load_site(path_of("lift_problems", site, "a site file"), told)
-    preparation = (site.preparation if isinstance(site, Plan) else None) or prepared(site.site, told)
-    found = training_problems(site.site, preparation, number, told, as_it_is=True)
+    if isinstance(site, Plan):
+        built, preparation = site.site, site.preparation or preparation_in(site.record.whole_plan)
+    else:
+        built, preparation = prepared(site.site, told, free=may_go_to_others(site))
+    found = training_problems(built, preparation, number, told, as_it_is=True)
     told.finish()
     learnable = tuple(problem for problem in found if is_learnable(problem))
     if not learnable:

@@ -1,13 +1,18 @@
 """What is prepared for a site; for several cranes with a faster erection sequence, by their scheduled motions.
 
-The estimate of the local search leaves out that cranes keep apart. So both sequences are planned and scheduled without
-obstructions, and the faster one is kept; a sequence in which a lift finds no free time is not.
+The local search estimates. So its sequences, with each part lifted by its crane and with other cranes where that may be
+faster, are planned and scheduled without obstructions, and the fastest one is kept, the greedy one included; a sequence
+in which a lift finds no free time is not.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
+from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError
+from bimvox.library.hand_over import given_to_others, handed_over
 from bimvox.planning.assembly import Preparation, faster, prepare, without_obstructions
 from bimvox.planning.planner import plan_lifts
 from bimvox.progress import Report
@@ -15,27 +20,68 @@ from bimvox.site.site import Site
 from bimvox.workers import ALONE, Workers
 
 
-def preparation_of(site: Site, progress: Report | None = None, workers: Workers = ALONE) -> Preparation:
-    """Return contacts, order and yard places of a site, with the work shared between processes."""
+def preparation_of(
+    site: Site, progress: Report | None = None, workers: Workers = ALONE, free: Collection[str] = ()
+) -> tuple[Site, Preparation]:
+    """Return contacts, order and yard places of a site, and the site with the crane that lifts each part.
+
+    Args:
+        site: The site.
+        progress: Called with (stage, done, total).
+        workers: Share the work.
+        free: Ids of the components that another crane may lift.
+    """
     preparation = prepare(site, progress, workers)
-    return faster_on_the_clock(site, preparation, workers) if site.has_several_cranes else preparation
+    if not site.has_several_cranes:
+        return site, preparation
+    return faster_on_the_clock(site, preparation, workers, free)
 
 
-def faster_on_the_clock(site: Site, greedy: Preparation, workers: Workers = ALONE) -> Preparation:
-    """Return the preparation of a site with several cranes with a faster sequence; the given one if none is found."""
-    found = faster(site, greedy, workers)
-    if found is None:
-        return greedy
-    clear = without_obstructions(site)
-    ends_ns = [_end_ns(clear, one, workers) for one in (greedy, found)]
-    return found if ends_ns[1] is not None and (ends_ns[0] is None or ends_ns[1] < ends_ns[0]) else greedy
+def faster_on_the_clock(
+    site: Site, greedy: Preparation, workers: Workers = ALONE, free: Collection[str] = ()
+) -> tuple[Site, Preparation]:
+    """Return the preparation of a site with several cranes with the fastest sequence that is found, and the site then.
+
+    Args:
+        site: The site.
+        greedy: Its preparation with the greedy sequence.
+        workers: Share the work.
+        free: Ids of the components that another crane may lift.
+    """
+    ways = [(site, greedy)]
+    for ids in ((), free):
+        found = faster(site, greedy, workers, ids) if ids is free or free else None
+        if found is not None and all(_differs(found, way) for way in ways):
+            ways.append(found)
+    if len(ways) == 1:
+        return ways[0]
+    ends_ns = [_end_ns(*way, workers, free) for way in ways]
+    known = [n for n, end_ns in enumerate(ends_ns) if end_ns is not None]
+    other, made = ways[min(known, key=lambda n: ends_ns[n] or 0, default=0)]
+    return given_to_others(site, other, made)
 
 
-def _end_ns(site: Site, preparation: Preparation, workers: Workers) -> int | None:
+def _differs(one: tuple[Site, Preparation], other: tuple[Site, Preparation]) -> bool:
+    cranes, others = ([part.crane for part in site.components] for site, _ in (one, other))
+    return cranes != others or one[1].sequence.order != other[1].sequence.order
+
+
+def _end_ns(site: Site, preparation: Preparation, workers: Workers, free: Collection[str]) -> int | None:
     """Return when the last lift ends, on the site's clock; None if a lift cannot be driven."""
-    plan = plan_lifts(site, preparation, workers=workers)
-    try:
-        motions = time_lifts(plan, preparation, workers=workers)
-    except MotionError:
-        return None
-    return max((motion.end_ns for motion in motions), default=0)
+    site, handed = without_obstructions(site), set[str]()
+    while True:
+        plan = plan_lifts(site, preparation, workers=workers)
+        try:
+            motions = time_lifts(plan, preparation, workers=workers)
+        except NoFreeTimeError as error:
+            other = None
+            if error.component in free and error.component not in handed:
+                handed.add(error.component)
+                other = handed_over(site, preparation, error)
+            if other is None:
+                return None
+            site, preparation = other
+        except MotionError:
+            return None
+        else:
+            return max((motion.end_ns for motion in motions), default=0)

@@ -1,25 +1,27 @@
-"""A lift without a free time for its crane goes to another crane that serves it.
+"""Parts that another crane lifts than the one that they are assigned to, each with a note in the plan.
 
-Its part stays at its place in the yard, and the sequence stays as it is. The other crane must have the same slings,
-carry the part at its pick and at its place, and have time for it: the schedule says that.
+A lift without a free time for its crane goes to another crane that serves it. Its part stays at its place in the yard,
+and the sequence stays as it is. The other crane must have the same slings, carry the part at its pick and at its place,
+and have time for it: the schedule says that. Other parts are given away by the search for a faster sequence.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.planning.assembly import Preparation
-from bimvox.planning.refusal import refused_by_crane
+from bimvox.planning.other_cranes import could_lift
 from bimvox.records.lift import LiftPlan
 from bimvox.site.build import with_digests
 from bimvox.site.component import Component
-from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
+
+if TYPE_CHECKING:
+    from bimvox.library.site import LoadedSite
 
 
 def handed_over(site: Site, preparation: Preparation, error: NoFreeTimeError) -> tuple[Site, Preparation] | None:
@@ -33,16 +35,32 @@ def handed_over(site: Site, preparation: Preparation, error: NoFreeTimeError) ->
     part = next(one for one in site.components if one.id == error.component)
     own = site.cranes[part.crane]
     for number, crane in enumerate(site.cranes):
-        if number == part.crane or crane.sling_m != own.sling_m:
-            continue
-        given = replace(part, crane=number)
-        parts = (*site.components[: part.index], given, *site.components[part.index + 1 :])
-        other = with_digests(replace(site, components=parts))
-        if refused_by_crane(other, given) is None and _picks(other, preparation, given):
-            note = _note(part, own, crane)
-            sequence = replace(preparation.sequence, notes=(*preparation.sequence.notes, note))
-            return other, replace(preparation, sequence=sequence)
+        place = preparation.places[part.index]
+        if number != part.crane and place is not None and could_lift(site, part, place, number):
+            other = _with_cranes(site, {part.index: number})
+            return other, _noted(preparation, [_no_time_note(part, own, crane)])
     return None
+
+
+def given_to_others(site: Site, other: Site, preparation: Preparation) -> tuple[Site, Preparation]:
+    """Return a site and its preparation, with a note on each part that another crane lifts than on the site before.
+
+    Args:
+        site: The site before.
+        other: The site.
+        preparation: Its preparation.
+    """
+    pairs = [(a, b) for a, b in zip(site.components, other.components, strict=True) if a.crane != b.crane]
+    if not pairs:
+        return site, preparation
+    notes = [_faster_note(a, site.cranes[a.crane], site.cranes[b.crane]) for a, b in pairs]
+    return _with_cranes(site, {b.index: b.crane for _, b in pairs}), _noted(preparation, notes)
+
+
+def may_go_to_others(loaded: LoadedSite) -> list[str]:
+    """Return the ids of the components that another crane may lift: those whose crane the site file does not name."""
+    named = {entry.global_id for entry in loaded.config.component if entry.crane is not None}
+    return [part.id for part in loaded.site.components if named.isdisjoint((part.id, part.global_id))]
 
 
 def as_assigned(plan: LiftPlan) -> Site:
@@ -50,28 +68,42 @@ def as_assigned(plan: LiftPlan) -> Site:
     site = plan.site
     if not site.has_several_cranes:
         return site
-    parts = tuple(
-        next(
-            (replace(part, crane=n) for n, own in enumerate(site.cranes) if _note(part, own, crane) in plan.notes), part
-        )
-        for part, crane in ((part, site.cranes[part.crane]) for part in site.components)
-    )
-    return replace(site, components=parts)
+    first: dict[int, int] = {}
+    for part in site.components:
+        left, crane = set(plan.notes), site.cranes[part.crane]
+        while left:  # given away, a part may have been handed over once more
+            before = ((own, note) for own in site.cranes for note in _notes(part, own, crane) if note in left)
+            own, note = next(before, (crane, ""))
+            if not note:
+                break
+            left.remove(note)
+            crane, first[part.index] = own, site.cranes.index(own)
+    return _with_cranes(site, first) if first else site
 
 
-def _note(part: Component, own: TowerCrane, crane: TowerCrane) -> str:
+def _with_cranes(site: Site, cranes: Mapping[int, int]) -> Site:
+    parts = tuple(replace(part, crane=cranes.get(part.index, part.crane)) for part in site.components)
+    return with_digests(replace(site, components=parts))
+
+
+def _noted(preparation: Preparation, notes: Sequence[str]) -> Preparation:
+    sequence = replace(preparation.sequence, notes=(*preparation.sequence.notes, *notes))
+    return replace(preparation, sequence=sequence)
+
+
+def _notes(part: Component, own: TowerCrane, crane: TowerCrane) -> tuple[str, str]:
+    return _no_time_note(part, own, crane), _faster_note(part, own, crane)
+
+
+def _no_time_note(part: Component, own: TowerCrane, crane: TowerCrane) -> str:
     return (
         f"{part.label}: {own.name} has no free time for it alongside the other cranes, so {crane.name} lifts it; "
         f'[[component]] crane = "{crane.name}" keeps that'
     )
 
 
-def _picks(site: Site, preparation: Preparation, part: Component) -> bool:
-    """Return whether a part's crane carries it at its place in the yard."""
-    place, crane = preparation.places[part.index], site.cranes[part.crane]
-    if place is None:
-        return False
-    hook_vox = np.add(place.transit_start_vox, part.hook_line_vox)[:2] + 0.5
-    at_m = site.frame.corner_of([*hook_vox.tolist(), 0.0])[:2]
-    low_m, high_m = allowed_radii_m(crane_for(site, crane, part), part.mass_kg, site.rules.highest_utilisation)
-    return bool(low_m <= np.hypot(*(at_m - np.array(crane.base_m[:2]))) <= high_m)
+def _faster_note(part: Component, own: TowerCrane, crane: TowerCrane) -> str:
+    return (
+        f"{part.label}: {crane.name} lifts it instead of {own.name}, all in all that is faster; "
+        f'[[component]] crane = "{own.name}" prevents that'
+    )

@@ -45,7 +45,7 @@ def live_job(
     insist("live_job", plan, Plan, "plan")
     told, begin, most = progress_of(progress), whole("first", first, 1) or 1, whole("count", count, 1) or 1
     ways = whole("ways", ways, 1) or 1
-    preparation = plan.preparation or prepared(plan.site, told)
+    preparation = plan.preparation or prepared(plan.site, told)[1]
     job = job_of(plan.record.plan, preparation, plan.motions, begin - 1, most, ways)
     if tracks is None:
         return job

@@ -6,10 +6,12 @@ import hashlib
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from bimvox.errors import InputError, PlanningError
 from bimvox.library.arguments import insist, text, whole
+from bimvox.library.hand_over import may_go_to_others
 from bimvox.library.obstructions import ReadObstructions, obstructed, read_obstructions
 from bimvox.library.plan_value import Plan
 from bimvox.library.policy_wish import PolicyWish
@@ -97,7 +99,8 @@ def planned(
         found, content = obstructions_of(obstructions, built)
         built, files = obstructed(built, found, told), {**files, **content}
     with workers_of(built, whole("jobs", jobs, 1)) as workers:
-        preparation = prepared(built, told, workers)
+        free = may_go_to_others(replace(site, site=built))
+        built, preparation = prepared(built, told, workers, free)
         chosen = policy_of(site, built, preparation, PolicyWish(policy, seed, steps, wish.train), told)
         number = seed_of(site, seed)
         used = [chosen]
@@ -108,8 +111,6 @@ def planned(
             return used[-1]
 
         again: Retraining | None = retraining if retrain else None
-        named = {entry.global_id for entry in site.config.component if entry.crane is not None}
-        free = [part.id for part in built.components if named.isdisjoint((part.id, part.global_id))]
         with workers.knowing(*constants_of(built, preparation)):
             proven = plan_and_prove(
                 built, preparation, chosen, progress=told, retraining=again, workers=workers, may_hand_over=free

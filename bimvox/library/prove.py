@@ -56,9 +56,11 @@ class Planned:
     preparation: Preparation | None = None
 
 
-def prepared(site: Site, progress: Progress, workers: Workers = ALONE) -> Preparation:
-    """Return contacts, order and yard places of a site, and report their notes; workers share the work."""
-    preparation = preparation_of(site, progress.report, workers)
+def prepared(
+    site: Site, progress: Progress, workers: Workers = ALONE, free: Collection[str] = ()
+) -> tuple[Site, Preparation]:
+    """Return what ``preparation_of`` does, and report its notes."""
+    site, preparation = preparation_of(site, progress.report, workers, free)
     notes = preparation.sequence.notes
     for note in notes[:_NOTES_SHOWN]:
         progress.note(note)
@@ -68,7 +70,7 @@ def prepared(site: Site, progress: Progress, workers: Workers = ALONE) -> Prepar
     if clashes:
         progress.note(overlap_note(clashes, names_by_id(site)))
     progress.finish()
-    return preparation
+    return site, preparation
 
 
 def overlap_note(clashes: Sequence[ModelledClash], names: Mapping[str, str]) -> str:

@@ -9,10 +9,10 @@ from bimvox.library.arguments import insist
 from bimvox.library.obstructions import obstructed
 from bimvox.library.plan import digests_of, obstructions_of
 from bimvox.library.plan_value import Plan
-from bimvox.library.prove import prepared
 from bimvox.library.site import OBSTRUCTIONS
 from bimvox.library.verify import prove_plan
 from bimvox.log.plan_log import PlanLog
+from bimvox.planning.assembly import preparation_in
 from bimvox.progress import Listener, progress_of
 from bimvox.revision.current_plan import current_plan_of
 from bimvox.revision.request import RevisionRequest
@@ -39,7 +39,7 @@ def revise(plan: Plan, obstructions: ObstructionSet | Path | str, *, progress: L
     told, plan = progress_of(progress), insist("revise", plan, Plan, "plan")
     found, files = obstructions_of(obstructions, plan.site)
     site = obstructed(plan.site, found, told)
-    preparation = plan.preparation or prepared(site, told)
+    preparation = plan.preparation or preparation_in(plan.record.whole_plan)
     current = current_plan_of(plan.record.plan, plan.motions)
     told.stage("revise")
     request = RevisionRequest(site, preparation, None if plan.policy is None else plan.policy.propose)

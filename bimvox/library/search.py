@@ -13,6 +13,7 @@ import numpy as np
 
 from bimvox.errors import MotionError, listed
 from bimvox.library.faster import preparation_of
+from bimvox.library.hand_over import as_assigned
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage
@@ -53,8 +54,8 @@ def check_search(record: PlanLog, progress: Progress) -> Check:
     """
     check = Check("search")
     progress.stage("search", len(record.plan.lifts))
-    prepared = preparation_of(record.plan.site)
-    lifts = record.all_lifts
+    lifts, given = record.all_lifts, as_assigned(record.plan)
+    _, prepared = preparation_of(given, free=[part.id for part in given.components])
     listed = replace(
         prepared,
         sequence=replace(prepared.sequence, order=tuple(lift.component for lift in lifts)),

@@ -79,6 +79,11 @@ class PlanLog:
         return self.plan.lifts_with(self.context)
 
     @property
+    def whole_plan(self) -> LiftPlan:
+        """The plan with all lifts."""
+        return dataclasses.replace(self.plan, lifts=self.all_lifts)
+
+    @property
     def planned(self) -> tuple[Lift, ...]:
         """The carried lifts that have a path."""
         return tuple(lift for lift in self.plan.lifts if lift.status is Status.PLANNED)

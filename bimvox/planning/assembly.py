@@ -7,7 +7,7 @@ yard) is prepared once; the replanner keeps it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -146,27 +146,43 @@ def prepare(site: Site, progress: Report | None = None, workers: Workers = ALONE
     sequence, places = order_and_yard(site, Sequencer(site, relations, contacts))
     greedy = Preparation(contacts, relations, sequence, places)
     # Several cranes share their time: whether their order is faster, only their motions tell.
-    return greedy if site.has_several_cranes else faster(site, greedy, workers) or greedy
+    found = None if site.has_several_cranes else faster(site, greedy, workers)
+    return greedy if found is None else found[1]
 
 
-def faster(site: Site, greedy: Preparation, workers: Workers = ALONE) -> Preparation | None:
+def preparation_in(plan: LiftPlan) -> Preparation:
+    """Return the inputs of a plan as they are in it: its sequence and its places in the yard."""
+    contacts = Contacts(plan.site)
+    lifts, ids = sorted(plan.lifts, key=lambda lift: lift.order), [part.id for part in plan.site.components]
+    order, unheld = tuple(lift.component for lift in lifts), tuple(ids.index(name) for name in plan.unheld)
+    places = {lift.component: lift.place for lift in lifts}
+    sequence = ErectionSequence(order, plan.notes, unheld)
+    in_order = tuple(places.get(n) for n in range(len(ids)))
+    return Preparation(contacts, precedence(plan.site, contacts), sequence, in_order)
+
+
+def faster(
+    site: Site, greedy: Preparation, workers: Workers = ALONE, free: Collection[str] = ()
+) -> tuple[Site, Preparation] | None:
     """Return the preparation with a faster sequence by the estimate, which leaves no lift out; None if there is none.
 
     Args:
         site: The site.
         greedy: Its preparation with the greedy sequence.
         workers: Share the work.
+        free: Ids of the components that another crane may lift: the site returned has the crane of each part.
     """
     if not site.cranes or not site.rules.order_search:
         return None
     sequencer = Sequencer(site, greedy.relations, greedy.contacts)
     travels = [travel_of(site, crane) for crane in site.cranes]
-    found = FasterOrder(site, sequencer, greedy.relations, travels).than(greedy.sequence, greedy.places)
+    found = FasterOrder(site, sequencer, greedy.relations, travels, free).than(greedy.sequence, greedy.places)
     if found is None:
         return None
-    made = replace(greedy, sequence=found[0], places=found[1])
-    lifts = _settable(site, made, workers)
-    return made if lifts == sum(map(bool, found[1])) or lifts >= _settable(site, greedy, workers) else None
+    made = replace(greedy, sequence=found.sequence, places=found.places)
+    lifts = _settable(found.site, made, workers)
+    is_whole = lifts == sum(map(bool, found.places)) or lifts >= _settable(site, greedy, workers)
+    return (found.site, made) if is_whole else None
 
 
 def _settable(site: Site, preparation: Preparation, workers: Workers) -> int:

@@ -21,7 +21,7 @@ def test_the_values_of_the_parts_are_checked_once(monkeypatch):
     site, quiet, seen = portal_site(portal_crane()), SilentProgress(), []
     check = values._check_component
     monkeypatch.setattr(values, "_check_component", lambda *given: (seen.append(given[1].id), check(*given)))
-    made = plan_and_prove(site, prepared(site, quiet), NO_POLICY, progress=quiet)
+    made = plan_and_prove(site, prepared(site, quiet)[1], NO_POLICY, progress=quiet)
     assert sorted(seen) == sorted(component.id for component in site.components)
     whole = check_values(made.plan, made.motions)
     assert made.verdict.checks[0] == whole, "with the values of the motions"

@@ -82,7 +82,7 @@ def alike(one, other):
 @pytest.mark.parametrize("place", ["free", "blocked"])
 def test_two_processes_plan_what_one_does(site, two, place):
     own = blocked(site) if place == "blocked" else site
-    preparation = prepared(own, QUIET)
+    own, preparation = prepared(own, QUIET)
     alone = plan_and_prove(own, preparation, NO_POLICY, progress=QUIET)
     with two.knowing(*constants_of(own, preparation)):
         shared = plan_and_prove(own, preparation, NO_POLICY, progress=QUIET, workers=two)
@@ -96,7 +96,7 @@ def test_two_processes_plan_what_one_does(site, two, place):
 
 def test_two_processes_plan_two_cranes_as_one_does(two):
     own = two_crane_site()
-    preparation = prepared(own, QUIET)
+    own, preparation = prepared(own, QUIET)
     alone = plan_and_prove(own, preparation, NO_POLICY, progress=QUIET)
     with two.knowing(*constants_of(own, preparation)):
         shared = plan_and_prove(own, preparation, NO_POLICY, progress=QUIET, workers=two)
@@ -108,7 +108,7 @@ def test_two_processes_plan_two_cranes_as_one_does(two):
 @pytest.mark.parametrize("now_s", [None, 400])
 def test_two_processes_revise_two_cranes_as_one_does(two, now_s):
     own = two_crane_site()
-    preparation = prepared(own, QUIET)
+    own, preparation = prepared(own, QUIET)
     made = plan_and_prove(own, preparation, NO_POLICY, progress=QUIET)
     path_vox = made.plan.lifts[-1].path_vox
     low = own.frame.corner_of(path_vox[len(path_vox) // 2]) + 0.1
@@ -127,7 +127,7 @@ def test_two_processes_revise_two_cranes_as_one_does(two, now_s):
 
 def test_what_turns_out_otherwise_than_foretold_is_searched_again(site):
     own = blocked(site)
-    preparation = prepared(own, QUIET)
+    own, preparation = prepared(own, QUIET)
     plan = plan_lifts(own, preparation)
     told = foretold(own, preparation, [])
     assert [lift.is_set for lift in plan.lifts] != list(told), "the box blocks paths, which nobody foretells"
@@ -135,7 +135,7 @@ def test_what_turns_out_otherwise_than_foretold_is_searched_again(site):
 
 
 def test_two_processes_revise_as_one_does(site, two):
-    preparation = prepared(site, QUIET)
+    site, preparation = prepared(site, QUIET)
     made = plan_and_prove(site, preparation, NO_POLICY, progress=QUIET)
     current, there = current_plan_of(made.plan, made.motions), blocked(site)
     found = []

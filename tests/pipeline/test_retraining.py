@@ -45,7 +45,7 @@ def serpentine(site_folder: Path) -> tuple[Site, Preparation]:
     progress = SilentProgress()
     site = load_site(file, progress).site
     changed = obstructed(site, load_obstructions(obstructions, site), progress)
-    return changed, prepared(changed, progress)
+    return changed, prepared(changed, progress)[1]
 
 
 def by_method(plan: LiftPlan, method: Method) -> tuple[int, ...]:

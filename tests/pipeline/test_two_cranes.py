@@ -41,6 +41,8 @@ SAMPLES = Path(__file__).parents[2] / "sample_models"
 
 SITE = """
 name = "frame"
+[sequence]
+search = false
 [model]
 path = "frame.ifc"
 voxel_size_m = 0.25
@@ -172,7 +174,7 @@ class CarriedOut:
     def __init__(self, folder: Path, hand: Hand) -> None:
         quiet = SilentProgress()
         loaded = load_site(folder / "frame.site.toml", quiet)
-        preparation = prepared(loaded.site, quiet)
+        _, preparation = prepared(loaded.site, quiet)
         policy = policy_of(loaded, loaded.site, preparation, PolicyWish("none"), quiet)
         self.hand, self.file, self.log = hand, folder / "way.json", folder / "frame.mcap"
         plan = WatchedPlan(loaded, policy, self.log, 0)

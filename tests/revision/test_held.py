@@ -32,7 +32,7 @@ def proven(current: CurrentPlan) -> CurrentPlan:
 def test_what_rests_on_a_held_load_waits_for_it(heading: HeadingRule) -> None:
     site = with_digests(turning_site(heading))
     plan, motions = planned(site)
-    current, preparation = current_plan_of(plan, motions), prepared(site, SilentProgress())
+    current, preparation = current_plan_of(plan, motions), prepared(site, SilentProgress())[1]
     low_m = site.components[plan.lifts[BEAM].component].mesh.bounds_m[0] + 0.01
     box = Obstruction("box", Box(tuple(low_m), tuple(low_m + 0.3)))
     motion = current.motions[BEAM]

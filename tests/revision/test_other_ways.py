@@ -30,7 +30,7 @@ def current() -> tuple[CurrentPlan, Any]:
     site = with_digests(turning_site())
     plan, motions = planned(site)
     assert plan.lifts[BEAM].with_jib
-    return current_plan_of(plan, motions), prepared(site, SilentProgress())
+    return current_plan_of(plan, motions), prepared(site, SilentProgress())[1]
 
 
 def revised(current: tuple[CurrentPlan, Any]) -> CurrentPlan:

@@ -22,6 +22,7 @@ from bimvox.errors import ConfigError
 from bimvox.library.set_up_search.front import ends, estimated_goals, front_of
 from bimvox.library.set_up_search.search import Rig, Search, Tried
 from bimvox.library.set_up_search.timed import FEW_LIFTS, LIFTS
+from bimvox.planning.order.apart import NOTHING_APART
 from bimvox.planning.order.makespan import OrderTimes, makespan_s
 from bimvox.site.assign import balanced, rough_work_s
 from bimvox.site.config.site_config import SiteConfig
@@ -189,18 +190,20 @@ def _makespan_s(search: Search, whose: NDArray[np.int64], lift_s: NDArray[np.flo
     masses_kg = np.cumsum(work.masses_kg)
     times = OrderTimes(
         crane=whose.astype(np.int64),
+        may=whose[:, None] == np.arange(2),
         delivery=(masses_kg // most_kg).astype(np.int64) if most_kg else np.zeros(count, np.int64),
-        empty_s=np.tile(moving_s, (count, 1)),
+        empty_s=np.tile(moving_s, (2, count, 1)),
         lead_s=np.where(own_s > 0.0, work.standing_s - off_s, 0.0),
-        carry_s=moving_s,
+        carry_s=np.tile(moving_s, (2, 1)),
         off_s=np.where(own_s > 0.0, off_s, 0.0),
         hold_s=np.zeros(count),
         work_s=np.zeros(count),
         crew=np.full(count, 2, np.int64),
         first=np.zeros(count + 1, np.int64),
         under=np.zeros(0, np.int64),
+        apart=NOTHING_APART,
     )
-    return makespan_s(times, range(count), 2)
+    return makespan_s(times, range(count))
 
 
 def _moved(

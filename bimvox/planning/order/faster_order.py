@@ -1,13 +1,15 @@
 """A faster erection sequence than the greedy one, and the yard for it.
 
 The local search (``local_search``) changes the order within its deliveries and keeps the places, so its estimate holds
-for them; parts of one stack or rack keep their order. Then the yard is allocated anew for the order that was found, and
-the faster of both is searched again. A result counts if it saves more than the estimate's error.
+for them; parts of one stack or rack keep their order. With several cranes it also changes which of them lifts a part.
+Then the yard is allocated anew for the order that was found, and the faster of both is searched again. A result counts
+if it saves more than the estimate's error.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -31,12 +33,23 @@ _LESS_S = 0.01
 _WORTH_S = 5.0
 _WORTH_SHARED = 0.005
 """What an order must save by the estimate, in all or, with several cranes, as a share of all their work. The estimate
-is not better than that, and does not look at the separation of cranes."""
+is not better than that."""
 
 
-class _Candidate(NamedTuple):
+class Faster(NamedTuple):
+    """An order by the estimate.
+
+    Attributes:
+        seconds: How long it takes.
+        work_s: How long the cranes work, all together.
+        site: The site, with the crane of each part.
+        sequence: The order.
+        places: The places in the yard.
+    """
+
     seconds: float
     work_s: float
+    site: Site
     sequence: ErectionSequence
     places: Places
 
@@ -49,16 +62,25 @@ class FasterOrder:
         sequencer: Makes its sequences.
         relations: Which part must be set before which.
         travels: The travel times of its cranes.
+        free: Ids of the components that another crane may lift.
     """
 
-    def __init__(self, site: Site, sequencer: Sequencer, relations: Precedence, travels: Sequence[Travel]) -> None:
+    def __init__(
+        self,
+        site: Site,
+        sequencer: Sequencer,
+        relations: Precedence,
+        travels: Sequence[Travel],
+        free: Collection[str] = (),
+    ) -> None:
         self._site, self._sequencer, self._travels = site, sequencer, travels
         self._supports = [(*on, *first) for on, first in zip(relations.supports, relations.wanted, strict=True)]
+        self._free = np.array([part.id in free for part in site.components])
         self._over_m = _heights_m(site, sequencer.lowest_first().order)
 
-    def than(self, greedy: ErectionSequence, places: Places) -> tuple[ErectionSequence, Places] | None:
-        """Return a faster sequence with its places; None if there is none."""
-        start = self._judged(greedy, places)
+    def than(self, greedy: ErectionSequence, places: Places) -> Faster | None:
+        """Return a faster order; None if there is none."""
+        start = self._judged(self._site, greedy, places)
         best = now = start
         warm_s = COOL_S
         for seed in range(max(_LEAST_ROUNDS, min(_MOST_ROUNDS, _PLACED // len(greedy.order)))):
@@ -70,38 +92,44 @@ class FasterOrder:
                 now = best if found is None or warm_s > COOL_S else found
                 warm_s = WARM_S
         worth_s = _WORTH_S if len(self._travels) == 1 else _WORTH_SHARED * start.work_s
-        return None if best.seconds > start.seconds - worth_s else (best.sequence, best.places)
+        return None if best.seconds > start.seconds - worth_s else best
 
     def problem(self, sequence: ErectionSequence, places: Places) -> tuple[OrderTimes, NDArray[np.bool_]]:
         """Return what the search looks at: the times at these places, and which parts keep their order."""
-        return self._times(places), self._fixed_pairs(sequence, places)
+        return self._times(self._site, places), self._fixed_pairs(sequence, places)
 
-    def _nearby(self, now: _Candidate, seed: int, warm_s: float) -> _Candidate | None:
+    def _nearby(self, now: Faster, seed: int, warm_s: float) -> Faster | None:
         """Return the faster one of the order that is found next, in these places or in new ones; None if none is."""
-        order, cranes = now.sequence.order, len(self._travels)
-        times, fixed = self.problem(now.sequence, now.places)
-        found = searched(times, order, fixed, cranes, BUDGET * len(order), seed, warm_s)
+        order = now.sequence.order
+        times, fixed = self._times(now.site, now.places), self._fixed_pairs(now.sequence, now.places)
+        found, cranes = searched(times, order, fixed, BUDGET * len(order), seed, warm_s)
+        given = tuple(times.crane.tolist())
         del times  # as large as those of the orders that are judged next
-        if found == order:
+        if found == order and cranes == given:
             return None
-        sequence = self._sequencer.following(found)
-        choices = [allocate_yard(self._site, sequence.order, *self._travels)]
+        sequence, site = self._sequencer.following(found), now.site
+        if cranes != given:
+            whose = zip(site.components, cranes, strict=True)
+            parts = tuple(part if k in (-1, part.crane) else replace(part, crane=k) for part, k in whose)
+            site = replace(site, components=parts)
+        choices = [allocate_yard(site, sequence.order, *self._travels)]
         position = _positions(sequence.order)
         deliveries = {part: place.delivery for part, place in enumerate(now.places) if place is not None}
         is_kept = not (fixed & (position[:, None] > position[None])).any()
-        if is_kept and fit_trucks(self._site, sequence.order, deliveries):
-            choices.insert(0, risen(self._site, sequence.order, now.places))
+        if is_kept and fit_trucks(site, sequence.order, deliveries):
+            choices.insert(0, risen(site, sequence.order, now.places))
         most = max(_with_place(places) for places in (*choices, now.places))
-        kept = [self._judged(sequence, places) for places in choices if _with_place(places) == most]
+        kept = [self._judged(site, sequence, places) for places in choices if _with_place(places) == most]
         return min(kept, key=lambda one: one.seconds, default=None)
 
-    def _judged(self, sequence: ErectionSequence, places: Places) -> _Candidate:
-        times = self._times(places)
-        work_s = float((times.lead_s + times.carry_s + times.off_s).sum())
-        return _Candidate(makespan_s(times, sequence.order, len(self._travels)), work_s, sequence, places)
+    def _judged(self, site: Site, sequence: ErectionSequence, places: Places) -> Faster:
+        times = self._times(site, places)
+        lifted = np.flatnonzero(times.crane >= 0)
+        work_s = float((times.lead_s + times.off_s).sum() + times.carry_s[times.crane[lifted], lifted].sum())
+        return Faster(makespan_s(times, sequence.order), work_s, site, sequence, places)
 
-    def _times(self, places: Places) -> OrderTimes:
-        return order_times(self._site, self._travels, places, self._over_m, self._supports)
+    def _times(self, site: Site, places: Places) -> OrderTimes:
+        return order_times(site, self._travels, places, self._over_m, self._supports, self._free)
 
     def _fixed_pairs(self, sequence: ErectionSequence, places: Places) -> NDArray[np.bool_]:
         """Return the pairs that keep their order, those of different deliveries, or of one stack or rack, too."""

@@ -1,8 +1,8 @@
 """A local search on the erection sequence: less time, by the estimate of ``makespan``.
 
-Simulated annealing: a part, or a few that follow each other, go to another position, or two parts change positions. No
-move breaks a pair that must stay as it is (``Sequencer.fixed_pairs``). What is counted are parts looked at, not
-seconds, so that every machine finds the same.
+Simulated annealing: a part, or a few that follow each other, go to another position, two parts change positions, or a
+part goes to another crane that may lift it. No move breaks a pair that must stay as it is (``Sequencer.fixed_pairs``).
+What is counted are parts looked at, not seconds, so that every machine finds the same.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ _LONGEST = 4
 _FARTHEST = 60
 """A part moves no further in the order."""
 _SWAPS = 0.3
+_OTHER_CRANES = 0.3
 _LESS_S = 1e-6
 
 
@@ -27,28 +28,26 @@ def searched(
     times: OrderTimes,
     order: Sequence[int],
     fixed: NDArray[np.bool_],
-    cranes: int,
     budget: int,
     seed: int,
     warm_s: float,
-) -> tuple[int, ...]:
-    """Return the best order found; the given one if none takes less time.
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the best order found, and the crane of each part; the given ones if none takes less time.
 
     Args:
         times: The times.
         order: The order to start from.
         fixed: (N, N) whether a part must stay before another one, by component.
-        cranes: How many cranes there are.
         budget: How many parts are looked at.
         seed: Seed of the random numbers.
         warm_s: How much longer an order may become at first to be accepted as often as not; 0: no longer at all.
     """
     count = len(order)
     if count < 2:
-        return tuple(order)
-    states = states_of(count, cranes)
-    found = _annealed(times, np.array(order, np.int64), fixed, states, budget, seed, warm_s)
-    return tuple(found.tolist())
+        return tuple(order), tuple(times.crane.tolist())
+    states = states_of(count, times.may.shape[1])
+    found, crane = _annealed(times, np.array(order, np.int64), fixed, states, budget, seed, warm_s)
+    return tuple(found.tolist()), tuple(crane.tolist())
 
 
 @kernel
@@ -60,29 +59,39 @@ def _annealed(
     budget: int,
     seed: int,
     warm_s: float,
-) -> NDArray[np.int64]:
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     count, cranes = len(order), (states.shape[1] - COLUMNS) // 2
-    drawn = np.empty(4)
+    drawn = np.empty(4 if cranes == 1 else 6)
+    crane = times.crane.copy()
     end = 2 * cranes + 1
     trial = states.copy()
     rank = np.empty(count, np.int64)
     carried_s, carries_s = np.zeros(count), np.zeros(count)
     for n in range(count):
         rank[order[n]] = n
-    walk(times, order, (0, count), states, states, carried_s, carried_s, rank)
+    walk(times, crane, order, (0, count), states, states, carried_s, carried_s, rank)
     total_s = best_s = states[count, end]
-    best, new = order.copy(), order.copy()
+    best, best_crane, new = order.copy(), crane.copy(), order.copy()
     looked, number = 0, np.uint64(seed)
     while looked < budget:
         looked += 1
         number = _draw(number, drawn)
         a = int(drawn[0] * count)
-        b = min(count - 1, max(0, a + int((2.0 * drawn[1] - 1.0) * (_FARTHEST + 1))))
-        if a == b:
+        part, own = order[a], crane[order[a]]
+        gives = cranes > 1 and drawn[4] < _OTHER_CRANES
+        if gives:
+            other = int(drawn[5] * cranes)
+            if own < 0 or other == own or not times.may[part, other]:
+                continue
+            crane[part] = other
+        b = a if gives else min(count - 1, max(0, a + int((2.0 * drawn[1] - 1.0) * (_FARTHEST + 1))))
+        if a == b and not gives:
             continue
         low, high = min(a, b), max(a, b)
-        length = 0
-        if drawn[2] < _SWAPS:
+        length, allowed = 0, True
+        if gives:
+            pass
+        elif drawn[2] < _SWAPS:
             allowed = _may_swap(order, fixed, low, high)
         else:
             length = min(1 + int(((drawn[2] - _SWAPS) / (1.0 - _SWAPS)) ** 2 * _LONGEST), high - low)
@@ -98,7 +107,7 @@ def _annealed(
         else:
             new[low : low + length] = order[high + 1 - length : high + 1]
             new[low + length : high + 1] = order[low : high + 1 - length]
-        until = walk(times, new, (low, high + 1), states, trial, carried_s, carries_s, rank)
+        until = walk(times, crane, new, (low, high + 1), states, trial, carried_s, carries_s, rank)
         looked += until - low
         later_s = trial[until, end] - states[until, end]
         warmth_s = warm_s * (1.0 - looked / budget)
@@ -113,10 +122,11 @@ def _annealed(
             total_s += later_s
             if total_s < best_s - _LESS_S:
                 best_s = total_s
-                best[:] = order
+                best[:], best_crane[:] = order, crane
         else:
             new[low : high + 1] = order[low : high + 1]
-    return best
+            crane[part] = own
+    return best, best_crane
 
 
 @kernel

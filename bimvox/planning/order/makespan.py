@@ -2,8 +2,8 @@
 
 An empty hook goes as fast as slewing and trolley can from the part before to the next one. A carry takes the crew's
 times and ``_OVER`` times what the slowest axis needs over everything of its stage. Several cranes keep the rules R1 to
-R3 and R5 of ``cranes.schedule``; their separation is not looked at. Work that the crane does not do, and joints that
-cure, hold up what rests on them, as in ``motion.steps``.
+R5 of ``cranes.schedule``, R4 as in ``apart``. Work that the crane does not do, and joints that cure, hold up what rests
+on them, as in ``motion.steps``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ from bimvox.compiled import kernel
 from bimvox.crane.kinematics import Axes
 from bimvox.crane.rigging import hoist_limits
 from bimvox.crane.travel import Travel
+from bimvox.planning.order.apart import Apart, apart_of, waits_s
 from bimvox.planning.order.shared_order import at, pairs
+from bimvox.planning.other_cranes import could_lift
 from bimvox.records.lift import YardPlace
 from bimvox.site.casting import curing_s, work_and_wait_s
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
@@ -39,19 +41,22 @@ class OrderTimes(NamedTuple):
 
     Attributes:
         crane: (N,) int64 its crane; -1 if no crane lifts it.
+        may: (N, K) which cranes may lift it.
         delivery: (N,) int64.
-        empty_s: (N, N) from the place of one part to the pick of another one by the latter's crane.
+        empty_s: (K, N, N) by each crane, from the place of one part to the pick of another one that it may lift.
         lead_s: (N,) from hooking on until it is raised.
-        carry_s: (N,) from there until it is at its place.
+        carry_s: (K, N) from there until it is at its place, by each crane that may lift it.
         off_s: (N,) from there until the slings are off.
         hold_s: (N,) from there until it carries what rests on it; of other work after it has ended.
         work_s: (N,) how long other work takes.
         crew: (N,) int64 who does that: 0 casts, 1 sets by hand, 2 nobody that is known.
         first: (N + 1,) int64 where those that it rests on begin in ``under``.
         under: (M,) int64.
+        apart: What keeps several cranes apart.
     """
 
     crane: NDArray[np.int64]
+    may: NDArray[np.bool_]
     delivery: NDArray[np.int64]
     empty_s: NDArray[np.float64]
     lead_s: NDArray[np.float64]
@@ -62,6 +67,7 @@ class OrderTimes(NamedTuple):
     crew: NDArray[np.int64]
     first: NDArray[np.int64]
     under: NDArray[np.int64]
+    apart: Apart
 
 
 def order_times(
@@ -70,6 +76,7 @@ def order_times(
     places: Places,
     over_m: NDArray[np.float64],
     supports: Sequence[Sequence[int]],
+    free: NDArray[np.bool_],
 ) -> OrderTimes:
     """Return what the parts of a site take if they are picked at these places.
 
@@ -79,22 +86,31 @@ def order_times(
         places: The places.
         over_m: (N,) how high the hook must go on the way.
         supports: Per component those that it rests on.
+        free: (N,) which components another crane may lift.
     """
     parts, rules = site.components, site.rules
-    count = len(parts)
+    cranes, count = len(travels), len(parts)
     lifted = np.array([place is not None for place in places])
     crane = np.where(lifted, [part.crane for part in parts], -1)
-    empty_s, carry_s, lead_s = np.zeros((count, count)), np.zeros(count), np.zeros(count)
+    may = crane[:, None] == np.arange(cranes)
+    for n, place in enumerate(places) if cranes > 1 else ():
+        if free[n] and place is not None:
+            may[n] = [k == crane[n] or could_lift(site, parts[n], place, k) for k in range(cranes)]
+    empty_s, lead_s = np.zeros((cranes, count, count)), np.zeros(count)
+    spans_s, axes = np.zeros((cranes, 4, count)), []
     for k, travel in enumerate(travels):
         targets, picks = target_axes(site, travel), pick_axes(site, travel, places)
-        own = np.flatnonzero(crane == k)
+        axes.append((targets, picks))
+        own = np.flatnonzero(may[:, k])
         for rows, there, to in pairs(targets, at(picks, own)):
-            empty_s[rows, own] = travel.across_s(to[0] - there[0], to[1] - there[1])
+            empty_s[k][rows, own] = travel.across_s(to[0] - there[0], to[1] - there[1])
         across_s = travel.across_s(targets[0] - picks[0], targets[1] - picks[1])
         for i in own:
             winch = travel.with_hoist(hoist_limits(site.cranes[k], parts[i].mass_kg))
             ups_m = np.maximum(0.0, over_m[i] - np.array([picks[2][i], targets[2][i]]))
-            carry_s[i] = _OVER * max(float(across_s[i]), float(winch.hoisting_s(ups_m).sum()))
+            up_s, down_s = winch.hoisting_s(ups_m).tolist()
+            spans_s[k, 1:, i] = up_s, across_s[i], down_s
+    carry_s = _OVER * np.maximum(spans_s[:, 2], spans_s[:, 1] + spans_s[:, 3])
     crew = [crew_times(rules, part) for part in parts]
     works = [
         (0.0, 0.0) if rules.casting is None else work_and_wait_s(rules.casting, part, part.means, part.mass_kg)
@@ -104,8 +120,11 @@ def order_times(
     hold_s = np.where(lifted, [curing_s(rules.curing, part) for part in parts], [wait_s for _, wait_s in works])
     # What carries at once holds nothing up.
     under = [[j for j in own if not lifted[j] or hold_s[j] > 0.0] for own in supports]
+    spans_s[:, 1:] *= (carry_s / np.maximum(spans_s[:, 1:].sum(axis=1), 1e-9))[:, None]
+    spans_s[:, 0] = lead_s
     return OrderTimes(
         crane.astype(np.int64),
+        may,
         np.array([-1 if place is None else place.delivery for place in places], np.int64),
         empty_s,
         lead_s,
@@ -116,6 +135,7 @@ def order_times(
         np.array([{Means.IN_SITU: 0, Means.BY_HAND: 1}.get(part.means, 2) for part in parts], np.int64),
         np.concatenate([[0], np.cumsum([len(own) for own in under])]).astype(np.int64),
         np.array([j for own in under for j in own], np.int64),
+        apart_of(site, axes, over_m, spans_s),
     )
 
 
@@ -141,12 +161,13 @@ def _axes(site: Site, travel: Travel, cells: list[tuple[float, ...]]) -> Axes:
     return travel.axes_of(at_m)
 
 
-def makespan_s(times: OrderTimes, order: Sequence[int], cranes: int) -> float:
+def makespan_s(times: OrderTimes, order: Sequence[int]) -> float:
     """Return the estimated time from the first lift of an order until the slings of the last one are off, seconds."""
+    cranes = times.may.shape[1]
     numbers = np.array(order, np.int64)
     states = states_of(len(order), cranes)
     carries_s = np.zeros(len(order))
-    walk(times, numbers, (0, len(order)), states, states, carries_s, carries_s, np.arange(len(order)))
+    walk(times, times.crane, numbers, (0, len(order)), states, states, carries_s, carries_s, np.arange(len(order)))
     return float(states[-1, 2 * cranes + _RELEASED])
 
 
@@ -159,8 +180,9 @@ def states_of(count: int, cranes: int) -> NDArray[np.float64]:
 
 
 @kernel
-def walk(
+def walk(  # noqa: PLR0913  (arrays of the search)
     times: OrderTimes,
+    crane: NDArray[np.int64],
     order: NDArray[np.int64],
     window: tuple[int, int],
     before: NDArray[np.float64],
@@ -173,6 +195,7 @@ def walk(
 
     Args:
         times: The times.
+        crane: (N,) the crane of each part; -1 if none lifts it.
         order: (N,) the order; before the window as it was, and behind it too.
         window: Its first position, and the one behind its last.
         before: The states of the order as it was.
@@ -199,7 +222,7 @@ def walk(
             j = times.under[m]
             if was[begun] > 0.0:
                 ready_s = max(ready_s, carried_s[j] if rank[j] < first else carries_s[j])
-        k = times.crane[i]
+        k = crane[i]
         if k < 0:
             crew = times.crew[i]
             begins_s = max(ready_s, was[released])
@@ -214,14 +237,18 @@ def walk(
         if times.delivery[i] != was[delivery]:
             now[delivery], now[earlier] = times.delivery[i], was[released]
         last = int(was[cranes + k])
-        hooked_s = was[k] + (times.empty_s[last, i] if last >= 0 else 0.0)
-        hooked_s = max(hooked_s, was[raised], now[earlier], was[released] - times.lead_s[i] - times.carry_s[i])
+        empty_s, carry_s = times.empty_s[k, last, i] if last >= 0 else 0.0, times.carry_s[k, i]
+        hooked_s = max(was[k] + empty_s, was[raised], now[earlier], was[released] - times.lead_s[i] - carry_s)
         if cranes == 1:
-            hooked_s = max(hooked_s, ready_s + (times.empty_s[last, i] if last >= 0 else 0.0))
+            hooked_s = max(hooked_s, ready_s + empty_s)
         elif times.first[i + 1] > times.first[i]:
             hooked_s = max(hooked_s, ready_s, was[released])
+        for other in range(cranes):
+            before_it = int(was[cranes + other])
+            if other != k and before_it >= 0:
+                hooked_s = max(hooked_s, was[other] + waits_s(times.apart, (other, before_it), (k, i)))
         now[raised] = hooked_s + times.lead_s[i]
-        now[released] = now[k] = now[raised] + times.carry_s[i] + times.off_s[i]
+        now[released] = now[k] = now[raised] + carry_s + times.off_s[i]
         now[cranes + k] = i
         now[begun] = 1.0
         carries_s[i] = now[released] + times.hold_s[i]

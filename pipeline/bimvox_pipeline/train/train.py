@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.files import write_atomically
+from bimvox.library.hand_over import may_go_to_others
 from bimvox.library.plan import seed_of
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
@@ -46,7 +48,8 @@ def train(
     """
     board = _board(tensorboard)
     loaded = load_site(site, progress)
-    preparation = prepared(loaded.site, progress)
+    built, preparation = prepared(loaded.site, progress, free=may_go_to_others(loaded))
+    loaded = replace(loaded, site=built)
     wanted = loaded.config.policy
     budget = steps if steps is not None else wanted.steps
     said = _Said(progress, budget if budget is not None else DEFAULT_STEPS)

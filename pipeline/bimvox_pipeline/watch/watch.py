@@ -11,11 +11,13 @@ from __future__ import annotations
 import gc
 import threading
 from collections.abc import Generator, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from bimvox.errors import BimvoxError, FileError, InputError, PolicyError
 from bimvox.files import check_output, default_output, write_atomically
+from bimvox.library.hand_over import may_go_to_others
 from bimvox.library.log import write_log_file
 from bimvox.library.plan import policy_of, seed_of
 from bimvox.library.policy_wish import PolicyWish
@@ -82,7 +84,8 @@ def watch(
     loaded = load_site(site, progress, programme=programme)
     check_output(target, inputs=[*inputs, loaded.config.model.path])
     with workers_of(loaded.site, how.jobs) as workers:
-        preparation = prepared(loaded.site, progress, workers)
+        built, preparation = prepared(loaded.site, progress, workers, may_go_to_others(loaded))
+        loaded = replace(loaded, site=built)
         chosen = policy_of(loaded, loaded.site, preparation, wish, progress)
         if traffic is not None:
             insist_on_one_crane(loaded.site)

@@ -199,7 +199,7 @@ def test_retraining_after_greedy_values_starts_from_the_shipped_network(site, ow
     monkeypatch.setattr("bimvox.policy.choice.train", trained)
     progress = SilentProgress()
     built = load_site(site, progress).site
-    preparation = prepared(built, progress)
+    _, preparation = prepared(built, progress)
 
     def again(policy):
         return retrained(built, preparation, policy, failed=(0,), seed=0, steps=4_000, progress=progress)
@@ -220,7 +220,7 @@ def test_the_old_policy_is_kept_if_none_is_better(site, own_store):
     from bimvox.policy.choice import PolicyRequest, choose_policy, retrained
 
     built = load_site(site, progress).site
-    preparation = prepared(built, progress)
+    _, preparation = prepared(built, progress)
     policy = choose_policy(built, preparation, PolicyRequest(0, 1.0, policy_id=weak), progress)
     assert retrained(built, preparation, policy, seed=0, steps=0, progress=progress) is policy
     assert [manifest.id for manifest in policies.scan().manifests] == [weak]

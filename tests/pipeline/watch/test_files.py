@@ -47,7 +47,7 @@ def parts(store, tmp_path_factory) -> tuple[Any, Any, Any]:
     """Return the sample frame's site, its preparation and its policy."""
     quiet = SilentProgress()
     loaded = load_site(copy_to(tmp_path_factory.mktemp("frame")) / "frame.site.toml", quiet)
-    preparation = prepared(loaded.site, quiet)
+    _, preparation = prepared(loaded.site, quiet)
     policy = policy_of(loaded, loaded.site, preparation, PolicyWish("default"), quiet)
     return loaded, preparation, policy
 

@@ -38,7 +38,7 @@ from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, Ob
 def frame() -> tuple[Any, Any]:
     """Return the plan of the sample frame and the preparation of its site."""
     log = read_log(planned() / "frame.mcap")
-    return log, prepared(log.plan.site, SilentProgress())
+    return log, prepared(log.plan.site, SilentProgress())[1]
 
 
 def random_set(rng: np.random.Generator, current: CurrentPlan) -> ObstructionSet:

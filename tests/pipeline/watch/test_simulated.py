@@ -42,7 +42,7 @@ EMPTY = {"version": 1, "unit": "m", "obstructions": []}
 def parts(tmp_path_factory) -> tuple[Any, Any, Any]:
     quiet = SilentProgress()
     loaded = load_site(copy_to(tmp_path_factory.mktemp("frame")) / "frame.site.toml", quiet)
-    preparation = prepared(loaded.site, quiet)
+    _, preparation = prepared(loaded.site, quiet)
     policy = policy_of(loaded, loaded.site, preparation, PolicyWish("none"), quiet)
     return loaded, preparation, policy
 

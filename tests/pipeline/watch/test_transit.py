@@ -46,7 +46,7 @@ from bimvox.units import NS_PER_S
 @pytest.fixture(scope="module")
 def frame() -> tuple[Any, Any]:
     log = read_log(planned() / "frame.mcap")
-    return log, prepared(log.plan.site, SilentProgress())
+    return log, prepared(log.plan.site, SilentProgress())[1]
 
 
 def redirected(part):

@@ -36,7 +36,7 @@ BEAM = 2  # its lift
 def current(request: pytest.FixtureRequest) -> tuple[CurrentPlan, Any]:
     site = with_digests(turning_site(transit_clearance_m=request.param))
     plan, motions = planned(site)
-    return current_plan_of(plan, motions), prepared(site, SilentProgress())
+    return current_plan_of(plan, motions), prepared(site, SilentProgress())[1]
 
 
 def at_share(current: CurrentPlan, share: float) -> int:

@@ -12,6 +12,7 @@ from box_sites import box_site, test_crane
 from bimvox.cranes.schedule import time_lifts
 from bimvox.planning.assembly import prepare
 from bimvox.planning.contact.pairs import Contacts
+from bimvox.planning.order.apart import NOTHING_APART
 from bimvox.planning.order.local_search import searched
 from bimvox.planning.order.makespan import COLUMNS, OrderTimes, makespan_s, states_of, walk
 from bimvox.planning.order.relations import precedence
@@ -32,25 +33,27 @@ def times_of(count: int, *, cranes: int = 1, seed: int = 1, under: tuple[int, ..
     hold_s[list(under)] = 3600.0
     return OrderTimes(
         np.arange(count, dtype=np.int64) % cranes,
+        np.arange(count)[:, None] % cranes == np.arange(cranes),
         np.zeros(count, np.int64),
-        random.uniform(10.0, 60.0, (count, count)),
+        np.repeat(random.uniform(10.0, 60.0, (1, count, count)), cranes, axis=0),
         random.uniform(60.0, 90.0, count),
-        random.uniform(40.0, 120.0, count),
+        np.repeat(random.uniform(40.0, 120.0, (1, count)), cranes, axis=0),
         random.uniform(60.0, 300.0, count),
         hold_s,
         np.zeros(count),
         np.full(count, 2, np.int64),
         np.array([0] * count + [len(under)], np.int64),
         np.array(under, np.int64),
+        NOTHING_APART,
     )
 
 
 def test_one_crane_takes_the_sum_of_its_moves_and_times() -> None:
     times = times_of(5)
     order = (3, 1, 4, 0, 2)
-    own_s = times.lead_s + times.carry_s + times.off_s
-    empty_s = sum(times.empty_s[a, b] for a, b in itertools.pairwise(order))
-    assert makespan_s(times, order, 1) == pytest.approx(own_s.sum() + empty_s)
+    own_s = times.lead_s + times.carry_s[0] + times.off_s
+    empty_s = sum(times.empty_s[0, a, b] for a, b in itertools.pairwise(order))
+    assert makespan_s(times, order) == pytest.approx(own_s.sum() + empty_s)
 
 
 def test_several_cranes_keep_the_turns_of_the_sequence() -> None:
@@ -59,22 +62,22 @@ def test_several_cranes_keep_the_turns_of_the_sequence() -> None:
     times = times._replace(delivery=np.arange(8, dtype=np.int64) // 4)
     raised_s, released_s = {}, {}
     for i in range(8):
-        hooked_s = max([released_s[i - 2] + times.empty_s[i - 2, i] if i > 1 else 0.0, *raised_s.values()])
-        hooked_s = max([hooked_s, *(r - times.lead_s[i] - times.carry_s[i] for r in released_s.values())])
+        hooked_s = max([released_s[i - 2] + times.empty_s[0, i - 2, i] if i > 1 else 0.0, *raised_s.values()])
+        hooked_s = max([hooked_s, *(r - times.lead_s[i] - times.carry_s[0, i] for r in released_s.values())])
         hooked_s = max([hooked_s, *(r for j, r in released_s.items() if j // 4 < i // 4)])
         raised_s[i] = hooked_s + times.lead_s[i]
-        released_s[i] = raised_s[i] + times.carry_s[i] + times.off_s[i]
-    assert makespan_s(times, range(8), 2) == pytest.approx(released_s[7])
-    own_s = (times.lead_s + times.carry_s + times.off_s).sum()
+        released_s[i] = raised_s[i] + times.carry_s[0, i] + times.off_s[i]
+    assert makespan_s(times, range(8)) == pytest.approx(released_s[7])
+    own_s = (times.lead_s + times.carry_s[0] + times.off_s).sum()
     assert released_s[7] < own_s
 
 
 def test_a_part_waits_until_what_it_rests_on_carries() -> None:
     times = times_of(4, under=(0,))
-    set_s = times.lead_s[0] + times.carry_s[0] + times.off_s[0]
-    own_s = times.lead_s[3] + times.carry_s[3] + times.off_s[3]
-    expected_s = set_s + 3600.0 + times.empty_s[2, 3] + own_s
-    assert makespan_s(times, range(4), 1) == pytest.approx(expected_s)
+    set_s = times.lead_s[0] + times.carry_s[0, 0] + times.off_s[0]
+    own_s = times.lead_s[3] + times.carry_s[0, 3] + times.off_s[3]
+    expected_s = set_s + 3600.0 + times.empty_s[0, 2, 3] + own_s
+    assert makespan_s(times, range(4)) == pytest.approx(expected_s)
 
 
 @pytest.mark.parametrize("under", [(), (2, 5)])
@@ -83,29 +86,46 @@ def test_a_walk_from_the_middle_ends_as_one_from_the_start(cranes: int, under: t
     times, count = times_of(12, cranes=cranes, under=under), 12
     order, rank = np.arange(count), np.arange(count)
     states, carried_s, carries_s = states_of(count, cranes), np.zeros(count), np.zeros(count)
-    walk(times, order, (0, count), states, states, carried_s, carried_s, rank)
+    walk(times, times.crane, order, (0, count), states, states, carried_s, carried_s, rank)
     new, trial = order.copy(), states.copy()
     new[[3, 5]] = new[[5, 3]]
-    until = walk(times, new, (3, 6), states, trial, carried_s, carries_s, rank)
+    until = walk(times, times.crane, new, (3, 6), states, trial, carried_s, carries_s, rank)
     at = states.shape[1] - COLUMNS + 1
     later_s = trial[until, at] - states[until, at]
-    assert states[count, at] + later_s == pytest.approx(makespan_s(times, new.tolist(), cranes))
+    assert states[count, at] + later_s == pytest.approx(makespan_s(times, new.tolist()))
 
 
 def test_the_search_finds_the_fastest_of_all_orders_that_keep_the_fixed_pairs() -> None:
     times, fixed = times_of(7, seed=5), np.zeros((7, 7), np.bool_)
     fixed[0, 6] = fixed[2, 5] = True
     legal = [p for p in itertools.permutations(range(7)) if p.index(0) < p.index(6) and p.index(2) < p.index(5)]
-    fastest_s = min(makespan_s(times, order, 1) for order in legal)
-    found = searched(times, range(7), fixed, 1, 200_000, 3, 5.0)
+    fastest_s = min(makespan_s(times, order) for order in legal)
+    found, cranes = searched(times, range(7), fixed, 200_000, 3, 5.0)
+    assert cranes == (0,) * 7
     assert found in legal
-    assert makespan_s(times, found, 1) == pytest.approx(fastest_s)
-    assert found == searched(times, range(7), fixed, 1, 200_000, 3, 5.0)
+    assert makespan_s(times, found) == pytest.approx(fastest_s)
+    assert found == searched(times, range(7), fixed, 200_000, 3, 5.0)[0]
+
+
+def test_parts_go_to_a_crane_that_may_lift_them_if_that_is_faster() -> None:
+    times = times_of(10, cranes=2)
+    times = times._replace(crane=np.zeros(10, np.int64), may=np.ones((10, 2), np.bool_))
+    times.may[3] = True, False
+    alone_s, order = makespan_s(times, range(10)), tuple(range(10))
+    found, cranes = searched(times, order, np.zeros((10, 10), np.bool_), 100_000, 1, 5.0)
+    both = times._replace(crane=np.array(cranes))
+    assert sorted(found) == list(order)
+    assert cranes[3] == 0
+    assert 3 <= sum(cranes) <= 7
+    assert makespan_s(both, found) < 0.8 * alone_s
+    fixed = np.triu(np.ones((10, 10), np.bool_), 1)
+    assert searched(times, order, fixed, 100_000, 1, 5.0)[0] == order
+    assert sum(searched(times, order, fixed, 100_000, 1, 5.0)[1]) >= 3
 
 
 def test_nothing_moves_if_every_pair_is_fixed() -> None:
     times, order = times_of(6), (4, 1, 0, 5, 3, 2)
-    assert searched(times, order, np.ones((6, 6), np.bool_), 1, 5_000, 1, 50.0) == order
+    assert searched(times, order, np.ones((6, 6), np.bool_), 5_000, 1, 50.0)[0] == order
 
 
 POSTS = [
