@@ -63,6 +63,17 @@ def may_go_to_others(loaded: LoadedSite) -> list[str]:
     return [part.id for part in loaded.site.components if named.isdisjoint((part.id, part.global_id))]
 
 
+def with_cranes_of(site: Site, other: Site) -> Site:
+    """Return a site in which each part is lifted by the crane that lifts it on another site with the same parts."""
+    return _with_cranes(site, {part.index: part.crane for part in other.components})
+
+
+def is_of(plan: LiftPlan, site: Site) -> bool:
+    """Return whether a plan is of a site but for obstructions, and for parts that went to other cranes by its notes."""
+    cranes, own = ([part.crane for part in one.components] for one in (as_assigned(plan), site))
+    return cranes == own and with_cranes_of(site, plan.site).fixed_digest == plan.site.fixed_digest
+
+
 def as_assigned(plan: LiftPlan) -> Site:
     """Return the site of a plan with every part that was handed over, by the plan's notes, back at its first crane."""
     site = plan.site

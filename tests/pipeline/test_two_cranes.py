@@ -154,8 +154,41 @@ def test_a_log_with_a_lift_that_was_handed_over_is_proven_to_be_of_its_files(
     assert not again["infeasible"]
     before, after = ({lift["component"]: lift["crane"] for lift in one["lifts"]} for one in (document, again))
     assert [name for name in before if before[name] != after[name]] == refused
-    found = verify(tmp_path / "again.mcap", site=site_file, progress=SilentProgress())
+    log = tmp_path / "again.mcap"
+    found = verify(log, site=site_file, progress=SilentProgress())
     assert found["verified"], found
+    # A watch continues from it: with the site file as it is, the part stays with the crane that it was handed to.
+    file = tmp_path / "way.json"
+    file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": []}))
+    assert watched(file, site_file, log) == ["unchanged"]
+    last = read_log(log).plan.lifts[-1]
+    assert last.path_vox is not None
+    at_m = read_log(log).plan.site.frame.corner_of(last.path_vox[len(last.path_vox) // 2])
+    box = {"min": [float(n) for n in at_m], "max": [float(n) for n in at_m + 0.5]}
+    file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": [{"id": "box", "box": box}]}))
+    assert watched(file, site_file, log) == ["replanned"]
+    assert cranes_in(log) == after
+    assert verify(log, site=site_file, progress=SilentProgress())["verified"]
+    # A watch that makes the first plan hands it over, too.
+    refused.clear()
+    new = tmp_path / "new.mcap"
+    file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": []}))
+    assert watched(file, site_file, new) == ["planned"]
+    assert cranes_in(new) == after
+    assert watched(file, site_file, new) == ["unchanged"]
+
+
+def watched(file: Path, site_file: Path, log: Path) -> list[str]:
+    """Return the events of a watch that looks at its file once."""
+    wish, how = PolicyWish("none"), WatchWish(once=True)
+    documents = watch(file, site=site_file, out=log, wish=wish, how=how, progress=SilentProgress())
+    return [document["event"] for document in documents]
+
+
+def cranes_in(log: Path) -> dict[str, str]:
+    """Return the name of each part's crane, by the part's id."""
+    site = read_log(log).plan.site
+    return {part.id: site.cranes[part.crane].name for part in site.components}
 
 
 class Hand:

@@ -58,12 +58,12 @@ class Newest:
     behind: bool
 
 
-def read_newest(log: Path, fixed_digest: str, progress: Progress) -> Newest | None:
+def read_newest(log: Path, fixed_digest: str | None, progress: Progress) -> Newest | None:
     """Return the newest plan on disk for a site, regardless of obstructions; None if there is none.
 
     Args:
         log: The whole log; if it is missing or damaged, the last intact segment replaces it.
-        fixed_digest: The fixed digest of the site.
+        fixed_digest: The fixed digest of the site; None: that of any site.
         progress: Receives a note for each file that is not used.
     """
     segments = segments_on_disk(log)
@@ -101,9 +101,9 @@ def _read(path: Path, progress: Progress) -> PlanLog | None:
         return None
 
 
-def _of_site(record: PlanLog | None, fixed_digest: str, path: Path, progress: Progress) -> PlanLog | None:
+def _of_site(record: PlanLog | None, fixed_digest: str | None, path: Path, progress: Progress) -> PlanLog | None:
     """Return a log if it is of a site; None, with a note, if it is of another one."""
-    if record is not None and record.plan.site.fixed_digest != fixed_digest:
+    if record is not None and fixed_digest not in (None, record.plan.site.fixed_digest):
         progress.note(f"{path} belongs to another site and is not used")
         return None
     return record

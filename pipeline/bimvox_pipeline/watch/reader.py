@@ -50,6 +50,10 @@ class ObstructionReader:
         """Whether it is time to read it again."""
         return self._retry_at_s is not None and time.monotonic() >= self._retry_at_s
 
+    def now_of(self, loaded: LoadedSite) -> None:
+        """Read the file for another site from now on."""
+        self._loaded = loaded
+
     def read(self, state: FileState, progress: Progress) -> tuple[Site, dict[str, bytes]]:
         """Return the site with the obstructions, and the file's bytes for the log.
 

@@ -76,6 +76,7 @@ class Reviser:
         workers: Share the work; they know the site and its preparation.
 
     Attributes:
+        preparation: See above.
         propose: The policy; None for search alone.
         known_shapes: See ``verify_plan``.
     """
@@ -83,7 +84,7 @@ class Reviser:
     def __init__(
         self, plan: WatchedPlan, preparation: Preparation, clock: PlanClock | None, workers: Workers = ALONE
     ) -> None:
-        self._plan, self._preparation, self._clock, self._workers = plan, preparation, clock, workers
+        self._plan, self.preparation, self._clock, self._workers = plan, preparation, clock, workers
         self.propose: Propose | None = None
         self.known_shapes: set[int] = set()
         self._sites: SiteWriter | None = None
@@ -105,7 +106,7 @@ class Reviser:
         making = _Making(plan, change, before, now_ns, self._site_bytes(change.site), self._workers)
         request = RevisionRequest(
             change.site,
-            self._preparation,
+            self.preparation,
             self.propose,
             _FIRST,
             now_ns,

@@ -17,17 +17,17 @@ from typing import Any
 
 from bimvox.errors import BimvoxError, FileError, InputError, PolicyError
 from bimvox.files import check_output, default_output, write_atomically
-from bimvox.library.hand_over import may_go_to_others
+from bimvox.library.hand_over import is_of, may_go_to_others, with_cranes_of
 from bimvox.library.log import write_log_file
 from bimvox.library.plan import policy_of, seed_of
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import plan_and_prove, prepared
 from bimvox.library.sharing import constants_of, workers_of
-from bimvox.library.site import load_site
+from bimvox.library.site import LoadedSite, load_site
 from bimvox.library.verify import prove_plan
 from bimvox.log.held import HELD_CRANES_FILE
 from bimvox.log.plan_log import LogEvent, PlanLog
-from bimvox.planning.assembly import Preparation
+from bimvox.planning.assembly import Preparation, preparation_in
 from bimvox.planning.rollout import proposer
 from bimvox.progress import Progress, SilentProgress
 from bimvox.records.lift import Status
@@ -84,8 +84,7 @@ def watch(
     loaded = load_site(site, progress, programme=programme)
     check_output(target, inputs=[*inputs, loaded.config.model.path])
     with workers_of(loaded.site, how.jobs) as workers:
-        built, preparation = prepared(loaded.site, progress, workers, may_go_to_others(loaded))
-        loaded = replace(loaded, site=built)
+        loaded, preparation = _prepared(target, loaded, progress, workers)
         chosen = policy_of(loaded, loaded.site, preparation, wish, progress)
         if traffic is not None:
             insist_on_one_crane(loaded.site)
@@ -103,6 +102,20 @@ def watch(
                 server.advertise(len(loaded.site.cranes))
             viewers = () if server is None else (server,)
             yield from follow(watcher, once=how.once, poll_s=how.poll_s, stop=threading.Event(), viewers=viewers)
+
+
+def _prepared(target: Path, loaded: LoadedSite, progress: Progress, workers: Workers) -> tuple[LoadedSite, Preparation]:
+    """Return a site with the crane that lifts each part, and its preparation.
+
+    With one crane, both follow from the site file. With several, they are those of the plan on disk, if there is one:
+    lifts may have been handed over when they were timed.
+    """
+    found = read_newest(target, None, SilentProgress()) if loaded.site.has_several_cranes else None
+    if found is not None and is_of(found.log.plan, loaded.site):
+        site, preparation = with_cranes_of(loaded.site, found.log.plan.site), preparation_in(found.log.whole_plan)
+    else:
+        site, preparation = prepared(loaded.site, progress, workers, may_go_to_others(loaded))
+    return replace(loaded, site=site), preparation
 
 
 def among_others(watcher: Watcher, preparation: Preparation, traffic: WishedTraffic) -> Iterator[dict[str, Any]]:
@@ -365,7 +378,18 @@ class Watcher:
 
     def _first_plan(self, site: Site, content: dict[str, bytes], started_s: float) -> dict[str, Any]:
         plan = self._plan
-        planned = plan_and_prove(site, self._preparation, plan.policy, progress=self.progress, workers=self._workers)
+        planned = plan_and_prove(
+            site,
+            self._preparation,
+            plan.policy,
+            progress=self.progress,
+            workers=self._workers,
+            may_hand_over=may_go_to_others(plan.loaded),
+        )
+        if planned.preparation is not None:
+            plan.loaded = replace(plan.loaded, site=with_cranes_of(plan.loaded.site, planned.plan.site))
+            self._preparation = self._reviser.preparation = planned.preparation
+            self._reader.now_of(plan.loaded)
         self._reviser.known_shapes = set(range(len(site.components)))
         segment = segment_file(plan.target, plan.revision + 1)
         record = plan.first_log(planned, content)
