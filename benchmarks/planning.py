@@ -3,7 +3,8 @@
 Each model is planned by complete search: lowest first with the first free places in the yard, in the greedy order, and
 as ``bimvox plan`` does it. Crane times are those of the timed motions, the same on every machine; shares are CPU time
 of one thread. Other models can be named on the command line. A second table compares ways to search the order, by the
-estimate, at the greedy order's places: each looks at as many parts as one round of the search.
+estimate, at the greedy order's places: each looks at as many parts as one round of the search. A site file of several
+cranes gets a row of a third table.
 """
 
 from __future__ import annotations
@@ -122,6 +123,29 @@ def ways_row(name: str, site: Any) -> str:
     return f"| {name} | {' | '.join(f'{way:.0f}' for way in (*ways, most_s))} | {empty_s:.0f} |"
 
 
+def cranes_row(site_file: Path) -> str:
+    """Return the row of the third table: hours by the schedule of several cranes."""
+    from bimvox.library.faster import end_ns_of
+    from bimvox.library.site import load_site
+    from bimvox.planning.assembly import faster, prepare
+    from bimvox.progress import SilentProgress
+    from bimvox.site.crew_times import crew_times
+    from bimvox.site.means import Means
+
+    site = load_site(site_file, SilentProgress()).site
+    greedy, ids = prepare(site), [part.id for part in site.components]
+    ways = [(site, greedy), faster(site, greedy), faster(site, greedy, free=ids)]
+    ends_ns = [None if way is None else end_ns_of(*way, free=ids) for way in ways]
+    hours = " | ".join("-" if end_ns is None else f"{end_ns / 3.6e12:.2f}" for end_ns in ends_ns)
+    last = ways[-1]
+    moved = (
+        0 if last is None else sum(a.crane != b.crane for a, b in zip(site.components, last[0].components, strict=True))
+    )
+    lifted = [part for part in site.components if part.means is Means.CRANE and greedy.places[part.index] is not None]
+    least_s = sum(crew.brace_s + crew.hook_off_s for crew in (crew_times(site.rules, part) for part in lifted))
+    return f"| {site_file.name.partition('.')[0]} | {len(lifted)} | {hours} | {moved} | {least_s / 3600.0:.2f} |"
+
+
 def any_order(fixed: NDArray[np.bool_], random: np.random.Generator) -> tuple[int, ...]:
     """Return a random order that keeps the fixed pairs."""
     left, found = np.ones(len(fixed), np.bool_), []
@@ -160,13 +184,18 @@ def main() -> None:
     from bimvox.library.site import load_site
     from bimvox.progress import SilentProgress
 
+    given = sys.argv[1:] or MODELS
+    if several := [Path(name) for name in given if name.endswith(".site.toml")]:
+        print("| site | lifts | greedy, h | searched | with other cranes | parts moved | at least |")
+        print("|---|---:|---:|---:|---:|---:|---:|", *map(cranes_row, several), sep="\n")
+        return
     narrow = NarrowPhase()
     print("| model | lifts | plain: crane / moving | greedy | searched | moving saved | of greedy | narrow phase |")
     print("|---|---|---|---|---|---|---|---|")
     ways = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for model in sys.argv[1:] or MODELS:
+        for model in given:
             if model == "frame500":
                 site_file = write_site(folder, 500)
             else:

@@ -55,7 +55,7 @@ def faster_on_the_clock(
             ways.append(found)
     if len(ways) == 1:
         return ways[0]
-    ends_ns = [_end_ns(*way, workers, free) for way in ways]
+    ends_ns = [end_ns_of(*way, workers, free) for way in ways]
     known = [n for n, end_ns in enumerate(ends_ns) if end_ns is not None]
     other, made = ways[min(known, key=lambda n: ends_ns[n] or 0, default=0)]
     return given_to_others(site, other, made)
@@ -66,8 +66,15 @@ def _differs(one: tuple[Site, Preparation], other: tuple[Site, Preparation]) -> 
     return cranes != others or one[1].sequence.order != other[1].sequence.order
 
 
-def _end_ns(site: Site, preparation: Preparation, workers: Workers, free: Collection[str]) -> int | None:
-    """Return when the last lift ends, on the site's clock; None if a lift cannot be driven."""
+def end_ns_of(site: Site, preparation: Preparation, workers: Workers = ALONE, free: Collection[str] = ()) -> int | None:
+    """Return when the last lift ends, on the site's clock without obstructions; None if a lift cannot be driven.
+
+    Args:
+        site: The site, with several cranes.
+        preparation: Its preparation.
+        workers: Share the work.
+        free: Ids of the components that another crane may lift if their own has no free time for them.
+    """
     site, handed = without_obstructions(site), set[str]()
     while True:
         plan = plan_lifts(site, preparation, workers=workers)

@@ -50,8 +50,8 @@ class Apart(NamedTuple):
         ways: (K, N, S, 9) each step of a lift.
         begins_s: (K, N, S) when it begins, from hooking on.
         separation_m: The distance that they keep.
-        meets_s: (K, K, N, N) float32 when the lift of part j by crane b first meets crane a over part i; infinite if it
-            never does, NaN if nobody has asked yet. Most pairs never are next to each other.
+        meets_s: (K, K - 1, N, N) float32 when the lift of part j by another crane than a first meets crane a over part
+            i; infinite if it never does, NaN if nobody has asked yet. Most pairs never are next to each other.
     """
 
     outlines: NDArray[np.float64]
@@ -89,7 +89,7 @@ def apart_of(
         begins_s[k, :, 1:] = on_s[:, None]
         begins_s[k, :, 2:] += up_s[:, None] + across_s[:, None] * np.arange(_ACROSS + 1) / _ACROSS
     outlines = np.array([numbers_of(outline_of(crane)) for crane in site.cranes])
-    meets_s = np.full((cranes, cranes, count, count), np.nan, np.float32)
+    meets_s = np.full((cranes, cranes - 1, count, count), np.nan, np.float32)
     return Apart(outlines, stands, ways, begins_s, site.rules.crane_separation_m, meets_s)
 
 
@@ -134,7 +134,8 @@ def waits_s(apart: Apart, one: tuple[int, int], other: tuple[int, int]) -> float
     b, j = other
     if apart.meets_s.size == 0:
         return -np.inf
-    meets_s = apart.meets_s[a, b, i, j]
+    which = b - 1 if b > a else b
+    meets_s = apart.meets_s[a, which, i, j]
     if np.isnan(meets_s):
         meets_s = np.inf
         for step in range(_STEPS):
@@ -142,5 +143,5 @@ def waits_s(apart: Apart, one: tuple[int, int], other: tuple[int, int]) -> float
             if meet(apart.outlines[a], apart.stands[a, i], apart.outlines[b], way, apart.separation_m):
                 meets_s = apart.begins_s[b, j, step]
                 break
-        apart.meets_s[a, b, i, j] = meets_s
+        apart.meets_s[a, which, i, j] = meets_s
     return float(_LEAVES_S - meets_s)
