@@ -30,7 +30,7 @@ from bimvox.site.obstructions.obstruction_set import Box, Obstruction, Obstructi
 def frame():
     """Return the current plan of the sample frame and the preparation of its site."""
     log = read_log(planned() / "frame.mcap")
-    return current_plan_of(log.plan, log.motions), prepared(log.plan.site, SilentProgress())
+    return current_plan_of(log.plan, log.motions), prepared(log.plan.site, SilentProgress())[1]
 
 
 def with_boxes(site, cells):

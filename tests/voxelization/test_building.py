@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from reference import box_mesh, cell_set, moved, rotation
 
@@ -190,13 +190,19 @@ def test_the_inside_of_a_part_takes_no_memory() -> None:
 
 
 @settings(max_examples=10, deadline=None)
+@example(38, (0, 0, -4095))
 @given(st.integers(0, 10_000), st.tuples(*[st.integers(-5000, 5000)] * 3))
 def test_moving_the_building_by_whole_cells_changes_nothing(seed: int, cells: tuple[int, int, int]) -> None:
     whole = random_building(seed)
     away = building(*(moved(element.mesh, by=np.array(cells) * 0.25) for element in whole.elements))
     start, end = voxelize_building(whole, 0.25), voxelize_building(away, 0.25)
     assert all(np.array_equal(a, b) for a, b in zip(arrays(start), arrays(end), strict=True))
-    assert end.parts == start.parts
+    # Far away, vertices have fewer decimals; now and then one is rounded to another step.
+    volumes = ([part.solid_volume_m3 for part in one.parts] for one in (end, start))
+    assert next(volumes) == pytest.approx(next(volumes), rel=1e-6)
+    assert [replace(part, solid_volume_m3=0.0) for part in end.parts] == [
+        replace(part, solid_volume_m3=0.0) for part in start.parts
+    ]
     assert np.subtract(end.frame.origin_m, start.frame.origin_m).tolist() == [n * 0.25 for n in cells]
 
 
