@@ -28,3 +28,21 @@ def undisturbed() -> Iterator[None]:
         signal.signal(signal.SIGINT, usual)
         if came:
             signal.raise_signal(came[0])
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Within the block, raise ``KeyboardInterrupt`` also for a Ctrl-C that came while a kernel returned its result.
+
+    Numba makes Python's objects of a result by calls of Python; if one of them is interrupted, Python reports that a
+    function returned a result with an exception set: ``SystemError``, caused by the interrupt.
+    """
+    try:
+        yield
+    except SystemError as error:
+        cause: BaseException | None = error
+        while isinstance(cause, SystemError):
+            cause = cause.__cause__
+        if isinstance(cause, KeyboardInterrupt):
+            raise cause from None
+        raise

@@ -7,6 +7,7 @@ import sys
 import threading
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
 from bimvox_pipeline.watch.live import LiveView
 from bimvox_pipeline.watch.log import WholeLog
@@ -14,7 +15,7 @@ from bimvox_pipeline.watch.simulate import PlanClock
 
 from bimvox.compiled import kernel
 from bimvox.progress import SilentProgress
-from bimvox.undisturbed import undisturbed
+from bimvox.undisturbed import interruptible, undisturbed
 
 
 class Interruption:
@@ -118,3 +119,31 @@ def test_an_interrupt_while_a_kernel_is_compiled_takes_effect_after_it(monkeypat
         doubled(4)
     assert len(doubled.signatures) == 1  # it was compiled to the end
     assert doubled(4) == 8
+
+
+@kernel
+def _two(count: int) -> tuple[np.ndarray, np.ndarray]:
+    return np.ones(count), np.zeros(count)
+
+
+def test_ctrl_c_while_a_kernel_returns_its_result_is_ctrl_c():
+    _two(1)  # compiled
+    came = []
+
+    def interrupt(frame, event, _):
+        if frame.f_code.co_filename.endswith("serialize.py") and not came:
+            came.append(frame.f_code.co_name)
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt), interruptible():
+        sys.settrace(interrupt)
+        try:
+            _two(2)
+        finally:
+            sys.settrace(None)
+    assert came
+
+
+def test_another_fault_of_a_function_stays_one():
+    with pytest.raises(SystemError, match="another"), interruptible():
+        raise SystemError("another")

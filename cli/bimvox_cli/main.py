@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from bimvox.undisturbed import interruptible
 from bimvox_cli import failure
 from bimvox_cli.cranes import cranes
 from bimvox_cli.demo import demo
@@ -113,7 +114,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
     previous = signal.signal(signal.SIGTERM, terminate)
     try:
-        code = app(given, prog_name="bimvox", standalone_mode=False)
+        with interruptible():
+            code = app(given, prog_name="bimvox", standalone_mode=False)
         sys.stdout.flush()
     except BrokenPipeError:
         # The reader of our stdout has closed it (``bimvox ... | head``), so nothing can be reported.

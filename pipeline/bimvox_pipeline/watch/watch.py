@@ -35,6 +35,7 @@ from bimvox.records.remark import counts_of
 from bimvox.revision.current_plan import CurrentPlan, RetrainedPolicy, current_plan_of
 from bimvox.site.build import with_digests
 from bimvox.site.site import Site
+from bimvox.undisturbed import interruptible
 from bimvox.workers import ALONE, Workers
 from bimvox_pipeline.plan import infeasible_lifts
 from bimvox_pipeline.watch.documents import left_to_search, revision_events
@@ -121,8 +122,9 @@ def _prepared(target: Path, loaded: LoadedSite, progress: Progress, workers: Wor
 def among_others(watcher: Watcher, preparation: Preparation, traffic: WishedTraffic) -> Iterator[dict[str, Any]]:
     """Make the plan or take it from the disk, then carry it out among people and vehicles; see ``watch``."""
     try:
-        yield from watcher.take_up(state_of(watcher.file))
-        yield from carry_out(watcher.whole_log(), preparation, traffic, watcher.target, watcher.progress)
+        with interruptible():
+            yield from watcher.take_up(state_of(watcher.file))
+            yield from carry_out(watcher.whole_log(), preparation, traffic, watcher.target, watcher.progress)
     except KeyboardInterrupt:
         watcher.told.note("stopped; the plan is complete")
     finally:
@@ -135,17 +137,20 @@ def follow(
     """Make the first plan or continue from the one on disk, then revise it at every change; see ``watch``."""
     file, start = watcher.file, state_of(watcher.file)
     try:
-        yield from watcher.take_up(start)
-        if once:
-            return
-        watcher.warm()
-        watcher.show_to(viewers)
-        watcher.begin()
-        watcher.progress.note(f"watching {file}")
-        watcher.progress = SilentProgress()
-        start = state_of(file, watcher.files) if watcher.files else start
-        for state in changes(file, lambda: watcher.files, stop, start, poll_s=poll_s, again=watcher.wants_another_look):
-            yield from watcher.change(state)
+        with interruptible():
+            yield from watcher.take_up(start)
+            if once:
+                return
+            watcher.warm()
+            watcher.show_to(viewers)
+            watcher.begin()
+            watcher.progress.note(f"watching {file}")
+            watcher.progress = SilentProgress()
+            start = state_of(file, watcher.files) if watcher.files else start
+            for state in changes(
+                file, lambda: watcher.files, stop, start, poll_s=poll_s, again=watcher.wants_another_look
+            ):
+                yield from watcher.change(state)
     except KeyboardInterrupt:
         watcher.told.note("stopped; the last revision is complete")
     finally:
