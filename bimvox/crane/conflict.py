@@ -117,8 +117,8 @@ def first_conflict(
     time_ns, one, other, distance_m, needed_m = _first_conflict(
         numbers_of(cranes[0]),
         numbers_of(cranes[1]),
-        np.concatenate([a.first[None], a.spans, a.last[None]]),
-        np.concatenate([b.first[None], b.spans, b.last[None]]),
+        _rows_of(a),
+        _rows_of(b),
         np.array([a.start_ns, b.start_ns, begin_ns, end_ns, SPAN_NS], np.int64),
         separation_m,
         _TOLERANCE_M,
@@ -136,7 +136,7 @@ def first_start(
     starts_ns: tuple[int, int, int],
     until_ns: int,
 ) -> int | None:
-    """Return how much later a track must begin so that it has no conflict from its begin on; None if there is no time.
+    """Return how much later a track must begin so that it has no conflict after its start; None if there is no time.
 
     Args:
         cranes: Their outlines.
@@ -149,8 +149,8 @@ def first_start(
     found = _first_start(
         numbers_of(cranes[0]),
         numbers_of(cranes[1]),
-        np.concatenate([a.first[None], a.spans, a.last[None]]),
-        np.concatenate([b.first[None], b.spans, b.last[None]]),
+        _rows_of(a),
+        _rows_of(b),
         np.array([a.start_ns, b.start_ns, *starts_ns, until_ns, SPAN_NS], np.int64),
         separation_m,
         _TOLERANCE_M,
@@ -165,6 +165,11 @@ def _spread(spans: NDArray[np.float64], at: int, rows: NDArray[np.float64]) -> N
     for column in range(COLUMNS):
         widen = np.minimum if column in _LOWS else np.maximum
         widen(own[:, column], rows[:, column], out=own[:, column])
+
+
+def _rows_of(track: CraneTrack) -> NDArray[np.float64]:
+    """Return a track as an array for kernels: where the crane is before it, in each span, and after it."""
+    return np.concatenate([track.first[None], track.spans, track.last[None]])
 
 
 def numbers_of(outline: CraneOutline) -> NDArray[np.float64]:
