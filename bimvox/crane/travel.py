@@ -9,16 +9,26 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import inline_kernel, kernel
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import rest_to_rest_s
 from bimvox.crane.kinematics import Axes, pose_of
 from bimvox.crane.tower_crane import TowerCrane
 
 _STEPS = 1024
+
+
+class AcrossTables(NamedTuple):
+    """What kernels look up: (1025,) seconds of slewing up to half a turn, and of the trolley up to ``longest_m``."""
+
+    slewing_s: NDArray[np.float64]
+    trolley_s: NDArray[np.float64]
+    longest_m: float
 
 
 class Travel:
@@ -31,8 +41,7 @@ class Travel:
 
     def __init__(self, crane: TowerCrane, longest_m: float) -> None:
         self._crane = crane
-        self._slewing = _table(crane.slewing, math.pi)
-        self._trolley = _table(crane.trolley, longest_m)
+        self.across = AcrossTables(_table(crane.slewing, math.pi), _table(crane.trolley, longest_m), longest_m)
         self._hoist = _table(crane.hoist, longest_m)
         self._longest_m = longest_m
 
@@ -52,20 +61,37 @@ class Travel:
 
     def across_s(self, turn_rad: NDArray[np.float64], radial_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return seconds of slewing, the shorter way around, and trolleying at the same time."""
-        turn = np.abs(turn_rad)
-        turn = np.minimum(turn, 2.0 * math.pi - turn)
-        slewing = _looked_up(self._slewing, turn / math.pi)
-        longer: NDArray[np.float64] = np.maximum(slewing, _looked_up(self._trolley, np.abs(radial_m) / self._longest_m))
-        return longer
+        turn, radial = (np.array(one, np.float64, order="C") for one in np.broadcast_arrays(turn_rad, radial_m))
+        seconds = np.empty(turn.size)
+        _write_across(seconds, self.across, turn.ravel(), radial.ravel())
+        return seconds.reshape(turn.shape)
 
     def hoisting_s(self, height_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return seconds of hoisting or lowering."""
-        return _looked_up(self._hoist, np.abs(height_m) / self._longest_m)
+        share = np.abs(height_m) / self._longest_m
+        found: NDArray[np.float64] = self._hoist[np.clip(share * _STEPS, 0, _STEPS).astype(np.int64)]
+        return found
 
 
-def _looked_up(table: NDArray[np.float64], share: NDArray[np.float64]) -> NDArray[np.float64]:
-    found: NDArray[np.float64] = table[np.clip(share * _STEPS, 0, _STEPS).astype(np.int64)]
-    return found
+@inline_kernel
+def across_of(tables: AcrossTables, turn_rad: float, radial_m: float) -> float:
+    """Return seconds as ``Travel.across_s`` does."""
+    turn_rad = abs(turn_rad)
+    turned = min(turn_rad, 2.0 * math.pi - turn_rad) / math.pi * _STEPS
+    moved = abs(radial_m) / tables.longest_m * _STEPS
+    seconds: float = max(
+        tables.slewing_s[int(min(turned, _STEPS))],
+        tables.trolley_s[int(min(moved, _STEPS))],
+    )
+    return seconds
+
+
+@kernel
+def _write_across(
+    seconds: NDArray[np.float64], tables: AcrossTables, turn_rad: NDArray[np.float64], radial_m: NDArray[np.float64]
+) -> None:
+    for n in range(len(seconds)):
+        seconds[n] = across_of(tables, turn_rad[n], radial_m[n])
 
 
 @lru_cache(maxsize=256)

@@ -26,30 +26,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
-from bimvox.crane.kinematics import Axes
 from bimvox.crane.travel import Travel
 from bimvox.grid.frame import whole_cells
+from bimvox.planning.best_place import BestPlace, Clearance, Lying, counts
 from bimvox.planning.racks import Racks, is_racked
 from bimvox.planning.stacks import Rectangle, Stacks, Taken, is_stacked
 from bimvox.planning.truckload import Truckload
 from bimvox.records.lift import YardPlace, yard_place
-from bimvox.site.collision import HOOK_FORBIDDEN
-from bimvox.site.component import Component, IntVec, StoredPose
-from bimvox.site.hook_room import hook_room
+from bimvox.site.component import Component, StoredPose
 from bimvox.site.means import Means
-from bimvox.site.shape import erection_size_vox, turned_hook, turned_shape, turning_columns
+from bimvox.site.shape import erection_size_vox, turned_shape
 from bimvox.site.site import HeadingRule, Site
 from bimvox.site.transit_clearance import margin_vox
 from bimvox.site.yard_rules import HEADROOM_M
 
 _GAP_VOX = 1
-_SAME_S = 2.0
-"""Travel times that differ by less are equally good, seconds."""
-
-
-Lying = tuple[StoredPose, int]
-"""How a part lies: its pose, and its quarter turns."""
 
 
 def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple[YardPlace | None, ...]:
@@ -63,10 +54,9 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
     given = [index for index in lifted if site.components[index].start_vox is not None]
     places: list[YardPlace | None] = [None] * len(site.components)
     now = _Delivery(site, 0, _without_given(site, empty, given))
-    times = [_YardTimes(site, travel) for travel in travels]
+    best = BestPlace(site, _fixed_tops(site), travels)
     before: dict[int, Component] = {}
     borders = sorted({margin_vox(site), margin_vox(site, 0.0)}, reverse=True)
-    tops = _fixed_tops(site)
     for index in order:
         component = site.components[index]
         if component.means is not Means.CRANE:
@@ -87,14 +77,13 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
             now.stacks.add(component, place)
             now.load.add(component)
             continue
-        own = times[component.crane] if times else None
         racked, alone = now.rooms(component, fresh)
         rooms = [((border, False), room) for some in (racked, alone) for border, room in product(borders, some)]
         if site.rules.heading is HeadingRule.WITH_JIB:
             rooms.insert(0, ((borders[0], True), (*racked, *alone)[0]))
         for (border, turns), room in rooms:
-            clearance = (border, turns, tops)
-            found = _find(site, component, room.columns, own, before.get(component.crane), room.lyings, clearance)
+            clearance = Clearance(border, turns)
+            found = best.of(component, room.columns, room.lyings, clearance, before.get(component.crane))
             if found is not None:
                 if room.is_fresh:
                     now.settle(places)
@@ -234,17 +223,6 @@ def _fixed_tops(site: Site) -> NDArray[np.int32]:
     return tops
 
 
-def _clear_of(
-    columns: NDArray[np.bool_], first: NDArray[np.int64], last: NDArray[np.int64], border: int
-) -> NDArray[np.bool_]:
-    """Return (N,) whether no marked column is within ``border`` cells of rectangles from (N, 2) to (N, 2) columns."""
-    table = np.zeros(np.array(columns.shape) + 1, np.int64)
-    table[1:, 1:] = columns.cumsum(axis=0).cumsum(axis=1)
-    (x0, y0), (x1, y1) = (first - border).T, (last + border).T
-    clear: NDArray[np.bool_] = table[x1, y1] - table[x0, y1] - table[x1, y0] + table[x0, y0] == 0
-    return clear
-
-
 def _raise_tops(tops: NDArray[np.int32], cells: NDArray[np.int32]) -> None:
     np.maximum.at(tops, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
 
@@ -272,10 +250,13 @@ def _beside_people(site: Site) -> NDArray[np.bool_]:
 
 def _within(columns: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
     """Return (X, Y) the columns with a marked column within ``reach`` columns on each axis."""
-    low = np.indices(columns.shape).reshape(2, -1).T
-    first = np.maximum(low - reach, 0)
-    last = np.minimum(low + reach + 1, columns.shape)
-    return ~_clear_of(columns, first, last, 0).reshape(columns.shape)
+    table = counts(columns)
+    x0, y0 = (np.maximum(np.arange(size) - reach, 0) for size in columns.shape)
+    x1, y1 = (np.minimum(np.arange(size) + reach + 1, size) for size in columns.shape)
+    found: NDArray[np.bool_] = (
+        table[np.ix_(x1, y1)] - table[np.ix_(x0, y1)] - table[np.ix_(x1, y0)] + table[np.ix_(x0, y0)] > 0
+    )
+    return found
 
 
 def _without_given(site: Site, empty: NDArray[np.bool_], given: list[int]) -> NDArray[np.bool_]:
@@ -296,118 +277,3 @@ def _footprint(component: Component, pose: StoredPose, turn: int) -> tuple[int, 
 def _take(free: NDArray[np.bool_], corner: tuple[int, int], footprint: tuple[int, int], gap_vox: int) -> None:
     x, y = corner
     free[max(0, x - gap_vox) : x + footprint[0] + gap_vox, max(0, y - gap_vox) : y + footprint[1] + gap_vox] = False
-
-
-class _YardTimes:
-    """Travel times of the crane to each column of the yard."""
-
-    def __init__(self, site: Site, travel: Travel) -> None:
-        self._travel = travel
-        self._origin_m = np.array(site.frame.origin_m)
-        self._size_m = site.frame.voxel_size_m
-
-    def seconds(
-        self, component: Component, before: Component | None, cells: NDArray[np.int64], top_vox: int
-    ) -> NDArray[np.float64]:
-        """Return the (N,) seconds from the part before to a hook over (N, 2) columns, and on to the component's place.
-
-        ``top_vox`` is the height at which the hook picks the part.
-        """
-        hook = self._axes(np.concatenate([cells, np.full((len(cells), 1), top_vox)], axis=1))
-        seconds = self._travel.between_s(hook, self._over(component))
-        return seconds if before is None else seconds + self._travel.between_s(self._over(before), hook)
-
-    def _over(self, component: Component) -> Axes:
-        return self._axes(np.add(component.target_vox, component.hook_line_vox)[None])
-
-    def _axes(self, cells: NDArray[np.int64]) -> Axes:
-        return self._travel.axes_of(self._origin_m + self._size_m * (cells + np.array([0.5, 0.5, 0.0])))
-
-
-def _find(
-    site: Site,
-    component: Component,
-    free: NDArray[np.bool_],
-    times: _YardTimes | None,
-    before: Component | None,
-    choices: tuple[Lying, ...],
-    clearance: tuple[int, bool, NDArray[np.int32]],
-) -> tuple[Lying, IntVec] | None:
-    """Return how and where a part lies best; None if it fits nowhere.
-
-    ``clearance`` is the part's in transit, in cells, whether at every heading, and the (X, Y) heights of what it never
-    gets clear of otherwise.
-    """
-    border, turns, tops = clearance
-    if not choices:
-        return None
-    shape, flat, crane = component.shape, np.zeros(site.shape[:2], np.int32), site.crane_of(component)
-    upright = hook_room(site, crane, flat, component).floor < HOOK_FORBIDDEN
-    for pose, turn in choices:
-        hook = upright & (hook_room(site, crane, flat, component, turn).floor < HOOK_FORBIDDEN) if turn else upright
-        size_x, size_y, size_z = erection_size_vox(turned_shape(shape, turn), pose)
-        if 1 + size_z > site.shape[2]:
-            continue
-        offset = np.array(turned_hook(shape, component.hook_offset_vox, turn)[:2])
-        cells = np.argwhere(_fits(free, hook, size_x, size_y, int(offset[0]), int(offset[1])).T)[:, ::-1]
-        # Its transit clearance must lie inside the site boundary, and so must its turning circle.
-        first, last = np.zeros(2, np.int64), np.array(shape.size_vox[:2])
-        if turns:
-            around = turning_columns(shape, component.hook_line_vox, 0)
-            first, last = around.min(axis=0), around.max(axis=0) + 1
-        low, high = border - first, np.array(site.shape[:2]) - border - last
-        if turn:
-            around = turning_columns(shape, component.hook_line_vox, turn)
-            low = np.maximum(low, -around.min(axis=0))
-            high = np.minimum(high, np.array(site.shape[:2]) - 1 - around.max(axis=0))
-        start = cells + offset - np.array(component.hook_offset_vox[:2])
-        inside = ((start >= low) & (start <= high)).all(axis=1)
-        cells, start = cells[inside], start[inside]
-        if border:
-            too_high = tops > site.shape[2] - shape.size_vox[2] - 2 * border
-            cells = cells[_clear_of(too_high, start + first, start + last, border)]
-        if not len(cells):
-            continue
-        cells = _on_its_side(site, component, cells, offset)
-        best = 0
-        if times is not None:
-            # The first of equally good places: parts lie close together, and the free part of the yard stays connected.
-            seconds = times.seconds(component, before, cells + offset, size_z + 1)
-            best = int(np.argmin(np.floor(seconds / _SAME_S)))
-        x, y = (int(n) for n in cells[best])
-        return (pose, turn), (x, y, 1)
-    return None
-
-
-def _on_its_side(
-    site: Site, component: Component, cells: NDArray[np.int64], offset: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """Return those of (N, 2) places that are nearest to the part's own crane; all of them if there are none.
-
-    So the cranes pick in different areas of the yard and do not get in each other's way there.
-    """
-    if not site.has_several_cranes:
-        return cells
-    hook_m = np.array(site.frame.origin_m[:2]) + site.frame.voxel_size_m * (cells + offset + 0.5)
-    apart_m = np.stack([np.hypot(*(hook_m - np.array(crane.base_m[:2])).T) for crane in site.cranes])
-    own = np.argmin(apart_m, axis=0) == component.crane
-    return cells[own] if own.any() else cells
-
-
-@kernel
-def _fits(
-    free: NDArray[np.bool_], hook: NDArray[np.bool_], size_x: int, size_y: int, offset_x: int, offset_y: int
-) -> NDArray[np.bool_]:
-    """Return the lowest corners at which a footprint is free and the hook above it is allowed, (X, Y) bool."""
-    nx, ny = free.shape
-    fits = np.zeros((nx, ny), np.bool_)
-    taken = np.zeros((nx + 1, ny + 1), np.int32)
-    for i in range(nx):
-        for j in range(ny):
-            taken[i + 1, j + 1] = np.int32(not free[i, j]) + taken[i, j + 1] + taken[i + 1, j] - taken[i, j]
-    for i in range(nx - size_x + 1):
-        for j in range(ny - size_y + 1):
-            if hook[i + offset_x, j + offset_y]:
-                among = taken[i + size_x, j + size_y] - taken[i, j + size_y] - taken[i + size_x, j] + taken[i, j]
-                fits[i, j] = among == 0
-    return fits

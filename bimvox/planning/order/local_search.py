@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import kernel, leaf_kernel
 from bimvox.planning.order.makespan import COLUMNS, OrderTimes, states_of, walk
 
 _LONGEST = 4
@@ -63,7 +63,7 @@ def _annealed(
     count, cranes = len(order), (states.shape[1] - COLUMNS) // 2
     drawn = np.empty(4 if cranes == 1 else 6)
     crane = times.crane.copy()
-    end = 2 * cranes + 1
+    end, width = 2 * cranes + 1, states.shape[1]
     trial = states.copy()
     rank = np.empty(count, np.int64)
     carried_s, carries_s = np.zeros(count), np.zeros(count)
@@ -114,7 +114,8 @@ def _annealed(
         if later_s <= _LESS_S or (warmth_s > 0.0 and drawn[3] < np.exp(-later_s / warmth_s)):
             order[low : high + 1] = new[low : high + 1]
             for n in range(low, until):
-                states[n + 1] = trial[n + 1]
+                for column in range(width):
+                    states[n + 1, column] = trial[n + 1, column]
                 rank[order[n]] = n
                 carried_s[order[n]] = carries_s[order[n]]
             if until < count and later_s != 0.0:
@@ -129,7 +130,7 @@ def _annealed(
     return best, best_crane
 
 
-@kernel
+@leaf_kernel
 def _draw(number: np.uint64, drawn: NDArray[np.float64]) -> np.uint64:
     """Fill an array with random numbers in [0, 1) by a linear congruential generator (Knuth's); return its state."""
     for n in range(len(drawn)):
@@ -138,15 +139,17 @@ def _draw(number: np.uint64, drawn: NDArray[np.float64]) -> np.uint64:
     return number
 
 
-@kernel
+@leaf_kernel
 def _shift(states: NDArray[np.float64], first: int, later_s: float, cranes: int) -> None:
     """Make states later from one on, in place."""
     for n in range(first, len(states)):
-        states[n, :cranes] += later_s
-        states[n, 2 * cranes : 2 * cranes + 3] += later_s
+        for column in range(cranes):
+            states[n, column] += later_s
+        for column in range(2 * cranes, 2 * cranes + 3):
+            states[n, column] += later_s
 
 
-@kernel
+@leaf_kernel
 def _may_swap(order: NDArray[np.int64], fixed: NDArray[np.bool_], low: int, high: int) -> bool:
     one, other = order[low], order[high]
     if fixed[one, other]:
@@ -157,7 +160,7 @@ def _may_swap(order: NDArray[np.int64], fixed: NDArray[np.bool_], low: int, high
     return free
 
 
-@kernel
+@leaf_kernel
 def _may_move(
     order: NDArray[np.int64], fixed: NDArray[np.bool_], low: int, high: int, length: int, is_last: bool
 ) -> bool:

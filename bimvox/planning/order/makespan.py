@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import kernel, leaf_kernel
 from bimvox.crane.kinematics import Axes
 from bimvox.crane.rigging import hoist_limits
 from bimvox.crane.travel import Travel
@@ -212,54 +212,63 @@ def walk(  # noqa: PLR0913  (arrays of the search)
     raised, released = 2 * cranes + _RAISED, 2 * cranes + _RELEASED
     earlier, delivery = 2 * cranes + _EARLIER, 2 * cranes + _DELIVERY
     crews, begun = 2 * cranes + _CREWS, 2 * cranes + _BEGUN
-    states[first] = before[first]
+    width = states.shape[1]
+    for column in range(width):  # numba copies a slice by way of memory that it allocates
+        states[first, column] = before[first, column]
     for n in range(first, count):
         i = order[n]
-        was, now = states[n], states[n + 1]
-        now[:] = was
+        was, now = n, n + 1
+        for column in range(width):
+            states[now, column] = states[was, column]
         ready_s = 0.0
         for m in range(times.first[i], times.first[i + 1]):
             j = times.under[m]
-            if was[begun] > 0.0:
+            if states[was, begun] > 0.0:
                 ready_s = max(ready_s, carried_s[j] if rank[j] < first else carries_s[j])
         k = crane[i]
         if k < 0:
             crew = times.crew[i]
-            begins_s = max(ready_s, was[released])
+            begins_s = max(ready_s, states[was, released])
             if crew < 2:
-                begins_s = max(begins_s, was[crews + crew])
-                now[crews + crew] = begins_s + times.work_s[i]
+                begins_s = max(begins_s, states[was, crews + crew])
+                states[now, crews + crew] = begins_s + times.work_s[i]
             carries_s[i] = begins_s + times.work_s[i] + times.hold_s[i]
-            if was[begun] == 0.0:  # it is done before the clock starts
-                now[crews : crews + 2] = 0.0
+            if states[was, begun] == 0.0:  # it is done before the clock starts
+                states[now, crews] = states[now, crews + 1] = 0.0
                 carries_s[i] = 0.0
             continue
-        if times.delivery[i] != was[delivery]:
-            now[delivery], now[earlier] = times.delivery[i], was[released]
-        last = int(was[cranes + k])
+        if times.delivery[i] != states[was, delivery]:
+            states[now, delivery], states[now, earlier] = times.delivery[i], states[was, released]
+        last = int(states[was, cranes + k])
         empty_s, carry_s = times.empty_s[k, last, i] if last >= 0 else 0.0, times.carry_s[k, i]
-        hooked_s = max(was[k] + empty_s, was[raised], now[earlier], was[released] - times.lead_s[i] - carry_s)
+        hooked_s = max(
+            states[was, k] + empty_s,
+            states[was, raised],
+            states[now, earlier],
+            states[was, released] - times.lead_s[i] - carry_s,
+        )
         if cranes == 1:
             hooked_s = max(hooked_s, ready_s + empty_s)
         elif times.first[i + 1] > times.first[i]:
-            hooked_s = max(hooked_s, ready_s, was[released])
+            hooked_s = max(hooked_s, ready_s, states[was, released])
         for other in range(cranes):
-            before_it = int(was[cranes + other])
+            before_it = int(states[was, cranes + other])
             if other != k and before_it >= 0:
-                hooked_s = max(hooked_s, was[other] + waits_s(times.apart, (other, before_it), (k, i)))
-        now[raised] = hooked_s + times.lead_s[i]
-        now[released] = now[k] = now[raised] + carry_s + times.off_s[i]
-        now[cranes + k] = i
-        now[begun] = 1.0
-        carries_s[i] = now[released] + times.hold_s[i]
-        if n + 1 >= behind and len(times.under) == 0 and _is_shifted(before[n + 1], now, cranes):
+                hooked_s = max(hooked_s, states[was, other] + waits_s(times.apart, (other, before_it), (k, i)))
+        states[now, raised] = hooked_s + times.lead_s[i]
+        states[now, released] = states[now, k] = states[now, raised] + carry_s + times.off_s[i]
+        states[now, cranes + k] = i
+        states[now, begun] = 1.0
+        carries_s[i] = states[now, released] + times.hold_s[i]
+        if n + 1 >= behind and len(times.under) == 0 and _is_shifted(before, states, now, cranes):
             return n + 1
     return count
 
 
-@kernel
-def _is_shifted(one: NDArray[np.float64], other: NDArray[np.float64], cranes: int) -> bool:
-    """Return whether two states without other work differ only by a time."""
+@leaf_kernel
+def _is_shifted(before: NDArray[np.float64], states: NDArray[np.float64], n: int, cranes: int) -> bool:
+    """Return whether the states at a position, without other work, differ only by a time."""
+    one, other = before[n], states[n]
     released, delivery = 2 * cranes + _RELEASED, 2 * cranes + _DELIVERY
     later_s = other[released] - one[released]
     if one[delivery] != other[delivery] or one[-1] != other[-1]:
