@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from bimvox.crane.kinematics import hook_of, joint_limits, joints_of
 from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
@@ -81,6 +80,8 @@ def way_of(crane: TowerCrane, time_s: NDArray[np.float64], axes: NDArray[np.floa
         axes: (N, 3) slew (rad), radius (m) and height (m) at them; at rest at both ends.
         hanging: How the load hangs at these times.
     """
+    from scipy.interpolate import PchipInterpolator  # takes long to import, and few plans need it
+
     count = int(np.ceil(time_s[-1] / TICK_S)) + 1
     at_s = np.minimum(np.arange(count) * TICK_S, time_s[-1])
     curve = PchipInterpolator(time_s, axes)

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.motion.load_frame import LoadFrame
@@ -57,6 +56,8 @@ class StopSwing:
 
 def swing_through(motion: LiftMotion, part: Trajectory, stop: EmergencyStop, pendulum: Pendulum) -> StopSwing:
     """Return the swing of a load before a stop, while the crane brakes, and for a period after."""
+    from scipy.interpolate import PchipInterpolator  # takes long to import, and few plans need it
+
     driven_ns = part.time_ns + np.int64(motion.start_ns)
     driven = (driven_ns < stop.start_ns) & (driven_ns >= hangs_still_ns(motion, part, stop.start_ns))
     axes = np.concatenate([part.axes[driven], stop.trajectory.axes])

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.crane.braking import braked, braking_time_s
@@ -173,6 +172,8 @@ class Stops:
     """How a crane stops from any moment of its motions."""
 
     def __init__(self, way: CraneWay) -> None:
+        from scipy.interpolate import PchipInterpolator  # takes long to import, and few plans need it
+
         self.way = way
         seconds = way.time_ns / 1e9
         self._slopes = [PchipInterpolator(seconds, axis).derivative() for axis in way.axes.T]
