@@ -39,6 +39,7 @@ _AREAS = (
     (Label.YARD, YARD, "yard"),
 )
 _SIDE_DEG = 38.0
+_STRAIGHT_DEG = 25.0
 
 
 def scene_of_site(site: Site) -> Scene:
@@ -158,7 +159,11 @@ def given_place(component: Component) -> tuple[Shape, IntVec]:
 
 
 def view_of_site(site: Site, azimuth_deg: float | None = None, elevation_deg: float | None = None) -> View:
-    """Return the view of the given angles; by default the yard is in front of the building and the mast behind."""
+    """Return the view of the given angles.
+
+    By default the yard is in front of the building and the mast behind, but not so straight behind that the jib over
+    the building points to the eye and the crane hides everything.
+    """
     view = View()
     elevation = view.elevation_deg if elevation_deg is None else elevation_deg
     if azimuth_deg is not None:
@@ -172,9 +177,10 @@ def view_of_site(site: Site, azimuth_deg: float | None = None, elevation_deg: fl
     if np.linalg.norm(towards) < 0.1 * max(site.shape[:2]) * site.frame.voxel_size_m:
         return View(view.azimuth_deg, elevation)  # the yard surrounds the building
     angle = math.degrees(math.atan2(towards[1], towards[0]))
-    mast = np.array(site.cranes[0].base_m[:2]) - middle if site.cranes else np.zeros(2)
+    mast_m = np.array(site.cranes[0].base_m[:2]) - middle if site.cranes else np.zeros(2)
 
     def nearness(azimuth: float) -> float:
-        return float(mast @ [math.cos(math.radians(azimuth)), math.sin(math.radians(azimuth))])
+        ahead_m = float(mast_m @ [math.cos(math.radians(azimuth)), math.sin(math.radians(azimuth))])
+        return ahead_m if ahead_m > -math.cos(math.radians(_STRAIGHT_DEG)) * np.linalg.norm(mast_m) else math.inf
 
     return View(min((angle + _SIDE_DEG, angle - _SIDE_DEG), key=nearness), elevation)

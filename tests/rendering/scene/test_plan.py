@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from drawn_plans import motions_by_hand, plan_by_hand
@@ -17,7 +19,7 @@ from bimvox.rendering.colours import (
 )
 from bimvox.rendering.scene.plan import Instant, path_m, scene_of_plan
 from bimvox.rendering.scene.scene import Scene
-from bimvox.rendering.scene.site import scene_of_site, view_of_site
+from bimvox.rendering.scene.site import building_centre_m, scene_of_site, view_of_site
 
 
 def cells_of(scene: Scene, rgb: Rgb) -> np.ndarray:
@@ -118,3 +120,13 @@ def test_the_yard_is_in_front_unless_told_otherwise():
     view = view_of_site(site)
     assert abs(view.azimuth_deg) < 60.0  # the yard lies towards +x
     assert view_of_site(site, 123.0, 45.0) == type(view)(123.0, 45.0)
+
+
+@pytest.mark.parametrize("mast_deg", range(0, 360, 15))
+def test_the_mast_is_behind_the_building_but_the_jib_over_it_does_not_point_to_the_eye(mast_deg):
+    site = plan_by_hand(crane=True).site
+    middle_m, around = building_centre_m(site)[:2], np.radians(mast_deg)
+    base_m = (*(middle_m + 9.0 * np.array([np.cos(around), np.sin(around)])), 0.0)
+    view = view_of_site(replace(site, cranes=(replace(site.cranes[0], base_m=base_m),)))
+    from_eye_deg = abs((mast_deg - view.azimuth_deg + 180.0) % 360.0 - 180.0)
+    assert 37.9 < from_eye_deg < 155.1
