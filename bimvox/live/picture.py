@@ -32,11 +32,14 @@ def live_pixels(episode: Episode) -> NDArray[np.uint8]:
     low, high = places_m.min(axis=0) - _MARGIN_M, places_m.max(axis=0) + _MARGIN_M
     scale = LONGER_EDGE_PX / float((high - low).max())
     width, height = (int(np.ceil(edge)) for edge in (high - low) * scale)
-    x, y = np.meshgrid((np.arange(width) + 0.5) / scale + low[0], high[1] - (np.arange(height) + 0.5) / scale)
+    x, y = (np.arange(width) + 0.5) / scale + low[0], high[1] - (np.arange(height) + 0.5) / scale
     pixels = np.full((height, width, 3), GROUND, np.uint8)
 
     def disc(at_m: NDArray[np.float64], radius_m: float, colour: tuple[int, int, int]) -> None:
-        pixels[(x - at_m[0]) ** 2 + (y - at_m[1]) ** 2 <= max(radius_m, 1.0 / scale) ** 2] = colour
+        radius_m = max(radius_m, 1.0 / scale)
+        columns, rows = _near(x, at_m[0], radius_m), _near(-y, -at_m[1], radius_m)
+        away_m2 = (x[columns] - at_m[0]) ** 2 + (y[rows, None] - at_m[1]) ** 2
+        pixels[rows, columns][away_m2 <= radius_m**2] = colour
 
     now = {episode.hooked} if episode.hooked is not None else set(episode.candidates)
     for n in sorted(ways, key=lambda lift: lift in now):
@@ -52,3 +55,9 @@ def live_pixels(episode: Episode) -> NDArray[np.uint8]:
     elif episode.before >= 0:
         disc(job.lifts[episode.before].ways[0].hook_m[-1], _HOOK_M, HOOK)
     return pixels
+
+
+def _near(middles_m: NDArray[np.float64], at_m: float, radius_m: float) -> slice:
+    """Return which ascending pixels may be within a radius along one axis."""
+    first, last = np.searchsorted(middles_m, [at_m - radius_m, at_m + radius_m])
+    return slice(max(0, int(first) - 1), int(last) + 1)

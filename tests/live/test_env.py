@@ -105,7 +105,7 @@ def test_only_who_knows_the_future_reaches_the_reward_threshold():
     means = {}
     for name, decide in (("rule", Rules()), ("oracle", Oracle())):
         lost = []
-        for seed in range(40):
+        for seed in range(20):
             episode = Episode(example_job(), DENSITIES["medium"], seed)
             while episode.stage is not Stage.OVER:
                 episode.decide(decide(episode))
