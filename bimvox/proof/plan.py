@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.proof.clearance import Clearances
+from bimvox.proof.complete import check_complete
 from bimvox.proof.crane.capacity import shares_of_capacity
 from bimvox.proof.gate import gate_of
 from bimvox.proof.guided import check_guide
@@ -26,23 +27,21 @@ from bimvox.proof.proven import ProvenLifts
 from bimvox.proof.racks import check_racks, rack_of
 from bimvox.proof.rigging import check_rigging, rigging_kg
 from bimvox.proof.shape import check_shape, check_structure
-from bimvox.proof.site_rules import check_no_load, check_rope_margin, check_stored, check_wind, check_zones
+from bimvox.proof.site_rules import check_no_load, check_rope_margin, check_wind, check_zones
 from bimvox.proof.slings import check_slings
 from bimvox.proof.stands import check_stands
 from bimvox.proof.storage import (
     check_gap,
     check_last_in,
     check_stacks,
-    check_truck,
     check_unloading,
-    stands_on_something,
 )
-from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status, YardPlace
+from bimvox.proof.support import Supports
+from bimvox.proof.yard import check_deliveries, check_place
+from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.records.reasons import NOT_ITS_CELLS
-from bimvox.site.component import Component, StoredPose
-from bimvox.site.means import Means
-from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
+from bimvox.site.component import Component
 from bimvox.workers import ALONE, Workers, in_chunks
 
 CHECKS = (
@@ -104,7 +103,7 @@ class _Verifier:
         self.plan, self.context, self.site, self.proven_lifts = plan, context, plan.site, proven_lifts
         self.triangles = proven_lifts.turn_to(plan)
         self.lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
-        self.infeasible = {lift.component for lift in self.lifts if lift.status is Status.INFEASIBLE}
+        self.supports = Supports(plan, self.lifts, self.triangles)
         self.known_shapes = set() if known_shapes is None else known_shapes
         self.proven = frozenset() if known_shapes is None else frozenset(lift.order for lift in context)
         self.clearances = Clearances(self.site)
@@ -135,8 +134,8 @@ class _Verifier:
         return _Verifier, (self.plan, tuple(self.context), self.known_shapes, ProvenLifts())
 
     def run(self, workers: Workers) -> Verification:
-        self._check_complete()
-        self._check_deliveries()
+        check_complete(self.checks["complete"], self.plan, self.lifts)
+        check_deliveries(self.checks["yard"], self.site, self.lifts)
         if "stacks" in self.checks:
             check_stacks(self.checks["stacks"], self.site, self.lifts)
         if "racks" in self.checks:
@@ -191,55 +190,13 @@ class _Verifier:
                 elif component.index not in self.known_shapes and not (lift.reason or "").startswith(NOT_ITS_CELLS):
                     check_shape(self.checks["shapes"], component, self.site.frame, exact_hook=self.site.exact_hook)
                 if lift.is_set:
-                    self._check_support(component, placed)
+                    self.supports.check(self.checks["support"], component, placed)
             if lift.is_set:
                 placed.add(component.index)
         turn_to(self.checks.values(), None)
 
-    def _check_deliveries(self) -> None:
-        """Check that deliveries come in order, and that each fits onto a truck."""
-        loads: dict[int, list[Lift]] = {}
-        for lift in self.lifts:
-            if lift.place is not None:
-                loads.setdefault(lift.place.delivery, []).append(lift)
-        for number, load in loads.items():
-            check_truck(self.checks["yard"], self.site, number, load)
-        delivery = 0
-        for lift in self.lifts:
-            if lift.place is not None:
-                self.checks["yard"].look(
-                    lift.place.delivery >= delivery,
-                    f"{self._name(lift)}: comes with an earlier delivery than the lift before",
-                )
-                delivery = lift.place.delivery
-        missing = min(set(range(delivery + 1)) - loads.keys(), default=None) if loads else None
-        self.checks["yard"].look(missing is None, f"delivery {delivery} comes, but delivery {missing} does not")
-
     def _name(self, lift: Lift) -> str:
         return self.site.components[lift.component].id
-
-    def _check_complete(self) -> None:
-        check = self.checks["complete"]
-        seen = [lift.component for lift in self.lifts]
-        check.look(sorted(seen) == list(range(len(self.site.components))), "not every component has exactly one lift")
-        orders = sorted(lift.order for lift in self.lifts)
-        check.look(orders == list(range(len(orders))), "the lifts are not numbered 0, 1, 2 ...")
-        for lift in self.plan.lifts:
-            good = (lift.path_vox is not None and lift.place is not None) == (lift.status is Status.PLANNED)
-            check.look(good or lift.path_vox is None, f"{self._name(lift)}: its path and its status disagree")
-            if lift.status is Status.INFEASIBLE:
-                check.look(bool(lift.reason), f"{self._name(lift)}: infeasible without a reason")
-            means = self.site.components[lift.component].means
-            check.look(
-                lift.status.value == means.value if lift.status in NOT_LIFTED else means is Means.CRANE,
-                f"{self._name(lift)}: its means is {means.value}, but its lift is {lift.status.value}",
-            )
-        for lift in self.lifts:
-            allowed = lift.status is Status.INFEASIBLE and self.site.rules.by_other_means
-            check.look(
-                allowed or not lift.by_other_means,
-                f"{self._name(lift)}: set by other means, but it is planned or the site's rules do not allow that",
-            )
 
     def _check_moment(self, moment: Moment, checks: Mapping[str, Check] | None) -> None:
         """Add the checks of a lift, which are given if they were made in another process or another plan."""
@@ -257,7 +214,7 @@ class _Verifier:
 
     def _not_set(self, moment: Moment) -> frozenset[int]:
         component = self.site.components[moment.lift.component]
-        return frozenset(self.infeasible if component.after or component.before else ())
+        return frozenset(self.supports.infeasible if component.after or component.before else ())
 
     def _checks_of(self, moment: Moment) -> Mapping[str, Check]:
         """Return the checks of one lift by itself."""
@@ -283,7 +240,7 @@ class _Verifier:
             return
         self.marks.move_to(present)
         if not self._resumes(lift):  # otherwise it left the yard on another path, which is proven separately
-            self._check_yard(component, place, present)
+            check_place(self.checks["yard"], self.site, component, place, present)
             check_unloading(self.checks["yard"], self.site, lift)
             if "stacks" in self.checks:
                 mates = self.racks.get(rack_of(lift) or (-1, 0), ())
@@ -292,7 +249,7 @@ class _Verifier:
         self._check_cells(lift, component, path, present)
         self._check_margins(lift, component, path, present)
         self._check_hook(lift, component, path, present)
-        self._check_support(component, placed)
+        self.supports.check(self.checks["support"], component, placed)
 
     def _check_shape(self, component: Component) -> None:
         """Check a part by itself: its cells, its mass, its slings and its gear."""
@@ -336,73 +293,6 @@ class _Verifier:
             good &= (turning + around.min(axis=0) >= 0).all() and (turning + around.max(axis=0) < self.site.shape).all()
         self.checks["boundary"].look(bool(good), f"{component.id}: leaves the site's boundary", samples=len(path))
         return bool(good)
-
-    def _check_yard(self, component: Component, place: YardPlace, present: Sequence[Thing]) -> None:
-        check = self.checks["yard"]
-        cells = place.shape.cells + np.array(place.cell_vox)
-        turned = stored_shape(component.shape, place.pose, place.turn)
-        check.look(
-            np.array_equal(turned.cells, place.shape.cells), f"{component.id}: stored in another shape than its own"
-        )
-        inside = bool(((cells >= 0) & (cells < self.site.shape)).all())
-        check.look(inside, f"{component.id}: stored outside the site")
-        if not inside:
-            return
-        check.look(
-            place.stack > 0 or stands_on_something(self.site, place),
-            f"{component.id}: is stored neither on the ground nor on structure",
-        )
-        if component.start_vox is not None:
-            check.look(
-                place.cell_vox == component.start_vox,
-                f"{component.id}: is stored at {place.cell_vox}, the site file says {component.start_vox}",
-            )
-        else:
-            check.look(bool(self.site.yard[tuple(cells[:, :2].T)].all()), f"{component.id}: stored outside the yard")
-        check_stored(check, component, place)
-        size = np.array(erection_size_vox(turned_shape(component.shape, place.turn), place.pose))
-        size[2] += place.rise_vox - 1
-        low = np.array(place.cell_vox)
-        raised = "erected" if place.pose is not StoredPose.AS_BUILT else "raised"
-        first, last = low.tolist(), (low + size - 1).tolist()
-        close = beside(present, first, last)
-        check.look(True, "", samples=len(present) - len(close))
-        for thing in close:
-            hit = ((thing.cells >= low) & (thing.cells < low + size)).all(axis=1)
-            check.look(not hit.any(), f"{component.id}: meets {thing.name} while it is {raised}")
-        self._check_turning(check, component, place, present)
-
-    def _check_turning(self, check: Check, component: Component, place: YardPlace, present: Sequence[Thing]) -> None:
-        """Check that the upright, raised part turns freely about its hook: in its corners' circle, at its height."""
-        check.look(
-            place.rise_vox == 1 or place.turn != 0,
-            f"{component.id}: is raised by {place.rise_vox} cells, yet not turned",
-        )
-        if place.turn == 0:
-            return
-        shape, hook = component.shape, component.hook_offset_vox
-        lies = np.array(place.cell_vox[:2]) + turned_hook(shape, hook, place.turn)[:2]
-        axis = np.array(place.transit_start_vox[:2]) + hook[:2]
-        check.look(bool((lies == axis).all()), f"{component.id}: does not turn about its hook")
-        # The hook need not be at the same place within that column for the part as it lies: it moves first.
-        x, y = component.hook_aside_vox
-        lain = [(x, y), (-y, x), (-x, -y), (y, -x)][place.turn % 4]
-        far = np.abs(shape.cells[:, :2] - np.array(component.hook_line_vox[:2])) + 0.5
-        radius = float(np.hypot(*far.T).max() + np.hypot(lain[0] - x, lain[1] - y))
-        low = place.cell_vox[2] + place.rise_vox
-        high = low + int(shape.cells[:, 2].max()) + 1
-        centre = axis + 0.5 + component.hook_aside_vox
-        inside = (centre - radius >= -1e-9).all() and (centre + radius <= np.array(self.site.shape[:2]) + 1e-9).all()
-        check.look(bool(inside) and high <= self.site.shape[2], f"{component.id}: turns beyond the site's boundary")
-        # The circle fits into this box of cells.
-        reach = int(np.ceil(radius)) + 2
-        first, last = [*(axis - reach).tolist(), low], [*(axis + reach).tolist(), high - 1]
-        close = beside(present, first, last)
-        check.look(True, "", samples=len(present) - len(close))
-        for thing in close:
-            cells = thing.cells[(thing.cells[:, 2] >= low) & (thing.cells[:, 2] < high)]
-            away = np.hypot(*np.maximum(np.abs(cells[:, :2] + 0.5 - centre) - 0.5, 0.0).T)
-            check.look(bool((away >= radius - 1e-9).all()), f"{component.id}: meets {thing.name} while it is turned")
 
     def _check_cells(self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
         """Check raw cells for each placement; on the last moves, triangles decide about contact with neighbours.
@@ -536,29 +426,3 @@ class _Verifier:
             clear = all(t.solid >= 0 and self.triangles.rope_is_clear(component, offset_m, t.solid) for t in over)
             names = ", ".join(t.name for t in over)
             check.look(clear, f"{component.id}: at placement {n} the hoist rope meets {names}")
-
-    def _check_support(self, component: Component, placed: Collection[int]) -> None:
-        """Check that everything that carries the part in the finished building is in place before it is set."""
-        carried_by = self.triangles.carried_by(component)
-        if component.id in self.plan.unheld:
-            names = ["the ground"] if component.mesh.bounds_m[0, 2] <= self.site.rules.support_gap_m else []
-            names += [self.site.components[other].id for other in carried_by]
-            self.checks["support"].look(
-                not names, f"{component.id}: listed as held by nothing in the model, but {', '.join(names)} carries it"
-            )
-        for other in carried_by:
-            # Two thin parts drawn into each other rest on each other: no order is right, and none is wrong.
-            self.checks["support"].look(
-                other in placed or component.index in self.triangles.carried_by(self.site.components[other]),
-                f"{component.id}: rests on {self.site.components[other].id}, which is not in place",
-            )
-        for earlier in component.after:
-            self._check_wanted(component, earlier, placed, must=True)
-        for later in component.before:
-            self._check_wanted(component, later, placed, must=False)
-
-    def _check_wanted(self, component: Component, other: str, placed: Collection[int], *, must: bool) -> None:
-        number = next((c.index for c in self.site.components if c.id == other), None)
-        good = number is None or (number in placed) == must or number in self.infeasible
-        word = "after" if must else "before"
-        self.checks["support"].look(good, f"{component.id}: is not set {word} {other}, as the site file asks")
