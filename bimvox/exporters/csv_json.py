@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
 from bimvox.records.dates import PlanDates
 from bimvox.records.heading import heading_in_words
-from bimvox.records.lift import Lift
+from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.other_means import needed_by_ns
 from bimvox.records.steps import Steps
@@ -101,13 +101,14 @@ def to_json(log: PlanLog, dates: PlanDates | None = None) -> dict[str, Any]:
     The deliveries are those of :func:`bimvox.exporters.deliveries.delivery_records`.
     """
     site = log.plan.site
-    samples = {lift.order: rows for lift, rows in _samples(log)}
+    samples = _samples(log)
     columns = list(SAMPLE_COLUMNS)[3:]
     lifts = []
     for lift, record in zip(log.plan.lifts, _lift_records(log, dates), strict=True):
         cells = None if lift.path_vox is None else lift.path_vox.tolist()
         corner_m = None if lift.path_vox is None else site.frame.corner_of(lift.path_vox).tolist()
-        series = {name: [row[n] for row in samples.get(lift.order, [])] for n, name in enumerate(columns)}
+        rows = next(samples)[1] if lift.status is Status.PLANNED else []
+        series = {name: [row[n] for row in rows] for n, name in enumerate(columns)}
         lifts.append({**record, "path_vox": cells, "path_m": corner_m, "samples": series})
     return {
         "site": site.name,
@@ -131,7 +132,7 @@ def to_json(log: PlanLog, dates: PlanDates | None = None) -> dict[str, Any]:
     }
 
 
-def _samples(log: PlanLog) -> Iterable[tuple[Lift, list[tuple[Any, ...]]]]:
+def _samples(log: PlanLog) -> Iterator[tuple[Lift, list[tuple[Any, ...]]]]:
     """Yield every planned lift with its rows: the columns of ``SAMPLE_COLUMNS`` after ``component``."""
     motions = {motion.order: motion for motion in log.motions}
     for track in tracks_of(log):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from datetime import datetime
 from pathlib import Path
@@ -44,7 +45,10 @@ def log_bytes(
         case "json":
             from bimvox.exporters.csv_json import to_json
 
-            return (json.dumps(to_json(part, dates), ensure_ascii=False, indent=1) + "\n").encode()
+            text = io.StringIO()
+            json.dump(to_json(part, dates), text, ensure_ascii=False, indent=1)  # dumps holds every number as a text
+            text.write("\n")
+            return text.getvalue().encode()
         case "glb":
             from bimvox.exporters.animation import to_animated_glb
 

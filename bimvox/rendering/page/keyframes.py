@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -40,19 +39,24 @@ def keyframes(
     """
     points = to_points(values)
     fixed = np.searchsorted(times, [t for t in always if times[0] <= t <= times[-1]])
-    chosen = set(np.r_[0, fixed, len(times) - 1].tolist())
-    spans = list(itertools.pairwise(sorted(chosen)))
-    while spans:
-        low, high = spans.pop()
-        if high - low < 2:
-            continue
-        inside = slice(low + 1, high)
-        share = (times[inside] - times[low]) / (times[high] - times[low])
-        straight = to_points(values[low] + share[:, None] * (values[high] - values[low]))
-        off = np.linalg.norm(straight - points[inside], axis=1)
-        worst = int(np.argmax(off))
-        if off[worst] > tolerance or np.abs(values[high] - values[low]).max() > longest:
-            middle = low + 1 + worst if off[worst] > tolerance else (low + high) // 2
-            chosen.add(middle)
-            spans += [(low, middle), (middle, high)]
-    return np.array(sorted(chosen), np.int64)
+    chosen = np.unique(np.r_[0, fixed, len(times) - 1].astype(np.int64))
+    found, low, high = [chosen], chosen[:-1], chosen[1:]
+    while len(low):  # all spans of equal depth at once
+        is_wide = high - low > 1
+        low, high = low[is_wide], high[is_wide]
+        counts = high - low - 1
+        first = np.cumsum(counts) - counts
+        span = np.repeat(np.arange(len(low)), counts)
+        inside = np.arange(len(span)) - first[span] + low[span] + 1
+        share = (times[inside] - times[low[span]]) / (times[high[span]] - times[low[span]])
+        straight = values[low[span]] + share[:, None] * (values[high[span]] - values[low[span]])
+        off = np.linalg.norm(to_points(straight) - points[inside], axis=1)
+        most = np.maximum.reduceat(off, first) if len(first) else off
+        worst = np.flatnonzero(off == most[span])
+        worst = inside[worst[np.searchsorted(worst, first)]]
+        is_off = most > tolerance
+        parted = is_off | (np.abs(values[high] - values[low]).max(axis=1, initial=0.0) > longest)
+        middle = np.where(is_off, worst, (low + high) // 2)[parted]
+        found.append(middle)
+        low, high = np.concatenate([low[parted], middle]), np.concatenate([middle, high[parted]])
+    return np.unique(np.concatenate(found))
