@@ -23,11 +23,11 @@ def needed_by_ns(lifts: Iterable[Lift], motions: Iterable[LiftMotion]) -> dict[i
         lifts: All lifts of a plan.
         motions: Those of its motions whose time is known.
     """
-    set_ns = {motion.order: motion.set_ns for motion in motions}
+    otherwise = [lift for lift in lifts if lift.is_set_otherwise]
+    set_ns = {motion.order: motion.set_ns for motion in motions} if otherwise else {}
     return {
         lift.order: min((at_ns for order, at_ns in set_ns.items() if order > lift.order), default=None)
-        for lift in lifts
-        if lift.is_set_otherwise
+        for lift in otherwise
     }
 
 

@@ -51,9 +51,18 @@ class Sequencer:
     def __init__(self, site: Site, relations: Precedence, contacts: Contacts) -> None:
         self._site, self._relations = site, relations
         self._graph = order_graph(site, relations, contacts)
-        self._stages, self._stage_notes = stages(site.components, self._graph)
-        self._foot_m = [float(c.mesh.bounds_m[0, 2]) for c in site.components]
+        own, self._stage_notes = stages(site.components, self._graph)
+        number = {stage: n for n, stage in enumerate(sorted(set(own)))}
+        self._stages = np.array([number[stage] for stage in own], np.int64)
+        self._foot_m = np.array([float(c.mesh.bounds_m[0, 2]) for c in site.components])
         self._rank = [(c.target_vox[2], c.target_vox[:2], c.index) for c in site.components]
+        # Whether a part is held before any other one is placed, and by part those that it can hold.
+        held = zip(relations.supports, relations.grounded, relations.holds, strict=True)
+        self._is_held = np.array([bool(on) or ground or not holds for on, ground, holds in held], np.bool_)
+        self._may_hold: list[list[int]] = [[] for _ in site.components]
+        for i, holds in enumerate(relations.holds):
+            for j in holds:
+                self._may_hold[j].append(i)
 
     def lowest_first(self) -> ErectionSequence:
         """Return the sequence that takes the lowest part first, then from the near corner onwards."""
@@ -68,30 +77,26 @@ class Sequencer:
         """
         graph, components = self._graph, self._site.components
         missing = [len(earlier) for earlier in graph.earlier]
-        placed: set[int] = set()
-        open_parts = {i for i, n in enumerate(missing) if n == 0}
+        is_open, is_held = np.array([n == 0 for n in missing], np.bool_), self._is_held.copy()
         order: list[int] = []
         unheld: list[int] = []
         notes = [*self._floating_notes(), *graph.notes, *self._stage_notes]
-        while open_parts:
-            ready = [i for i in open_parts if self._is_held(i, placed)]
-            if not ready:
-                ready = list(open_parts)
-                waiting = min(ready, key=self._rank.__getitem__)
+        while is_open.any():
+            ready = np.flatnonzero(is_open & is_held)
+            if not len(ready):
+                waiting = min(np.flatnonzero(is_open).tolist(), key=self._rank.__getitem__)
                 unheld.append(waiting)
                 notes.append(f"{components[waiting].label}: set before any part that could hold it")
-                ready = [waiting]
-            stage = min(self._stages[i] for i in ready)
-            ready = [i for i in ready if self._stages[i] == stage]
-            highest_m = min(self._foot_m[i] for i in ready) + level_m
-            chosen = prefer(sorted(i for i in ready if self._foot_m[i] <= highest_m), order)
+                ready = np.array([waiting])
+            ready = ready[self._stages[ready] == self._stages[ready].min()]
+            highest_m = self._foot_m[ready].min() + level_m
+            chosen = prefer(ready[self._foot_m[ready] <= highest_m].tolist(), order)
             order.append(chosen)
-            placed.add(chosen)
-            open_parts.remove(chosen)
+            is_open[chosen] = False
+            is_held[self._may_hold[chosen]] = True
             for later in graph.later[chosen]:
                 missing[later] -= 1
-                if missing[later] == 0:
-                    open_parts.add(later)
+                is_open[later] = missing[later] == 0
         return ErectionSequence(tuple(order), tuple(notes), tuple(unheld))
 
     def following(self, order: Sequence[int]) -> ErectionSequence:
@@ -105,9 +110,7 @@ class Sequencer:
         They do if they are not of one stage, level or assembly, if the later one needs the other one, or if that is the
         first that can hold it.
         """
-        numbers, known = np.array(order), sorted(set(self._stages))
-        stage = np.array([known.index(one) for one in self._stages])
-        foot_m = np.array(self._foot_m)
+        numbers, stage, foot_m = np.array(order), self._stages, self._foot_m
         names = [component.hints.assembly for component in self._site.components]
         assembly = np.array([-1 if name is None else names.index(name) for name in names])
         apart: NDArray[np.bool_] = (stage[:, None] != stage[None]) | (assembly[:, None] != assembly[None])
@@ -121,11 +124,6 @@ class Sequencer:
                 fixed[min(holds, key=lambda j: position[j]), i] = True
         fixed &= position[:, None] < position[None]
         return fixed
-
-    def _is_held(self, i: int, placed: set[int]) -> bool:
-        relations = self._relations
-        held = bool(relations.supports[i]) or relations.grounded[i] or not relations.holds[i]
-        return held or not placed.isdisjoint(relations.holds[i])
 
     def _floating_notes(self) -> list[str]:
         site, relations = self._site, self._relations
