@@ -83,7 +83,7 @@ class PlanLog:
         """The plan with all lifts."""
         return dataclasses.replace(self.plan, lifts=self.all_lifts)
 
-    @property
+    @cached_property
     def planned(self) -> tuple[Lift, ...]:
         """The carried lifts that have a path."""
         return tuple(lift for lift in self.plan.lifts if lift.status is Status.PLANNED)
