@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import inline_kernel, kernel
+from bimvox.compiled import inline_kernel, leaf_kernel
 from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.bound import rest_to_rest_s
+from bimvox.crane.bound import least_time_s
 from bimvox.crane.kinematics import Axes, pose_of
 from bimvox.crane.tower_crane import TowerCrane
 
@@ -86,7 +86,7 @@ def across_of(tables: AcrossTables, turn_rad: float, radial_m: float) -> float:
     return seconds
 
 
-@kernel
+@leaf_kernel
 def _write_across(
     seconds: NDArray[np.float64], tables: AcrossTables, turn_rad: NDArray[np.float64], radial_m: NDArray[np.float64]
 ) -> None:
@@ -96,4 +96,12 @@ def _write_across(
 
 @lru_cache(maxsize=256)
 def _table(limits: AxisLimits, longest: float) -> NDArray[np.float64]:
-    return np.array([rest_to_rest_s(longest * n / _STEPS, limits) for n in range(_STEPS + 1)])
+    seconds = np.empty(_STEPS + 1)
+    _write_least(seconds, longest, limits.rate, limits.acceleration, limits.jerk)
+    return seconds
+
+
+@leaf_kernel
+def _write_least(seconds: NDArray[np.float64], longest: float, rate: float, acceleration: float, jerk: float) -> None:
+    for n in range(len(seconds)):
+        seconds[n] = least_time_s(longest * n / _STEPS, rate, acceleration, jerk)
