@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.planning.order.makespan import COLUMNS, OrderTimes, states_of, walk
+from bimvox.planning.order.makespan import COLUMNS, Course, OrderTimes, course_of, walk
 
 _LONGEST = 4
 """Most parts that are moved together."""
@@ -45,8 +45,8 @@ def searched(
     count = len(order)
     if count < 2:
         return tuple(order), tuple(times.crane.tolist())
-    states = states_of(count, times.may.shape[1])
-    found, crane = _annealed(times, np.array(order, np.int64), fixed, states, budget, seed, warm_s)
+    courses = course_of(count, times.may.shape[1]), course_of(count, times.may.shape[1])
+    found, crane = _annealed(times, np.array(order, np.int64), fixed, courses, budget, seed, warm_s)
     return tuple(found.tolist()), tuple(crane.tolist())
 
 
@@ -55,21 +55,20 @@ def _annealed(
     times: OrderTimes,
     order: NDArray[np.int64],
     fixed: NDArray[np.bool_],
-    states: NDArray[np.float64],
+    courses: tuple[Course, Course],
     budget: int,
     seed: int,
     warm_s: float,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    known, trial = courses
+    states, rank = known.states, known.rank
     count, cranes = len(order), (states.shape[1] - COLUMNS) // 2
     drawn = np.empty(4 if cranes == 1 else 6)
     crane = times.crane.copy()
     end, width = 2 * cranes + 1, states.shape[1]
-    trial = states.copy()
-    rank = np.empty(count, np.int64)
-    carried_s, carries_s = np.zeros(count), np.zeros(count)
     for n in range(count):
         rank[order[n]] = n
-    walk(times, crane, order, (0, count), states, states, carried_s, carried_s, rank)
+    walk(times, crane, order, (0, count), known, known)
     total_s = best_s = states[count, end]
     best, best_crane, new = order.copy(), crane.copy(), order.copy()
     looked, number = 0, np.uint64(seed)
@@ -107,17 +106,17 @@ def _annealed(
         else:
             new[low : low + length] = order[high + 1 - length : high + 1]
             new[low + length : high + 1] = order[low : high + 1 - length]
-        until = walk(times, crane, new, (low, high + 1), states, trial, carried_s, carries_s, rank)
+        until = walk(times, crane, new, (low, high + 1), known, trial)
         looked += until - low
-        later_s = trial[until, end] - states[until, end]
+        later_s = trial.states[until, end] - states[until, end]
         warmth_s = warm_s * (1.0 - looked / budget)
         if later_s <= _LESS_S or (warmth_s > 0.0 and drawn[3] < np.exp(-later_s / warmth_s)):
             order[low : high + 1] = new[low : high + 1]
             for n in range(low, until):
                 for column in range(width):
-                    states[n + 1, column] = trial[n + 1, column]
+                    states[n + 1, column] = trial.states[n + 1, column]
                 rank[order[n]] = n
-                carried_s[order[n]] = carries_s[order[n]]
+                known.carried_s[order[n]] = trial.carried_s[order[n]]
             if until < count and later_s != 0.0:
                 _shift(states, until + 1, later_s, cranes)
             total_s += later_s

@@ -70,6 +70,20 @@ class OrderTimes(NamedTuple):
     apart: Apart
 
 
+class Course(NamedTuple):
+    """An order carried out.
+
+    Attributes:
+        states: (N + 1, S) the state before each part of the order, and behind the last one.
+        carried_s: (N,) when each part carried.
+        rank: (N,) int64 position of each part in the order.
+    """
+
+    states: NDArray[np.float64]
+    carried_s: NDArray[np.float64]
+    rank: NDArray[np.int64]
+
+
 def order_times(
     site: Site,
     travels: Sequence[Travel],
@@ -165,49 +179,43 @@ def makespan_s(times: OrderTimes, order: Sequence[int]) -> float:
     """Return the estimated time from the first lift of an order until the slings of the last one are off, seconds."""
     cranes = times.may.shape[1]
     numbers = np.array(order, np.int64)
-    states = states_of(len(order), cranes)
-    carries_s = np.zeros(len(order))
-    walk(times, times.crane, numbers, (0, len(order)), states, states, carries_s, carries_s, np.arange(len(order)))
-    return float(states[-1, 2 * cranes + _RELEASED])
+    done = course_of(len(order), cranes)
+    walk(times, times.crane, numbers, (0, len(order)), done, done)
+    return float(done.states[-1, 2 * cranes + _RELEASED])
 
 
-def states_of(count: int, cranes: int) -> NDArray[np.float64]:
-    """Return (N + 1, S) room for the state before each part of an order; the first one is that before all."""
+def course_of(count: int, cranes: int) -> Course:
+    """Return room for the course of an order of so many parts, with the state before all of them."""
     states = np.zeros((count + 1, 2 * cranes + COLUMNS))
     states[0, cranes : 2 * cranes] = -1.0
     states[0, 2 * cranes + _DELIVERY] = -1.0
-    return states
+    return Course(states, np.zeros(count), np.arange(count))
 
 
 @kernel
-def walk(  # noqa: PLR0913  (arrays of the search)
+def walk(
     times: OrderTimes,
     crane: NDArray[np.int64],
     order: NDArray[np.int64],
     window: tuple[int, int],
-    before: NDArray[np.float64],
-    states: NDArray[np.float64],
-    carried_s: NDArray[np.float64],
-    carries_s: NDArray[np.float64],
-    rank: NDArray[np.int64],
+    was: Course,
+    new: Course,
 ) -> int:
-    """Carry out an order from the first position of a window on; write the states into ``states``.
+    """Carry out an order from the first position of a window on; write the states and the times of the new course.
 
     Args:
         times: The times.
         crane: (N,) the crane of each part; -1 if none lifts it.
         order: (N,) the order; before the window as it was, and behind it too.
         window: Its first position, and the one behind its last.
-        before: The states of the order as it was.
-        states: The same of the new one.
-        carried_s: (N,) when each part carried in the order as it was.
-        carries_s: (N,) the same in the new one.
-        rank: (N,) position of each part in the order as it was.
+        was: The course of the order as it was.
+        new: That of this one; its ranks do not count.
 
     Returns:
         The position from which on everything is as it was, only shifted; the end of the order if there is none.
     """
     first, behind = window
+    before, states, carries_s = was.states, new.states, new.carried_s
     count, cranes = len(order), (states.shape[1] - COLUMNS) // 2
     raised, released = 2 * cranes + _RAISED, 2 * cranes + _RELEASED
     earlier, delivery = 2 * cranes + _EARLIER, 2 * cranes + _DELIVERY
@@ -217,44 +225,44 @@ def walk(  # noqa: PLR0913  (arrays of the search)
         states[first, column] = before[first, column]
     for n in range(first, count):
         i = order[n]
-        was, now = n, n + 1
+        now = n + 1
         for column in range(width):
-            states[now, column] = states[was, column]
+            states[now, column] = states[n, column]
         ready_s = 0.0
         for m in range(times.first[i], times.first[i + 1]):
             j = times.under[m]
-            if states[was, begun] > 0.0:
-                ready_s = max(ready_s, carried_s[j] if rank[j] < first else carries_s[j])
+            if states[n, begun] > 0.0:
+                ready_s = max(ready_s, was.carried_s[j] if was.rank[j] < first else carries_s[j])
         k = crane[i]
         if k < 0:
             crew = times.crew[i]
-            begins_s = max(ready_s, states[was, released])
+            begins_s = max(ready_s, states[n, released])
             if crew < 2:
-                begins_s = max(begins_s, states[was, crews + crew])
+                begins_s = max(begins_s, states[n, crews + crew])
                 states[now, crews + crew] = begins_s + times.work_s[i]
             carries_s[i] = begins_s + times.work_s[i] + times.hold_s[i]
-            if states[was, begun] == 0.0:  # it is done before the clock starts
+            if states[n, begun] == 0.0:  # it is done before the clock starts
                 states[now, crews] = states[now, crews + 1] = 0.0
                 carries_s[i] = 0.0
             continue
-        if times.delivery[i] != states[was, delivery]:
-            states[now, delivery], states[now, earlier] = times.delivery[i], states[was, released]
-        last = int(states[was, cranes + k])
+        if times.delivery[i] != states[n, delivery]:
+            states[now, delivery], states[now, earlier] = times.delivery[i], states[n, released]
+        last = int(states[n, cranes + k])
         empty_s, carry_s = times.empty_s[k, last, i] if last >= 0 else 0.0, times.carry_s[k, i]
         hooked_s = max(
-            states[was, k] + empty_s,
-            states[was, raised],
+            states[n, k] + empty_s,
+            states[n, raised],
             states[now, earlier],
-            states[was, released] - times.lead_s[i] - carry_s,
+            states[n, released] - times.lead_s[i] - carry_s,
         )
         if cranes == 1:
             hooked_s = max(hooked_s, ready_s + empty_s)
         elif times.first[i + 1] > times.first[i]:
-            hooked_s = max(hooked_s, ready_s, states[was, released])
+            hooked_s = max(hooked_s, ready_s, states[n, released])
         for other in range(cranes):
-            before_it = int(states[was, cranes + other])
+            before_it = int(states[n, cranes + other])
             if other != k and before_it >= 0:
-                hooked_s = max(hooked_s, states[was, other] + waits_s(times.apart, (other, before_it), (k, i)))
+                hooked_s = max(hooked_s, states[n, other] + waits_s(times.apart, (other, before_it), (k, i)))
         states[now, raised] = hooked_s + times.lead_s[i]
         states[now, released] = states[now, k] = states[now, raised] + carry_s + times.off_s[i]
         states[now, cranes + k] = i

@@ -14,7 +14,7 @@ from bimvox.planning.assembly import prepare
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.apart import NOTHING_APART
 from bimvox.planning.order.local_search import searched
-from bimvox.planning.order.makespan import COLUMNS, OrderTimes, makespan_s, states_of, walk
+from bimvox.planning.order.makespan import COLUMNS, OrderTimes, course_of, makespan_s, walk
 from bimvox.planning.order.relations import precedence
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.planner import plan_lifts
@@ -84,15 +84,14 @@ def test_a_part_waits_until_what_it_rests_on_carries() -> None:
 @pytest.mark.parametrize("cranes", [1, 2])
 def test_a_walk_from_the_middle_ends_as_one_from_the_start(cranes: int, under: tuple[int, ...]) -> None:
     times, count = times_of(12, cranes=cranes, under=under), 12
-    order, rank = np.arange(count), np.arange(count)
-    states, carried_s, carries_s = states_of(count, cranes), np.zeros(count), np.zeros(count)
-    walk(times, times.crane, order, (0, count), states, states, carried_s, carried_s, rank)
-    new, trial = order.copy(), states.copy()
+    order, known, trial = np.arange(count), course_of(count, cranes), course_of(count, cranes)
+    walk(times, times.crane, order, (0, count), known, known)
+    new = order.copy()
     new[[3, 5]] = new[[5, 3]]
-    until = walk(times, times.crane, new, (3, 6), states, trial, carried_s, carries_s, rank)
-    at = states.shape[1] - COLUMNS + 1
-    later_s = trial[until, at] - states[until, at]
-    assert states[count, at] + later_s == pytest.approx(makespan_s(times, new.tolist()))
+    until = walk(times, times.crane, new, (3, 6), known, trial)
+    at = known.states.shape[1] - COLUMNS + 1
+    later_s = trial.states[until, at] - known.states[until, at]
+    assert known.states[count, at] + later_s == pytest.approx(makespan_s(times, new.tolist()))
 
 
 def test_the_search_finds_the_fastest_of_all_orders_that_keep_the_fixed_pairs() -> None:
