@@ -1,7 +1,8 @@
 """What ``bimvox optimise`` finds, against the given set-up, the classical estimate, a grid, and random set-ups.
 
 ``python -m benchmarks.optimise MODEL... [--places N] [--grid N] [--yards N] [--write]``: each model gets the site file
-of ``bimvox init``. A machine that serves all parts that any machine serves is drawn N times, each with one of its
+of ``bimvox init``. ``--write`` renews the rows of these models in the table.
+A machine that serves all parts that any machine serves is drawn N times, each with one of its
 places, and planned in full. The table says how well the estimate ranks these plans (Spearman), and how many hours the
 crane moves with the given set-up, with the best that ``optimise`` plans, with the best of as many that the classical
 estimate chooses among the same machines and places (one cycle time: straight lines between the middle of the yard and
@@ -43,6 +44,7 @@ _HEAD = (
     "model", "parts", "standing_h", "given", "optimise", "classical", "drawn", "grid", "bound", "less", "cost",
     "cheapest", "spearman", "n",
 )  # fmt: skip
+_FOOT = "given, optimise, classical, drawn, grid: hours in which the crane moves, and (infeasible lifts)"
 
 
 @dataclass(frozen=True)
@@ -69,15 +71,17 @@ def main() -> None:
     parser.add_argument("--yards", type=int, default=48)
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
-    lines = ["  ".join(f"{word:>10}" for word in _HEAD)]
-    print(lines[0], flush=True)
+    head, rows = "  ".join(f"{word:>10}" for word in _HEAD), {}
+    print(head, flush=True)
     for model in given.models:
-        lines.append("  ".join(f"{word:>10}" for word in _row(model, given)))
-        print(lines[-1], flush=True)
-    lines.append("given, optimise, classical, drawn, grid: hours in which the crane moves, and (infeasible lifts)")
-    print(lines[-1])
+        cells = _row(model, given)
+        rows[cells[0]] = "  ".join(f"{cell:>10}" for cell in cells)
+        print(rows[cells[0]], flush=True)
     if given.write:
-        _TABLE.write_text("\n".join(lines) + "\n")
+        written = _TABLE.read_text().splitlines() if _TABLE.exists() else []
+        end = next((n for n, line in enumerate(written) if line.startswith("given,")), len(written))
+        kept = {line.split()[0]: line for line in written[1:end]}
+        _TABLE.write_text("\n".join([head, *(kept | rows).values(), *(written[end:] or [_FOOT])]) + "\n")
 
 
 def _row(model: Path, wanted: argparse.Namespace) -> list[str]:

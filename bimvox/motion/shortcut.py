@@ -72,7 +72,7 @@ def over_the_top(
     start = CranePose(nearest_turn(float(start_axes[0]), slew_rad), float(start_axes[1]), float(start_axes[2]))
     end = CranePose(nearest_turn(float(end_axes[0]), start.slew_rad), float(end_axes[1]), float(end_axes[2]))
     heights = list(_open_heights(rigged, space, start_vox, end_vox))
-    for stops in _stops_across(crane, start, end):
+    for stops in stops_across(crane, start, end):
         for height_m in heights:
             poses = [replace(stop, height_m=height_m) for stop in stops]
             across = [Move(a, b) for a, b in pairwise(poses)]
@@ -97,7 +97,7 @@ def _open_heights(
         yield height_m
 
 
-def _stops_across(crane: TowerCrane, start: CranePose, end: CranePose) -> Iterator[list[CranePose]]:
+def stops_across(crane: TowerCrane, start: CranePose, end: CranePose) -> Iterator[list[CranePose]]:
     """Yield the stops (heights to be replaced) of routes from one plan position to another, the plainest first."""
     turn = end.slew_rad - start.slew_rad
     long_way = turn - 2.0 * pi if turn > 0.0 else turn + 2.0 * pi

@@ -21,7 +21,7 @@ from bimvox.site.hook_room import hook_room
 from bimvox.site.shape import erection_size_vox, turned_hook, turned_shape, turning_columns
 from bimvox.site.site import Site
 
-_SAME_S = 2.0
+SAME_S = 2.0
 """Travel times that differ by less are equally good, seconds."""
 _NOWHERE = -1
 
@@ -255,7 +255,7 @@ def _best(
             for n in range(len(ends.hoist_s)):
                 turn_rad, radial_m = ends.slew_rad[n] - picks.slew_rad[i, j], ends.radius_m[n] - picks.radius_m[i, j]
                 seconds += max(across_of(picks.tables, turn_rad, radial_m), ends.hoist_s[n])
-            seconds = np.floor(seconds / _SAME_S)
+            seconds = np.floor(seconds / SAME_S)
             if seconds < least or (is_here_own and not is_own):
                 best_x, best_y, least, is_own = x, y, seconds, is_here_own
     return best_x, best_y

@@ -113,7 +113,7 @@ class _Delivery:
     """What one delivery brings, and what it leaves free."""
 
     def __init__(self, site: Site, number: int, free: NDArray[np.bool_]) -> None:
-        self._site, self._gap_vox = site, _gap_vox(site)
+        self._site, self._gap_vox = site, gap_vox(site)
         self.number, self.free, self.load = number, free, Truckload(site)
         self.given: list[Rectangle] = []
         taken = Taken(self._gap_vox)
@@ -164,7 +164,7 @@ class _Delivery:
         self.racks.settle(places)
 
 
-def _gap_vox(site: Site) -> int:
+def gap_vox(site: Site) -> int:
     """Return how many columns stay free between two places."""
     gap_m = 0.0 if site.rules.yard is None else site.rules.yard.gap_m
     return max(_GAP_VOX, whole_cells(gap_m, site.frame.voxel_size_m))
@@ -265,7 +265,7 @@ def _without_given(site: Site, empty: NDArray[np.bool_], given: list[int]) -> ND
     for index in given:
         component = site.components[index]
         if component.start_vox is not None:
-            _take(free, component.start_vox[:2], _footprint(component, *_given(component)), _gap_vox(site))
+            _take(free, component.start_vox[:2], _footprint(component, *_given(component)), gap_vox(site))
     return free
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from bimvox.library.set_up_search.picks import Picks
+from bimvox.library.set_up_search.ways import Ways
 from bimvox.site.set_ups import LiftWork
 
 
@@ -18,3 +20,15 @@ def work_of(places, masses, yard, closed=None) -> LiftWork:
         yard_m=np.array(yard, np.float64).reshape(-1, 2),
         closed=np.zeros(count, np.bool_) if closed is None else np.array(closed),
     )
+
+
+def ways_of(work: LiftWork, size_m: float = 1.0, **more) -> Ways:
+    """Return the ways of parts of a size on plan, picked in a yard around their places of the yard."""
+    low, high = work.yard_m.min(axis=0) - 1.0, work.yard_m.max(axis=0) + 1.0
+    yard = ((low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1]))
+    count = len(work.places_m)
+    around_m = np.tile(0.5 * size_m * np.array([[-1.0, -1.0], [1.0, 1.0]]), (count, 1, 1))
+    around_m = more.pop("around_m", around_m)
+    picks = Picks((yard,), work.yard_m, around_m, more.pop("taken_m2", np.zeros(count)))
+    far_m = np.array([[-1e3, -1e3], [1e3, 1e3]])
+    return Ways(work, picks, around_m, more.pop("bounds_m", far_m), **more)

@@ -13,5 +13,5 @@ def time_few_lifts(patched: pytest.MonkeyPatch) -> None:
     """Time a few lifts of each set-up, as long as the patch lasts."""
     timed_s = Search.timed_s
     patched.setattr(
-        Search, "timed_s", lambda search, crane, work, served, _=None: timed_s(search, crane, work, served, _LIFTS)
+        Search, "timed_s", lambda search, crane, served, _=None, yard=None: timed_s(search, crane, served, _LIFTS, yard)
     )

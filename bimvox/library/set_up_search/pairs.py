@@ -168,7 +168,7 @@ def _timed(search: Search, rig: Rig, base_m: NDArray[np.float64], lifts: int) ->
     quick = search.served(rig, base_m[None])
     standing_s = quick.served * search.work.standing_s
     crane = replace(rig.crane, base_m=(*base_m.tolist(), 0.0))
-    moving_s = search.timed_s(crane, search.work, quick.served[0], lifts) - float(standing_s.sum())
+    moving_s = search.timed_s(crane, quick.served[0], lifts) - float(standing_s.sum())
     longer = moving_s / max(float(quick.crane_s[0]) - float(standing_s.sum()), 1e-9)
     lift_s = standing_s + longer * (quick.lift_s - standing_s)
     return replace(quick, lift_s=lift_s, crane_s=lift_s.sum(axis=1))

@@ -14,6 +14,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.library.set_up_search.least_moving import Loose, least_of_all_s
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.timed import LIFTS, timed_moving_s
+from bimvox.library.set_up_search.ways import Ways, ways_on
 from bimvox.library.site import built_site
 from bimvox.planning.assembly import prepare
 from bimvox.planning.stacks import is_stacked
@@ -183,7 +184,8 @@ class Search:
         plan = ground_plan(placed.placed.elements)
         self._wanted = Wanted(config, parts, plan, placed.load_top_m, rigs, range(len(parts)))
         self.work = self._wanted.work.sample(len(parts), _MOST_YARD)
-        self.config = config
+        self.config, self._placed, self._site, self._components = config, placed.placed, site, components
+        self._ways: dict[OtherYard | None, Ways] = {}
         self.crews = [crew_times(config.rules_in_force, part) for part in parts]
         progress.finish()
 
@@ -218,28 +220,39 @@ class Search:
 
     def of(self, crane: TowerCrane) -> tuple[int, float]:
         """Return how many parts a crane serves from where it stands, and the estimated crane time."""
-        return self._timed(crane, self._wanted, self.work)
+        return self._timed(crane)
 
-    def _timed(self, crane: TowerCrane, wanted: Wanted, work: LiftWork, lifts: int = LIFTS) -> tuple[int, float]:
+    def _timed(self, crane: TowerCrane, lifts: int = LIFTS, yard: OtherYard | None = None) -> tuple[int, float]:
+        wanted, work = self._seen(yard)
         used = wanted.demand.as_used(crane)
-        served = set_ups(used, np.array([crane.base_m[:2]]), work, wanted.demand.height_m(used)).served[0]
-        return int(served.sum()), self.timed_s(used, work, served, lifts)
+        able, share = carried(used, np.array([crane.base_m[:2]]), work, wanted.demand.height_m(used), 0.0)
+        served = able[0] & (share[0] > 0.0)
+        return int(served.sum()), self.timed_s(used, served, lifts, yard)
 
-    def timed_s(self, crane: TowerCrane, work: LiftWork, served: NDArray[np.bool_], lifts: int = LIFTS) -> float:
+    def timed_s(
+        self, crane: TowerCrane, served: NDArray[np.bool_], lifts: int = LIFTS, yard: OtherYard | None = None
+    ) -> float:
         """Return the estimated crane time of a crane as used, on its base, for the parts that it serves.
 
         It ranks places; see :mod:`bimvox.library.set_up_search.timed`.
         """
-        swings = self.config.rules_in_force.swing is SwingRule.SHAPED
-        moving_s = timed_moving_s(crane, work, served, swings=swings, lifts=lifts)
-        return float(work.standing_s[served].sum()) + moving_s
+        if yard not in self._ways:
+            self._ways[yard] = self._ways_with(yard)
+        moving_s = timed_moving_s(crane, self._ways[yard], served, lifts)
+        return float(self.work.standing_s[served].sum()) + moving_s
+
+    def _ways_with(self, yard: OtherYard | None) -> Ways:
+        site, config = self._site, self.config
+        if yard is not None:
+            site = replace(site, rules=replace(site.rules, truckload_kg=yard.truckload_kg))
+            config = config.model_copy(update={"areas": config.areas.model_copy(update={"yard": (yard.polygon,)})})
+        return ways_on(site, self._components, self._seen(yard)[0].work, config, self._placed)
 
     def from_place(self, one: Tried, base_m: NDArray[np.float64], lifts: int = LIFTS) -> Tried:
         """Return a set-up of one crane on one of its places, (2,), with so many lifts timed with the swing of loads."""
         assert one.crane is not None
-        wanted, work = self._seen(one.yard)
         crane = replace(one.crane, base_m=(*base_m.tolist(), one.crane.base_m[2]))
-        served, crane_s = self._timed(crane, wanted, work, lifts)
+        served, crane_s = self._timed(crane, lifts, one.yard)
         return self.taking(replace(one, crane=crane, served=served, lifts=lifts), crane_s)
 
     def taking(self, one: Tried, crane_s: float) -> Tried:
@@ -330,8 +343,11 @@ class Search:
         why = str(self._wanted.why_not(first, self._wanted.demand.as_used(crane), MARGIN_M))
         return why + (f", and {len(missed) - 1} more" if len(missed) > 1 else "")
 
-    def with_yard(self, machine: Machine, yard: OtherYard) -> Tried | None:
-        """Return a machine with the best of its jibs, reevings and places for another yard; None if it has no place."""
+    def with_yard(self, machine: Machine, yard: OtherYard, lifts: int = LIFTS) -> Tried | None:
+        """Return a machine with the best of its jibs, reevings and places for another yard; None if it has no place.
+
+        So many lifts are timed.
+        """
         wanted, work = self._seen(yard)
         chosen = best_set_up([machine], wanted)
         if chosen is None:
@@ -342,13 +358,13 @@ class Search:
         found = set_ups(crane, bases_m, work, height_m, MARGIN_M)
         own = found.served[0]
         highest = highest_utilisation(replace(crane, chart=chosen.crane.chart), base_m, work, own[None])
-        crane_s = self.timed_s(crane, work, own)
+        crane_s = self.timed_s(crane, own, lifts, yard)
         why = "" if own.all() else "serves fewer parts with this yard"
         cost = self.rates(machine).total(crane_s / 3600.0)
         return Tried(
             machine.name, crane.jib_own_m, crane.falls, machine.load_moment_tm, chosen.crane, int(own.sum()), crane_s,
             bases_m, found.served.sum(axis=1), found.crane_s, why, cost, float(highest[0]), self.over(cost), yard=yard,
-            lifts=LIFTS,
+            lifts=lifts,
         )  # fmt: skip
 
     def carries(self, machine: Machine) -> int:

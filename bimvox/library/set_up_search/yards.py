@@ -1,4 +1,4 @@
-"""Other yards and truckloads for a site, each with a machine: proposed by Optuna's NSGA-II, on disk after each one."""
+"""Other yards and truckloads for a site, each with a machine: proposed by Optuna's TPE, on disk after each one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -16,19 +16,29 @@ from numpy.typing import NDArray
 from bimvox.crane.machine import Machine
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.search import Effort, OtherYard, Search, Tried
+from bimvox.library.set_up_search.timed import LIFTS
 from bimvox.progress import Progress
-from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.config.site_config import Polygon, SiteConfig
 from bimvox.site.mast_places import ground_plan
 from bimvox.site.yard_guess import yard_beside, yard_need
 from bimvox.site.yard_rules import TRUCK_KG
 from bimvox.version import __version__
 
+if TYPE_CHECKING:
+    from optuna import Study
+    from optuna.trial import FrozenTrial
+
 JOURNAL = "yards.jsonl"
 """File of the proposals and what came of them, in the folder of the set-ups."""
 _SIDES = ((0, -1), (0, 1), (1, -1), (1, 1))
-_POPULATION = 24
+_DRAWN = 16
+"""So many proposals are drawn evenly; the others are near the best so far."""
 _TRUCKLOADS = (1.0, 0.75, 0.5)
 """Shares of the site file's truckload; a smaller one takes a smaller yard, which lies nearer to the building."""
+_LIFTS = 24
+"""Lifts that are laid over time for a proposal; the best ones are timed again with more."""
+_YARDS = 4
+"""So many of the fastest are looked at closer."""
 _NOTHING = 1e9
 """Hours and cost of a yard that has no place."""
 
@@ -79,7 +89,7 @@ def other_yards(
     effort: Effort,
     progress: Progress,
 ) -> tuple[list[Tried], int]:
-    """Return the set-ups with other yards that no other of them beats, and how many were tried, earlier calls included.
+    """Return the best set-ups with other yards, and how many were tried, earlier calls included.
 
     A call that was killed is continued; the number of yards, not the time of the call, decides what is proposed.
 
@@ -121,24 +131,45 @@ def other_yards(
         if effort.seconds is not None and time.monotonic() - began >= effort.seconds:
             break
         # A sampler of its own for each proposal: what it proposes does not depend on where an earlier call ended.
-        study.sampler = optuna.samplers.NSGAIISampler(population_size=_POPULATION, seed=number)
+        study.sampler = optuna.samplers.TPESampler(n_startup_trials=_DRAWN, seed=number)
         trial = study.ask(space)
         found = _tried(search, yards, by_name, trial.params, number)
         study.tell(trial, _values(search, found))
         progress.advance()
     progress.finish()
     done = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
-    again = [
-        _tried(search, yards, by_name, trial.params, n) for n, trial in enumerate(done) if trial in study.best_trials
-    ]
+    again = [_tried(search, yards, by_name, done[n].params, n, LIFTS) for n in _worth_a_closer_look(done, study, yards)]
     return [one for one in again if one is not None], len(done)
 
 
+def _worth_a_closer_look(done: Sequence[FrozenTrial], study: Study, yards: Yards) -> list[int]:
+    """Return the numbers of the proposals that no other beats, and of the fastest ones that lie elsewhere."""
+
+    def polygon(n: int) -> Polygon | None:
+        yard = yards.of(done[n].params, n)
+        return None if yard is None else yard.polygon
+
+    found = [n for n, trial in enumerate(done) if trial in study.best_trials]
+    lie = {polygon(n) for n in found} | {None}
+    for n in sorted(range(len(done)), key=lambda n: done[n].values[:2]):
+        if len(found) >= _YARDS:
+            break
+        if polygon(n) not in lie:
+            found.append(n)
+            lie.add(polygon(n))
+    return sorted(found)
+
+
 def _tried(
-    search: Search, yards: Yards, machines: Mapping[str, Machine], values: Mapping[str, Any], number: int
+    search: Search,
+    yards: Yards,
+    machines: Mapping[str, Machine],
+    values: Mapping[str, Any],
+    number: int,
+    lifts: int = _LIFTS,
 ) -> Tried | None:
     yard = yards.of(values, number)
-    return None if yard is None else search.with_yard(machines[values["machine"]], yard)
+    return None if yard is None else search.with_yard(machines[values["machine"]], yard, lifts)
 
 
 def _values(search: Search, found: Tried | None) -> list[float]:

@@ -10,7 +10,7 @@ import pytest
 from box_sites import test_crane as crane_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lift_work import work_of
+from lift_work import ways_of, work_of
 
 import bimvox
 from bimvox.bim.read import read_building
@@ -55,7 +55,7 @@ def test_no_motion_with_swing_is_below_the_bound_with_swing_nor_that_below_the_o
     if set_ups(CRANE, base, work, 20.0).served.all():
         plain_s, least_s = (least_moving_s(CRANE, base, work, Loose(swings=on))[0] for on in (False, True))
         assert plain_s <= least_s
-        assert least_s <= timed_moving_s(CRANE, work, np.ones(len(parts), np.bool_), swings=True) + 1e-6
+        assert least_s <= timed_moving_s(CRANE, ways_of(work), np.ones(len(parts), np.bool_)) + 1e-6
 
 
 def test_one_lift_takes_no_less_than_its_raise_and_the_way_across():

@@ -88,7 +88,7 @@ def test_another_yard_is_looked_at_closer_by_its_own_parts_and_only_with_machine
 ) -> None:
     (machine,) = machines_called("hammerhead-45")
     x, y = np.array(search.config.areas.yard[0]).T
-    further = OtherYard(3, tuple(zip((x - 8.0).tolist(), (y - 8.0).tolist(), strict=True)), 12_000.0)
+    further = OtherYard(3, tuple(zip((x - 14.0).tolist(), (y - 14.0).tolist(), strict=True)), 12_000.0)
     moved = search.with_yard(machine, further)
     found = better_placed(search, moved)
     assert found.yard is further

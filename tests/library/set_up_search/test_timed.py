@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
+from bimvox_pipeline.studio.opened import open_site
 from box_sites import test_crane as crane_of
+from lift_work import ways_of
+from planned_frame import FILES, planned
 
 from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.kinematics import pose_of
 from bimvox.crane.rigging import rigged
 from bimvox.crane.tower_crane import CranePose
+from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.timed import timed_moving_s
+from bimvox.log.reader import read_log
+from bimvox.progress import SilentProgress
+from bimvox.site.machine import cranes_of
 from bimvox.site.set_ups import LiftWork
+from bimvox.units import NS_PER_S
 
 CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
 
@@ -41,39 +50,76 @@ def axes_of(x: float, y: float, z: float) -> CranePose:
 def test_swing_costs_time_and_no_way_is_quicker_than_point_to_point() -> None:
     work = work_of(PLACES, YARD[:1])
     all_served = np.ones(3, np.bool_)
-    plain, shaped = (timed_moving_s(CRANE, work, all_served, swings=swings) for swings in (False, True))
+    plain, shaped = (timed_moving_s(CRANE, ways_of(work, swings=swings), all_served) for swings in (False, True))
     assert shaped > plain
     least_s = 0.0
     over_m = np.maximum.accumulate(work.tops_m) + work.heights_m + CRANE.sling_m
     for n, (place, top) in enumerate(zip(PLACES, work.tops_m.tolist(), strict=True)):
         pick, target = axes_of(*YARD[0], 1.0 + CRANE.sling_m), axes_of(*place, top + CRANE.sling_m)
         least_s += point_to_point_s(rigged(CRANE, 800.0), pick, target, float(over_m[n]))
-        least_s += point_to_point_s(rigged(CRANE, 0.0), target, pick, target.height_m)
-    assert plain >= 0.98 * least_s  # the first lift has no way back before it
+        if n + 1 < len(PLACES):
+            least_s += point_to_point_s(rigged(CRANE, 0.0), target, pick, target.height_m)
+    assert plain >= least_s
 
 
 def test_a_lift_that_slews_further_takes_longer() -> None:
     served = np.ones(3, np.bool_)
-    near, far = (
-        timed_moving_s(CRANE, work_of(PLACES, [at]), served, swings=True) for at in ((14.0, 16.0), (0.0, -21.0))
-    )
+    near, far = (timed_moving_s(CRANE, ways_of(work_of(PLACES, [at])), served) for at in ((14.0, 16.0), (0.0, -21.0)))
     assert far > near + 30.0
 
 
 @pytest.mark.parametrize("swings", [False, True])
 def test_parts_that_are_not_served_take_no_time(swings: bool) -> None:
-    both, alone = work_of(PLACES[:2], YARD[:1]), work_of(PLACES[:1], YARD[:1])
-    found = timed_moving_s(CRANE, both, np.array([True, False]), swings=swings)
-    assert found == pytest.approx(timed_moving_s(CRANE, alone, np.array([True]), swings=swings))
-    assert timed_moving_s(CRANE, both, np.zeros(2, np.bool_), swings=swings) == 0.0
+    both, alone = (ways_of(work_of(PLACES[:count], YARD[:1]), swings=swings) for count in (2, 1))
+    found = timed_moving_s(CRANE, both, np.array([True, False]))
+    assert found == pytest.approx(timed_moving_s(CRANE, alone, np.array([True])))
+    assert timed_moving_s(CRANE, both, np.zeros(2, np.bool_)) == 0.0
 
 
 def test_many_parts_are_sampled_and_count_in_full() -> None:
-    few = work_of(PLACES[:1], YARD[:1])
-    many = work_of(PLACES[:1] * 200, YARD[:1])
-    many = replace(many, tops_m=np.full(200, 2.0))
+    few, many = work_of(PLACES[:1] * 20, YARD[:1]), work_of(PLACES[:1] * 200, YARD[:1])
     each = [
-        timed_moving_s(CRANE, one, np.ones(count, np.bool_), swings=False) / count
-        for one, count in ((few, 1), (many, 200))
+        timed_moving_s(CRANE, ways_of(replace(one, tops_m=np.full(count, 2.0)), swings=False), np.ones(count, np.bool_))
+        / count
+        for one, count in ((few, 20), (many, 200))
     ]
-    assert each[1] == pytest.approx(each[0], rel=0.02)
+    assert each[1] == pytest.approx(each[0], rel=0.05)
+
+
+def one_carry_s(**more: Any) -> float:
+    work = replace(work_of([(0.0, 20.0)], [(20.0, 0.0)]), tops_m=np.array([4.0]))
+    return timed_moving_s(CRANE, ways_of(work, swings=False, **more), np.ones(1, np.bool_))
+
+
+def test_a_load_that_keeps_a_clearance_goes_higher_and_across_later() -> None:
+    assert one_carry_s(clearance_m=2.0) > one_carry_s() + 4.0
+    assert one_carry_s(cell_m=0.5) > one_carry_s() + 1.0
+
+
+def test_a_load_goes_straight_down_between_neighbours_as_high_as_they_are() -> None:
+    # Both are carried over the same height; the second one's neighbour is the first.
+    apart, close = (work_of([(0.0, 20.0 + gap_m), (0.0, 20.0)], [(20.0, 0.0)]) for gap_m in (9.0, 1.5))
+    apart, close = (ways_of(replace(one, tops_m=np.array([9.0, 1.0])), 2.0, swings=False) for one in (apart, close))
+    assert close.clear_m(1) == 9.0 > apart.clear_m(1) == 0.0
+    only = np.array([False, True])
+    assert timed_moving_s(CRANE, close, only) > timed_moving_s(CRANE, apart, only) + 4.0
+
+
+def test_a_long_load_does_not_pass_through_the_mast_nor_leave_the_site() -> None:
+    straight_s = one_carry_s(size_m=6.0)
+    long = np.array([[[-0.5, -18.0], [0.5, 18.0]]])
+    assert one_carry_s(around_m=long, mast_m=2.0) > straight_s + 20.0
+    narrow = np.array([[-9.0, -9.0], [16.0, 26.0]])
+    assert one_carry_s(size_m=6.0, bounds_m=np.array([[-9.0, -9.0], [26.0, 26.0]])) == straight_s
+    assert one_carry_s(size_m=6.0, bounds_m=narrow) > straight_s
+
+
+def test_the_estimate_is_that_of_the_plan_but_for_a_few_percent() -> None:
+    opened, made = open_site(planned() / FILES[0]), read_log(planned() / FILES[1])
+    (crane,) = cranes_of(opened.config)
+    search = Search(opened, SilentProgress())
+    parts, estimate_s = search.of(crane)
+    standing_s = float(search.work.standing_s.sum())
+    moving_s = made.motions[-1].end_ns / NS_PER_S - standing_s
+    assert parts == len(made.motions)
+    assert estimate_s - standing_s == pytest.approx(moving_s, rel=0.1)

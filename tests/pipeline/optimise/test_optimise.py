@@ -104,7 +104,8 @@ def test_other_yards_are_tried_and_a_killed_call_is_continued(
         return [(one.machine, one.yard, one.crane_s) for one in found], count
 
     whole, count = tried("whole", Effort(yards=10))
-    assert (count, bool(whole)) == (10, True)
+    assert count == 10
+    assert len({yard.polygon for _, yard, _ in whole}) >= 4, "the fastest ones, not only the very best"
     assert tried("in-parts", Effort(yards=4), Effort(yards=10)) == (whole, 10)
     assert tried("no-time", Effort(yards=10, seconds=0.0))[1] == 0
     taken = shapely.box(0.0, 0.0, 6.5, 6.5)

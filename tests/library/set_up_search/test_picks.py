@@ -1,0 +1,100 @@
+"""Picks in the yard: where the plan puts parts, as far as an estimate can know."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from bimvox_pipeline.studio.opened import open_site
+from planned_frame import FILES, planned
+
+from bimvox.crane.kinematics import pose_of
+from bimvox.crane.travel import Travel
+from bimvox.library.set_up_search.picks import Picks, around_m, taken_m2
+from bimvox.library.site import load_site
+from bimvox.log.reader import read_log
+from bimvox.planning.best_place import SAME_S
+from bimvox.planning.order.choose_order import travel_of
+from bimvox.planning.yard import allocate_yard
+from bimvox.records.lift import Lift
+from bimvox.site.site import Site
+from bimvox.site.trial import yard_points
+
+SQUARE = (((0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)),)
+POINTS_M = np.array([(x + 0.5, y + 0.5) for y in range(10) for x in range(10)])
+AROUND_M = np.array([[[-2.0, -1.0], [2.0, 1.0]]])
+
+
+@pytest.fixture(scope="module")
+def site() -> Site:
+    return load_site(planned() / FILES[0]).site
+
+
+@pytest.fixture(scope="module")
+def lifts() -> tuple[Lift, ...]:
+    return read_log(planned() / FILES[1]).plan.lifts
+
+
+def picked(picks: Picks, site: Site, able: np.ndarray) -> np.ndarray:
+    """Return where a part is picked that goes from one end of a yard to the other."""
+    crane = site.cranes[0]
+    before, place = (pose_of(crane, np.array([[x, 30.0, 0.0]])) for x in (20.0, 25.0))
+    hook = pose_of(crane, np.pad(POINTS_M, ((0, 0), (0, 1))))
+    at = picks.of(0, able, Travel(crane, 60.0), (before, hook, place))
+    assert able[at]
+    return POINTS_M[at]
+
+
+def test_a_part_lies_within_the_yard_where_the_crane_can_pick_it(site: Site) -> None:
+    everywhere = np.ones(100, np.bool_)
+    x, y = picked(Picks(SQUARE, POINTS_M, AROUND_M, np.zeros(1)), site, everywhere)
+    assert 1.5 <= x <= 8.5
+    assert 0.5 <= y <= 9.5
+    # A part as long as the yard has one row of places; a longer one lies anywhere.
+    long = 2.5 * AROUND_M
+    x, _ = picked(Picks(SQUARE, POINTS_M, long, np.zeros(1)), site, everywhere)
+    assert abs(x - 5.0) <= 0.5
+    picked(Picks(SQUARE, POINTS_M, 9.0 * AROUND_M, np.zeros(1)), site, everywhere)
+    # Where it fits, the crane may not carry it.
+    only_east = POINTS_M[:, 0] > 9.0
+    assert picked(Picks(SQUARE, POINTS_M, AROUND_M, np.zeros(1)), site, only_east)[0] == 9.5
+
+
+def test_earlier_parts_of_a_delivery_take_the_best_places(site: Site) -> None:
+    everywhere = np.ones(100, np.bool_)
+    first, later, next_delivery = (
+        picked(Picks(SQUARE, POINTS_M, AROUND_M, np.array([taken])), site, everywhere) for taken in (0.0, 60.0, 100.0)
+    )
+    assert (next_delivery == first).all()
+    assert (later != first).any()
+
+
+def test_a_part_is_picked_about_as_quickly_as_where_the_plan_puts_it(site: Site, lifts: tuple[Lift, ...]) -> None:
+    parts = [site.components[lift.component] for lift in lifts]
+    crane, size_m = site.cranes[0], site.frame.voxel_size_m
+    places = allocate_yard(site, tuple(part.index for part in parts), travel_of(site, crane))
+    travel, origin_m = travel_of(site, crane), np.array(site.frame.origin_m)
+
+    def over(cells) -> tuple:
+        return travel.axes_of(origin_m + size_m * (np.asarray(cells, float).reshape(-1, 3) + np.array([0.5, 0.5, 0.0])))
+
+    points_m = _yard_points()
+    picks = Picks(_config().areas.yard, points_m, around_m(parts, size_m), taken_m2(site, parts))
+    for n, part in enumerate(parts[1:], start=1):
+        place, height_m = places[part.index], part.shape.size_vox[2] * size_m
+        before, target = (over(np.add(one.target_vox, one.hook_line_vox)) for one in (parts[n - 1], part))
+        hook = travel.axes_of(np.pad(points_m, ((0, 0), (0, 1)), constant_values=height_m))
+        at = picks.of(n, np.ones(len(points_m), np.bool_), travel, (before, hook, target))
+        there = np.add(place.transit_start_vox, part.hook_line_vox)
+        own, plans = (
+            float((travel.between_s(before, axes) + travel.between_s(axes, target))[0])
+            for axes in (tuple(axis[at : at + 1] for axis in hook), over(there))
+        )
+        assert abs(own - plans) <= 3.0 * SAME_S
+
+
+def _config():
+    return open_site(planned() / FILES[0]).config
+
+
+def _yard_points() -> np.ndarray:
+    return yard_points(_config())
