@@ -11,9 +11,9 @@ from box_sites import test_crane as crane_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lift_work import ways_of, work_of
+from rough_search import read_model
 
 import bimvox
-from bimvox.bim.read import read_building
 from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.kinematics import pose_of
 from bimvox.crane.reach import allowed_radii_m
@@ -116,8 +116,8 @@ def test_the_least_of_all_places_is_below_that_of_every_place_with_any_points_of
 
 @pytest.mark.parametrize(("name", "aside_m"), [("frame.ifc", 0.0), ("frame.ifc", 6.0), ("hall.ifc", 0.0)])
 def test_no_plan_moves_less_than_the_bound_of_its_own_place(name: str, aside_m: float) -> None:
-    building = read_building(SAMPLES / name)
-    config = guess_site(building, ModelConfig(path=Path(name)), name="site")
+    building = read_model(SAMPLES / name)
+    config = guess_site(building, ModelConfig(path=Path(name), voxel_size_m=0.5), name="site")
     (crane,) = cranes_of(config)
     x, y, z = crane.base_m
     crane = dataclasses.replace(crane, base_m=(x + aside_m, y - aside_m, z))
@@ -131,7 +131,7 @@ def test_no_plan_moves_less_than_the_bound_of_its_own_place(name: str, aside_m: 
 
 
 def test_nothing_is_proved_where_a_part_may_start_outside_of_the_yard() -> None:
-    building = read_building(SAMPLES / "frame.ifc")
+    building = read_model(SAMPLES / "frame.ifc")
     config = guess_site(building, ModelConfig(path=Path("frame.ifc")), name="site")
     search = Search(PlacedSite(config, building), SilentProgress())
     lattice = list(search.tried(machines_called("hammerhead-45")))

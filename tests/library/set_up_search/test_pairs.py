@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from rough_search import read_model
 
-from bimvox.bim.read import read_building
 from bimvox.library.set_up_search.front import front_of, why_lost
 from bimvox.library.set_up_search.pairs import may_pair, pairs
 from bimvox.library.set_up_search.placed import PlacedSite
@@ -22,7 +22,7 @@ SAMPLES = Path(__file__).parents[3] / "sample_models"
 
 
 def placed_site(name: str) -> PlacedSite:
-    building = read_building(SAMPLES / name)
+    building = read_model(SAMPLES / name)
     return PlacedSite(guess_site(building, ModelConfig(path=Path(name)), name="site"), building)
 
 

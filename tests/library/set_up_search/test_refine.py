@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rough_search import read_model
 
-from bimvox.bim.read import read_building
 from bimvox.library.set_up_search import refine
 from bimvox.library.set_up_search.front import front_of, to_plan
 from bimvox.library.set_up_search.placed import PlacedSite
@@ -25,7 +25,7 @@ SAMPLES = Path(__file__).parents[3] / "sample_models"
 
 @pytest.fixture(scope="module")
 def search() -> Search:
-    building = read_building(SAMPLES / "frame.ifc")
+    building = read_model(SAMPLES / "frame.ifc")
     config = guess_site(building, ModelConfig(path=Path("frame.ifc")), name="site")
     return Search(PlacedSite(config, building), SilentProgress())
 

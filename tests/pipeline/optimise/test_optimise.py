@@ -18,7 +18,7 @@ from bimvox_pipeline.optimise.optimise import optimise
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import open_site
 from bimvox_pipeline.studio.saving import save
-from rough_search import time_few_lifts
+from rough_search import read_once, time_few_lifts
 
 from bimvox.errors import FileError, InputError
 from bimvox.library.set_up_search.placed import PlacedSite
@@ -38,9 +38,14 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]
     folder = tmp_path_factory.mktemp("optimised")
     shutil.copy(SAMPLES / "frame.ifc", folder)
     site = folder / "frame.site.toml"
-    init(folder / "frame.ifc", out=site, progress=SilentProgress())
-    site.write_text("# a remark of mine\n" + site.read_text())
+    init(folder / "frame.ifc", out=site, voxel_size_m=0.5, progress=SilentProgress())
+    site.write_text("# a remark of mine\n" + site.read_text().replace("search = true", "search = false"))
     return site, run(site)
+
+
+@pytest.fixture(autouse=True)
+def _is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    read_once(monkeypatch)
 
 
 def run(site: Path, out: Path | None = None, **options: Any) -> dict[str, Any]:
@@ -49,6 +54,7 @@ def run(site: Path, out: Path | None = None, **options: Any) -> dict[str, Any]:
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(command, "machines_called", lambda crane: machines_called(crane)[:2])
         time_few_lifts(patched)
+        read_once(patched)
         patched.setattr(schedule, "carry_out_apart", lambda work, run, folder: work(run, folder))
         return optimise(site, out or site.parent / "found", progress=SilentProgress(), **options)
 
@@ -134,9 +140,9 @@ def test_a_set_up_with_another_yard_plans_as_it_is(made: tuple[Path, dict[str, A
     opened = open_site(site)
     distant = tuple(tuple((x + 12.0, y - 12.0) for x, y in polygon) for polygon in opened.setup.yard)
     save(opened, opened.setup.model_copy(update={"yard": distant}), far)
-    document = run(far, site.parent / "yards", effort=Effort(3, 24, cranes=1), crane="hammerhead-45")
+    document = run(far, site.parent / "yards", effort=Effort(3, 12, cranes=1), crane="hammerhead-45")
     moved = [one for one in planned(document) if one["yard"] is not None]
-    assert document["trials"] == 24
+    assert document["trials"] == 12
     assert moved
     for one in moved:
         written = load_site_config(Path(one["site"]))
