@@ -48,7 +48,9 @@ class Picks:
         self._out_m: dict[int, NDArray[np.float64]] = {}
         self.points_m = points_m
 
-    def of(self, n: int, able: NDArray[np.bool_], travel: Travel, axes: tuple[Axes, Axes, Axes]) -> int:
+    def of(
+        self, n: int, able: NDArray[np.bool_], travel: Travel, axes: tuple[Axes, Axes, Axes], aside: float = 0.0
+    ) -> int:
         """Return the place of the yard where a part is picked.
 
         Args:
@@ -56,13 +58,14 @@ class Picks:
             able: (P,) whether the crane can pick it there; somewhere it can.
             travel: The crane's travel times.
             axes: The hook's axes at the part before, over the (P,) places, and at the part's own place.
+            aside: Share of the places that are taken besides.
         """
         before, hook, place = axes
         out_m = self._beyond_m(n)
         at = np.flatnonzero(able & (out_m <= max(self._half_m, out_m[able].min())))
         seconds = travel.between_s(before, hook) + travel.between_s(hook, place)
         ascending = np.argsort(np.floor(seconds[at] / SAME_S), kind="stable")
-        return int(at[ascending[int(self._taken[n] * len(at))]])
+        return int(at[ascending[int((self._taken[n] + aside) % 1.0 * len(at))]])
 
     def _beyond_m(self, n: int) -> NDArray[np.float64]:
         """Return how far each place is from where a part lies within the yard; 0 if it is larger than the yard."""

@@ -35,6 +35,8 @@ from bimvox.site.extent import MARGIN_VOX
 
 LIFTS, FEW_LIFTS = 48, 12
 """Lifts that are laid over time, and of a first look; of fewer parts each several times."""
+_ASIDE = 0.02
+"""A part is picked so much of the yard further on each time: where exactly it lies, an estimate cannot know."""
 _NEVER_AT_REST_S = 600.0
 """A way whose load never comes to rest: the plan needs another one."""
 _AROUND_S = 150.0
@@ -63,12 +65,14 @@ def timed_moving_s(crane: TowerCrane, ways: Ways, served: NDArray[np.bool_], lif
     travel = Travel(crane, crane.jib_length_m + crane.jib_height_m)
     limits_m = radii_for_m(crane, work.masses_kg)
     total_s = 0.0
-    for position in (np.arange(some) * len(lifted) // some).tolist():
+    times = max(1, lifts // some)
+    positions = (np.arange(some) * len(lifted) // some).tolist()
+    for lift, position in enumerate(positions * times):
         before, n = (int(lifted[which]) for which in (position - 1, position))
         (near_m, far_m), height_m = limits_m[n].tolist(), float(work.heights_m[n])
         able = (yard[1] >= near_m) & (yard[1] <= far_m)
         hook = (yard[0], yard[1], np.full(len(able), height_m))
-        at = ways.picks.of(n, able, travel, (_at(targets, before), hook, _at(targets, n)))
+        at = ways.picks.of(n, able, travel, (_at(targets, before), hook, _at(targets, n)), _ASIDE * (lift // some))
         left, end = (_over(targets, part, crane.sling_m) for part in (before, n))
         turn_rad = nearest_turn(float(yard[0][at]), left.slew_rad)
         pick = CranePose(turn_rad, float(yard[1][at]), height_m + crane.sling_m)
@@ -87,7 +91,7 @@ def timed_moving_s(crane: TowerCrane, ways: Ways, served: NDArray[np.bool_], lif
         if free is not None and free is not first:
             carry_s = min(carry_s, _way_s(loaded, free, heights_m, hangs))
         total_s += rest_to_rest_s(ways.cell_m, loaded.hoist) + carry_s
-    return total_s * len(lifted) / some
+    return total_s * len(lifted) / (some * times)
 
 
 def _at(axes: Axes, n: int) -> Axes:

@@ -78,7 +78,7 @@ def test_what_would_be_planned_is_timed_itself_and_is_as_fast_as_if_all_were(
     assert {one.lifts for one in found} == {0, LIFTS}
     assert all(one.lifts == LIFTS for one in to_plan(found, front_of(found), 2))
     every = [search.from_place(one, np.array(one.crane.base_m[:2])) for one in lattice]
-    assert min(one.crane_s for one in found) <= min(one.crane_s for one in every)
+    assert min(one.crane_s for one in found) <= 1.001 * min(one.crane_s for one in every)
     for one, timed in zip(found, every, strict=True):
         assert one.lifts or one.crane_s == pytest.approx(timed.crane_s, rel=0.02)
 
