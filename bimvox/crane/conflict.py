@@ -198,12 +198,14 @@ def _first_conflict(
         if time < end:
             at_a = min(max((time - start_a) // length + 1, 0), at_a)
             at_b = min(max((time - start_b) // length + 1, 0), at_b)
-        if at_a != last_a:
+        moved_a = last_a < 0 or _differ(rows_a[at_a], rows_a[last_a])
+        moved_b = last_b < 0 or _differ(rows_b[at_b], rows_b[last_b])
+        last_a, last_b = at_a, at_b
+        if moved_a:
             _parts_of(outline_a, rows_a[at_a], parts_a)
-        if at_b != last_b:
+        if moved_b:
             _parts_of(outline_b, rows_b[at_b], parts_b)
-        if at_a != last_a or at_b != last_b:
-            last_a, last_b = at_a, at_b
+        if moved_a or moved_b:
             one, other, distance, needed = _pair(
                 outline_a, rows_a[at_a], parts_a, outline_b, rows_b[at_b], parts_b, separation_m, tolerance_m
             )
@@ -214,6 +216,15 @@ def _first_conflict(
         next_a = start_a + at_a * length if at_a < rows_a.shape[0] - 1 else end
         next_b = start_b + at_b * length if at_b < rows_b.shape[0] - 1 else end
         time = min(max(next_a, time + 1), max(next_b, time + 1), end)
+
+
+@kernel
+def _differ(row: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
+    """Return whether two rows differ; those of a crane at rest do not."""
+    count = 0
+    for n in range(COLUMNS):
+        count += row[n] != other[n]
+    return count > 0
 
 
 @kernel

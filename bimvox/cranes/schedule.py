@@ -109,6 +109,8 @@ class _Schedule:
         self.set_ns: dict[int, int] = {}
         self.choice, self.in_the_way = 0, False
         self.conflict: tuple[int, int, Conflict] | None = None
+        self.tracks: dict[int, CraneTrack] = {}
+        self.deliveries = {one.lift.order: one.lift.place.delivery for one in lifts if one.lift.place is not None}
         self.cranes: list[CraneClock] = []
         for number, crane in enumerate(self.site.cranes):
             own = [one for one in lifts if one.crane == number]
@@ -273,7 +275,7 @@ class _Schedule:
         if leg.last:
             first_ns = max([first_ns, *(ns for n, ns in self.released_ns.items() if n < order)])
         passed_ns = min([self.set_ns[n] for n in leg.before if n in self.set_ns], default=None)
-        track = approach_track(self.site, self.site.cranes[crane.number], leg.trajectory, 0)
+        track = self._track(crane, leg)
         latest_ns = None if passed_ns is None else passed_ns - int(leg.trajectory.time_ns[-1])
         if at_once:
             latest_ns = first_ns if latest_ns is None else min(first_ns, latest_ns)
@@ -283,6 +285,13 @@ class _Schedule:
         crane.add_leg(PlacedLeg(start_ns, leg.trajectory, track.later(start_ns), before=leg.before))
         crane.at = to
         return True
+
+    def _track(self, crane: CraneClock, leg: Leg) -> CraneTrack:
+        """Return where a crane may be during a leg that starts at 0."""
+        track = self.tracks.get(id(leg))
+        if track is None:
+            track = self.tracks[id(leg)] = approach_track(self.site, self.site.cranes[crane.number], leg.trajectory, 0)
+        return track
 
     def _give_way(self, crane: CraneClock) -> bool:
         """Move a crane back from its next part, or to a parking place; return whether it is possible."""
@@ -332,8 +341,7 @@ class _Schedule:
         if crane.at != "pick" or crane.tracks or not crane.starts:
             return False
         for parking in crane.lifts[0].parkings:
-            machine = self.site.cranes[crane.number]
-            parked = standing_at(approach_track(self.site, machine, parking.back.trajectory, 0).first, 0)
+            parked = standing_at(self._track(crane, parking.back).first, 0)
             if self._conflict(crane, parked, 0) is None:
                 crane.start, crane.at, crane.parking = parked, "parked", parking
                 return True
@@ -381,9 +389,7 @@ class _Schedule:
         return None
 
     def _delivery(self, order: int) -> int:
-        place = next(one.lift.place for one in self.lifts if one.lift.order == order)
-        assert place is not None
-        return place.delivery
+        return self.deliveries[order]
 
     def _never(self, crane: CraneClock, lift: Lift) -> NoFreeTimeError:
         component = self.site.components[lift.component]

@@ -209,6 +209,16 @@ def test_the_outline_of_a_luffing_crane_luffs_and_rises_above_its_pivot():
     assert highest_point_m(luffing) > luffing.luffing.pivot_height_m
 
 
+@pytest.mark.parametrize("still", [1, 7])
+def test_a_crane_at_rest_meets_what_comes_at_the_time_at_which_it_comes(still):
+    cranes = hammerhead(), hammerhead(60.0)
+    east, west = row(slew=(0.0, 0.0)), row(slew=(np.pi, np.pi))
+    waiting = track(*[east] * (3 * still))
+    coming = track(*[east] * (2 * still), *[west] * still)
+    assert conflict(cranes, waiting, coming).time_ns == 2 * still * SPAN_NS
+    assert conflict(cranes, waiting, track(*[west] * still, *[east] * still)).time_ns == 0
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_the_first_start_is_the_first_one_without_a_conflict(seed):
     random = np.random.default_rng(seed)
