@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.conflict import CraneTrack, joined
 from bimvox.crane.outline import CraneOutline
-from bimvox.cranes.lift import CraneLift, Parking
+from bimvox.cranes.lift import CraneLift
 from bimvox.motion.phases import delayed as delayed_phases
 from bimvox.motion.trajectories import delayed, one_after_another, turned_to
 from bimvox.records.lift import Lift
@@ -94,7 +94,7 @@ class CraneClock:
         starts_ns: Per lift on the clock, when it is hooked on.
         at: Where its hook is: ``set`` (where its last part was set, or where it was when the plan was revised),
             ``pick`` (over its next part), ``parked``, or ``loaded`` (its load was stopped under way).
-        parking: Where it is parked.
+        parking: Where it is parked, as an index of the parking places of its next lift.
         begun: How many of its lifts were hooked on when the plan was revised.
         driven: How many legs of its empty hook had begun by then, after these lifts.
         motions: Motions of the lifts that were hooked on, by order.
@@ -111,7 +111,7 @@ class CraneClock:
     legs: dict[int, list[PlacedLeg]] = field(default_factory=dict)
     starts_ns: list[int] = field(default_factory=list)
     at: str = "pick"
-    parking: Parking | None = None
+    parking: int = 0
     begun: int = 0
     driven: int = 0
     motions: dict[int, LiftMotion] = field(default_factory=dict)

@@ -13,7 +13,7 @@ On all of them the hook stays above every part that may still be in the yard.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -43,6 +43,8 @@ from bimvox.site.site import Site
 _TRIED = 10
 _APART_RAD = np.radians(25.0)
 _LONG_S = 90.0
+_FINE_SECTORS = 120
+"""Directions in which a place is looked for that does not obstruct a lift which all others obstruct."""
 _NEAR_M = 1.0
 """Parts that are set closer than this to an early leg, at its height, are set only after the hook has passed."""
 
@@ -72,6 +74,7 @@ class LegMaker:
         place: Where its part is in the yard.
         meanwhile: The lifts of other cranes since the crane's last one.
         near: More lifts of other cranes that it must not obstruct.
+        every_place: Whether all parking places are wanted, and legs between them.
     """
 
     def __init__(
@@ -82,7 +85,10 @@ class LegMaker:
         place: YardPlace,
         meanwhile: Sequence[Carried],
         near: Sequence[Carried],
+        *,
+        every_place: bool = False,
     ) -> None:
+        self.every_place = every_place
         self.plan, self.number, self.lift, self.place = plan, number, lift, place
         self.watched = [*meanwhile, *(one for one in near if one not in meanwhile)]
         self.between = [one.lift for one in meanwhile]
@@ -100,7 +106,6 @@ class LegMaker:
         lying = self.lying()
         now = self.hook_rule(space, above=lying)
         early = late = None
-        parkings: list[Parking] = []
         near: list[HookEnd] = [pick_vox]
         slew_rad = 0.0
         if before is not None:
@@ -117,15 +122,15 @@ class LegMaker:
             late = early
             if self.between or early is None:
                 late = self._late(space, before.lift, pick_vox, slew_rad, lying)
-        for parked_vox in self.parking_cells(now, near):
+
+        def parking(parked_vox: NDArray[np.int32]) -> Parking | None:
             back = self.leg(now, parked_vox, pick_vox, slew_rad)
             if back is None:
                 back = self.leg(self.hook_rule(space), parked_vox, pick_vox, slew_rad, last=True)
             aside = self._early(then, exit_at, parked_vox, slew_rad) if before is not None else None
-            if back is not None and (before is None or aside is not None):
-                parkings.append(Parking(aside, back))
-            if len(parkings) == KEPT_PARKINGS:
-                break
+            return Parking(aside, back) if back is not None and (before is None or aside is not None) else None
+
+        parkings = self.parkings(now, near, parking, slew_rad)
         if before is not None and early is None and late is None and not parkings:
             raise HookError(self.component.id, "the empty hook has no free path to it from its crane's previous lift")
         free = placement_is_free(now, *in_cell(pick_vox))
@@ -137,6 +142,52 @@ class LegMaker:
         """Return the collision rule of the empty hook before it is over the part; see ``empty_hook_clearance``."""
         return empty_hook_clearance(self.site, self.crane, space, self.place, left_vox, above)
 
+    def parkings(
+        self,
+        rule: CollisionSpace,
+        near: Sequence[HookEnd],
+        parking: Callable[[NDArray[np.int32]], Parking | None],
+        slew_rad: float,
+    ) -> list[Parking]:
+        """Return parking places, best first; with every place, also legs between them.
+
+        With every place, a lift that all others obstruct gets one that does not obstruct it.
+
+        Args:
+            rule: The collision rule of the empty hook.
+            near: Where the hook comes from and where it goes.
+            parking: Makes the legs to a cell and back.
+            slew_rad: Slewing angle near which the legs between the places begin.
+        """
+        cells, made = [], []
+        for cell in self.parking_cells(rule, near):
+            legs = parking(cell)
+            if legs is not None:
+                cells.append(cell)
+                made.append(legs)
+            if len(made) == KEPT_PARKINGS and not self.every_place:
+                return made
+        if not self.every_place:
+            return made
+        met = [self._met(cell) for cell in cells]
+        for one in self.watched:
+            if all(one.lift.order in orders for orders in met):
+                for cell in parking_cells(self.site, self.number, rule, _FINE_SECTORS):
+                    orders = self._met(cell)
+                    legs = None if one.lift.order in orders else parking(cell)
+                    if legs is not None:
+                        cells, made, met = [*cells, cell], [*made, legs], [*met, orders]
+                        break
+        return [
+            replace(legs, across=tuple(self.leg(rule, cell, other, slew_rad) for other in cells))
+            for cell, legs in zip(cells, made, strict=True)
+        ]
+
+    def _met(self, cell: NDArray[np.int32]) -> set[int]:
+        """Return orders of the watched lifts that the hook over a cell obstructs."""
+        still = standing_track(self.site, self.crane, axes_of_cells(self.empty.load, cell))
+        return {one.lift.order for one in self.watched if self._meets(outline_of(self.crane), still, one)}
+
     def parking_cells(self, rule: CollisionSpace, near: Sequence[HookEnd]) -> list[NDArray[np.int32]]:
         """Return cells to wait at, sorted by how many of the other cranes' lifts they obstruct, then by slewing angle.
 
@@ -146,15 +197,13 @@ class LegMaker:
         """
         if not self.watched:
             return []
-        site, outline, hook = self.site, outline_of(self.crane), self.empty.load
+        site, hook = self.site, self.empty.load
         wanted = [float(axes_of_cells(hook, cell)[0]) for cell in near]
         judged: list[tuple[int, float, int, NDArray[np.int32]]] = []
         above = [drawn_up(site, rule, cell) for cell in near]
         for n, cell in enumerate([*above, *parking_cells(site, self.number, rule)]):
             axes = axes_of_cells(hook, cell)
-            still = standing_track(self.site, self.crane, axes)
-            met = sum(self._meets(outline, still, one) for one in self.watched)
-            judged.append((met, round(sum(_turn(axes[0] - angle) for angle in wanted), 6), n, cell))
+            judged.append((len(self._met(cell)), round(sum(_turn(axes[0] - angle) for angle in wanted), 6), n, cell))
         chosen: list[tuple[float, NDArray[np.int32]]] = []
         for *_, cell in sorted(judged, key=lambda entry: entry[:3]):
             angle = float(axes_of_cells(hook, cell)[0])

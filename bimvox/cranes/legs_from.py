@@ -17,7 +17,6 @@ from bimvox.crane.kinematics import nearest_turn
 from bimvox.crane.tower_crane import CranePose
 from bimvox.cranes.legs import LegMaker, legs_of
 from bimvox.cranes.lift import REST_NS, HookError, Leg, Legs, Parking
-from bimvox.cranes.parking import KEPT_PARKINGS
 from bimvox.errors import PlanningError
 from bimvox.motion.load_frame import HookEnd, cells_of_axes
 from bimvox.motion.time_lift import hook_on_at
@@ -83,17 +82,15 @@ def legs_from_there(
         late = _leg(maker, now, pose, pick_vox)
         if late is None:
             late = _leg(maker, maker.hook_rule(space), pose, pick_vox, last=True)
-    parkings: list[Parking] = []
-    near = [pick_vox, at_vox]
-    for parked_vox in maker.parking_cells(now, near):
+
+    def parking(parked_vox: NDArray[np.int32]) -> Parking | None:
         back = maker.leg(now, parked_vox, pick_vox, pose.slew_rad)
         aside = _leg(maker, now, pose, parked_vox)
         if aside is None and last is not None:
             aside = _early(maker, then, pose, parked_vox, since.order)
-        if back is not None and aside is not None:
-            parkings.append(Parking(aside, back))
-        if len(parkings) == KEPT_PARKINGS:
-            break
+        return Parking(aside, back) if back is not None and aside is not None else None
+
+    parkings = maker.parkings(now, [pick_vox, at_vox], parking, pose.slew_rad)
     if not there and early is None and late is None and not parkings:
         raise HookError(component.id, "the empty hook has no free path to it from where it is")
     legs = legs_of(early, late, parkings, pose.slew_rad)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from bimvox.crane.conflict import CraneTrack
@@ -45,10 +46,12 @@ class Parking:
     Attributes:
         aside: The leg to it; None if the crane starts there.
         back: The leg from it to the part.
+        across: Legs from it to the lift's parking places, in their order; None where there is none.
     """
 
     aside: Leg | None
     back: Leg
+    across: tuple[Leg | None, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,6 +108,7 @@ class CraneLift:
         track: Where the crane may be during the carry.
         leaves: Legs to a parking place after the crane's last lift.
         starts_there: Whether the crane can wait over the part from the start of the clock.
+        every_parking: Makes all parking places that can be found, these first, with legs between them.
     """
 
     lift: Lift
@@ -116,3 +120,4 @@ class CraneLift:
     track: CraneTrack
     leaves: tuple[Leg, ...] = ()
     starts_there: bool = True
+    every_parking: Callable[[], tuple[Parking, ...]] | None = None

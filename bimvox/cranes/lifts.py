@@ -7,8 +7,9 @@ its crane's lift before ends.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -59,8 +60,9 @@ def crane_lifts(
     planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
     carries = [made[lift.order] for lift in planned]
     carried = [_carried(plan.site, plan.lifts[carry.order], carry) for carry in carries]
-    legs = _LegMaking(plan, preparation, starts).shared(carried, workers)
-    return tuple(_one_after_another(carries, carried, legs, begun))
+    making = _LegMaking(plan, preparation, starts)
+    legs = making.shared(carried, workers)
+    return tuple(_one_after_another(carries, carried, legs, begun, partial(making.every_parking, carried)))
 
 
 def _carried(site: Site, lift: Lift, carry: LiftMotion) -> Carried:
@@ -107,6 +109,13 @@ class _LegMaking:
             by_order[carried[n].lift.order] = legs
         return by_order
 
+    def every_parking(self, carried: Sequence[Carried], order: int) -> tuple[Parking, ...]:
+        """Return all parking places on the way to a lift, with legs between them."""
+        n = next(n for n, one in enumerate(carried) if one.lift.order == order)
+        legs = self._made(order, self._seen(carried, [n]), every_place=True)
+        assert isinstance(legs, Legs)
+        return legs.parkings
+
     def made(self, orders: Sequence[int], seen: Sequence[Carried]) -> list[Legs | MotionError]:
         """Return the legs to lifts, given in ascending order; errors for those that the hook cannot get to.
 
@@ -137,7 +146,7 @@ class _LegMaking:
         self._spaces: dict[int, tuple[int, CollisionSpace]] = {}
         self._since: tuple[Lift, CollisionSpace] | None = None
 
-    def _made(self, order: int, seen: Sequence[Carried]) -> Legs | MotionError:
+    def _made(self, order: int, seen: Sequence[Carried], *, every_place: bool = False) -> Legs | MotionError:
         own = next(one for one in seen if one.lift.order == order)
         earlier = [one for one in seen if one.lift.order < order]
         last = {one.crane: one for one in earlier}
@@ -147,8 +156,9 @@ class _LegMaking:
         was = last.pop(own.crane, None)
         between = [one for one in earlier if was is None or one.lift.order > was.lift.order]
         near = [last[number] for number in sorted(last)]
+        maker = self._maker(own, between, near, every_place=every_place)
         try:
-            legs = self._legs(own, was, space, between, near)
+            legs = self._legs(own, was, space, maker)
         except MotionError as error:
             return error
         finally:
@@ -164,21 +174,22 @@ class _LegMaking:
         own: Carried,
         was: Carried | None,
         space: CollisionSpace,
-        between: Sequence[Carried],
-        near: Sequence[Carried],
+        maker: LegMaker,
     ) -> Legs:
         if own.lift.order in self._begun:
             return Legs(None, None, (), own.hooked_rad)
-        maker, start = self._maker(own, between, near), self._starts.get(own.crane)
+        start = self._starts.get(own.crane)
         is_first = was is None or was.lift.order in self._begun
         if start is not None and start.axes is not None and is_first:
             return legs_from_there(maker, space, start.axes, self._since)
         before = None if was is None else LastLift(was.lift, self._spaces[own.crane][1], was.left_rad)
         return maker.made(space, before)
 
-    def _maker(self, own: Carried, between: Sequence[Carried], near: Sequence[Carried]) -> LegMaker:
+    def _maker(
+        self, own: Carried, between: Sequence[Carried], near: Sequence[Carried], *, every_place: bool = False
+    ) -> LegMaker:
         assert own.lift.place is not None
-        return LegMaker(self._plan, own.crane, own.lift, own.lift.place, between, near)
+        return LegMaker(self._plan, own.crane, own.lift, own.lift.place, between, near, every_place=every_place)
 
     def _space_of(self, lift: Lift) -> CollisionSpace:
         if lift.order in self._begun:  # its last moves are not cleared: it has left them, or it is on them
@@ -205,7 +216,11 @@ class _LegMaking:
 
 
 def _one_after_another(
-    carries: Sequence[LiftMotion], carried: Sequence[Carried], found: Mapping[int, Legs], begun: Collection[int]
+    carries: Sequence[LiftMotion],
+    carried: Sequence[Carried],
+    found: Mapping[int, Legs],
+    begun: Collection[int],
+    every_parking: Callable[[int], tuple[Parking, ...]],
 ) -> Iterator[CraneLift]:
     """Yield the lifts, with whole turns added so that each begins where its crane's lift before ends."""
     turns: dict[int, int] = {}
@@ -220,15 +235,31 @@ def _one_after_another(
             replace(carry, raising=turned(carry.raising, now), loaded=turned(carry.loaded, now)) if now else carry,
             _turned_leg(legs.early, before),
             _turned_leg(legs.late, before),
-            tuple(Parking(_turned_leg(way.aside, before), _turned(way.back, before)) for way in legs.parkings),
+            _turned_parkings(legs.parkings, before),
             _turned_track(one.track, now),
             tuple(_turned(leg, now) for leg in legs.leaves),
             legs.starts_there,
+            partial(_every_parking, every_parking, order, before),
         )
+
+
+def _every_parking(make: Callable[[int], tuple[Parking, ...]], order: int, turns: int) -> tuple[Parking, ...]:
+    return _turned_parkings(make(order), turns)
 
 
 def _turned_leg(leg: Leg | None, turns: int) -> Leg | None:
     return None if leg is None else _turned(leg, turns)
+
+
+def _turned_parkings(parkings: Sequence[Parking], turns: int) -> tuple[Parking, ...]:
+    return tuple(
+        Parking(
+            _turned_leg(way.aside, turns),
+            _turned(way.back, turns),
+            tuple(_turned_leg(leg, turns) for leg in way.across),
+        )
+        for way in parkings
+    )
 
 
 def _turned(leg: Leg, turns: int) -> Leg:

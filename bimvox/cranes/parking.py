@@ -29,7 +29,7 @@ def _top(site: Site, rule: CollisionSpace) -> NDArray[np.int32]:
     return np.minimum(top, rule.hook_ceiling) if rule.hook_ceiling.size else top
 
 
-def parking_cells(site: Site, number: int, rule: CollisionSpace) -> list[NDArray[np.int32]]:
+def parking_cells(site: Site, number: int, rule: CollisionSpace, sectors: int = _SECTORS) -> list[NDArray[np.int32]]:
     """Return cells of the slings' lower end at which a crane can wait, in every direction, with the hook raised."""
     top = _top(site, rule)
     columns = np.argwhere((rule.hook_floor < HOOK_FORBIDDEN) & (rule.hook_floor <= top))
@@ -37,9 +37,9 @@ def parking_cells(site: Site, number: int, rule: CollisionSpace) -> list[NDArray
     from_base_m = np.array(site.frame.origin_m[:2]) + site.frame.voxel_size_m * (columns + 0.5) - base_m
     radius_m, angle = np.hypot(*from_base_m.T), np.arctan2(*from_base_m.T[::-1])
     nearest_m = site.cranes[number].min_radius_m + _OFF_VOX * site.frame.voxel_size_m
-    sector = np.floor((angle + np.pi) / (2.0 * np.pi) * _SECTORS).astype(np.int64) % _SECTORS
+    sector = np.floor((angle + np.pi) / (2.0 * np.pi) * sectors).astype(np.int64) % sectors
     cells = []
-    for n in range(_SECTORS):
+    for n in range(sectors):
         own = np.flatnonzero((sector == n) & (radius_m >= nearest_m))
         if not len(own):
             continue

@@ -16,6 +16,7 @@ from bimvox.motion.figures import plan_figures
 from bimvox.motion.steps import may_pause, steps_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare
+from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
@@ -23,6 +24,7 @@ from bimvox.proof.steps import verify_steps
 from bimvox.records.lift import Status
 from bimvox.records.motion import PhaseName
 from bimvox.records.other_means import by_other_means, needed_by_ns
+from bimvox.site.build import with_digests
 from bimvox.site.means import Means
 
 
@@ -178,6 +180,40 @@ def test_cranes_that_always_obstruct_each_other_are_reported():
         planned(two_crane_site(crane_separation_m=15.0))
     assert "no free time slot for it alongside the other cranes" in str(caught.value)
     assert "crane" in str(caught.value.hint)
+
+
+def low_and_high(order):
+    """Return a site on which ropes of east pass where the jib of west can wait, its lifts, and the plan."""
+    site = two_crane_site(crane_separation_m=2.0)
+    west = dataclasses.replace(site.cranes[0], jib_length_m=16.0)
+    east = dataclasses.replace(site.cranes[1], jib_height_m=20.0, jib_length_m=26.0, base_m=(26.0, -3.0, 0.0))
+    parts = tuple(dataclasses.replace(one, crane=int("west b" not in one.id)) for one in site.components)
+    site = with_digests(dataclasses.replace(site, cranes=(west, east), components=parts))
+    preparation = prepare(site)
+    numbers = {one.id: one.index for one in parts}
+    sequencer = Sequencer(site, preparation.relations, preparation.contacts)
+    sequence = sequencer.following([numbers[name] for name in order])
+    preparation = dataclasses.replace(preparation, sequence=sequence)
+    plan = plan_lifts(site, preparation)
+    return plan, preparation
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        ["west left", "west right", "east left", "east right", "west beam", "east beam", "west bridge"],
+        ["east right", "west right", "east left", "west left", "west beam", "east beam", "west bridge"],
+    ],
+)
+def test_a_parked_crane_moves_on_if_there_is_no_other_way(order, monkeypatch):
+    plan, preparation = low_and_high(order)
+    motions = time_lifts(plan, preparation)
+    assert len(motions) == len(plan.lifts) == 7
+    proof = verify_motions(plan, motions)
+    assert proof.verified, proof.failures
+    monkeypatch.setattr(_Schedule, "_with_every_place", lambda *_: False)
+    with pytest.raises(MotionError):
+        time_lifts(plan, preparation)
 
 
 def test_an_early_leg_delays_only_parts_next_to_it():

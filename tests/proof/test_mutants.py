@@ -527,7 +527,7 @@ MUTANTS: dict[str, Mutant] = {
         },
     ),
     "cranes that take no turns": Mutant(
-        taking_turns, "turns", {"bimvox.cranes.schedule._Schedule._set_after_ns": always(0)}
+        taking_turns, "turns", {"bimvox.cranes.clocks.Clocks._set_after_ns": always(0)}
     ),
 }
 
