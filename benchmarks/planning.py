@@ -135,8 +135,8 @@ def cranes_row(site_file: Path) -> str:
     site = load_site(site_file, SilentProgress()).site
     greedy, ids = prepare(site), [part.id for part in site.components]
     ways = [(site, greedy), faster(site, greedy), faster(site, greedy, free=ids)]
-    ends_ns = [None if way is None else end_ns_of(*way, free=ids) for way in ways]
-    hours = " | ".join("-" if end_ns is None else f"{end_ns / 3.6e12:.2f}" for end_ns in ends_ns)
+    ends = [None if way is None else end_ns_of(*way, free=ids) for way in ways]
+    hours = " | ".join("-" if end is None else f"{end[1] / 3.6e12:.2f}" for end in ends)
     last = ways[-1]
     moved = (
         0 if last is None else sum(a.crane != b.crane for a, b in zip(site.components, last[0].components, strict=True))

@@ -248,6 +248,11 @@ class MotionError(PlanningError):
         super().__init__(f"{component}: {message}", hint=hint)
         self.component = component
 
+    @property
+    def reasons(self) -> Mapping[str, str]:
+        """The message by component; of several components if several paths cannot be executed."""
+        return {self.component: self.message}
+
 
 class VerificationError(PlanningError):
     """A proof failed; ``failures`` lists each failure with its place."""

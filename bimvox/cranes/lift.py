@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from bimvox.crane.conflict import CraneTrack
@@ -21,7 +21,25 @@ class HookError(MotionError):
 
 
 class NoFreeTimeError(MotionError):
-    """A crane has no free time for a lift alongside the others."""
+    """A crane has no free time for a lift alongside the others, or for several lifts.
+
+    Args:
+        component: The part of the first one.
+        message: Why it has none.
+        hint: What to do about it.
+        more: Messages for the other parts, by component.
+    """
+
+    def __init__(
+        self, component: str, message: str, *, hint: str | None = None, more: Mapping[str, str] | None = None
+    ) -> None:
+        super().__init__(component, message, hint=hint)
+        self._more = {} if more is None else {part: f"{part}: {why}" for part, why in more.items()}
+
+    @property
+    def reasons(self) -> Mapping[str, str]:
+        """The message by component."""
+        return {**super().reasons, **self._more}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,6 +18,7 @@ from bimvox.crane.conflict import COLUMNS, SLEW_HIGH, SLEW_LOW, CraneTrack
 from bimvox.cranes.legs import LastLift, LegMaker
 from bimvox.cranes.legs_from import CraneStart, legs_from_there
 from bimvox.cranes.lift import Carried, CraneLift, Leg, Legs, Parking
+from bimvox.cranes.obstructed import insist_on_room
 from bimvox.cranes.track import carrying_track
 from bimvox.errors import MotionError
 from bimvox.motion.time_plan import KnownMotions, each_by_itself
@@ -53,6 +54,7 @@ def crane_lifts(
     Raises:
         HookError: If a hook has no free path from where it is to its next part.
         MotionError: If a path is not free or cannot be driven, or the empty hook has no free path to a part.
+        NoFreeTimeError: If a crane obstructs lifts of another one wherever it waits; names all of them.
     """
     begun = {order: motion for start in starts.values() for order, motion in start.motions.items()}
     known = KnownMotions() if known is None else known
@@ -60,6 +62,7 @@ def crane_lifts(
     planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
     carries = [made[lift.order] for lift in planned]
     carried = [_carried(plan.site, plan.lifts[carry.order], carry) for carry in carries]
+    insist_on_room(plan.site, [one for one in carried if one.lift.order not in begun])
     making = _LegMaking(plan, preparation, starts)
     legs = making.shared(carried, workers)
     return tuple(_one_after_another(carries, carried, legs, begun, partial(making.every_parking, carried)))

@@ -1,8 +1,8 @@
 """What is prepared for a site; for several cranes with a faster erection sequence, by their scheduled motions.
 
 The local search estimates. So its sequences, with each part lifted by its crane and with other cranes where that may be
-faster, are planned and scheduled without obstructions, and the fastest one is kept, the greedy one included; a sequence
-in which a lift finds no free time is not.
+faster, are planned and scheduled without obstructions, the greedy one included. Kept is the one in which fewest lifts
+have no free time, and of these the fastest.
 """
 
 from __future__ import annotations
@@ -55,9 +55,9 @@ def faster_on_the_clock(
             ways.append(found)
     if len(ways) == 1:
         return ways[0]
-    ends_ns = [end_ns_of(*way, workers, free) for way in ways]
-    known = [n for n, end_ns in enumerate(ends_ns) if end_ns is not None]
-    other, made = ways[min(known, key=lambda n: ends_ns[n] or 0, default=0)]
+    ends = [end_ns_of(*way, workers, free) for way in ways]
+    known = [n for n, end in enumerate(ends) if end is not None]
+    other, made = ways[min(known, key=lambda n: ends[n] or (0, 0), default=0)]
     return given_to_others(site, other, made)
 
 
@@ -66,8 +66,12 @@ def _differs(one: tuple[Site, Preparation], other: tuple[Site, Preparation]) -> 
     return cranes != others or one[1].sequence.order != other[1].sequence.order
 
 
-def end_ns_of(site: Site, preparation: Preparation, workers: Workers = ALONE, free: Collection[str] = ()) -> int | None:
-    """Return when the last lift ends, on the site's clock without obstructions; None if a lift cannot be driven.
+def end_ns_of(
+    site: Site, preparation: Preparation, workers: Workers = ALONE, free: Collection[str] = ()
+) -> tuple[int, int] | None:
+    """Return how many lifts have no free time, and when the last one ends; None if a lift cannot be driven.
+
+    The end is on the site's clock without obstructions.
 
     Args:
         site: The site, with several cranes.
@@ -75,20 +79,17 @@ def end_ns_of(site: Site, preparation: Preparation, workers: Workers = ALONE, fr
         workers: Share the work.
         free: Ids of the components that another crane may lift if their own has no free time for them.
     """
-    site, handed = without_obstructions(site), set[str]()
+    site, handed, refused = without_obstructions(site), set[str](), dict[str, str]()
     while True:
-        plan = plan_lifts(site, preparation, workers=workers)
+        plan = plan_lifts(site, preparation, refused=refused, workers=workers)
         try:
             motions = time_lifts(plan, preparation, workers=workers)
         except NoFreeTimeError as error:
-            other = None
-            if error.component in free and error.component not in handed:
-                handed.add(error.component)
-                other = handed_over(site, preparation, error)
-            if other is None:
-                return None
-            site, preparation = other
+            may = [part for part in error.reasons if part in free and part not in handed]
+            handed.update(may)
+            site, preparation, given_away = handed_over(site, preparation, may)
+            refused.update({part: why for part, why in error.reasons.items() if part not in given_away})
         except MotionError:
             return None
         else:
-            return max((motion.end_ns for motion in motions), default=0)
+            return len(refused), max((motion.end_ns for motion in motions), default=0)

@@ -7,12 +7,11 @@ and have time for it: the schedule says that. Other parts are given away by the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.other_cranes import could_lift
 from bimvox.records.lift import LiftPlan
@@ -24,22 +23,25 @@ if TYPE_CHECKING:
     from bimvox.library.site import LoadedSite
 
 
-def handed_over(site: Site, preparation: Preparation, error: NoFreeTimeError) -> tuple[Site, Preparation] | None:
-    """Return the site in which another crane lifts a part, and its preparation; None if no other crane serves it.
+def handed_over(site: Site, preparation: Preparation, ids: Collection[str]) -> tuple[Site, Preparation, list[str]]:
+    """Return the site in which other cranes lift parts, its preparation, and the ids of those parts.
 
     Args:
         site: The site.
         preparation: Its preparation.
-        error: Names the part; its own crane has no free time for it.
+        ids: Ids of the parts for which their own crane has no free time; no other crane may serve some of them.
     """
-    part = next(one for one in site.components if one.id == error.component)
-    own = site.cranes[part.crane]
-    for number, crane in enumerate(site.cranes):
-        place = preparation.places[part.index]
-        if number != part.crane and place is not None and could_lift(site, part, place, number):
-            other = _with_cranes(site, {part.index: number})
-            return other, _noted(preparation, [_no_time_note(part, own, crane)])
-    return None
+    cranes, notes = {}, []
+    for part in (one for one in site.components if one.id in ids):
+        place, own = preparation.places[part.index], site.cranes[part.crane]
+        for number, crane in enumerate(site.cranes):
+            if number != part.crane and place is not None and could_lift(site, part, place, number):
+                cranes[part.index] = number
+                notes.append(_no_time_note(part, own, crane))
+                break
+    if not cranes:
+        return site, preparation, []
+    return _with_cranes(site, cranes), _noted(preparation, notes), [site.components[i].id for i in cranes]
 
 
 def given_to_others(site: Site, other: Site, preparation: Preparation) -> tuple[Site, Preparation]:

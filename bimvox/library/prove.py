@@ -145,26 +145,28 @@ def plan_and_prove(
                 made = planned(proposer(better.network, every_guard=True), _without(made, failed), refused)
         previous = made
         found: Planned | Mapping[str, str]
+        given_away: list[str] = []
         try:
             found = _prove(made, preparation, proven, driven, workers, progress)
         except NoFreeTimeError as error:
-            other = None
-            if error.component in may_hand_over and error.component not in handed:
-                handed.add(error.component)
-                other = handed_over(site, preparation, error)
-            if other is not None:
-                (site, preparation), proven, driven = other, ProvenLifts(), KnownMotions()
-                progress.note(preparation.sequence.notes[-1])
-                with workers.knowing(site, preparation):
-                    return attempt(refused)
-            found = {error.component: f"{NOT_DRIVEN}{error.message}"}
+            may = [part for part in error.reasons if part in may_hand_over and part not in handed]
+            handed.update(may)
+            site, preparation, given_away = handed_over(site, preparation, may)
+            found = {part: f"{NOT_DRIVEN}{why}" for part, why in error.reasons.items() if part not in given_away}
         if isinstance(found, Planned):
             progress.finish()
             return found if preparation is given else replace(found, preparation=preparation)
         left = other_ways.without(made.site, made.lifts, found)
         for component, reason in found.items():
             progress.note(f"{component}: {reason}" + ("" if component in left else "; another way is tried"))
-        return left or attempt(refused)
+        if not given_away:
+            return left or attempt(refused)
+        for note in preparation.sequence.notes[-len(given_away) :]:
+            progress.note(note)
+        proven, driven = ProvenLifts(), KnownMotions()
+        with workers.knowing(site, preparation):
+            rest = attempt({**refused, **left})
+        return rest if isinstance(rest, Planned) else {**left, **rest}
 
     return proven_in_rounds(attempt, "written")
 

@@ -55,7 +55,7 @@ class SeveralCranes:
         try:
             motions = time_lifts(plan, self._request.preparation, workers=self._request.workers)
         except MotionError as error:
-            return {error.component: f"{NOT_DRIVEN}{error.message}"}
+            return {part: f"{NOT_DRIVEN}{why}" for part, why in error.reasons.items()}
         return with_motions(self._was, draft, motions)
 
     def refused(self, proof: Proof) -> Refused:

@@ -279,15 +279,16 @@ class CranesUnderWay:
 
     def _undriven(self, error: MotionError) -> Refused:
         """Return what to refuse if a lift cannot be driven: if its hook is stuck, all remaining lifts of its crane."""
-        names, reason = self.site.components, f"{NOT_DRIVEN}{error.message}"
+        names = self.site.components
+        reasons = {part: f"{NOT_DRIVEN}{why}" for part, why in error.reasons.items()}
         left = self._to_come
         own = next((lift for lift in left if names[lift.component].id == error.component), None)
         if own is not None and isinstance(error, HookError):
             crane = names[own.component].crane
             mine = [lift for lift in left if names[lift.component].crane == crane]
             if mine[0] is own:
-                return {names[lift.component].id: reason for lift in mine}
-        return {error.component: reason}
+                return {names[lift.component].id: reasons[error.component] for lift in mine}
+        return reasons
 
 
 def _is_planned(now: Lift, was: Lift) -> bool:

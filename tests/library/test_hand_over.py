@@ -36,9 +36,8 @@ def site_with_a_bridge_between(**crane: float) -> Site:
 def test_the_part_keeps_its_place_and_a_note_says_who_lifts_it() -> None:
     site = site_with_a_bridge_between()
     preparation = prepare(site)
-    found = handed_over(site, preparation, BRIDGE)
-    assert found is not None
-    other, prepared = found
+    other, prepared, given = handed_over(site, preparation, [BRIDGE.component])
+    assert given == [BRIDGE.component]
     assert [one.crane for one in other.components] == [0, 0, 0, 1, 1, 1, 1]
     assert other.digest != site.digest
     assert prepared.places == preparation.places
@@ -52,7 +51,8 @@ def test_the_part_keeps_its_place_and_a_note_says_who_lifts_it() -> None:
 @pytest.mark.parametrize("crane", [{"jib_length_m": 11.0}, {"sling_m": 5.0}, {"min_radius_m": 12.0}])
 def test_a_crane_that_does_not_reach_it_or_has_other_slings_does_not_get_it(crane: dict[str, float]) -> None:
     site = site_with_a_bridge_between(**crane)
-    assert handed_over(site, prepare(site), BRIDGE) is None
+    preparation = prepare(site)
+    assert handed_over(site, preparation, [BRIDGE.component]) == (site, preparation, [])
 
 
 def timed_if_east_has_it(made: Any, *more: Any) -> Any:
@@ -84,3 +84,25 @@ def test_otherwise_the_lift_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     assert made.preparation is None
     (refused,) = (lift for lift in made.plan.lifts if lift.status is not Status.PLANNED)
     assert "no free time slot" in (refused.reason or "")
+
+
+def test_of_several_lifts_some_are_handed_over_and_the_rest_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    site = site_with_a_bridge_between()
+    rounds = []
+
+    def timed(made: Any, *more: Any) -> Any:
+        planned = {made.site.components[one.component].id for one in made.lifts if one.status is Status.PLANNED}
+        rounds.append(planned)
+        if "east left" in planned:
+            raise NoFreeTimeError("east left", "busy", more={"west bridge": "busy, too"})
+        return time_lifts(made, *more)
+
+    monkeypatch.setattr(prove, "time_lifts", timed)
+    may = [one.id for one in site.components]
+    made = prove.plan_and_prove(site, prepare(site), NO_POLICY, progress=SilentProgress(), may_hand_over=may)
+    assert len(rounds) == 2  # both in one round
+    assert "so east lifts it" in made.plan.notes[-1]
+    (refused,) = (lift for lift in made.plan.lifts if lift.status is not Status.PLANNED)
+    assert "busy" in (refused.reason or "")
+    assert made.verdict is not None
+    assert made.verdict.verified

@@ -142,10 +142,9 @@ def test_a_log_with_a_lift_that_was_handed_over_is_proven_to_be_of_its_files(
         if not refused:  # the first part that the other crane can pick and set
             preparation = prepare(made.site)
             for part in made.site.components:
-                error = NoFreeTimeError(part.id, "busy")
-                if handed_over(made.site, preparation, error) is not None:
+                if handed_over(made.site, preparation, [part.id])[2]:
                     refused.append(part.id)
-                    raise error
+                    raise NoFreeTimeError(part.id, "busy")
         return time_lifts(made, *more)
 
     monkeypatch.setattr(prove, "time_lifts", timed)

@@ -1,0 +1,93 @@
+"""Lifts that another crane obstructs wherever its jib points: no time is looked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bimvox.crane.conflict import (
+    COLUMNS,
+    HOOK_HIGH,
+    HOOK_LOW,
+    LOWEST,
+    RADIUS_HIGH,
+    RADIUS_LOW,
+    SLEW_HIGH,
+    SLEW_LOW,
+    Conflict,
+    first_conflict,
+)
+from bimvox.crane.outline import outline_of
+from bimvox.cranes.clock import standing_at
+from bimvox.cranes.lift import Carried, NoFreeTimeError
+from bimvox.site.site import Site
+
+_SECTORS = 8
+_NARROWEST_RAD = np.radians(0.05)
+"""Half the sector that is not divided any more: the jib may be free there."""
+
+
+def insist_on_room(site: Site, carried: Sequence[Carried]) -> None:
+    """Raise an error if another crane obstructs lifts wherever it waits.
+
+    Raises:
+        NoFreeTimeError: With all such lifts.
+    """
+    found = list(always_obstructed(site, carried).items())
+    if found:
+        raise NoFreeTimeError(
+            *found[0],
+            hint="store the part elsewhere ([[component]] start), or put the cranes further apart or at other heights",
+            more=dict(found[1:]),
+        )
+
+
+def always_obstructed(site: Site, carried: Sequence[Carried]) -> dict[str, str]:
+    """Return ids of the components whose lifts another crane obstructs wherever it waits, and how it does.
+
+    The other crane waits with its hook next to the mast and at the jib, where it obstructs least. Sectors of its jib
+    are divided until the lift is free of it in the middle of one, or meets it so closely in the middle of each that it
+    meets it in the whole sector: no point of the jib moves further than its radius times half the sector.
+
+    Args:
+        site: The site.
+        carried: The lifts; a crane without any is not looked at.
+    """
+    at_work = sorted({one.crane for one in carried})
+    found = {}
+    for one in carried:
+        for number in at_work:
+            met = None if number == one.crane else _met_everywhere(site, one, number)
+            if met is not None:
+                own, other = site.cranes[one.crane].name, site.cranes[number].name
+                found[site.components[one.lift.component].id] = (
+                    f"{own} has no free time slot for it alongside the other cranes: wherever the jib of {other} "
+                    f"points, the {met.parts[0]} of {own} would come within {met.distance_m:.1f} m of its "
+                    f"{met.parts[1]}, {met.needed_m:g} m are needed"
+                )
+    return found
+
+
+def _met_everywhere(site: Site, one: Carried, number: int) -> Conflict | None:
+    """Return how a lift meets the other crane where that is latest; None if it may be free of it somewhere."""
+    other = outline_of(site.cranes[number])
+    outlines, separation_m = (outline_of(site.cranes[one.crane]), other), site.rules.crane_separation_m
+    reach_m, row = max(other.jib_end_m, other.tail_m), np.zeros(COLUMNS)
+    row[[RADIUS_LOW, RADIUS_HIGH]] = site.cranes[number].min_radius_m
+    row[[LOWEST, HOOK_LOW, HOOK_HIGH]] = other.rope_top_m
+    half = np.pi / _SECTORS
+    sectors = [((2 * n + 1) * half, half) for n in range(_SECTORS)]
+    latest: Conflict | None = None
+    while sectors:
+        middle, half = sectors.pop()
+        still = row.copy()
+        still[[SLEW_LOW, SLEW_HIGH]] = middle
+        met = first_conflict(outlines, one.track, standing_at(still, 0), separation_m)
+        if met is None or half < _NARROWEST_RAD:
+            return None
+        latest = met if latest is None or met.time_ns > latest.time_ns else latest
+        closer_m = separation_m - reach_m * half
+        if closer_m < 0.0 or first_conflict(outlines, one.track, standing_at(still, 0), closer_m) is None:
+            sectors += [(middle - half / 2.0, half / 2.0), (middle + half / 2.0, half / 2.0)]
+    return latest

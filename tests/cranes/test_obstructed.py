@@ -1,0 +1,71 @@
+"""Lifts that another crane obstructs wherever its jib points."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from two_cranes import two_crane_plan
+
+from bimvox.crane.conflict import CraneTrack, first_conflict
+from bimvox.crane.outline import outline_of
+from bimvox.cranes.lift import Carried, NoFreeTimeError
+from bimvox.cranes.obstructed import always_obstructed, insist_on_room
+from bimvox.cranes.track import carrying_track
+from bimvox.site.site import Site
+
+
+def carried(**rules: float) -> tuple[Site, list[Carried]]:
+    plan, motions = two_crane_plan()
+    site = dataclasses.replace(plan.site, rules=dataclasses.replace(plan.site.rules, **rules))
+    by_order = {motion.order: motion for motion in motions}
+    lifts = [lift for lift in plan.lifts if lift.order in by_order]
+    numbers = [site.components[lift.component].crane for lift in lifts]
+    tracks = [
+        carrying_track(site, site.cranes[number], lift, by_order[lift.order])
+        for number, lift in zip(numbers, lifts, strict=True)
+    ]
+    return site, [
+        Carried(lift, number, track, 0.0, 0.0) for lift, number, track in zip(lifts, numbers, tracks, strict=True)
+    ]
+
+
+def test_with_room_nothing_is_obstructed() -> None:
+    site, lifts = carried()
+    assert always_obstructed(site, lifts) == {}
+    insist_on_room(site, lifts)
+
+
+@pytest.mark.parametrize("separation_m", [5.0, 9.0, 12.0])
+def test_what_is_reported_meets_the_other_crane_in_every_direction(separation_m: float) -> None:
+    site, lifts = carried(crane_separation_m=separation_m)
+    found = always_obstructed(site, lifts)
+    for one in lifts:
+        other = site.cranes[1 - one.crane]
+        own = outline_of(site.cranes[one.crane])
+        free = 0
+        for slew_rad in np.linspace(0.0, 2.0 * np.pi, 721):
+            at = np.array(
+                [slew_rad, slew_rad, other.min_radius_m, other.min_radius_m, *[outline_of(other).rope_top_m] * 3, 0, 0]
+            )
+            still = CraneTrack(0, at[None], at, at)
+            free += first_conflict((own, outline_of(other)), one.track, still, separation_m) is None
+        assert free == 0 or site.components[one.lift.component].id not in found
+    assert bool(found) == (separation_m > 5.0)
+
+
+def test_all_of_them_are_named_at_once() -> None:
+    site, lifts = carried(crane_separation_m=15.0)
+    with pytest.raises(NoFreeTimeError) as caught:
+        insist_on_room(site, lifts)
+    reasons = caught.value.reasons
+    assert len(reasons) > 1
+    assert "west left: west has no free time slot for it alongside the other cranes" in reasons["west left"]
+    assert "wherever the jib of east points" in reasons["west left"]
+    assert "[[component]] start" in str(caught.value.hint)
+
+
+def test_a_crane_without_lifts_is_not_looked_at() -> None:
+    site, lifts = carried(crane_separation_m=15.0)
+    assert always_obstructed(site, [one for one in lifts if one.crane == 0]) == {}
