@@ -512,10 +512,8 @@ MUTANTS: dict[str, Mutant] = {
         crossing_cranes,
         "cranes",
         {
-            "bimvox.cranes.schedule.first_conflict": always(None),
-            "bimvox.cranes.schedule.first_start": lambda _: (
-                lambda cranes, a, b, apart_m, starts_ns, *rest: starts_ns[0]
-            ),
+            "bimvox.cranes.clocks.first_conflict": always(None),
+            "bimvox.cranes.clocks.first_start": lambda _: lambda cranes, a, b, apart_m, starts_ns, *rest: starts_ns[0],
         },
     ),
     "cranes that brake at once": Mutant(

@@ -42,6 +42,9 @@ def least_distances(
     points = np.empty((2048, 6))
     for n in range(rows_a.shape[0]):
         least[n] = np.inf
+        if n > 0 and _is_still(rows_a, n) and _is_still(rows_b, n):
+            least[n] = least[n - 1]
+            continue
         if _are_far(shape_a, rows_a[n], shape_b, rows_b[n], separation_m):
             continue
         count = _points(shape_a, rows_a[n], points)
@@ -49,6 +52,15 @@ def least_distances(
         count = _points(shape_b, rows_b[n], points)
         least[n] = min(least[n], _to_solids(points[:count], shape_a, rows_a[n], separation_m))
     return least
+
+
+@kernel
+def _is_still(rows: NDArray[np.float64], n: int) -> bool:
+    """Return whether a pose is the one before it."""
+    moved = 0
+    for k in range(rows.shape[1]):
+        moved += rows[n, k] != rows[n - 1, k]
+    return moved == 0
 
 
 @kernel

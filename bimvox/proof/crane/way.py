@@ -181,12 +181,11 @@ class Stops:
 
     def rows(self, moments: NDArray[np.int64], delay_ns: int) -> NDArray[np.float64]:
         """Return (M, K, 9) poses after each moment, ``LOOK_NS`` apart: as planned for a delay, then braking."""
-        series = []
-        for moment in moments.tolist():
-            braking = self._stop(moment + delay_ns)
-            ahead = np.arange(moment, moment + delay_ns, LOOK_NS, dtype=np.int64)
-            before = self.way.rows_at(ahead, self.way.axes_at(ahead))
-            series.append(np.concatenate([before, braking]))
+        ahead = moments[:, None] + np.arange(0, delay_ns, LOOK_NS, dtype=np.int64)
+        before = self.way.rows_at(ahead.ravel(), self.way.axes_at(ahead.ravel())).reshape(*ahead.shape, POSE_COLUMNS)
+        self._find_stops(moments + delay_ns)
+        stops = [self._known[moment] for moment in (moments + delay_ns).tolist()]
+        series = [np.concatenate(pair) for pair in zip(before, stops, strict=True)]
         count = max(len(one) for one in series)
         return np.stack([np.concatenate([one, np.repeat(one[-1:], count - len(one), axis=0)]) for one in series])
 
@@ -194,25 +193,33 @@ class Stops:
         """Free the cached stops."""
         self._known.clear()
 
-    def _stop(self, at_ns: int) -> NDArray[np.float64]:
-        """Return (K, 9) poses from a moment until the crane is at rest."""
-        if (known := self._known.get(at_ns)) is not None:
-            return known
-        way, half_s, at_s = self.way, 0.25, at_ns / 1e9
+    def _find_stops(self, moments: NDArray[np.int64]) -> None:
+        """Find those stops that are not known yet."""
+        new = np.array([moment for moment in moments.tolist() if moment not in self._known], np.int64)
+        if not len(new):
+            return
+        way, half_s, at_s = self.way, 0.25, new / 1e9
         low_s, high_s = way.time_ns[0] / 1e9, way.time_ns[-1] / 1e9
-        now = way.axes_at(np.array([at_ns]))
-        rest = way.rows_at(np.array([at_ns]), now)
-        if not low_s < at_s < high_s:
-            self._known[at_ns] = rest
-            return rest
+        now = way.axes_at(new)
+        rest = way.rows_at(new, now)
+        around_s = np.clip(at_s[:, None] + [-half_s, 0.0, half_s], low_s, high_s)
+        slopes = np.stack([slope(around_s) for slope in self._slopes], axis=1)
+        for n, (at_ns, before, rates, after) in enumerate(zip(new.tolist(), *np.moveaxis(slopes, 2, 0), strict=True)):
+            known = rest[n : n + 1]
+            if low_s < at_s[n] < high_s:
+                states = list(zip(rates.tolist(), ((after - before) / (2.0 * half_s)).tolist(), strict=True))
+                known = self._stop(at_ns, now[n], known, states)
+            self._known[at_ns] = known
+
+    def _stop(
+        self, at_ns: int, now: NDArray[np.float64], rest: NDArray[np.float64], states: list[tuple[float, float]]
+    ) -> NDArray[np.float64]:
+        """Return (K, 9) poses from a moment until the crane is at rest, given its axes, pose, and (rate, change)."""
+        way = self.way
         limits = way.crane.slewing, way.crane.trolley, way.crane.hoist
-        states = []
-        for slope in self._slopes:
-            before, rate, after = slope(np.clip([at_s - half_s, at_s, at_s + half_s], low_s, high_s)).tolist()
-            states.append((rate, (after - before) / (2.0 * half_s)))
         longest_s = max(braking_time_s(*state, limit) for state, limit in zip(states, limits, strict=True))
         since_s = np.arange(0.0, longest_s + LOOK_NS / 1e9, LOOK_NS / 1e9)
-        poses = np.stack([braked(float(now[0, k]), *states[k], limits[k], since_s) for k in range(3)], axis=1)
+        poses = np.stack([braked(float(now[k]), *states[k], limits[k], since_s) for k in range(3)], axis=1)
         rows = np.repeat(rest, len(poses), axis=0)
         rows[:, :3] = poses
         if way.swings:
@@ -220,5 +227,4 @@ class Stops:
             below_m = way.hung[max(at, 0)].below_hook_m
             rates = np.array([rate for rate, _ in states])
             rows[:, 8] += stopping_swing(poses, rates, way.crane.jib_height_m + below_m, LOOK_NS / 1e9)
-        self._known[at_ns] = rows
         return rows
