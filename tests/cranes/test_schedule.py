@@ -216,6 +216,41 @@ def test_a_parked_crane_moves_on_if_there_is_no_other_way(order, monkeypatch):
         time_lifts(plan, preparation)
 
 
+def test_also_in_a_revision_a_parked_crane_moves_on():
+    plan, preparation = low_and_high(
+        ["west left", "west right", "east left", "east right", "west beam", "east beam", "west bridge"]
+    )
+    ready_ns = 60_000_000_000
+    motions = time_rest(plan, crane_lifts(plan, preparation), {}, (), ready_ns)
+    assert len(motions) == 7
+    assert min(motion.hooked_ns for motion in motions) >= ready_ns
+    assert verify_motions(plan, motions).verified
+
+
+def test_all_parking_places_are_the_first_ones_and_more_with_legs_between_them():
+    plan, preparation = low_and_high(
+        ["east right", "west right", "east left", "west left", "west beam", "east beam", "west bridge"]
+    )
+    lifts = [one for one in crane_lifts(plan, preparation) if one.parkings]
+    assert lifts
+    for one in lifts:
+        places = one.every_parking()
+        ends = [way.back.trajectory.axes[0] for way in places]
+        assert len(places) >= len(one.parkings)
+        assert all(
+            np.allclose(way.back.trajectory.axes, own.back.trajectory.axes)
+            for way, own in zip(places, one.parkings, strict=False)
+        )
+        legs = [(n, m, leg) for n, way in enumerate(places) for m, leg in enumerate(way.across) if leg is not None]
+        assert len(legs) > len(places)
+        for n, m, leg in legs:
+            begins, finishes = leg.trajectory.axes[0], leg.trajectory.axes[-1]
+            assert n != m
+            assert np.allclose(begins[1:], ends[n][1:])
+            assert np.allclose(finishes[1:], ends[m][1:])
+            assert np.isclose(np.cos(finishes[0] - ends[m][0]), 1.0)
+
+
 def test_an_early_leg_delays_only_parts_next_to_it():
     site = two_crane_site()
     preparation = prepare(site)
