@@ -125,7 +125,7 @@ def ways_row(name: str, site: Any) -> str:
 
 def cranes_row(site_file: Path) -> str:
     """Return the row of the third table: hours by the schedule of several cranes."""
-    from bimvox.library.faster import end_ns_of
+    from bimvox.library.faster import waiting_and_end
     from bimvox.library.site import load_site
     from bimvox.planning.assembly import faster, prepare
     from bimvox.progress import SilentProgress
@@ -135,7 +135,7 @@ def cranes_row(site_file: Path) -> str:
     site = load_site(site_file, SilentProgress()).site
     greedy, ids = prepare(site), [part.id for part in site.components]
     ways = [(site, greedy), faster(site, greedy), faster(site, greedy, free=ids)]
-    ends = [None if way is None else end_ns_of(*way, free=ids) for way in ways]
+    ends = [None if way is None else waiting_and_end(*way, free=ids) for way in ways]
     hours = " | ".join("-" if end is None else f"{end[1] / 3.6e12:.2f}" for end in ends)
     last = ways[-1]
     moved = (

@@ -55,7 +55,7 @@ def faster_on_the_clock(
             ways.append(found)
     if len(ways) == 1:
         return ways[0]
-    ends = [end_ns_of(*way, workers, free) for way in ways]
+    ends = [waiting_and_end(*way, workers, free) for way in ways]
     known = [n for n, end in enumerate(ends) if end is not None]
     other, made = ways[min(known, key=lambda n: ends[n] or (0, 0), default=0)]
     return given_to_others(site, other, made)
@@ -66,7 +66,7 @@ def _differs(one: tuple[Site, Preparation], other: tuple[Site, Preparation]) -> 
     return cranes != others or one[1].sequence.order != other[1].sequence.order
 
 
-def end_ns_of(
+def waiting_and_end(
     site: Site, preparation: Preparation, workers: Workers = ALONE, free: Collection[str] = ()
 ) -> tuple[int, int] | None:
     """Return how many lifts have no free time, and when the last one ends; None if a lift cannot be driven.
