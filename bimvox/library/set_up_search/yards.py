@@ -6,6 +6,7 @@ import hashlib
 import json
 import time
 from collections.abc import Mapping, Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ import shapely
 from numpy.typing import NDArray
 
 from bimvox.crane.machine import Machine
+from bimvox.files import read_input, write_atomically
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.search import Effort, OtherYard, Search, Tried
 from bimvox.library.set_up_search.timed import LIFTS
@@ -111,6 +113,7 @@ def other_yards(
     storage: optuna.storages.BaseStorage = optuna.storages.InMemoryStorage()
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
+        _drop_damage(folder / JOURNAL)
         storage = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(folder / JOURNAL)))
     study = optuna.create_study(
         study_name=_mark(site, names), storage=storage, directions=["minimize"] * 3, load_if_exists=True
@@ -140,6 +143,24 @@ def other_yards(
     done = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
     again = [_tried(search, yards, by_name, done[n].params, n, LIFTS) for n in _worth_a_closer_look(done, study, yards)]
     return [one for one in again if one is not None], len(done)
+
+
+def _drop_damage(journal: Path) -> None:
+    """Cut a journal before its first damaged line, such as a crash or a full disk leaves; the rest is tried again."""
+    if not journal.exists():
+        return
+    data = read_input(journal, may_be_empty=True)
+    sound = list(takewhile(_is_sound, data.splitlines(keepends=True)))
+    if sum(map(len, sound)) < len(data):
+        write_atomically(journal, b"".join(sound))
+
+
+def _is_sound(line: bytes) -> bool:
+    """Return whether a line is whole. Optuna takes a damaged last line, but appends to it."""
+    try:
+        return line.endswith(b"\n") and isinstance(json.loads(line), dict)
+    except ValueError:
+        return False
 
 
 def _worth_a_closer_look(done: Sequence[FrozenTrial], study: Study, yards: Yards) -> list[int]:

@@ -6,6 +6,7 @@ import csv
 import json
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -23,7 +24,7 @@ from rough_search import read_once, time_few_lifts
 from bimvox.errors import FileError, InputError
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.search import Effort, Search
-from bimvox.library.set_up_search.yards import Yards, may_move, other_yards
+from bimvox.library.set_up_search.yards import JOURNAL, Yards, may_move, other_yards
 from bimvox.library.verify import verify
 from bimvox.progress import SilentProgress
 from bimvox.site.config.file import load_site_config
@@ -94,6 +95,14 @@ def test_hours_are_paid_by_the_site_files_rates(made: tuple[Path, dict[str, Any]
     assert again["baseline"]["cost"] == pytest.approx(5.0 + 400.0 * given["hours"], abs=0.01)
 
 
+DAMAGES: dict[str, Callable[[bytes], bytes]] = {
+    "cut": lambda data: data[:-7],
+    "garbled": lambda data: data[: len(data) // 2] + b"\xff" + data[len(data) // 2 + 1 :],
+    "other": lambda data: b"4\n" + data,
+    "empty": lambda _: b"",
+}
+
+
 def test_other_yards_are_tried_and_a_killed_call_is_continued(
     made: tuple[Path, dict[str, Any]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -102,10 +111,14 @@ def test_other_yards_are_tried_and_a_killed_call_is_continued(
     opened = open_site(site)
     search, machines = Search(opened, SilentProgress()), machines_called("hammerhead")[:3]
 
-    def tried(folder: str, *efforts: Effort) -> tuple[list[tuple[Any, ...]], int]:
+    def tried(
+        folder: str, *efforts: Effort, damage: Callable[[bytes], bytes] | None = None
+    ) -> tuple[list[tuple[Any, ...]], int]:
         where = site.parent / folder
         where.mkdir()
         for effort in efforts:
+            if damage is not None and (journal := where / JOURNAL).exists():
+                journal.write_bytes(damage(journal.read_bytes()))
             found, count = other_yards(opened, search, machines, where, effort, SilentProgress())
         return [(one.machine, one.yard, one.crane_s) for one in found], count
 
@@ -113,6 +126,8 @@ def test_other_yards_are_tried_and_a_killed_call_is_continued(
     assert count == 10
     assert len({yard.polygon for _, yard, _ in whole}) >= 4, "the fastest ones, not only the very best"
     assert tried("in-parts", Effort(yards=4), Effort(yards=10)) == (whole, 10)
+    for name, damage in DAMAGES.items():
+        assert tried(name, Effort(yards=4), Effort(yards=10), Effort(yards=10), damage=damage) == (whole, 10), name
     assert tried("no-time", Effort(yards=10, seconds=0.0))[1] == 0
     taken = shapely.box(0.0, 0.0, 6.5, 6.5)
     for _, yard, _ in whole:
