@@ -67,9 +67,9 @@ class NarrowPhase:
 def row(name: str, site_file: Path, narrow: NarrowPhase) -> str:
     """Plan a site both ways and return its row of the table."""
     from bimvox.library.site import load_site
-    from bimvox.planning.assembly import Preparation, prepare
     from bimvox.planning.order.sequence import Sequencer
     from bimvox.planning.planner import plan_lifts
+    from bimvox.planning.preparation import Preparation, prepare
     from bimvox.planning.yard import allocate_yard
     from bimvox.progress import SilentProgress
 
@@ -98,12 +98,12 @@ def greedily(site: Any) -> Any:
 
 def ways_row(name: str, site: Any) -> str:
     """Return the row of the second table: seconds saved by each way, and at most, of a site with one crane."""
-    from bimvox.planning.assembly import prepare
     from bimvox.planning.order.choose_order import travel_of
     from bimvox.planning.order.faster_order import BUDGET, COOL_S, WARM_S, FasterOrder
     from bimvox.planning.order.local_search import searched
     from bimvox.planning.order.makespan import makespan_s
     from bimvox.planning.order.sequence import Sequencer
+    from bimvox.planning.preparation import prepare
 
     greedy = prepare(greedily(site))
     sequencer, order = Sequencer(site, greedy.relations, greedy.contacts), greedy.sequence.order
@@ -127,7 +127,7 @@ def cranes_row(site_file: Path) -> str:
     """Return the row of the third table: hours by the schedule of several cranes."""
     from bimvox.library.faster import waiting_and_end
     from bimvox.library.site import load_site
-    from bimvox.planning.assembly import faster, prepare
+    from bimvox.planning.preparation import faster, prepare
     from bimvox.progress import SilentProgress
     from bimvox.site.crew_times import crew_times
     from bimvox.site.means import Means

@@ -38,8 +38,8 @@ def main() -> None:
 def rows(name: str, site_file: Path) -> None:
     """Print the rows of one model."""
     from bimvox.library.site import load_site
-    from bimvox.planning.assembly import prepare
     from bimvox.planning.planner import plan_lifts
+    from bimvox.planning.preparation import prepare
     from bimvox.progress import SilentProgress
 
     site = load_site(site_file, SilentProgress()).site

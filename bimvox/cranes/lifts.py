@@ -23,7 +23,8 @@ from bimvox.cranes.track import carrying_track
 from bimvox.errors import MotionError
 from bimvox.motion.time_plan import KnownMotions, each_by_itself
 from bimvox.motion.trajectories import turned
-from bimvox.planning.assembly import Assembly, Preparation
+from bimvox.planning.assembly import Assembly
+from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.site.collision import CollisionSpace

@@ -28,7 +28,7 @@ from bimvox.cranes.lift import CraneLift, NoFreeTimeError
 from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.parking import KEPT_PARKINGS
 from bimvox.motion.time_plan import KnownMotions, time_plan
-from bimvox.planning.assembly import Preparation
+from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.workers import ALONE, Workers

@@ -13,7 +13,7 @@ from bimvox.live.deciders import Rules
 from bimvox.live.execution import Execution, Traffic, carried_out
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.segments import FIRST_PLAN, NOW_NS, PENDING
-from bimvox.planning.assembly import Preparation
+from bimvox.planning.preparation import Preparation
 from bimvox.progress import Progress
 from bimvox.proof.carried_out import check_carried_out, planned_axes, tally_of
 from bimvox.records.carried_out import CarriedOut, Tally

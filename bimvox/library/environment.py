@@ -12,7 +12,7 @@ from bimvox.library.hand_over import may_go_to_others
 from bimvox.library.plan_value import Plan
 from bimvox.library.prove import prepared
 from bimvox.library.site import LoadedSite, load_site
-from bimvox.planning.assembly import preparation_in
+from bimvox.planning.preparation import preparation_in
 from bimvox.policy.site_lessons import training_problems
 from bimvox.progress import Listener, progress_of
 

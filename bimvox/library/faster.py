@@ -13,8 +13,8 @@ from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError
 from bimvox.library.hand_over import given_to_others, handed_over
-from bimvox.planning.assembly import Preparation, faster, prepare, without_obstructions
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import Preparation, faster, prepare, without_obstructions
 from bimvox.progress import Report
 from bimvox.site.site import Site
 from bimvox.workers import ALONE, Workers

@@ -19,8 +19,8 @@ from bimvox.library.prove import Planned, Retraining, insist_on_one_lift, plan_a
 from bimvox.library.sharing import constants_of, workers_of
 from bimvox.library.site import OBSTRUCTIONS, LoadedSite, attached_as
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
-from bimvox.planning.assembly import Preparation
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import Preparation
 from bimvox.policy.choice import DEFAULT_STEPS, PolicyInUse, PolicyRequest, choose_policy, retrained
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.site.obstructions.file import obstructions_to_json

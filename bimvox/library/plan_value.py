@@ -13,7 +13,7 @@ from bimvox.errors import InputError, MissingPackageError
 from bimvox.log.dates import all_remarks
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.figures import PlanFigures, plan_figures
-from bimvox.planning.assembly import Preparation
+from bimvox.planning.preparation import Preparation
 from bimvox.policy.choice import PolicyInUse
 from bimvox.proof.values import check_values
 from bimvox.records.lift import Lift, ModelledClash, Status

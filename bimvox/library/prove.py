@@ -12,8 +12,8 @@ from bimvox.library.faster import preparation_of
 from bimvox.library.hand_over import handed_over
 from bimvox.motion.steps import steps_of
 from bimvox.motion.time_plan import KnownMotions
-from bimvox.planning.assembly import Preparation
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
 from bimvox.planning.rollout import proposer
 from bimvox.planning.rounds import OtherWays, Refusals, Refused, proven_in_rounds, refusals

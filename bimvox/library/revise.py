@@ -12,7 +12,7 @@ from bimvox.library.plan_value import Plan
 from bimvox.library.site import OBSTRUCTIONS
 from bimvox.library.verify import prove_plan
 from bimvox.log.plan_log import PlanLog
-from bimvox.planning.assembly import preparation_in
+from bimvox.planning.preparation import preparation_in
 from bimvox.progress import Listener, progress_of
 from bimvox.revision.current_plan import current_plan_of
 from bimvox.revision.request import RevisionRequest

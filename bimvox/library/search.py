@@ -16,9 +16,11 @@ from bimvox.library.faster import preparation_of
 from bimvox.library.hand_over import as_assigned
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_lift import Begins, time_lift
-from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage
+from bimvox.planning.assembly import Assembly
 from bimvox.planning.one_lift import plan_lift, unplanned_lift
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.search import shortest_path
+from bimvox.planning.stage import Obstacle, Stage
 from bimvox.planning.turning import turning_stage
 from bimvox.progress import Progress
 from bimvox.proof.motion import verify_motions

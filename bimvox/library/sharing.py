@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.assembly import Preparation
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import Preparation
 from bimvox.processes import processors
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan

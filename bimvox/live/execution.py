@@ -22,7 +22,8 @@ from bimvox.live.tracks import Track, with_tracks
 from bimvox.live.traffic import CREW, KIND, LORRY, Density
 from bimvox.live.way import TICK_S
 from bimvox.motion.time_lift import Begins, time_lift
-from bimvox.planning.assembly import Assembly, Preparation
+from bimvox.planning.assembly import Assembly
+from bimvox.planning.preparation import Preparation
 from bimvox.records.carried_out import Other, OtherKind
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion, PhaseName

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.live.other_ways import LiftWay
-from bimvox.planning.assembly import Preparation
 from bimvox.planning.order.graph import order_graph
+from bimvox.planning.preparation import Preparation
 from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint, motion_footprint, path_footprint
 from bimvox.records.lift import Lift
 from bimvox.site.site import Site

@@ -15,7 +15,8 @@ from bimvox.crane.reach import HOOK_FORBIDDEN
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import MotionError
 from bimvox.motion.time_lift import Begins, time_lift
-from bimvox.planning.assembly import Preparation, replay
+from bimvox.planning.assembly import replay
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.search import all_free
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan

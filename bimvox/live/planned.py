@@ -18,7 +18,7 @@ from bimvox.live.order import earlier_lifts
 from bimvox.live.other_ways import LiftWay, lift_ways
 from bimvox.live.way import Hanging, Way, way_of
 from bimvox.motion.swing import pendulum_of
-from bimvox.planning.assembly import Preparation
+from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.site.component import Component, StoredPose

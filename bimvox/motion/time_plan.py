@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 from bimvox.errors import InputError, MotionError
 from bimvox.motion.shift import chained
 from bimvox.motion.time_lift import Begins, time_lift
-from bimvox.planning.assembly import Assembly, Preparation
+from bimvox.planning.assembly import Assembly
+from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory

@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from bimvox.planning.assembly import Assembly, Preparation
+from bimvox.planning.assembly import Assembly
 from bimvox.planning.one_lift import planned_by, unplanned_lift
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
 from bimvox.progress import Report
 from bimvox.records.lift import Lift, Method

@@ -1,201 +1,23 @@
-"""The site during erection: one stage per lift.
-
-A stage is what the planner knows when it plans a lift: the collision rule at that moment, the start of the transit,
-and the last moves, or the reason why there are none. Everything that does not depend on obstructions (contacts, order,
-yard) is prepared once; the replanner keeps it.
-"""
+"""The site during erection: one stage per lift, with the collision rule at that moment, or why there is none."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.reach import allowed_radii_m
-from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.insertion import Insertion, NoInsertion, PartToInsert, find_insertion
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
-from bimvox.planning.order.choose_order import order_and_yard, travel_of
-from bimvox.planning.order.faster_order import FasterOrder
-from bimvox.planning.order.relations import Precedence, precedence
-from bimvox.planning.order.sequence import ErectionSequence, Sequencer
-from bimvox.planning.propose import Transit
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.refusal import refused_by_crane
-from bimvox.progress import Report
+from bimvox.planning.stage import Obstacle, Stage, with_cleared
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.collision import CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import GROUND_ID, HeadingRule, Site
 from bimvox.site.transit_clearance import CLEARANCES, grown_cells, margin_vox, smaller_clearances_m
-from bimvox.workers import ALONE, Workers
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Preparation:
-    """The inputs of a plan that do not depend on obstructions.
-
-    Attributes:
-        contacts: Which parts touch, and how deep.
-        relations: Which part must be set before which.
-        sequence: The erection sequence.
-        places: Per component its place in the yard, None if it has none.
-    """
-
-    contacts: Contacts
-    relations: Precedence
-    sequence: ErectionSequence
-    places: tuple[YardPlace | None, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Obstacle:
-    """Why a lift cannot be planned.
-
-    Attributes:
-        reason: One sentence; "it" is the part.
-        blocked_by: Ids of what blocks the lift.
-        cut_off: Whether the search for its last moves was ended by its limit, so there may be a way.
-        on_the_way: Whether something is in the way of its transit or its last moves: less clearance may help.
-        is_unsupported: Whether what it would stand on is missing: until that is set, no other means can set it either.
-    """
-
-    reason: str
-    blocked_by: tuple[str, ...] = ()
-    cut_off: bool = False
-    on_the_way: bool = False
-    is_unsupported: bool = False
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Stage:
-    """The state of the site just before a lift.
-
-    Attributes:
-        component: The part.
-        place: Its place in the yard.
-        space: The collision rule for its transit; the placements of its departure are cleared.
-        start_vox: Start of its transit.
-        insertion: Its last moves.
-        free: The collision rule without any clearance, for a load that must be stopped.
-        clearance_m: What it keeps in transit if less than the rules' clearances, which give way; None: all.
-        turning: The rule for the transit of a load that turns with the jib; None if tag lines keep its heading.
-    """
-
-    component: Component
-    place: YardPlace
-    space: CollisionSpace
-    start_vox: IntVec
-    insertion: Insertion
-    free: CollisionSpace
-    clearance_m: float | None = None
-    turning: CollisionSpace | None = None
-
-    @property
-    def is_turning(self) -> bool:
-        """Whether the load turns with the jib."""
-        return self.turning is not None
-
-    @property
-    def transit(self) -> Transit:
-        """What is to be found: the way from the start to the gate."""
-        return Transit(self.space if self.turning is None else self.turning, self.start_vox, self.insertion.gate_vox)
-
-    @property
-    def clearance_with_insertion(self) -> CollisionSpace:
-        """The collision rule for the crane's motion: the placements of the last moves are cleared too."""
-        return with_cleared(self.space, self.insertion.path_vox)
-
-    @property
-    def free_with_insertion(self) -> CollisionSpace:
-        """The rule for a load that must be stopped: without clearances, the placements of the last moves cleared."""
-        return with_cleared(self.free, self.insertion.path_vox)
-
-
-def with_cleared(space: CollisionSpace, path_vox: NDArray[np.int32]) -> CollisionSpace:
-    """Return a collision rule with (N, 3) more placements cleared."""
-    if not len(path_vox):
-        return space
-    low, high = path_vox.min(axis=0), path_vox.max(axis=0) + 1
-    if space.cleared.size:
-        low = np.minimum(low, space.cleared_low)
-        high = np.maximum(high, space.cleared_low + space.cleared.shape)
-    cleared = np.zeros(high - low, np.bool_)
-    cleared[tuple((path_vox - low).T)] = True
-    before = np.argwhere(space.cleared) + space.cleared_low - low
-    cleared[tuple(before.T)] = True
-    return space._replace(cleared_low=low.astype(np.int32), cleared=cleared)
-
-
-def prepare(site: Site, progress: Report | None = None, workers: Workers = ALONE) -> Preparation:
-    """Return the contacts, the erection sequence and the yard places of a site.
-
-    Args:
-        site: The site.
-        progress: Called with (stage, done, total).
-        workers: Share the work.
-
-    Raises:
-        SequenceError: If no order satisfies the site file's ``before`` and ``after``.
-    """
-    report = progress or (lambda stage, done, total: None)
-    report("contacts", 0, len(site.components))
-    contacts = Contacts(site)
-    relations = precedence(site, contacts, lambda done, total: report("order", done, total))
-    sequence, places = order_and_yard(site, Sequencer(site, relations, contacts))
-    greedy = Preparation(contacts, relations, sequence, places)
-    # Several cranes share their time: whether their order is faster, only their motions tell.
-    found = None if site.has_several_cranes else faster(site, greedy, workers)
-    return greedy if found is None else found[1]
-
-
-def preparation_in(plan: LiftPlan) -> Preparation:
-    """Return the inputs of a plan as they are in it: its sequence and its places in the yard."""
-    contacts = Contacts(plan.site)
-    lifts, ids = sorted(plan.lifts, key=lambda lift: lift.order), [part.id for part in plan.site.components]
-    order, unheld = tuple(lift.component for lift in lifts), tuple(ids.index(name) for name in plan.unheld)
-    places = {lift.component: lift.place for lift in lifts}
-    sequence = ErectionSequence(order, plan.notes, unheld)
-    in_order = tuple(places.get(n) for n in range(len(ids)))
-    return Preparation(contacts, precedence(plan.site, contacts), sequence, in_order)
-
-
-def faster(
-    site: Site, greedy: Preparation, workers: Workers = ALONE, free: Collection[str] = ()
-) -> tuple[Site, Preparation] | None:
-    """Return the preparation with a faster sequence by the estimate, which leaves no lift out; None if there is none.
-
-    Args:
-        site: The site.
-        greedy: Its preparation with the greedy sequence.
-        workers: Share the work.
-        free: Ids of the components that another crane may lift: the site returned has the crane of each part.
-    """
-    if not site.cranes or not site.rules.order_search:
-        return None
-    sequencer = Sequencer(site, greedy.relations, greedy.contacts)
-    travels = [travel_of(site, crane) for crane in site.cranes]
-    found = FasterOrder(site, sequencer, greedy.relations, travels, free).than(greedy.sequence, greedy.places)
-    if found is None:
-        return None
-    made = replace(greedy, sequence=found.sequence, places=found.places)
-    lifts = _settable(found.site, made, workers)
-    is_whole = lifts == sum(map(bool, found.places)) or lifts >= _settable(site, greedy, workers)
-    return (found.site, made) if is_whole else None
-
-
-def _settable(site: Site, preparation: Preparation, workers: Workers) -> int:
-    """Return how many parts can be lifted in the order of a preparation, whatever obstructions there are."""
-    from bimvox.planning.planner import plan_lifts  # it needs this module
-
-    plan = plan_lifts(without_obstructions(site), preparation, workers=workers)
-    return sum(lift.status is Status.PLANNED for lift in plan.lifts)
-
-
-def without_obstructions(site: Site) -> Site:
-    """Return the site as the sequence is made for: obstructions come and go."""
-    return replace(site, blockers=tuple(b for b in site.blockers if b.kind != "obstruction"))
 
 
 class Assembly:

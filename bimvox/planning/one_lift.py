@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from bimvox.env.actions import MOVES
 from bimvox.grid.distinct import distinct
-from bimvox.planning.assembly import Assembly, Obstacle, Stage
+from bimvox.planning.assembly import Assembly
 from bimvox.planning.propose import Propose, ProposedGreedily
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
+from bimvox.planning.stage import Obstacle, Stage
 from bimvox.planning.turning import turning_stage
 from bimvox.records.lift import Lift, Method, Status, YardPlace
 from bimvox.site.collision import CollisionSpace

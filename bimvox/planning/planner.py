@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from bimvox.planning.ahead import SearchedAhead
-from bimvox.planning.assembly import Assembly, Obstacle, Preparation
+from bimvox.planning.assembly import Assembly
 from bimvox.planning.one_lift import planned_by, policies_of, unplanned_lift
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
 from bimvox.planning.rounds import Refusals
+from bimvox.planning.stage import Obstacle
 from bimvox.progress import Report
 from bimvox.records.lift import Lift, LiftPlan, not_lifted
 from bimvox.site.means import Means

@@ -7,8 +7,8 @@ from math import ceil
 
 import numpy as np
 
-from bimvox.planning.assembly import Stage
 from bimvox.planning.insertion import Insertion
+from bimvox.planning.stage import Stage
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
 from bimvox.site.site import Site

@@ -8,7 +8,7 @@ from typing import Any
 
 from bimvox.env.problem import LiftProblem
 from bimvox.errors import PolicyError
-from bimvox.planning.assembly import Preparation
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
 from bimvox.planning.rollout import GREEDY, proposer
 from bimvox.policy import store

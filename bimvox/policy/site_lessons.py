@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.env.problem import LiftProblem, is_learnable, training_problem
-from bimvox.planning.assembly import Assembly, Preparation, Stage
+from bimvox.planning.assembly import Assembly
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.search import which_free
+from bimvox.planning.stage import Stage
 from bimvox.policy.generalist.problems import with_boxes
 from bimvox.progress import Progress
 from bimvox.site.site import Site

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from bimvox.grid.frame import NO_CELLS
 from bimvox.motion.time_plan import KnownLegs
-from bimvox.planning.assembly import Assembly, Obstacle, Stage
+from bimvox.planning.assembly import Assembly
 from bimvox.planning.insertion import SIDEWAYS_VOX
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.one_lift import plan_lift, proposed_again, unplanned_lift
 from bimvox.planning.rounds import Refusals
+from bimvox.planning.stage import Obstacle, Stage
 from bimvox.planning.turning import turning_stage
 from bimvox.proof.footprint import CellMask, examined_by
 from bimvox.records.lift import NOT_LIFTED, Lift, Status

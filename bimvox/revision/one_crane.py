@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bimvox.planning.assembly import Obstacle, Stage
 from bimvox.planning.rounds import Refused
+from bimvox.planning.stage import Obstacle, Stage
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.reasons import HOOK_CANNOT_LEAVE

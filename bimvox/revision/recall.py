@@ -18,8 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bimvox.motion.time_plan import KnownLegs
-from bimvox.planning.assembly import Preparation
 from bimvox.planning.occupancy import stored_cells, target_cells
+from bimvox.planning.preparation import Preparation
 from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bimvox.planning.assembly import Preparation
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
 from bimvox.revision.current_plan import RetrainedPolicy
 from bimvox.site.site import Site

@@ -14,8 +14,9 @@ from bimvox.motion.empty_hook import empty_hook_clearance
 from bimvox.motion.rigged_crane import rigged_crane
 from bimvox.motion.time_lift import left_cells
 from bimvox.motion.trajectories import stopped
-from bimvox.planning.assembly import Assembly, Obstacle, Stage
+from bimvox.planning.assembly import Assembly
 from bimvox.planning.rounds import Refused
+from bimvox.planning.stage import Obstacle, Stage
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.revision.cranes_now import CraneNow, alone, load_is_met

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from bimvox.planning.assembly import Preparation
 from bimvox.planning.occupancy import stored_cells, target_cells
+from bimvox.planning.preparation import Preparation
 from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint, jib_meets, motion_footprint
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion

@@ -22,8 +22,8 @@ from bimvox.motion.rigged_crane import RiggedCrane, rigged_crane
 from bimvox.motion.time_lift import carrying_phases, drive_lift, left_cells
 from bimvox.motion.timeline import after_a_pause
 from bimvox.motion.timing import sampled
-from bimvox.planning.assembly import Obstacle, Stage
 from bimvox.planning.search import shortest_path
+from bimvox.planning.stage import Obstacle, Stage
 from bimvox.planning.turning import turning_stage
 from bimvox.records.heading import turn_back_s
 from bimvox.records.lift import LeftPath, Lift, Method, Status

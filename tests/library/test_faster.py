@@ -11,9 +11,9 @@ from two_cranes import two_crane_site
 from bimvox.cranes.schedule import time_lifts
 from bimvox.library import faster
 from bimvox.library.hand_over import as_assigned
-from bimvox.planning.assembly import Preparation, prepare
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import Preparation, prepare
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status

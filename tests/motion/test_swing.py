@@ -23,8 +23,8 @@ from bimvox.motion.swing import PLANNED_RESIDUAL_M, Pendulum, pendulum_of, swing
 from bimvox.motion.time_plan import time_plan
 from bimvox.motion.timeline import in_sequence
 from bimvox.motion.timing import sampled
-from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import prepare
 from bimvox.proof.crane.pendulum import swung_parts
 from bimvox.proof.footprint import MotionFootprint, motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions

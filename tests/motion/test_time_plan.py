@@ -12,9 +12,11 @@ from bimvox.motion import time_plan as timing
 from bimvox.motion.commands import commands
 from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.motion.time_plan import KnownMotions, time_plan
-from bimvox.planning.assembly import Assembly, Stage, prepare
+from bimvox.planning.assembly import Assembly
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import prepare
+from bimvox.planning.stage import Stage
 from bimvox.proof.motion import verify_motions
 from bimvox.records.lift import Status
 from bimvox.records.motion import PhaseName

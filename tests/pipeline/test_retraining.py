@@ -9,8 +9,8 @@ import pytest
 from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
-from bimvox.planning.assembly import Preparation
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.rollout import proposer
 from bimvox.policy.choice import PolicyInUse, retrained
 from bimvox.policy.generalist.weights import generalist_record, load_generalist

@@ -34,8 +34,8 @@ from bimvox.log.reader import read_log
 from bimvox.log.segments import FIRST_PLAN
 from bimvox.motion.commands import commands, commands_at
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import prepare
 from bimvox.progress import SilentProgress
 from bimvox.records.heading import headings_off_rad
 from bimvox.records.motion import LiftMotion

@@ -10,12 +10,13 @@ from planned_sites import planned
 from bimvox.log.plan_json import plan_from_json, plan_to_json
 from bimvox.log.track import crane_track
 from bimvox.planning import guided, insertion
-from bimvox.planning.assembly import Assembly, prepare
+from bimvox.planning.assembly import Assembly
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.guided import NoGuide, Pair, find_guide
 from bimvox.planning.insertion import PartToInsert, find_insertion
 from bimvox.planning.occupancy import Occupancy
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import prepare
 from bimvox.proof.footprint import CellMask, motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan

@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from box_sites import box_cells, box_site
 
-from bimvox.planning.assembly import Assembly, Stage, prepare
+from bimvox.planning.assembly import Assembly
 from bimvox.planning.occupancy import target_cells
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import prepare
 from bimvox.planning.propose import ProposedGreedily
 from bimvox.planning.rollout import PLAN_LIMIT, proposer
 from bimvox.planning.search import shortest_path
+from bimvox.planning.stage import Stage
 from bimvox.policy.generalist.weights import load_generalist
 from bimvox.proof.moment import moments
 from bimvox.proof.plan import verify_plan

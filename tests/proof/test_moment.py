@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from box_sites import box_site
 
-from bimvox.planning.assembly import Assembly, prepare
+from bimvox.planning.assembly import Assembly
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import prepare
 from bimvox.proof.moment import Thing, cells_in_common, moments, near_and_far
 from bimvox.records.lift import Status
 

@@ -27,8 +27,9 @@ from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import NoPlanError
 from bimvox.library.prove import plan_and_prove
 from bimvox.motion.rigged_crane import rigged_crane
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import replay
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import prepare
 from bimvox.planning.search import shortest_path
 from bimvox.policy.choice import NO_POLICY
 from bimvox.progress import progress_of
@@ -382,7 +383,7 @@ MUTANTS: dict[str, Mutant] = {
         past_a_mast, "rope_margin", {"bimvox.planning.occupancy.rope_margin_vox": always(0)}
     ),
     "support the other way round": Mutant(
-        portal, "support", {"bimvox.planning.assembly.precedence": returning(upside_down)}
+        portal, "support", {"bimvox.planning.preparation.precedence": returning(upside_down)}
     ),
     "wanted order dropped": Mutant(
         in_a_wanted_order,

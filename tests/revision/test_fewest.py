@@ -13,8 +13,8 @@ from bimvox.library.obstructions import rasterise
 from bimvox.library.search import check_search
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.segments import newest, segment_of
-from bimvox.planning.assembly import Preparation, prepare
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import Preparation, prepare
 from bimvox.progress import SilentProgress
 from bimvox.records.proof import Check
 from bimvox.revision.current_plan import CurrentPlan, current_plan_of

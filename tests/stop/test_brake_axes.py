@@ -20,8 +20,9 @@ from bimvox.motion.drive import drive_path
 from bimvox.motion.rigged_crane import rigged_crane
 from bimvox.motion.swept import samples_are_free
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import replay
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import prepare
 from bimvox.planning.search import shortest_path
 from bimvox.proof.crane.axes import check_limits
 from bimvox.proof.motion import verify_motions

@@ -50,8 +50,8 @@ from bimvox.log import schema as topics
 from bimvox.log.archive import pack, unpack
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.assembly import prepare
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import prepare
 from bimvox.progress import SilentProgress
 from bimvox.proof.carried_out import planned_axes, tally_of
 from bimvox.records.carried_out import CarriedOut

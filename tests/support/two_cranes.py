@@ -11,8 +11,9 @@ from box_sites import box_site, test_crane
 
 from bimvox.motion.shift import chained
 from bimvox.motion.time_lift import Begins, time_lift
-from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.assembly import replay
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import prepare
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.site.build import with_digests

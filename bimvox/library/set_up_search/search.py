@@ -16,7 +16,7 @@ from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.timed import LIFTS, timed_moving_s
 from bimvox.library.set_up_search.ways import Ways, ways_on
 from bimvox.library.site import built_site
-from bimvox.planning.assembly import prepare
+from bimvox.planning.preparation import prepare
 from bimvox.planning.stacks import is_stacked
 from bimvox.progress import Progress
 from bimvox.site.config.site_config import Polygon

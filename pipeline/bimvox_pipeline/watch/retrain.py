@@ -18,7 +18,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
 from bimvox.errors import PolicyError
-from bimvox.planning.assembly import Preparation
+from bimvox.planning.preparation import Preparation
 from bimvox.policy.choice import PolicyInUse, retrained
 from bimvox.processes import end_with
 from bimvox.progress import SilentProgress

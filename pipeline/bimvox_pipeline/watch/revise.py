@@ -12,7 +12,7 @@ from typing import Any
 from bimvox.files import write_atomically
 from bimvox.log.bundle import SiteWriter
 from bimvox.log.recorder import write_log
-from bimvox.planning.assembly import Preparation
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
 from bimvox.records.lift import LiftPlan
 from bimvox.revision.current_plan import RetrainedPolicy, RevisionPart

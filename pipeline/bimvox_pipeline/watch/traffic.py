@@ -18,7 +18,7 @@ from bimvox.live.execution import Execution, Traffic
 from bimvox.live.tracks import read_tracks
 from bimvox.live.traffic import DENSITIES, Density
 from bimvox.log.plan_log import PlanLog
-from bimvox.planning.assembly import Preparation
+from bimvox.planning.preparation import Preparation
 from bimvox.progress import Progress
 from bimvox.records.lift import Status
 from bimvox.site.site import Site

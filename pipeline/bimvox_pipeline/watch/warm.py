@@ -15,7 +15,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
 from bimvox.motion.shift import chained
 from bimvox.motion.time_plan import LiftTimes
-from bimvox.planning.assembly import Preparation
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
 from bimvox.proof.bodies.solid import solid_of
 from bimvox.proof.motion import verify_motions

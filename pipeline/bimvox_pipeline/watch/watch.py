@@ -27,7 +27,7 @@ from bimvox.library.site import LoadedSite, load_site
 from bimvox.library.verify import prove_plan
 from bimvox.log.held import HELD_CRANES_FILE
 from bimvox.log.plan_log import LogEvent, PlanLog
-from bimvox.planning.assembly import Preparation, preparation_in
+from bimvox.planning.preparation import Preparation, preparation_in
 from bimvox.planning.rollout import proposer
 from bimvox.progress import Progress, SilentProgress
 from bimvox.records.lift import Status

@@ -10,13 +10,13 @@ import pytest
 from two_cranes import two_crane_site
 
 from bimvox.cranes.schedule import time_lifts
-from bimvox.planning.assembly import Preparation, prepare
 from bimvox.planning.order.apart import Apart, waits_s
 from bimvox.planning.order.choose_order import travel_of
 from bimvox.planning.order.faster_order import FasterOrder
 from bimvox.planning.order.makespan import OrderTimes, makespan_s
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import Preparation, prepare
 from bimvox.site.site import Site
 
 

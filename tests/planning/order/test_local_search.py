@@ -10,7 +10,6 @@ import pytest
 from box_sites import box_site, test_crane
 
 from bimvox.cranes.schedule import time_lifts
-from bimvox.planning.assembly import prepare
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.apart import NOTHING_APART
 from bimvox.planning.order.local_search import searched
@@ -18,6 +17,7 @@ from bimvox.planning.order.makespan import COLUMNS, OrderTimes, course_of, makes
 from bimvox.planning.order.relations import precedence
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import prepare
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.site.component import OrderHints
