@@ -7,6 +7,11 @@ must be above everything; on the other side of the axis, so must the counterweig
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+from functools import lru_cache
+from hashlib import sha256
+from weakref import ref
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
@@ -35,6 +40,35 @@ def jib_blocked(
         own_m: Half the edge of the mast or the undercarriage; cells there are the crane itself.
         reach_m: Smallest and largest radius that matters.
     """
+    key = _Heights(sha256(np.ascontiguousarray(top).data).digest(), ref(top))
+    return _jib_blocked(jib, base_m, origin_m, voxel_size_m, key, own_m, reach_m)
+
+
+@dataclass(frozen=True, slots=True)
+class _Heights:
+    """A height map as a key.
+
+    Attributes:
+        digest: Of its cells.
+        cells: The map, which the key does not keep alive.
+    """
+
+    digest: bytes
+    cells: ref[NDArray[np.int32]] = field(compare=False)
+
+
+@lru_cache(maxsize=32)  # lift after lift, hook and load, their ways and their ends: few maps are new
+def _jib_blocked(
+    jib: LuffingJib,
+    base_m: tuple[float, float, float],
+    origin_m: tuple[float, float, float],
+    voxel_size_m: float,
+    heights: _Heights,
+    own_m: float,
+    reach_m: tuple[float, float],
+) -> NDArray[np.bool_]:
+    top = heights.cells()
+    assert top is not None
     # The jib covers the cells around its ray: the map is widened by its half width and one cell.
     wide = 1 + 2 * int(np.ceil((jib.width_m / 2.0) / voxel_size_m + 1.0))
     tail_wide = 1 + 2 * int(np.ceil((jib.tail_width_m / 2.0) / voxel_size_m + 1.0))
@@ -47,6 +81,7 @@ def jib_blocked(
         np.array([jib.tail_radius_m, jib.tail_low_m]),
         np.array(reach_m),
     )
+    blocked.setflags(write=False)
     return blocked
 
 
@@ -78,6 +113,7 @@ def _blocked(
     base_x, base_y, origin_x, origin_y, origin_z, size = place
     offset, pivot, length, lowest, highest = jib
     blocked = np.zeros((nx, ny), np.bool_)
+    highest_m, highest_tail_m = origin_z + top.max() * size, origin_z + tail_top.max() * size
     for i in range(nx):
         for j in range(ny):
             dx = origin_x + (i + 0.5) * size - base_x
@@ -92,14 +128,20 @@ def _blocked(
             steps = int(np.ceil((radius + size) / (0.5 * size)))
             for n in range(steps + 1):
                 at = n * 0.5 * size
+                if at < offset:
+                    continue
+                lowest_m = max(pivot + (at - offset - size) * slope, pivot - size) - size
+                if highest_m <= lowest_m:
+                    break  # it rises: everything is below it from here on
                 x = int(np.floor((base_x + ux * at - origin_x) / size))
                 y = int(np.floor((base_y + uy * at - origin_y) / size))
-                if at < offset or x < 0 or y < 0 or x >= nx or y >= ny:
+                if x < 0 or y < 0 or x >= nx or y >= ny:
                     continue
-                under = pivot + (at - offset - size) * slope
-                if top[x, y] > 0 and origin_z + top[x, y] * size > max(under, pivot - size) - size:
+                if top[x, y] > 0 and origin_z + top[x, y] * size > lowest_m:
                     blocked[i, j] = True
                     break
+            if highest_tail_m <= tail[1]:
+                continue
             steps = int(np.ceil(tail[0] / (0.5 * size)))
             for n in range(steps + 1):
                 if blocked[i, j]:
