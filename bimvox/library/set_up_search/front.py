@@ -51,14 +51,20 @@ def to_plan(found: Sequence[Tried], front: Sequence[Tried], most: int) -> list[T
 
 
 def ends(front: Sequence[Any], goals: Callable[[Any], Goals], group: Callable[[Any], Hashable]) -> list[Any]:
-    """Return the fastest, the cheapest and the least used of a front, then the fastest of each group; each once."""
+    """Return the fastest, the cheapest and the least used of a front, then the fastest and the cheapest by group.
+
+    Each only once.
+    """
     found: list[Any] = []
     if not front:
         return found
-    for one in (
-        *(min(front, key=lambda one: (goals(one)[goal], goals(one))) for goal in range(3)),
-        *(min((one for one in front if group(one) == name), key=goals) for name in dict.fromkeys(map(group, front))),
-    ):
+
+    def least(among: Sequence[Any], goal: int) -> Any:
+        return min(among, key=lambda one: (goals(one)[goal], goals(one)))
+
+    groups = [[one for one in front if group(one) == name] for name in dict.fromkeys(map(group, front))]
+    every = [*(least(front, goal) for goal in range(3)), *(least(among, goal) for goal in (0, 1) for among in groups)]
+    for one in every:
         if one not in found:
             found.append(one)
     return found

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from box_sites import test_crane as crane_of
 from hypothesis import given
@@ -103,6 +105,16 @@ def test_what_is_planned_begins_with_the_ends_of_the_front_then_other_machines(f
     if len({one.machine for one in able}) >= most:
         fast = [one for one in chosen if one not in front]
         assert len({one.machine for one in fast}) == len(fast)
+
+
+def test_of_pairs_the_cheapest_is_planned_too_although_one_crane_alone_is_cheaper() -> None:
+    single = tried(3, 300.0, 1.0)
+    fast, cheap, between = (
+        replace(tried(3, crane_s, cost), second=single) for crane_s, cost in ((100.0, 20.0), (200.0, 2.0), (150.0, 9.0))
+    )
+    front = front_of([between, single, cheap, fast])
+    assert front == [fast, between, cheap, single]
+    assert to_plan(front, front, 3) == [fast, single, cheap]
 
 
 plans = st.lists(
