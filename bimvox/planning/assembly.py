@@ -7,11 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.reach import allowed_radii_m
 from bimvox.planning.insertion import Insertion, NoInsertion, PartToInsert, find_insertion
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
 from bimvox.planning.preparation import Preparation
-from bimvox.planning.refusal import refused_by_crane
+from bimvox.planning.refusal import carried_where, refused_by_crane
 from bimvox.planning.stage import Obstacle, Stage, with_cleared
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.collision import CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
@@ -147,8 +146,7 @@ class Assembly:
         if (yard := self._site.rules.yard) is not None and yard.gap_m:
             reason += f", with {yard.gap_m:g} m around it for the slinger ([yard] gap_m)"
         if (crane := self._site.crane_of(component)) is not None:
-            low_m, high_m = allowed_radii_m(crane, component.mass_kg, self._site.rules.highest_utilisation)
-            reason += f": the crane carries {component.mass_kg:.0f} kg at radii from {low_m:.1f} to {high_m:.1f} m"
+            reason += f": {carried_where(self._site, crane, component)}"
         return Obstacle(reason)
 
     def smaller_clearances_m(self) -> tuple[float, ...]:

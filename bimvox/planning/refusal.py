@@ -46,13 +46,18 @@ def place_radius_m(site: Site, crane: TowerCrane, component: Component) -> float
 def _by_access(site: Site, crane: TowerCrane, component: Component) -> str | None:
     if site.access is None or len(unloading_columns(site, component)):
         return None
+    return (
+        f"it cannot be unloaded: {carried_where(site, crane, component)}, and no truck can stand there ([areas] access)"
+    )
+
+
+def carried_where(site: Site, crane: TowerCrane, component: Component) -> str:
+    """Return at which radii a crane carries a part, in words."""
     low_m, high_m = allowed_radii_m(
         crane_for(site, crane, component), component.mass_kg, site.rules.highest_utilisation
     )
-    return (
-        f"it cannot be unloaded: {crane.name} carries {hung_kg(crane, component):.0f} kg with rigging and hook block "
-        f"at radii from {low_m:.1f} to {high_m:.1f} m, and no truck can stand there ([areas] access)"
-    )
+    radii = f"at radii from {low_m:.1f} to {high_m:.1f} m" if low_m <= high_m else "at no radius"
+    return f"{crane.name} carries {hung_kg(crane, component):.0f} kg with rigging and hook block {radii}"
 
 
 def _by_wind(site: Site, crane: TowerCrane, component: Component) -> str | None:

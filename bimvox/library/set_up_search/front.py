@@ -101,7 +101,7 @@ def why_beaten(one: dict[str, Any], front: Sequence[dict[str, Any]], budget: flo
     if budget is not None and one["cost"] > budget:
         return "costs more than the budget"
     if one["refused"] > front[0]["refused"]:
-        return f"refuses {one['refused']} parts, others {front[0]['refused']}"
+        return f"infeasible lifts: {one['refused']}; of others {front[0]['refused']}"
     better = _better(planned_goals(one), front, planned_goals)
     both = [each for each in (better, better["second"]) if each]
     words = " and ".join(f"{each['machine']} with a jib of {each['jib_m']:g} m" for each in both)

@@ -67,7 +67,9 @@ def _answers(
     }
     for words, one in best.items():
         said = f"{escape(_name(one))} at {_at(one)}: {fixed(one['hours'], 2)} h, {one['cost']:,.0f} {escape(currency)}"
-        if given["hours"]:
+        if given["hours"] and given["refused"] != one["refused"]:
+            said += f"; infeasible lifts: {one['refused']}, given {given['refused']}"
+        elif given["hours"]:
             key, what = ("hours", "time") if one["moving_hours"] is None else ("moving_hours", "moving")
             saved, cost = given[key] - one[key], given["cost"] - one["cost"]
             said += f"; {_less(saved, given[key])} {what}, {_less(cost, given['cost'])} cost than given"

@@ -216,17 +216,17 @@ def _planned(
     record = by_site[path.resolve()]
     figures = record.get("figures") or {}
     estimated_h = values.pop("crane_s") / 3600.0
-    hours = figures.get("crane_hours")
+    hours, refused = figures.get("crane_hours"), record.get("infeasible")
     return {
         "site": str(path),
         **values,
         "estimated_hours": round(estimated_h, 4),
         "estimated_cost": round(rates.total(estimated_h), 2),
         "status": record["status"],
-        "refused": record.get("infeasible"),
+        "refused": refused,
         "hours": hours,
-        # Of two cranes, one stands while the other moves.
-        "moving_hours": None if hours is None or values["second"] else round(hours - standing_h, 6),
+        # Of two cranes, one stands while the other moves; for a refused part, none stands.
+        "moving_hours": None if hours is None or refused or values["second"] else round(hours - standing_h, 6),
         "cost": None if hours is None else round(rates.total(hours), 2),
         "critical_lifts": figures.get("critical_lifts"),
         "highest_utilisation": figures.get("highest_utilisation"),

@@ -103,6 +103,17 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
 }
 
 
+def test_how_long_the_crane_moves_is_told_only_if_it_sets_every_part(made: tuple[Path, dict[str, Any]]) -> None:
+    site, distant = made[0], made[0].with_name("distant.site.toml")
+    distant.write_text(re.sub(r"base_m = .*", "base_m = [-30, 3]", site.read_text()))
+    document = run(distant, site.parent / "distant", effort=Effort(1, 0, cranes=1), crane="hammerhead-45")
+    given, (found,) = document["baseline"], document["front"]
+    assert given["refused"] > found["refused"] == 0
+    assert given["moving_hours"] is None
+    assert found["moving_hours"] > 0.0
+    assert f"infeasible lifts: 0, given {given['refused']};" in Path(document["page"]).read_text()
+
+
 def test_other_yards_are_tried_and_a_killed_call_is_continued(
     made: tuple[Path, dict[str, Any]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
