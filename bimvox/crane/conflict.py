@@ -278,6 +278,24 @@ def meet(
 
 
 @kernel
+def clear_of_one(
+    outline_a: NDArray[np.float64],
+    rows_a: NDArray[np.float64],
+    outline_b: NDArray[np.float64],
+    rows_b: NDArray[np.float64],
+    separation_m: float,
+) -> NDArray[np.bool_]:
+    """Return (N,) whether a crane in each of (N, 9) rows is clear of another one in at least one of (M, 9) rows."""
+    clear = np.zeros(rows_a.shape[0], np.bool_)
+    for i in range(rows_a.shape[0]):
+        for j in range(rows_b.shape[0]):
+            if not meet(outline_a, rows_a[i], outline_b, rows_b[j], separation_m):
+                clear[i] = True
+                break
+    return clear
+
+
+@kernel
 def _parts_of(outline: NDArray[np.float64], row: NDArray[np.float64], parts: NDArray[np.float64]) -> None:
     """Write the five parts in one span: inner and outer radius, half width, lowest, highest."""
     luffs = outline[14] > 0.0

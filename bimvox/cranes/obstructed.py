@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.crane.conflict import (
     COLUMNS,
@@ -16,14 +17,21 @@ from bimvox.crane.conflict import (
     SLEW_HIGH,
     SLEW_LOW,
     Conflict,
+    clear_of_one,
     first_conflict,
+    numbers_of,
 )
+from bimvox.crane.fit import distances_m
 from bimvox.crane.outline import outline_of
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.cranes.clock import standing_at
 from bimvox.cranes.lift import Carried, NoFreeTimeError
+from bimvox.site.set_ups import LiftWork
 from bimvox.site.site import Site
 
 _SECTORS = 8
+_ANGLES = 72
+"""Angles of a jib that are looked at for room beside straight ways."""
 _NARROWEST_RAD = np.radians(0.05)
 """Half the sector that is not divided any more: the jib may be free there."""
 
@@ -91,3 +99,29 @@ def _met_everywhere(site: Site, one: Carried, number: int) -> Conflict | None:
         if closer_m < 0.0 or first_conflict(outlines, one.track, standing_at(still, 0), closer_m) is None:
             sectors += [(middle - half / 2.0, half / 2.0), (middle + half / 2.0, half / 2.0)]
     return latest
+
+
+def clear_ways(cranes: tuple[TowerCrane, TowerCrane], work: LiftWork, separation_m: float) -> NDArray[np.bool_]:
+    """Return (N, 2) whether each crane, with each part on the way from the middle of the yard, is clear of the other.
+
+    That one waits with its hook at the jib and next to the mast, at whatever angle leaves room.
+    """
+    outlines = [numbers_of(outline_of(crane)) for crane in cranes]
+    clear = np.zeros((len(work.masses_kg), 2), np.bool_)
+    picks_m = np.broadcast_to(work.yard_m.mean(axis=0), work.places_m.shape) if len(work.yard_m) else work.places_m
+    for own, other in ((0, 1), (1, 0)):
+        waits = np.zeros((_ANGLES, COLUMNS))
+        waits[:, SLEW_LOW] = waits[:, SLEW_HIGH] = 2.0 * np.pi * np.arange(_ANGLES) / _ANGLES
+        waits[:, [RADIUS_LOW, RADIUS_HIGH]] = cranes[other].min_radius_m
+        waits[:, [LOWEST, HOOK_LOW, HOOK_HIGH]] = outline_of(cranes[other]).rope_top_m
+        base_m = np.array(cranes[own].base_m[:2])
+        slew = [np.arctan2(*(end_m - base_m).T[::-1]) for end_m in (work.places_m, picks_m)]
+        radius_m = np.stack([distances_m(base_m[None], end_m)[0] for end_m in (work.places_m, picks_m)])
+        turn = np.remainder(slew[1] - slew[0] + np.pi, 2.0 * np.pi) - np.pi
+        over = np.zeros((len(turn), COLUMNS))
+        over[:, SLEW_LOW], over[:, SLEW_HIGH] = slew[0] + np.minimum(turn, 0.0), slew[0] + np.maximum(turn, 0.0)
+        over[:, RADIUS_LOW], over[:, RADIUS_HIGH] = radius_m.min(axis=0), radius_m.max(axis=0)
+        over[:, LOWEST] = work.tops_m - work.heights_m
+        over[:, HOOK_LOW] = over[:, HOOK_HIGH] = work.tops_m + cranes[own].sling_m
+        clear[:, own] = clear_of_one(outlines[own], over, outlines[other], waits, separation_m)
+    return clear

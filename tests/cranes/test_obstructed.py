@@ -6,12 +6,14 @@ import dataclasses
 
 import numpy as np
 import pytest
+from box_sites import test_crane as crane_of
+from lift_work import work_of
 from two_cranes import two_crane_plan
 
 from bimvox.crane.conflict import CraneTrack, first_conflict
 from bimvox.crane.outline import outline_of
 from bimvox.cranes.lift import Carried, NoFreeTimeError
-from bimvox.cranes.obstructed import always_obstructed, insist_on_room
+from bimvox.cranes.obstructed import always_obstructed, clear_ways, insist_on_room
 from bimvox.cranes.track import carrying_track
 from bimvox.site.site import Site
 
@@ -69,3 +71,16 @@ def test_all_of_them_are_named_at_once() -> None:
 def test_a_crane_without_lifts_is_not_looked_at() -> None:
     site, lifts = carried(crane_separation_m=15.0)
     assert always_obstructed(site, [one for one in lifts if one.crane == 0]) == {}
+
+
+def test_a_way_past_a_higher_mast_is_not_clear_and_one_beside_it_is() -> None:
+    low, high = (
+        crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0),
+        crane_of(base=(30.0, 0.0, 0.0), jib=40.0, height=45.0),
+    )
+    work = work_of([(20.0, -20.0), (20.0, 20.0), (45.0, 5.0)], [1000.0] * 3, [(19.0, 15.0), (21.0, 15.0)])
+    clear = clear_ways((low, high), work, 2.0)
+    assert clear[:, 0].tolist() == [False, True, False], "the first turns past the mast, the third reaches beyond it"
+    assert clear[:, 1].all(), "its jib passes above the other crane"
+    far = crane_of(base=(90.0, 0.0, 0.0), jib=40.0, height=30.0)
+    assert clear_ways((low, far), work, 2.0)[:2, 0].all()

@@ -1,8 +1,8 @@
 """Two cranes instead of one: pairs of machines and places, and about how long they take together.
 
 Each pair divides the parts as the plan does (:mod:`bimvox.site.assign`), and keeps the rules of the schedule but the
-separation of the cranes (:mod:`bimvox.planning.order.makespan`). That a crane gives way to the other is the plan's to
-find, so the hours are too few.
+separation of the cranes (:mod:`bimvox.planning.order.makespan`): only where no angle of the other's jib leaves room, a
+crane sets nothing. That a crane gives way to the other is the plan's to find, so the hours are too few.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from bimvox.crane.fit import distances_m
 from bimvox.crane.machine import Machine
 from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.cranes.obstructed import clear_ways
 from bimvox.errors import ConfigError
 from bimvox.library.set_up_search.front import ends, estimated_goals, front_of
 from bimvox.library.set_up_search.search import Rig, Search, Tried
@@ -142,7 +143,7 @@ def _close(search: Search, one: _Rough, separation_m: float, lifts: int) -> Trie
     if cranes is None:
         return None
     found = [_timed(search, rig, base_m, lifts) for rig, base_m in zip(one.rigs, bases_m, strict=True)]
-    can = np.stack([each.served[0] for each in found], axis=1)
+    can = np.stack([each.served[0] for each in found], axis=1) & clear_ways(cranes, search.work, separation_m)
     reach_m = np.stack([distances_m(base_m[None], search.work.places_m)[0] for base_m in bases_m], axis=1)
     rough_s = [rough_work_s(rig.crane, reach_m[:, k], search.work.standing_s) for k, rig in enumerate(one.rigs)]
     whose = balanced(can, reach_m, np.stack(rough_s, axis=1))
