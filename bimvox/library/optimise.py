@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bimvox.crane.fit import standing
 from bimvox.errors import BimvoxError
 from bimvox.library.arguments import path_of, text, whole
 from bimvox.library.plan import plan
@@ -143,11 +141,9 @@ def with_set_up(placed: PlacedSite, one: Tried) -> SiteConfig:
     config = placed.config
     (own,), (given,) = config.cranes, cranes_of(config)
     foot_m = given.base_m[2]
-    hook_m = math.ceil(2.0 * (placed.load_top_m + given.sling_m)) / 2.0
     assert one.crane is not None
     if one.second is None:
-        crane = standing(one.crane, hook_m)
-        table = machine_config(replace(crane, base_m=(*crane.base_m[:2], foot_m)))
+        table = machine_config(replace(one.crane, base_m=(*one.crane.base_m[:2], foot_m)))
         update: dict[str, Any] = {"crane": table.model_copy(update={"name": own.name})}
     else:
         assert one.second.crane is not None

@@ -81,6 +81,11 @@ class Trial:
         self.hulls: NDArray[np.object_] = np.array([hull(part.mesh, PLAN) for part in parts], dtype=object)
         self._demands = {chosen: Demand(parts, top_m, rigs if chosen else None, 1.0) for chosen in (True, False)}
 
+    def hook_height_m(self, config: SiteConfig, crane: TowerCrane) -> float:
+        """Return the height that the hook of a crane must reach, as ``init`` chooses it."""
+        demand = self._demands[gear_by_crane(config, 1)[0] is not None]
+        return demand.height_m(demand.as_used(crane))
+
     def of(self, config: SiteConfig, cranes: Sequence[TowerCrane], lifts: NDArray[np.bool_]) -> Tried:
         """Return how cranes serve the parts.
 

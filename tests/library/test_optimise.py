@@ -61,11 +61,24 @@ def test_the_front_is_planned_proven_and_not_beaten_and_its_site_files_load(site
     assert "hammerhead-45" in repr(found.front[0])
 
 
-def test_its_sites_have_the_cranes_of_the_commands_site_files(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("angle_deg", [60, 20])
+def test_its_sites_have_the_cranes_of_the_search_and_of_the_commands_site_files(
+    site: Path, monkeypatch: pytest.MonkeyPatch, angle_deg: int
+) -> None:
     time_few_lifts(monkeypatch)
-    opened = open_site(site)
+    other = site.with_name(f"angle-{angle_deg}.site.toml")
+    text = site.read_text().replace("sling_angle_deg = 60", f"sling_angle_deg = {angle_deg}")
+    assert f"sling_angle_deg = {angle_deg}" in text
+    other.write_text(text)
+    opened = open_site(other)
     found = search_set_ups(opened, "x", machines_called("hammerhead")[1:3], Effort(6, 12), None, SilentProgress())
     assert any(one.second for one in found.chosen)
+    given_m = cranes_of(opened.config)[0].jib_height_m
+    for one in found.lattice:
+        # As high as the search takes it to be: with steep slings, loads hang further below the hook.
+        assert one.crane is not None
+        assert cranes_of(with_set_up(opened, one))[0].jib_height_m == one.crane.jib_height_m
+        assert (one.crane.jib_height_m > given_m) == (angle_deg == 20)
     for one in found.found:
         config, theirs = with_set_up(opened, one), opened.with_setup(set_up(opened, one))
         for own, their in zip(cranes_of(config), cranes_of(theirs), strict=True):

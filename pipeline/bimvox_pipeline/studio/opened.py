@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Role
 from bimvox.bim.read import ReadOptions, read_building
-from bimvox.crane.fit import HOOK_BLOCK_M
 from bimvox.files import read_input
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.site import built_site
@@ -67,10 +66,6 @@ class Opened(PlacedSite):
         return {name: entry.global_id for name, entry in self.entries.items()}
 
     @cached_property
-    def _slings_m(self) -> float:
-        return max([crane.sling_m for crane in cranes_of(self.config)], default=HOOK_BLOCK_M)
-
-    @cached_property
     def setup(self) -> Setup:
         """Its own set-up."""
         return read_setup(self.setup_document)
@@ -105,8 +100,8 @@ class Opened(PlacedSite):
         Raises:
             InputError: If the set-up is impossible.
         """
-        hook_m = math.ceil(2.0 * (self.load_top_m + self._slings_m)) / 2.0
-        return with_setup(self.config, self.setup, wanted, hook_m, self._listed)
+        hook_height_m = partial(self.trial.hook_height_m, self.config)
+        return with_setup(self.config, self.setup, wanted, hook_height_m, self._listed)
 
     def tried(self, wanted: Setup) -> dict[str, Any]:
         """Return how a set-up serves the parts, as JSON.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -19,6 +19,7 @@ from bimvox.site.machine import cranes_of, machine_config
 from bimvox.site.machine_names import machines_called
 
 Plane = tuple[Number, Number]
+HookHeight = Callable[[TowerCrane], float]
 _MOST = 100_000
 
 
@@ -122,7 +123,7 @@ def _points(polygon: object) -> list[list[float]]:
 
 
 def with_setup(
-    config: SiteConfig, opened: Setup, wanted: Setup, hook_height_m: float, listed: Mapping[str, str]
+    config: SiteConfig, opened: Setup, wanted: Setup, hook_height_m: HookHeight, listed: Mapping[str, str]
 ) -> SiteConfig:
     """Return a complete site file with what differs between two set-ups.
 
@@ -130,7 +131,7 @@ def with_setup(
         config: The site file, complete, in the site's frame.
         opened: Its own set-up.
         wanted: What it becomes.
-        hook_height_m: The height that the hook of a new machine must reach.
+        hook_height_m: Returns the height that the hook of a new machine must reach.
         listed: The ids under which its ``[[component]]`` tables list parts, by element id.
 
     Raises:
@@ -189,7 +190,7 @@ def origins_of(opened: Sequence[CraneSetup], wanted: Sequence[CraneSetup]) -> li
 
 
 def _cranes(
-    config: SiteConfig, opened: Sequence[CraneSetup], wanted: Sequence[CraneSetup], hook_height_m: float
+    config: SiteConfig, opened: Sequence[CraneSetup], wanted: Sequence[CraneSetup], hook_height_m: HookHeight
 ) -> tuple[CraneConfig, ...]:
     """Return the tables of the cranes of a set-up."""
     if not wanted:
@@ -218,7 +219,7 @@ def _cranes(
     return tuple(tables)
 
 
-def _changed(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_height_m: float) -> CraneConfig:
+def _changed(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_height_m: HookHeight) -> CraneConfig:
     """Return the table of a crane with what differs between two set-ups."""
     if new.machine != old.machine and new.machine:
         return _other_machine(own, old, new, hook_height_m)
@@ -245,7 +246,7 @@ def _changed(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_height_m: 
     return own.model_copy(update=update)
 
 
-def _other_machine(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_height_m: float) -> CraneConfig:
+def _other_machine(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_height_m: HookHeight) -> CraneConfig:
     """Return the table of another machine of the catalogue at the same place, on a mast as ``init`` chooses it."""
     machine = machines_called(str(new.machine))[0]
     lengths = [length for length in machine.lengths_m if new.jib_m is None or abs(length - new.jib_m) < 1e-3]
@@ -258,7 +259,8 @@ def _other_machine(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_heig
         raise InputError(
             f"{machine.name} has no reeving of {new.falls} falls", hint=f"it has {' and '.join(map(str, falls))}"
         )
-    crane = standing(carries_most(able), hook_height_m)
+    crane = carries_most(able)
+    crane = standing(crane, hook_height_m(crane))
     if crane.luffing is None and new.height_m not in (old.height_m, None):
         crane = replace(crane, jib_height_m=float(new.height_m or 0.0))
     foot_m = own.base_m[2] if own.base_m is not None and len(own.base_m) == 3 else 0.0
