@@ -29,6 +29,12 @@ def ways_of(work: LiftWork, size_m: float = 1.0, **more) -> Ways:
     count = len(work.places_m)
     around_m = np.tile(0.5 * size_m * np.array([[-1.0, -1.0], [1.0, 1.0]]), (count, 1, 1))
     around_m = more.pop("around_m", around_m)
-    picks = Picks((yard,), work.yard_m, around_m, more.pop("taken_m2", np.zeros(count)))
+    picks = Picks(
+        (yard,),
+        work.yard_m,
+        around_m,
+        more.pop("taken_m2", np.zeros(count)),
+        more.pop("turns", np.zeros(count, np.bool_)),
+    )
     far_m = np.array([[-1e3, -1e3], [1e3, 1e3]])
     return Ways(work, picks, around_m, more.pop("bounds_m", far_m), **more)

@@ -28,7 +28,7 @@ from bimvox.site.mast_places import ground_plan
 from bimvox.site.means import Means
 from bimvox.site.rigging import gear_by_crane
 from bimvox.site.set_ups import LiftWork, SetUps, carried, highest_utilisation, set_ups
-from bimvox.site.site import Site, SwingRule
+from bimvox.site.site import SwingRule
 
 _MOST_BASES, _MOST_MOVED = 600, 200
 """Places of a mast: with the site file's yard, and with another one."""
@@ -177,14 +177,15 @@ class Search:
         site = built_site(config, placed.building, {}, progress).site
         progress.stage("order")
         elements = {part.id: part for part in placed.parts}
-        components = [site.components[n] for n in _in_sequence(site)]
+        self._sequence = [site.components[n] for n in prepare(site).sequence.order]
+        components = [component for component in self._sequence if component.means is Means.CRANE]
         parts = [elements[component.id] for component in components]
         self._stacked = np.array([is_stacked(site, component) for component in components], np.bool_)
         rigs = rigs_of(config, parts) if gear_by_crane(config, 1)[0] is not None else None
         plan = ground_plan(placed.placed.elements)
         self._wanted = Wanted(config, parts, plan, placed.load_top_m, rigs, range(len(parts)))
         self.work = self._wanted.work.sample(len(parts), _MOST_YARD)
-        self.config, self._placed, self._site, self._components = config, placed.placed, site, components
+        self.config, self._placed, self._site = config, placed.placed, site
         self._ways: dict[OtherYard | None, Ways] = {}
         self.crews = [crew_times(config.rules_in_force, part) for part in parts]
         progress.finish()
@@ -246,7 +247,7 @@ class Search:
         if yard is not None:
             site = replace(site, rules=replace(site.rules, truckload_kg=yard.truckload_kg))
             config = config.model_copy(update={"areas": config.areas.model_copy(update={"yard": (yard.polygon,)})})
-        return ways_on(site, self._components, self._seen(yard)[0].work, config, self._placed)
+        return ways_on(site, self._sequence, self._seen(yard)[0].work, config, self._placed)
 
     def from_place(self, one: Tried, base_m: NDArray[np.float64], lifts: int = LIFTS) -> Tried:
         """Return a set-up of one crane on one of its places, (2,), with so many lifts timed with the swing of loads."""
@@ -374,9 +375,3 @@ class Search:
             able, _ = carried(rig.crane, self.places_m(rig), self.work, rig.hook_m, MARGIN_M)
             found.append(int(able.sum(axis=1).max(initial=0)))
         return max(found)
-
-
-def _in_sequence(site: Site) -> list[int]:
-    """Return the parts that cranes lift, in their erection sequence."""
-    order = prepare(site).sequence.order
-    return [n for n in order if site.components[n].means is Means.CRANE]

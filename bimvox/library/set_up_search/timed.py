@@ -11,8 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, starmap
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,8 @@ _NEVER_AT_REST_S = 600.0
 """A way whose load never comes to rest: the plan needs another one."""
 _AROUND_S = 150.0
 """What a load takes longer if that is not free; 70 s in half of them, 140 s in the mean, up to 500 s."""
+_ROUNDING = 1e-9
+"""Poses that differ by less, in metres and radians, are the same."""
 _SAMPLES = 33
 """Positions of a move that are looked at."""
 _DIAGONAL = 2.0**0.5
@@ -72,7 +75,8 @@ def timed_moving_s(crane: TowerCrane, ways: Ways, served: NDArray[np.bool_], lif
         (near_m, far_m), height_m = limits_m[n].tolist(), float(work.heights_m[n])
         able = (yard[1] >= near_m) & (yard[1] <= far_m)
         hook = (yard[0], yard[1], np.full(len(able), height_m))
-        at = ways.picks.of(n, able, travel, (_at(targets, before), hook, _at(targets, n)), _ASIDE * (lift // some))
+        turned, aside = ways.picks.is_turned(n, crane, far_m), _ASIDE * (lift // some)
+        at = ways.picks.of(n, able, travel, (_at(targets, before), hook, _at(targets, n)), aside, turned=turned)
         left, end = (_over(targets, part, crane.sling_m) for part in (before, n))
         turn_rad = nearest_turn(float(yard[0][at]), left.slew_rad)
         pick = CranePose(turn_rad, float(yard[1][at]), height_m + crane.sling_m)
@@ -81,16 +85,19 @@ def timed_moving_s(crane: TowerCrane, ways: Ways, served: NDArray[np.bool_], lif
             heights_m = (max(left.height_m, pick.height_m), -inf, -inf)
             total_s += _way_s(rigged(crane, 0.0), [left, pick], heights_m, hangs)
         loaded = rigged(crane, float(work.masses_kg[n]))
-        raised = replace(pick, height_m=pick.height_m + ways.cell_m)
+        raise_m = ways.raised_to_turn_m(n, ways.picks.points_m[at]) if turned else ways.cell_m
+        raised = replace(pick, height_m=pick.height_m + raise_m)
         first, free = _ways_across(loaded, (raised, end), ways, n, far_m)
         gate_m = max(ways.clear_m(n) + height_m + crane.sling_m, end.height_m + SET_DOWN_M)
-        heights_m = (max(float(over_m[n]), raised.height_m), raised.height_m + ways.clearance_m, gate_m)
+        clear_m, above_m = raised.height_m + ways.clearance_m, height_m + crane.sling_m + ways.clearance_m
         hangs = Pendulum(crane.sling_m + 0.5 * height_m) if ways.swings else None
-        longer_s = 0.0 if free is first else _AROUND_S
-        carry_s = longer_s + _way_s(loaded, first, heights_m, hangs)
-        if free is not None and free is not first:
-            carry_s = min(carry_s, _way_s(loaded, free, heights_m, hangs))
-        total_s += rest_to_rest_s(ways.cell_m, loaded.hoist) + carry_s
+        carry_s = inf
+        for across in (first,) if free is None or free is first else (first, free):
+            passing_m = across.top_m + above_m if across.top_m < inf else float(over_m[n])
+            heights_m = (max(passing_m, raised.height_m, gate_m), clear_m, gate_m)
+            longer_s = 0.0 if across is free else _AROUND_S
+            carry_s = min(carry_s, longer_s + _way_s(loaded, across.stops, heights_m, hangs))
+        total_s += rest_to_rest_s(raise_m, loaded.hoist) + carry_s + (ways.turn_s if turned else 0.0)
     return total_s * len(lifted) / (some * times)
 
 
@@ -104,10 +111,17 @@ def _over(targets: Axes, n: int, sling_m: float) -> CranePose:
     return CranePose(slew, radius, height + sling_m)
 
 
+class _Across(NamedTuple):
+    """A way across: its stops, and how high it is built where it passes; infinite if it is not free."""
+
+    stops: Sequence[CranePose]
+    top_m: float
+
+
 def _ways_across(
     crane: TowerCrane, ends: tuple[CranePose, CranePose], ways: Ways, n: int, far_m: float
-) -> tuple[Sequence[CranePose], Sequence[CranePose] | None]:
-    """Return the plainest of the plan's ways across for a load, and the first that is free, or None: their stops.
+) -> tuple[_Across, _Across | None]:
+    """Return the plainest of the plan's ways across for a load, and the first that is free, or None.
 
     A free way is clear of mast and site boundary, and within the radius that the load may have.
     """
@@ -125,21 +139,32 @@ def _ways_across(
     # Slewing passes columns whose middles lie further out.
     most_m = far_m - _DIAGONAL * ways.cell_m
 
-    def is_free(a: CranePose, b: CranePose) -> bool:
+    def top_m(a: CranePose, b: CranePose) -> float:
         slew = a.slew_rad + share * (b.slew_rad - a.slew_rad)
         radius = a.radius_m + share * (b.radius_m - a.radius_m)
         if abs(slew[-1] - slew[0]) * radius.max() > 2.0 * ways.cell_m and radius[1:-1].max() > most_m:
-            return False
+            return inf
         x, y = radius * np.cos(slew), radius * np.sin(slew)
         if (x + low_x < west).any() or (x + high_x > east).any():
-            return False
+            return inf
         if (y + low_y < south).any() or (y + high_y > north).any():
-            return False
+            return inf
         hits = (x + low_x < mast_m) & (x + high_x > -mast_m) & (y + low_y < mast_m) & (y + high_y > -mast_m)
-        return not hits.any()
+        if hits.any():
+            return inf
+        hooks_m = base_m + np.column_stack([x, y])
+        return ways.passed_m(n, hooks_m + ways.around_m[n, 0], hooks_m + ways.around_m[n, 1])
 
-    every = [[*stops[:-1], replace(stops[-1], height_m=end.height_m)] for stops in stops_across(crane, start, end)]
-    return every[0], next((stops for stops in every if all(is_free(a, b) for a, b in pairwise(stops))), None)
+    first: _Across | None = None
+    for stops in stops_across(crane, start, end):
+        way = _Across(
+            [*stops[:-1], replace(stops[-1], height_m=end.height_m)], max(top_m(a, b) for a, b in pairwise(stops))
+        )
+        first = first or way
+        if way.top_m < inf:
+            return first, way
+    assert first is not None
+    return first, None
 
 
 def _way_s(
@@ -159,7 +184,7 @@ def _way_s(
     """
     over_m, clear_m, gate_m = heights_m
     poses = [stops[0], *(replace(stop, height_m=over_m) for stop in stops), stops[-1]]
-    moves = [Move(a, b) for a, b in pairwise(poses) if a != b]
+    moves = [move for move in starmap(Move, pairwise(poses)) if np.abs(move.difference).max() > _ROUNDING]
     if not moves:
         return 0.0
 

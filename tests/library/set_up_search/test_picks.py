@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from bimvox_pipeline.studio.opened import open_site
+from box_sites import test_crane as crane_of
 from planned_frame import FILES, planned
 
 from bimvox.crane.kinematics import pose_of
 from bimvox.crane.travel import Travel
-from bimvox.library.set_up_search.picks import Picks, around_m, taken_m2
+from bimvox.library.set_up_search.picks import Picks, around_m, taken_m2, turned_m
 from bimvox.library.site import load_site
 from bimvox.log.reader import read_log
 from bimvox.planning.best_place import SAME_S
@@ -22,6 +23,7 @@ from bimvox.site.trial import yard_points
 SQUARE = (((0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)),)
 POINTS_M = np.array([(x + 0.5, y + 0.5) for y in range(10) for x in range(10)])
 AROUND_M = np.array([[[-2.0, -1.0], [2.0, 1.0]]])
+KEPT = np.zeros(1, np.bool_)
 
 
 @pytest.fixture(scope="module")
@@ -34,35 +36,53 @@ def lifts() -> tuple[Lift, ...]:
     return read_log(planned() / FILES[1]).plan.lifts
 
 
-def picked(picks: Picks, site: Site, able: np.ndarray) -> np.ndarray:
+def picked(picks: Picks, site: Site, able: np.ndarray, *, turned: bool = False) -> np.ndarray:
     """Return where a part is picked that goes from one end of a yard to the other."""
     crane = site.cranes[0]
     before, place = (pose_of(crane, np.array([[x, 30.0, 0.0]])) for x in (20.0, 25.0))
     hook = pose_of(crane, np.pad(POINTS_M, ((0, 0), (0, 1))))
-    at = picks.of(0, able, Travel(crane, 60.0), (before, hook, place))
+    at = picks.of(0, able, Travel(crane, 60.0), (before, hook, place), turned=turned)
     assert able[at]
     return POINTS_M[at]
 
 
 def test_a_part_lies_within_the_yard_where_the_crane_can_pick_it(site: Site) -> None:
     everywhere = np.ones(100, np.bool_)
-    x, y = picked(Picks(SQUARE, POINTS_M, AROUND_M, np.zeros(1)), site, everywhere)
+    x, y = picked(Picks(SQUARE, POINTS_M, AROUND_M, np.zeros(1), KEPT), site, everywhere)
     assert 1.5 <= x <= 8.5
     assert 0.5 <= y <= 9.5
     # A part as long as the yard has one row of places; a longer one lies anywhere.
     long = 2.5 * AROUND_M
-    x, _ = picked(Picks(SQUARE, POINTS_M, long, np.zeros(1)), site, everywhere)
+    x, _ = picked(Picks(SQUARE, POINTS_M, long, np.zeros(1), KEPT), site, everywhere)
     assert abs(x - 5.0) <= 0.5
-    picked(Picks(SQUARE, POINTS_M, 9.0 * AROUND_M, np.zeros(1)), site, everywhere)
+    picked(Picks(SQUARE, POINTS_M, 9.0 * AROUND_M, np.zeros(1), KEPT), site, everywhere)
     # Where it fits, the crane may not carry it.
     only_east = POINTS_M[:, 0] > 9.0
-    assert picked(Picks(SQUARE, POINTS_M, AROUND_M, np.zeros(1)), site, only_east)[0] == 9.5
+    assert picked(Picks(SQUARE, POINTS_M, AROUND_M, np.zeros(1), KEPT), site, only_east)[0] == 9.5
+
+
+def test_a_part_lies_turned_only_where_the_crane_can_pick_it_so_alone() -> None:
+    crane = crane_of(base=(-10.0, 5.0, 0.0), jib=40.0, height=30.0)
+    may, kept = (Picks(SQUARE, POINTS_M, AROUND_M, np.zeros(1), np.array([turns])) for turns in (True, False))
+    # Its hook is at least 2 m from the west side as it is built, 1 m if it lies turned.
+    assert [may.is_turned(0, crane, far_m) for far_m in (10.9, 11.1, 11.9, 12.1)] == [False, True, True, False]
+    assert not kept.is_turned(0, crane, 11.5)
+    assert turned_m(np.array([[-2.0, -1.0], [3.0, 4.0]])).tolist() == [[-4.0, -2.0], [1.0, 3.0]]
+
+
+def test_a_turned_part_is_picked_where_it_lies_turned(site: Site) -> None:
+    everywhere = np.ones(100, np.bool_)
+    picks = Picks(SQUARE, POINTS_M, 2.5 * AROUND_M, np.zeros(1), np.ones(1, np.bool_))
+    as_built, turned = (picked(picks, site, everywhere, turned=turned) for turned in (False, True))
+    assert abs(as_built[0] - 5.0) <= 0.5
+    assert abs(turned[1] - 5.0) <= 0.5
 
 
 def test_earlier_parts_of_a_delivery_take_the_best_places(site: Site) -> None:
     everywhere = np.ones(100, np.bool_)
     first, later, next_delivery = (
-        picked(Picks(SQUARE, POINTS_M, AROUND_M, np.array([taken])), site, everywhere) for taken in (0.0, 60.0, 100.0)
+        picked(Picks(SQUARE, POINTS_M, AROUND_M, np.array([taken]), KEPT), site, everywhere)
+        for taken in (0.0, 60.0, 100.0)
     )
     assert (next_delivery == first).all()
     assert (later != first).any()
@@ -78,7 +98,9 @@ def test_a_part_is_picked_about_as_quickly_as_where_the_plan_puts_it(site: Site,
         return travel.axes_of(origin_m + size_m * (np.asarray(cells, float).reshape(-1, 3) + np.array([0.5, 0.5, 0.0])))
 
     points_m = _yard_points()
-    picks = Picks(_config().areas.yard, points_m, around_m(parts, size_m), taken_m2(site, parts))
+    picks = Picks(
+        _config().areas.yard, points_m, around_m(parts, size_m), taken_m2(site, parts), np.zeros(len(parts), np.bool_)
+    )
     for n, part in enumerate(parts[1:], start=1):
         place, height_m = places[part.index], part.shape.size_vox[2] * size_m
         before, target = (over(np.add(one.target_vox, one.hook_line_vox)) for one in (parts[n - 1], part))

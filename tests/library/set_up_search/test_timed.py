@@ -14,6 +14,7 @@ from planned_frame import FILES, planned
 
 from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.kinematics import pose_of
+from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.rigging import rigged
 from bimvox.crane.tower_crane import CranePose
 from bimvox.library.set_up_search.search import Search
@@ -94,6 +95,31 @@ def one_carry_s(**more: Any) -> float:
 def test_a_load_that_keeps_a_clearance_goes_higher_and_across_later() -> None:
     assert one_carry_s(clearance_m=2.0) > one_carry_s() + 4.0
     assert one_carry_s(cell_m=0.5) > one_carry_s() + 1.0
+
+
+def test_a_turned_load_is_raised_above_what_is_built_around_it_and_turned() -> None:
+    far_m = allowed_radii_m(CRANE, 800.0)[1]
+    work = work_of([(0.0, 12.0), (0.0, 20.0)], [(far_m - 3.0, -6.0), (far_m + 9.0, 6.0)])
+    # The yard begins 4 m within reach; the part is 13 m long, away from the mast unless it lies turned.
+    long = np.tile([[[-6.5, -0.5], [6.5, 0.5]]], (2, 1, 1))
+    kept, turned = (
+        ways_of(work, swings=False, around_m=long, cell_m=0.5, turn_s=30.0, turns=np.full(2, turns))
+        for turns in (False, True)
+    )
+    served = np.ones(2, np.bool_)
+    assert timed_moving_s(CRANE, turned, served) > timed_moving_s(CRANE, kept, served) + 50.0
+    assert turned.raised_to_turn_m(1, np.array([far_m, 0.0])) == 0.5
+    assert turned.raised_to_turn_m(1, np.array([0.0, 14.0])) == work.tops_m[0]
+
+
+def test_a_load_is_raised_only_above_what_it_passes_and_what_is_there_by_then() -> None:
+    tower, first = np.array([[[9.0, 9.0], [15.0, 15.0]]]), np.zeros(1, np.int64)
+    aside = tower + 40.0
+    above, beside, later = (
+        one_carry_s(others_m=where, other_tops_m=np.array([14.0]), others_before=first + when)
+        for where, when in ((tower, 0), (aside, 0), (tower, 1))
+    )
+    assert later == beside == one_carry_s() < above
 
 
 def test_a_load_goes_straight_down_between_neighbours_as_high_as_they_are() -> None:
