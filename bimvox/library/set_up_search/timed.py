@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise, starmap
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,14 +24,13 @@ from bimvox.crane.rigging import rigged
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.crane.travel import Travel
 from bimvox.errors import PlanningError
+from bimvox.library.set_up_search.across import SAMPLES, ways_across
 from bimvox.library.set_up_search.ways import Ways
 from bimvox.motion.drive import SET_DOWN_M
 from bimvox.motion.move import Move
-from bimvox.motion.shortcut import stops_across
 from bimvox.motion.steady import Swaying, SwingRules, steadied
 from bimvox.motion.swing import PLANNED_RESIDUAL_M, Pendulum
 from bimvox.motion.timeline import Timeline
-from bimvox.site.extent import MARGIN_VOX
 
 LIFTS, FEW_LIFTS = 48, 12
 """Lifts that are laid over time, and of a first look; of fewer parts each several times."""
@@ -44,9 +42,6 @@ _AROUND_S = 150.0
 """What a load takes longer if that is not free; 70 s in half of them, 140 s in the mean, up to 500 s."""
 _ROUNDING = 1e-9
 """Poses that differ by less, in metres and radians, are the same."""
-_SAMPLES = 33
-"""Positions of a move that are looked at."""
-_DIAGONAL = 2.0**0.5
 
 
 def timed_moving_s(crane: TowerCrane, ways: Ways, served: NDArray[np.bool_], lifts: int = LIFTS) -> float:
@@ -62,7 +57,6 @@ def timed_moving_s(crane: TowerCrane, ways: Ways, served: NDArray[np.bool_], lif
     if not len(lifted):
         return 0.0
     work, some = ways.work, min(lifts, len(lifted))
-    over_m = np.maximum.accumulate(work.tops_m) + work.heights_m + crane.sling_m + ways.clearance_m
     targets = pose_of(crane, np.column_stack([work.places_m, work.tops_m]))
     yard = pose_of(crane, np.pad(ways.picks.points_m, ((0, 0), (0, 1))))
     travel = Travel(crane, crane.jib_length_m + crane.jib_height_m)
@@ -82,21 +76,11 @@ def timed_moving_s(crane: TowerCrane, ways: Ways, served: NDArray[np.bool_], lif
         pick = CranePose(turn_rad, float(yard[1][at]), height_m + crane.sling_m)
         hangs = Pendulum(crane.sling_m) if ways.swings else None
         if position > 0 or some < len(lifted):  # of few lifts, the way to the first one stands for others
-            heights_m = (max(left.height_m, pick.height_m), -inf, -inf)
-            total_s += _way_s(rigged(crane, 0.0), [left, pick], heights_m, hangs)
+            total_s += _way_s(rigged(crane, 0.0), [left, pick], [np.full(SAMPLES, -inf)], hangs)
         loaded = rigged(crane, float(work.masses_kg[n]))
         raise_m = ways.raised_to_turn_m(n, ways.picks.points_m[at]) if turned else ways.cell_m
         raised = replace(pick, height_m=pick.height_m + raise_m)
-        first, free = _ways_across(loaded, (raised, end), ways, n, far_m)
-        gate_m = max(ways.clear_m(n) + height_m + crane.sling_m, end.height_m + SET_DOWN_M)
-        clear_m, above_m = raised.height_m + ways.clearance_m, height_m + crane.sling_m + ways.clearance_m
-        hangs = Pendulum(crane.sling_m + 0.5 * height_m) if ways.swings else None
-        carry_s = inf
-        for across in (first,) if free is None or free is first else (first, free):
-            passing_m = across.top_m + above_m if across.top_m < inf else float(over_m[n])
-            heights_m = (max(passing_m, raised.height_m, gate_m), clear_m, gate_m)
-            longer_s = 0.0 if across is free else _AROUND_S
-            carry_s = min(carry_s, longer_s + _way_s(loaded, across.stops, heights_m, hangs))
+        carry_s = _carry_s(loaded, (raised, end), ways, n, far_m)
         total_s += rest_to_rest_s(raise_m, loaded.hoist) + carry_s + (ways.turn_s if turned else 0.0)
     return total_s * len(lifted) / (some * times)
 
@@ -111,88 +95,54 @@ def _over(targets: Axes, n: int, sling_m: float) -> CranePose:
     return CranePose(slew, radius, height + sling_m)
 
 
-class _Across(NamedTuple):
-    """A way across: its stops, and how high it is built where it passes; infinite if it is not free."""
+def _carry_s(crane: TowerCrane, ends: tuple[CranePose, CranePose], ways: Ways, n: int, far_m: float) -> float:
+    """Return the time in which a load is carried from above the yard to its place.
 
-    stops: Sequence[CranePose]
-    top_m: float
-
-
-def _ways_across(
-    crane: TowerCrane, ends: tuple[CranePose, CranePose], ways: Ways, n: int, far_m: float
-) -> tuple[_Across, _Across | None]:
-    """Return the plainest of the plan's ways across for a load, and the first that is free, or None.
-
-    A free way is clear of mast and site boundary, and within the radius that the load may have.
+    Args:
+        crane: The crane with its load.
+        ends: Where it is raised to, and its place.
+        ways: The parts.
+        n: The part.
+        far_m: The largest radius that it may have.
     """
-    start, end = ends[0], replace(ends[1], slew_rad=nearest_turn(ends[1].slew_rad, ends[0].slew_rad))
-    (low_x, low_y), (high_x, high_y) = ways.around_m[n].tolist()
-    mast_m = 0.5 * crane.mast_size_m + ways.mast_m + ways.cell_m
-    # The site reaches as far around a mast as around everything else.
-    edge_m = 0.5 * crane.mast_size_m + MARGIN_VOX * ways.cell_m
-    base_m = np.array(crane.base_m[:2])
-    (west, south), (east, north) = (
-        np.minimum(ways.bounds_m[0] - base_m, -edge_m) - 0.5 * ways.cell_m,
-        np.maximum(ways.bounds_m[1] - base_m, edge_m) + 0.5 * ways.cell_m,
-    )
-    share = np.linspace(0.0, 1.0, _SAMPLES)
-    # Slewing passes columns whose middles lie further out.
-    most_m = far_m - _DIAGONAL * ways.cell_m
-
-    def top_m(a: CranePose, b: CranePose) -> float:
-        slew = a.slew_rad + share * (b.slew_rad - a.slew_rad)
-        radius = a.radius_m + share * (b.radius_m - a.radius_m)
-        if abs(slew[-1] - slew[0]) * radius.max() > 2.0 * ways.cell_m and radius[1:-1].max() > most_m:
-            return inf
-        x, y = radius * np.cos(slew), radius * np.sin(slew)
-        if (x + low_x < west).any() or (x + high_x > east).any():
-            return inf
-        if (y + low_y < south).any() or (y + high_y > north).any():
-            return inf
-        hits = (x + low_x < mast_m) & (x + high_x > -mast_m) & (y + low_y < mast_m) & (y + high_y > -mast_m)
-        if hits.any():
-            return inf
-        hooks_m = base_m + np.column_stack([x, y])
-        return ways.passed_m(n, hooks_m + ways.around_m[n, 0], hooks_m + ways.around_m[n, 1])
-
-    first: _Across | None = None
-    for stops in stops_across(crane, start, end):
-        way = _Across(
-            [*stops[:-1], replace(stops[-1], height_m=end.height_m)], max(top_m(a, b) for a, b in pairwise(stops))
-        )
-        first = first or way
-        if way.top_m < inf:
-            return first, way
-    assert first is not None
-    return first, None
+    (raised, end), height_m = ends, float(ways.work.heights_m[n])
+    hangs = Pendulum(crane.sling_m + 0.5 * height_m) if ways.swings else None
+    clear_m, above_m = raised.height_m + ways.clearance_m, height_m + crane.sling_m + ways.clearance_m
+    all_m = np.full(SAMPLES, float(ways.work.tops_m[: n + 1].max()))
+    plainest, free = ways_across(crane, ends, ways, n, far_m)
+    carry_s = inf
+    for across in (plainest,) if free is None else (free,) if free.stops == plainest.stops else (plainest, free):
+        tops_m = across.tops_m or [all_m] * (len(across.stops) - 1)
+        needs_m = [np.maximum(top_m + above_m, clear_m) for top_m in tops_m]
+        needs_m[-1][-1] = max(needs_m[-1][-1], end.height_m + SET_DOWN_M)
+        longer_s = 0.0 if across is free else _AROUND_S
+        carry_s = min(carry_s, longer_s + _way_s(crane, across.stops, needs_m, hangs))
+    return carry_s
 
 
 def _way_s(
-    crane: TowerCrane,
-    stops: Sequence[CranePose],
-    heights_m: tuple[float, float, float],
-    pendulum: Pendulum | None,
+    crane: TowerCrane, stops: Sequence[CranePose], needs_m: Sequence[NDArray[np.float64]], pendulum: Pendulum | None
 ) -> float:
     """Return the time of a way from one pose over others to the last.
 
     Args:
         crane: The crane.
         stops: The poses; those between the first and the last at any height.
-        heights_m: At which it goes across, from which on it may while it is still raised, and down to which it may
-            still while it is lowered.
+        needs_m: How high the hook must be along each move across.
         pendulum: What hangs on the hook; None if its swing does not matter.
     """
-    over_m, clear_m, gate_m = heights_m
+    over_m = max(stops[0].height_m, stops[-1].height_m, *(float(need_m.max()) for need_m in needs_m))
     poses = [stops[0], *(replace(stop, height_m=over_m) for stop in stops), stops[-1]]
-    moves = [move for move in starmap(Move, pairwise(poses)) if np.abs(move.difference).max() > _ROUNDING]
+    every = zip(starmap(Move, pairwise(poses)), [None, *needs_m, None], strict=True)
+    moves = [(move, need_m) for move, need_m in every if np.abs(move.difference).max() > _ROUNDING]
     if not moves:
         return 0.0
 
     def overlapping(timeline: Timeline) -> Timeline:
-        return _overlapping(timeline, clear_m, gate_m)
+        return _overlapping(timeline, [need_m for _, need_m in moves])
 
     try:
-        found = steadied(crane, moves, pendulum, SwingRules(overlapping, _swinging_s, inf))
+        found = steadied(crane, [move for move, _ in moves], pendulum, SwingRules(overlapping, _swinging_s, inf))
     except PlanningError:
         return _NEVER_AT_REST_S
     assert found is not None
@@ -204,32 +154,43 @@ def _swinging_s(timeline: Timeline, sway: Swaying) -> float | None:
     return timeline.duration_s if sway.swing.amplitude_m[-1] > PLANNED_RESIDUAL_M else None
 
 
-def _overlapping(timeline: Timeline, clear_m: float, gate_m: float) -> Timeline:
+def _overlapping(timeline: Timeline, needs_m: Sequence[NDArray[np.float64] | None]) -> Timeline:
     """Return moves that overlap as much as moves may: never three at once, none beyond the end of the one before it.
 
-    A move up is followed from a height on, and what comes before a move down ends while that is above another one.
+    Wherever the hook is on a move across, it is already as high as it must be there, or still.
     """
     starts: list[float] = []
     ended_s = end_s = 0.0
-    for n, (move, overlaps, lasts_s) in enumerate(
-        zip(timeline.moves, timeline.course.overlaps, timeline.course.duration_s, strict=True)
-    ):
+    for n, (overlaps, lasts_s) in enumerate(zip(timeline.course.overlaps, timeline.course.duration_s, strict=True)):
         begins_s = max(starts[-1], ended_s, end_s - lasts_s) if overlaps else end_s
-        if overlaps and move.difference[2] < 0.0:
-            begins_s = max(begins_s, end_s - _until_s(timeline, n, gate_m))
-        elif overlaps and timeline.moves[n - 1].difference[2] > 0.0:
-            begins_s = max(begins_s, starts[-1] + _until_s(timeline, n - 1, clear_m))
+        if overlaps:
+            need_m, before_m = needs_m[n], needs_m[n - 1]
+            if need_m is None and before_m is not None:
+                ahead_s = _along_s(timeline, n - 1) - _until_s(timeline, n, before_m)
+                begins_s = max(begins_s, starts[-1] + float(ahead_s.max()))
+            elif need_m is not None and before_m is None:
+                ahead_s = _until_s(timeline, n - 1, need_m) - _along_s(timeline, n)
+                begins_s = max(begins_s, starts[-1] + float(ahead_s.max()))
         starts.append(begins_s)
         ended_s, end_s = end_s, max(end_s, begins_s + lasts_s)
     return Timeline(timeline.course, tuple(starts))
 
 
-def _until_s(timeline: Timeline, n: int, height_m: float) -> float:
-    """Return how long a move up or down takes until it reaches a height."""
-    move, lasts_s = timeline.moves[n], timeline.course.duration_s[n]
-    share = (height_m - move.start.height_m) / move.difference[2]
-    if share <= 0.0 or share >= 1.0:
-        return 0.0 if share <= 0.0 else lasts_s
-    time_s = np.linspace(0.0, lasts_s, _SAMPLES)
-    heights_m = timeline.axes_at(time_s + timeline.start_s[n])[:, 2]
-    return float(np.interp(share, (heights_m - move.start.height_m) / move.difference[2], time_s))
+def _until_s(timeline: Timeline, n: int, heights_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how long a move up or down takes until it reaches heights."""
+    move = timeline.moves[n]
+    return _reached_s(timeline, n, (heights_m - move.start.height_m) / move.difference[2])
+
+
+def _along_s(timeline: Timeline, n: int) -> NDArray[np.float64]:
+    """Return how long a move takes until each of its samples."""
+    return _reached_s(timeline, n, np.linspace(0.0, 1.0, SAMPLES))
+
+
+def _reached_s(timeline: Timeline, n: int, shares: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how long a move takes until shares of its way."""
+    move, time_s = timeline.moves[n], np.linspace(0.0, timeline.course.duration_s[n], SAMPLES)
+    axis = int(np.argmax(np.abs(move.difference)))
+    along = timeline.axes_at(time_s + timeline.start_s[n])[:, axis]
+    found: NDArray[np.float64] = np.interp(shares, (along - along[0]) / move.difference[axis], time_s)
+    return found

@@ -52,23 +52,22 @@ class Ways:
     other_tops_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     others_before: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
-    def clear_m(self, n: int) -> float:
-        """Return how high a part must be raised to be clear of the ground and what is built around its place."""
-        own_m = self.work.places_m[n] + self.around_m[n]
-        return self.passed_m(n, own_m[:1], own_m[1:]) + self.clearance_m
-
-    def passed_m(self, n: int, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> float:
-        """Return how high it is built by then where a part passes with its clearance, at (S, 2) corners; 0: nowhere."""
+    def passed_m(self, n: int, hooks_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (S,) how high it is built by then where a part with its clearance passes, with its hook at (S, 2)."""
         there = self.others_before <= n
         lows_m, highs_m = (
             np.concatenate([self.work.places_m[:n] + self.around_m[:n, side], self.others_m[there, side]])
             for side in (0, 1)
         )
         tops_m = np.concatenate([self.work.tops_m[:n], self.other_tops_m[there]])
-        low_m, high_m = low_m - self.clearance_m, high_m + self.clearance_m
+        low_m, high_m = (
+            hooks_m + self.around_m[n, 0] - self.clearance_m,
+            hooks_m + self.around_m[n, 1] + self.clearance_m,
+        )
         near = ((lows_m < high_m.max(axis=0)) & (highs_m > low_m.min(axis=0))).all(axis=1)
-        passed = ((lows_m[near] < high_m[:, None]) & (highs_m[near] > low_m[:, None])).all(axis=2).any(axis=0)
-        return float(tops_m[near][passed].max(initial=0.0))
+        passed = ((lows_m[near] < high_m[:, None]) & (highs_m[near] > low_m[:, None])).all(axis=2)
+        found: NDArray[np.float64] = (passed * tops_m[near]).max(axis=1, initial=0.0)
+        return found
 
     def raised_to_turn_m(self, n: int, at_m: NDArray[np.float64]) -> float:
         """Return how high a part must be raised above (2,) its pick to be turned above all that is built by then."""

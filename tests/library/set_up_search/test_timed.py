@@ -126,7 +126,8 @@ def test_a_load_goes_straight_down_between_neighbours_as_high_as_they_are() -> N
     # Both are carried over the same height; the second one's neighbour is the first.
     apart, close = (work_of([(0.0, 20.0 + gap_m), (0.0, 20.0)], [(20.0, 0.0)]) for gap_m in (9.0, 1.5))
     apart, close = (ways_of(replace(one, tops_m=np.array([9.0, 1.0])), 2.0, swings=False) for one in (apart, close))
-    assert close.clear_m(1) == 9.0 > apart.clear_m(1) == 0.0
+    assert close.passed_m(1, close.work.places_m[1:]) == 9.0
+    assert apart.passed_m(1, apart.work.places_m[1:]) == 0.0
     only = np.array([False, True])
     assert timed_moving_s(CRANE, close, only) > timed_moving_s(CRANE, apart, only) + 4.0
 
