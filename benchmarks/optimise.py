@@ -2,13 +2,14 @@
 
 ``python -m benchmarks.optimise MODEL... [--places N] [--grid N] [--yards N] [--write]``: each model gets the site file
 of ``bimvox init``. ``--write`` renews the rows of these models in the table.
-A machine that serves all parts that any machine serves is drawn N times, each with one of its
-places, and planned in full. The table says how well the estimate ranks these plans (Spearman), and how many hours the
-crane moves with the given set-up, with the best that ``optimise`` plans, with the best of as many that the classical
-estimate chooses among the same machines and places (one cycle time: straight lines between the middle of the yard and
-each part's place, at the mean speed of the hook), with the best of those drawn, and with the best of a grid of places
-of the fastest machine (brute force). The bound is the least that any hammerhead can move from any place with the given
-yard, whatever the order and the places in the yard. Cost: the cheapest that ``optimise`` plans, against the given.
+A machine that serves all parts that any machine serves is drawn N times, each with one of its places, and planned in
+full. The table says how well the estimate ranks these plans (Spearman), and how many hours the crane moves with the
+given set-up, with the best that ``optimise`` plans, the given one included, with the best of as many that the
+classical estimate chooses among the same machines and places (one cycle time: straight lines between the middle of
+the yard and each part's place, at the mean speed of the hook), with the best of those drawn, and with the best of a
+grid of places of the fastest machine (brute force). The bound is the least that any hammerhead can move from any
+place with the given yard, whatever the order and the places in the yard. Cost: the cheapest that ``optimise`` plans,
+against the given.
 """
 
 from __future__ import annotations
@@ -129,6 +130,8 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
         like = [n for n, plan in enumerate(random) if plan.infeasible == given.infeasible]
         estimates = [search.from_place(one, one.bases_m[at]).crane_s for one, at in drawn]
         rank = _spearman([estimates[n] for n in like], [random[n].hours for n in like])
+        # Where nothing that it plans is better than the given set-up, that is its result.
+        plans[0].append(given)
         moving = [given, *(_best(some) if some else None for some in plans)]
         cheapest = min((plan for plan in plans[0] if plan.infeasible <= given.infeasible), key=lambda plan: plan.cost)
         less = 1.0 - (_best(plans[0]).hours - standing_h) / (given.hours - standing_h)

@@ -89,6 +89,8 @@ def optimise(
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:
+    from bimvox.rendering.report.set_ups import best_of
+
     rows(
         console,
         (
@@ -112,8 +114,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
         limit=None,
     )
     console.print()
-    front = document["front"]
-    best = {key: min(front, key=lambda one: one[key] or 0.0) if front else None for key in _GOALS}
+    best = {key: best_of(document["front"], document["baseline"], key) for key in _GOALS}
     fields(
         console,
         [

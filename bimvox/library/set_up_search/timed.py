@@ -3,8 +3,8 @@
 The quick estimate (:mod:`bimvox.site.set_ups`) lets each axis go as fast as it can. What tells the places of one
 machine apart is rather where parts are picked (``picks.py``), and the swing: far out, or with the trolley running while
 the jib slews, moves are driven slower until the load hangs at rest. So some ways up, across and down are laid over time
-as for a plan (:mod:`bimvox.motion.steady`). They keep the plan's clearance: a load passes over everything that is built
-by then, goes across only when it is clear of the yard, and among parts around its place straight down.
+as for a plan (:mod:`bimvox.motion.steady`). They keep the plan's clearance: a load goes across only when it is clear of
+the yard, wherever it passes it is above all that is built there by then (``across.py``), and it ends straight down.
 """
 
 from __future__ import annotations

@@ -55,17 +55,30 @@ def set_ups_page(
     return printable(f"{name}: set-ups", "".join(body), dict(document))
 
 
+def best_of(front: Sequence[Mapping[str, Any]], given: Mapping[str, Any], key: str) -> Mapping[str, Any] | None:
+    """Return the planned set-up with the least of a figure, the given one if none of the front is better.
+
+    A set-up that refuses more parts than another is not better. None if nothing has that figure.
+    """
+    able = [one for one in (given, *front) if one[key] is not None]
+    return min(able, key=lambda one: (one["refused"], one[key]), default=None)
+
+
 def _answers(
     front: Sequence[Mapping[str, Any]], given: Mapping[str, Any], currency: str, least_h: float
 ) -> list[tuple[str, str]]:
     """Return the fastest, the cheapest and the least used set-up, against the given one, and the bound."""
     found = []
     best = {
-        words: min(front, key=lambda one: one[key] or 0.0)
+        words: best_of(front, given, key)
         for words, key in (("fastest", "hours"), ("cheapest", "cost"), ("least used", "highest_utilisation"))
-        if front
     }
     for words, one in best.items():
+        if one is None:
+            continue
+        if one is given:
+            found.append((words, "the given set-up; none of the others is better"))
+            continue
         said = f"{escape(_name(one))} at {_at(one)}: {fixed(one['hours'], 2)} h, {one['cost']:,.0f} {escape(currency)}"
         if given["hours"] and given["refused"] != one["refused"]:
             said += f"; infeasible lifts: {one['refused']}, given {given['refused']}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from bimvox.rendering.report.page import Figure
-from bimvox.rendering.report.set_ups import set_ups_page
+from bimvox.rendering.report.set_ups import best_of, set_ups_page
 
 SVG = Figure(b"<svg xmlns='http://www.w3.org/2000/svg'/>", "image/svg+xml", "a map")
 
@@ -68,6 +68,18 @@ def test_names_stay_text_and_figures_are_exact() -> None:
     assert "nothing to lift" in page
     assert "takes 0.88 h less" in page
     assert page.count("<circle") == 3  # two plans and an estimate
+
+
+def test_the_given_set_up_is_the_answer_where_none_is_better() -> None:
+    dear, refusing = set_up("dear", 3.5, 990.0), set_up("refusing", 3.0, 700.0, refused=1)
+    made = document([dear, refusing], [])
+    given = made["baseline"]
+    assert best_of(made["front"], given, "hours") is dear
+    assert best_of(made["front"], given, "cost") is given
+    assert best_of([], given, "hours") is given
+    assert best_of([], set_up("none", None, None, refused=None), "hours") is None
+    page = set_ups_page(made, [], [], SVG).decode()
+    assert page.count("the given set-up; none of the others is better") == 2  # the cheapest and the least used
 
 
 def test_without_any_plan_there_is_still_a_page() -> None:
