@@ -97,7 +97,8 @@ def optimise(
     Args:
         site: The site file (``.site.toml``), of one crane.
         crane: A kind of crane, or a machine of the catalogue; default: all machines.
-        plans: How many of the best set-ups are planned, from 1; from 4 on, then half as many around the fastest.
+        plans: How many of the best set-ups are planned, from 1, and another for each that refuses parts; from 4 on,
+            then half as many around the fastest.
         trials: How many other yards are tried.
         cranes: How many cranes a set-up has at most, 1 or 2.
         jobs: Number of processes that share the work of a plan, from 1; default: one per processor.
@@ -126,7 +127,10 @@ def optimise(
         return [_tried(_loaded(read, with_set_up(placed, one), told), one, found.search, jobs, told) for one in ones]
 
     planned = planned_of(found.chosen)
-    planned += planned_of(found.around_fastest([document for _, document in planned], effort))
+    others = found.instead([document for _, document in planned])
+    planned += planned_of(others)
+    documents = [document for _, document in planned]
+    planned += planned_of(found.around_fastest((*found.chosen, *others), documents, effort))
     documents = [document for _, document in planned]
     front = proven_front(documents, budget)
     losers = [

@@ -33,7 +33,8 @@ def optimise(
             min=1,
             max=100,
             metavar="N",
-            help="How many of the best set-ups are planned; from 4 on, then half as many around the fastest.",
+            help="How many of the best set-ups are planned, and another for each that refuses parts; from 4 on, then "
+            "half as many around the fastest.",
         ),
     ] = 6,
     trials: Annotated[

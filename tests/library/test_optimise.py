@@ -61,6 +61,25 @@ def test_the_front_is_planned_proven_and_not_beaten_and_its_site_files_load(site
     assert "hammerhead-45" in repr(found.front[0])
 
 
+def test_for_each_plan_that_refuses_parts_another_set_up_is_planned(
+    site: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    time_few_lifts(monkeypatch)
+    found = search_set_ups(
+        open_site(site), "x", machines_called("hammerhead")[:3], Effort(2, 0, cranes=1), None, SilentProgress()
+    )
+    planned = [{"hours": 2.0, "refused": 0, "cost": 9.0, "highest_utilisation": 0.5, "second": None}] * 2
+    refusing, failed = {**planned[0], "refused": 1}, {**planned[0], "hours": None, "refused": None}
+    assert found.instead(planned) == found.instead([refusing, refusing]) == []
+    for lost in (refusing, failed):
+        (other,) = found.instead([planned[0], lost])
+        assert other in found.found
+        assert other not in found.chosen
+        assert other.served == found.front[0].served
+    around = found.around_fastest((*found.chosen, other), [refusing, failed, planned[0]], Effort(4, 0))
+    assert {one.machine for one in around} == {other.machine}
+
+
 @pytest.mark.parametrize("angle_deg", [60, 20])
 def test_its_sites_have_the_cranes_of_the_search_and_of_the_commands_site_files(
     site: Path, monkeypatch: pytest.MonkeyPatch, angle_deg: int

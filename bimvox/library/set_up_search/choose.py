@@ -48,16 +48,28 @@ class Searched:
         """Number of set-ups that were estimated."""
         return sum(len(one.bases_m) for one in self.rigs)
 
-    def around_fastest(self, planned: Sequence[dict[str, Any]], effort: Effort) -> list[Tried]:
-        """Return more to plan around the fastest planned set-up of one crane; see ``refined``.
+    def instead(self, planned: Sequence[dict[str, Any]]) -> list[Tried]:
+        """Return as many others to plan as chosen ones have no plan, or refuse more parts than another one.
 
         Args:
             planned: Documents of the chosen set-ups, in their order, as for ``proven_front``.
+        """
+        fewest = min((one["refused"] for one in planned if one["hours"] is not None), default=0)
+        lost = sum(one["hours"] is None or one["refused"] > fewest for one in planned)
+        left = [one for one in self.found if one not in self.chosen]
+        return to_plan(left, front_of(left), lost)
+
+    def around_fastest(self, tried: Sequence[Tried], planned: Sequence[dict[str, Any]], effort: Effort) -> list[Tried]:
+        """Return more to plan around the fastest planned set-up of one crane; see ``refined``.
+
+        Args:
+            tried: What was planned.
+            planned: Documents of that, as for ``proven_front``.
             effort: How much is tried.
         """
         front = proven_front(planned, self.search.config.costs.budget)
         fastest = next((one for one in front if one["second"] is None), None)
-        return [] if fastest is None else refined(self.search, self.chosen[planned.index(fastest)], effort)
+        return [] if fastest is None else refined(self.search, tried[planned.index(fastest)], effort)
 
 
 def search_set_ups(

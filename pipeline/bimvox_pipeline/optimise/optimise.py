@@ -79,7 +79,10 @@ def optimise(
     plans = _Plans(opened, search, folder, Plant(backend, jobs, fresh), progress)
     planned = plans.of(chosen)
     budget, currency = opened.config.costs.budget, opened.config.costs.currency
-    if more := searched.around_fastest(planned, effort):
+    if others := searched.instead(planned):
+        chosen = (*chosen, *others)
+        planned = plans.of(chosen)
+    if more := searched.around_fastest(chosen, planned, effort):
         chosen, found = (*chosen, *more), (*found, *more)
         front = tuple(front_of(found))
         planned = plans.of(chosen)
