@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from bimvox.errors import FileError
-from bimvox.files import write_atomically
+from bimvox.files import read_input, write_atomically
 from bimvox.library.set_up_search.front import why_lost
 from bimvox.library.set_up_search.pairs import names_of_two
 from bimvox.library.set_up_search.search import Tried
@@ -18,6 +19,8 @@ from bimvox_pipeline.studio.saving import as_text
 from bimvox_pipeline.studio.setup import CraneSetup, Setup
 
 _NUDGE_M = 1e-3
+_STAMP = b"# bimvox optimise wrote the lines above, and may overwrite them while they are as they were: "
+_DIGITS = 16
 _COLUMNS = (
     "machine", "jib_m", "falls", "load_moment_tm", "x_m", "y_m", "second", "yard", "truckload_kg", "places", "parts",
     "parts_served", "estimated_hours", "estimated_cost", "estimated_utilisation", "currency", "why_lost",
@@ -62,7 +65,11 @@ def _one_of_two(one: Tried, name: str, given_m: float | None) -> CraneSetup:
 
 
 def written(opened: Opened, one: Tried) -> Path:
-    """Write the site file of a set-up next to the given one; one that is there already must be the same."""
+    """Write the site file of a set-up next to the given one; one that somebody has edited since is not overwritten.
+
+    Raises:
+        FileError: If there is one that was edited.
+    """
     stem = opened.site.name.removesuffix(SITE_SUFFIX).removesuffix(".toml")
     which = "-least-used" if one.is_least_used else ""
     if one.yard is not None:
@@ -74,12 +81,21 @@ def written(opened: Opened, one: Tried) -> Path:
     path = opened.site.with_name(f"{stem}-{_rig(one)}{which}{SITE_SUFFIX}")
     wanted = set_up(opened, one)
     text, _, _ = as_text(opened, opened.with_setup(wanted), wanted, path)
-    if path.exists():
-        if path.read_bytes() != text.encode():
-            raise FileError(path, "exists already and may hold edits", hint="rename it, then optimise again")
+    data = _stamped(text.encode())
+    before = read_input(path, may_be_empty=True) if path.exists() else None
+    if before == data:
         return path
-    write_atomically(path, text.encode())
+    if before is not None and _stamped(before) != before:
+        raise FileError(path, "exists already and may hold edits", hint="rename it, then optimise again")
+    write_atomically(path, data)
     return path
+
+
+def _stamped(data: bytes) -> bytes:
+    """Return a site file with its stamp in the last line: while that is true, nobody has edited the file."""
+    lines = [line for line in data.splitlines(keepends=True) if not line.startswith(_STAMP)]
+    body = b"".join(lines)
+    return body + _STAMP + hashlib.sha256(body).hexdigest()[:_DIGITS].encode() + b"\n"
 
 
 def _rig(one: Tried) -> str:

@@ -242,11 +242,29 @@ def test_a_changed_site_file_of_a_set_up_is_not_overwritten(made: tuple[Path, di
     site, document = made
     member = Path(planned(document)[0]["site"])
     kept = member.read_bytes()
-    member.write_bytes(kept + b"# an edit\n")
-    with pytest.raises(FileError, match="may hold edits"):
-        run(site)
-    assert member.read_bytes().endswith(b"# an edit\n")
+    for edited in (kept + b"# an edit\n", kept.replace(b"base_m = [", b"base_m = [ ", 1), kept[:-1], b""):
+        member.write_bytes(edited)
+        with pytest.raises(FileError, match="may hold edits"):
+            run(site)
+        assert member.read_bytes() == edited
     member.write_bytes(kept)
+
+
+def test_a_site_file_of_a_set_up_that_nobody_edited_follows_the_given_one(made: tuple[Path, dict[str, Any]]) -> None:
+    site, document = made
+    member = Path(planned(document)[0]["site"])
+    given, kept = site.read_bytes(), member.read_bytes()
+    site.write_bytes(given + b"# another remark of mine\n")
+    run(site)
+    changed = member.read_bytes()
+    assert b"# another remark of mine" in changed
+    site.write_bytes(given)
+    run(site)
+    assert member.read_bytes() == kept
+    # From a set-up that was found, the search goes on: its stamp is not copied.
+    further = run(member, site.parent / "further", effort=Effort(1, 0, cranes=1), crane="hammerhead-45")
+    (found,) = planned(further)
+    assert Path(found["site"]).read_bytes().count(b"bimvox optimise wrote") == 1
 
 
 def test_a_site_with_several_cranes_or_none_is_refused(made: tuple[Path, dict[str, Any]]) -> None:
