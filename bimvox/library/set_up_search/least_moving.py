@@ -1,13 +1,13 @@
 """A time in which no hammerhead moves less, from any place that is looked at, whatever the order and the paths.
 
-Each part comes from the best place of the yard for it alone, and the empty hook returns to the nearest one. What every
-motion of a plan takes is counted: a load is raised by a cell by itself, a move across is shaped by at least
+Each part comes from the best place of the yard in which it fits, and the empty hook returns to the nearest one. What
+every motion of a plan takes is counted: a load is raised by a cell by itself, a move across is shaped by at least
 ``STRETCH[0]`` of half a period, which is shorter only if the hook climbs meanwhile, up and down take turns.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import pi
@@ -47,6 +47,7 @@ class Loose:
         lies_m: (N,) how high each part may lie in the yard.
         raised_m: How far a load is raised before anything else.
         swings: Whether moves are shaped against the swing of loads.
+        turn_s: What it takes at least if a part lies turned by a quarter.
     """
 
     places_m: float = 0.0
@@ -54,6 +55,11 @@ class Loose:
     lies_m: NDArray[np.float64] | float = 0.0
     raised_m: float = 0.0
     swings: bool = False
+    turn_s: float = 0.0
+
+
+Fits = Callable[[NDArray[np.float64], float], NDArray[np.bool_]]
+"""(2, N, P) whether each part lies in the yard, hook within a distance of (P, 2) points: as built, and turned."""
 
 
 def least_of_all_s(
@@ -61,6 +67,7 @@ def least_of_all_s(
     work: LiftWork,
     yard: Sequence[Polygon],
     loose: Loose,
+    fits: Fits | None = None,
 ) -> float:
     """Return the least time of cranes, each on its (B, 2) places; 0 without any.
 
@@ -69,15 +76,19 @@ def least_of_all_s(
         work: The parts; its places of the yard are ignored.
         yard: The yard.
         loose: What is not known exactly; its ``yard_m`` is what a hook may be outside of the yard.
+        fits: Where each part fits; None: anywhere.
     """
     (coarse, near_m), (fine, nearer_m) = (_squares(yard, loose.yard_m, most) for most in (_COARSE, _FINE))
     rough, exact = replace(loose, yard_m=near_m), replace(loose, yard_m=nearer_m)
+    anywhere, closely = (
+        None if fits is None else fits(points, m) for points, m in ((coarse, near_m), (fine, nearer_m))
+    )
     pieces = [
         (crane, bases_m[first : first + _AT_ONCE])
         for crane, bases_m in stands
         for first in range(0, len(bases_m), _AT_ONCE)
     ]
-    found = [least_moving_s(crane, bases_m, replace(work, yard_m=coarse), rough) for crane, bases_m in pieces]
+    found = [least_moving_s(crane, bases_m, replace(work, yard_m=coarse), rough, anywhere) for crane, bases_m in pieces]
     if not found:
         return 0.0
     seconds, least_s = np.concatenate(found), np.inf
@@ -91,13 +102,17 @@ def least_of_all_s(
             return float(min(least_s, seconds[some[0]]))
         for n in np.unique(which[some]).tolist():
             own = bases_m[some[which[some] == n]]
-            closer_s = least_moving_s(pieces[n][0], own, replace(work, yard_m=fine), exact)
+            closer_s = least_moving_s(pieces[n][0], own, replace(work, yard_m=fine), exact, closely)
             least_s = min(least_s, float(closer_s.min()))
     return float(least_s)
 
 
 def least_moving_s(
-    crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, loose: Loose = Loose()
+    crane: TowerCrane,
+    bases_m: NDArray[np.float64],
+    work: LiftWork,
+    loose: Loose = Loose(),
+    fits: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float64]:
     """Return for (B, 2) bases a time in which no order and no yard place lets the crane move less.
 
@@ -108,13 +123,16 @@ def least_moving_s(
         bases_m: (B, 2) places of its mast.
         work: The parts, with every place of the yard.
         loose: What is not known exactly.
+        fits: (2, N, P) at which places of the yard each part may be picked, as built and turned; None: anywhere.
     """
+    if fits is None:
+        fits = np.ones((2, len(work.places_m), len(work.yard_m)), np.bool_)
     lies_m = np.broadcast_to(np.asarray(loose.lies_m, np.float64), work.tops_m.shape)
     ups_m = np.maximum(work.tops_m - work.heights_m - lies_m, 0.0)
     back_m = np.maximum(work.tops_m - (work.heights_m + lies_m).max(initial=0.0), 0.0)
     points_m = np.concatenate([work.places_m, work.yard_m])
     longest_m = float(max(1.0, distances_m(bases_m, points_m).max(initial=0.0), ups_m.max(initial=0.0)))
-    across_s, nearest_s, carried = _across_s(crane, bases_m, work, loose, longest_m)
+    across_s, nearest_s, carried = _across_s(crane, bases_m, work, loose, fits, longest_m)
     empty, *loaded = winches(crane, work, longest_m)
     hangs_m = crane.jib_height_m - work.tops_m
     there_s, back_s = np.full(across_s.shape, np.inf), np.full(across_s.shape, np.inf)
@@ -134,7 +152,12 @@ def least_moving_s(
 
 
 def _across_s(
-    crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, loose: Loose, longest_m: float
+    crane: TowerCrane,
+    bases_m: NDArray[np.float64],
+    work: LiftWork,
+    loose: Loose,
+    fits: NDArray[np.bool_],
+    longest_m: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
     """Return (B, N) the least time across from where a part may be picked, and from anywhere; and whether it can be."""
     radius_m, yard_radius_m = distances_m(bases_m, work.places_m), distances_m(bases_m, work.yard_m)
@@ -148,15 +171,17 @@ def _across_s(
     yard_slews, place_slews = slews(bases_m, work.yard_m), slews(bases_m, work.places_m)
     across_s, nearest_s = np.zeros(radius_m.shape), np.zeros(radius_m.shape)
     carried = (radius_m >= least_m - loose.places_m) & (radius_m <= most_m + loose.places_m)
+    picked = fits.any(axis=(0, 1))
     for n in range(len(work.places_m)):
         turn = np.abs(np.remainder(yard_slews - place_slews[:, n, None] + pi, 2.0 * pi) - pi)
         turn = np.maximum(turn - turns[:, n, None] - yard_turns, 0.0)
         radial_m = np.abs(yard_radius_m - radius_m[:, n, None])
         seconds = travel.across_s(turn, np.maximum(radial_m - loose.places_m - loose.yard_m, 0.0))
         able = (yard_radius_m >= least_m[n] - loose.yard_m) & (yard_radius_m <= most_m[n] + loose.yard_m)
-        nearest_s[:, n] = seconds.min(axis=1)
-        across_s[:, n] = np.where(able, seconds, np.inf).min(axis=1)
-        carried[:, n] &= able.any(axis=1)
+        nearest_s[:, n] = seconds[:, picked].min(axis=1)
+        as_built_s, turned_s = (np.where(able & one[n], seconds, np.inf).min(axis=1) for one in fits)
+        across_s[:, n] = np.minimum(as_built_s, turned_s + loose.turn_s)
+        carried[:, n] &= np.isfinite(across_s[:, n])
     return np.where(np.isfinite(across_s), across_s, 0.0), nearest_s, carried
 
 

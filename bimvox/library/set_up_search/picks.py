@@ -54,6 +54,17 @@ class Picks:
         self._rooms: dict[tuple[int, bool], BaseGeometry] = {}
         self.points_m = points_m
 
+    def fits(self, points_m: NDArray[np.float64], near_m: float) -> NDArray[np.bool_]:
+        """Return (2, N, P) whether each part lies within the yard with its hook within a distance of (P, 2) points.
+
+        First as it is built, then turned by a quarter. A part that is larger than the yard may lie anywhere.
+        """
+        points, count = shapely.points(points_m), len(self._around_m)
+        rooms = [[self._room(n, turned) for n in range(count)] for turned in (False, True)]
+        found = np.array([[shapely.distance(room, points) <= near_m for room in some] for some in rooms])
+        found[:, np.array([[room.is_empty for room in some] for some in rooms]).all(axis=0)] = True
+        return found
+
     def is_turned(self, n: int, crane: TowerCrane, far_m: float) -> bool:
         """Return whether a part lies turned by a quarter, since a crane carries it no further than to a radius."""
         if not self._turns[n]:

@@ -28,10 +28,12 @@ from bimvox.site.mast_places import ground_plan
 from bimvox.site.means import Means
 from bimvox.site.rigging import gear_by_crane
 from bimvox.site.set_ups import LiftWork, SetUps, carried, highest_utilisation, set_ups
-from bimvox.site.site import SwingRule
+from bimvox.site.site import HeadingRule, SwingRule
 
 _MOST_BASES, _MOST_MOVED = 600, 200
 """Places of a mast: with the site file's yard, and with another one."""
+_SLACK_VOX = 2.0
+"""How much further out of the yard than it is drawn a part may lie for the bound: yard and part are whole cells."""
 _MOST_YARD = 24
 """Places of the yard in the estimate."""
 
@@ -237,10 +239,13 @@ class Search:
 
         It ranks places; see :mod:`bimvox.library.set_up_search.timed`.
         """
+        moving_s = timed_moving_s(crane, self._ways_of(yard), served, lifts)
+        return float(self.work.standing_s[served].sum()) + moving_s
+
+    def _ways_of(self, yard: OtherYard | None) -> Ways:
         if yard not in self._ways:
             self._ways[yard] = self._ways_with(yard)
-        moving_s = timed_moving_s(crane, self._ways[yard], served, lifts)
-        return float(self.work.standing_s[served].sum()) + moving_s
+        return self._ways[yard]
 
     def _ways_with(self, yard: OtherYard | None) -> Ways:
         site, config = self._site, self.config
@@ -295,8 +300,18 @@ class Search:
         stack_m = 0.0 if rules.yard is None else rules.yard.stack_height_m
         swings = rules.swing is SwingRule.SHAPED
         lies_m = cell_m + np.where(self._stacked, stack_m, 0.0)
-        loose = Loose(0.5 * cell_m, 0.5 * cell_m, lies_m, cell_m, swings)
-        return least_of_all_s(stands, self._wanted.work, self.config.areas.yard or (), loose)
+        components = [part for part in self._sequence if part.means is Means.CRANE]
+        anywhere = np.array([part.erected or part.stored_pose is not None for part in components], np.bool_)
+        turns = rules.heading is HeadingRule.KEPT and all(part.stored_turn is None for part in components)
+        picks, slack_m = self._ways_of(None).picks, _SLACK_VOX * cell_m
+
+        def fits(points_m: NDArray[np.float64], near_m: float) -> NDArray[np.bool_]:
+            found = picks.fits(points_m, near_m + slack_m)
+            found[:, anywhere] = True
+            return found
+
+        loose = Loose(0.5 * cell_m, 0.5 * cell_m, lies_m, cell_m, swings, rules.turn_s if turns else 0.0)
+        return least_of_all_s(stands, self._wanted.work, self.config.areas.yard or (), loose, fits)
 
     def rates_of(self, one: Tried) -> Rates:
         """Return what a set-up costs; of two cranes, both."""
