@@ -313,6 +313,15 @@ class Search:
         loose = Loose(0.5 * cell_m, 0.5 * cell_m, lies_m, cell_m, swings, rules.turn_s if turns else 0.0)
         return least_of_all_s(stands, self._wanted.work, self.config.areas.yard or (), loose, fits)
 
+    def least_cost(self, machines: Sequence[Machine], parts: int) -> float:
+        """Return a cost below which no machine serves so many parts alone, wherever the yard is; 0 if none does.
+
+        What standing for them costs: the shortest times count.
+        """
+        standing_h = float(np.sort(self.work.standing_s)[:parts].sum()) / 3600.0
+        able = [machine for machine in machines if self.carries(machine) >= parts]
+        return min((self.rates(machine).total(standing_h) for machine in able), default=0.0)
+
     def rates_of(self, one: Tried) -> Rates:
         """Return what a set-up costs; of two cranes, both."""
         assert one.crane is not None

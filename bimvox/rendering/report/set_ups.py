@@ -45,7 +45,7 @@ def set_ups_page(
     chip = tag("span", verdict, f"chip {'clean' if document['verified'] else 'refused'}")
     body = [
         tag("header", tag("div", tag("h1", f"{escape(name)}: set-ups") + paragraph(tried, "faint")) + chip),
-        terms(_answers(front, given, currency, document.get("least_moving_hours", 0.0))),
+        terms(_answers(front, given, currency, document["least_moving_hours"], document["least_cost"])),
         section("Hours and cost", tag("div", _chart(document, estimates), "wide"), _legend()),
         section("Planned set-ups", tag("div", _planned(document), "wide")),
         section("Drawings", tag("div", "".join(one.html() for one in drawings), "pictures")),
@@ -65,9 +65,9 @@ def best_of(front: Sequence[Mapping[str, Any]], given: Mapping[str, Any], key: s
 
 
 def _answers(
-    front: Sequence[Mapping[str, Any]], given: Mapping[str, Any], currency: str, least_h: float
+    front: Sequence[Mapping[str, Any]], given: Mapping[str, Any], currency: str, least_h: float, least_cost: float
 ) -> list[tuple[str, str]]:
-    """Return the fastest, the cheapest and the least used set-up, against the given one, and the bound."""
+    """Return the fastest, the cheapest and the least used set-up, against the given one, and the bounds."""
     found = []
     best = {
         words: best_of(front, given, key)
@@ -95,6 +95,9 @@ def _answers(
         left = percent(max(0.0, 1.0 - least_h / min(moving)), 0)
         said = f"no hammerhead moves less than {fixed(least_h, 2)} h with the given yard"
         found.append(("bound", f"{said}: at most {left} of the fastest one's moving time there is left to gain"))
+    if least_cost:
+        said = f"no machine that was tried carries these parts alone for less than {least_cost:,.0f} {escape(currency)}"
+        found.append(("least cost", said))
     return found
 
 

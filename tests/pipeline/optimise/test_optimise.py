@@ -72,6 +72,7 @@ def test_the_front_is_proven_and_not_beaten_by_the_given_set_up(made: tuple[Path
     assert document["verified"]
     assert document["front"][0]["hours"] <= given["hours"] + 0.01
     assert 0.0 < document["least_moving_hours"] <= min(one["moving_hours"] for one in (given, *found))
+    assert 0.5 * given["cost"] < document["least_cost"] <= min(one["cost"] for one in (given, *found))
     for key in ("hours", "cost", "highest_utilisation"):
         assert min(one[key] for one in document["front"]) == min(one[key] for one in found)
     for one in (given, *found):

@@ -35,7 +35,7 @@ def document(front: list[dict], losers: list[dict]) -> dict:
     counts = {"tried": 1200, "machines": 10, "trials": 1}
     return {
         "site": "a.site.toml", "currency": "EUR", "verified": True, "baseline": given, "front": front, "losers": losers,
-        **counts, "least_moving_hours": 0.25,
+        **counts, "least_moving_hours": 0.25, "least_cost": 480.4,
     }  # fmt: skip
 
 
@@ -62,6 +62,7 @@ def test_names_stay_text_and_figures_are_exact() -> None:
     assert re.search(r'<data value="2\.123456">2\.12</data>', page)
     assert "given, 12 t" in page
     assert "no hammerhead moves less than 0.25 h" in page
+    assert "carries these parts alone for less than 480 EUR" in page
     assert "at most 78 % of the fastest one" in page  # 0.25 of 1.12 h
     assert "50 % less" not in page  # of the moving hours 3 become 1.12
     assert "63 % less moving, 44 % less cost than given" in page
