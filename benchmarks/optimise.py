@@ -139,7 +139,7 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
             model.stem[:10],
             str(len(search.work.places_m)),
             f"{standing_h:.2f}",
-            *("-" if plan is None else f"{plan.hours - standing_h:.2f} ({plan.infeasible})" for plan in moving),
+            *("-" if plan is None else _moving(plan, standing_h) for plan in moving),
             f"{search.least_moving_s(searched.lattice) / 3600.0:.2f}",
             f"{less:.0%}",
             f"{given.cost:.0f}",
@@ -172,6 +172,11 @@ def _place(one: Tried) -> int:
     """Return the index of the best place of a machine."""
     assert one.crane is not None
     return int(np.argmin(np.hypot(*(one.bases_m - np.array(one.crane.base_m[:2])).T)))
+
+
+def _moving(plan: Planned, standing_h: float) -> str:
+    """Return the hours in which the crane moves, which are known if it stands for every part, and infeasible lifts."""
+    return f"{'-' if plan.infeasible else f'{plan.hours - standing_h:.2f}'} ({plan.infeasible})"
 
 
 def _best(plans: Sequence[Planned]) -> Planned:
