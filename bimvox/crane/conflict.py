@@ -240,11 +240,11 @@ def _first_start(
     """Return the first shift of the first crane's rows without a conflict; -1 if there is none."""
     start_a, start_b, shift, step, latest, until, length = clock
     own, span = np.empty(5, np.int64), np.empty(5, np.int64)
-    end_b = start_b + (rows_b.shape[0] - 2) * length
-    met = np.int64(-1)
+    end_a, end_b = start_a + (rows_a.shape[0] - 2) * length, start_b + (rows_b.shape[0] - 2) * length
+    met, free_from = np.int64(-1), shift
     while shift <= latest:
         begin = shift
-        end = max(start_a + shift + (rows_a.shape[0] - 2) * length, end_b, begin + 1)
+        end = max(end_a + shift, end_b, begin + 1)
         own[:] = start_a + shift, start_b, begin, end, length
         one = -1
         if met >= 0:  # where it was in conflict with a shorter shift, it mostly still is
@@ -254,11 +254,39 @@ def _first_start(
             time, one = _first_conflict(outline_a, outline_b, rows_a, rows_b, own, separation_m, tolerance_m)[:2]
             if one < 0:
                 return int(shift)
+            if met < 0:  # it must not come to rest before the other crane has left that place for the last time
+                first = max((max(end_a, 0) + shift - start_b) // length + 1, 1)
+                at = _last_met(outline_a, rows_a[-1], outline_b, rows_b, first, separation_m, tolerance_m)
+                free_from = start_b + at * length - max(end_a, 0) if at > 0 else shift
             met = time - begin
         if shift > until:
             return -1
-        shift += step
+        shift += max(step, -((shift - free_from) // step) * step)
+        if shift - step > until:
+            return -1
     return -1
+
+
+@kernel
+def _last_met(
+    outline_a: NDArray[np.float64],
+    row_a: NDArray[np.float64],
+    outline_b: NDArray[np.float64],
+    rows_b: NDArray[np.float64],
+    first: int,
+    separation_m: float,
+    tolerance_m: float,
+) -> int:
+    """Return in which of its spans, from ``first`` on, the second crane last meets the first one at rest; 0: in none."""
+    parts_a, parts_b = np.empty((5, 5)), np.empty((5, 5))
+    _parts_of(outline_a, row_a, parts_a)
+    for at in range(rows_b.shape[0] - 2, first - 1, -1):
+        if at == rows_b.shape[0] - 2 or _differ(rows_b[at], rows_b[at + 1]):
+            _parts_of(outline_b, rows_b[at], parts_b)
+            one = _pair(outline_a, row_a, parts_a, outline_b, rows_b[at], parts_b, separation_m, tolerance_m)[0]
+            if one >= 0:
+                return at
+    return 0
 
 
 @kernel

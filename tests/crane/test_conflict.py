@@ -220,7 +220,8 @@ def test_a_crane_at_rest_meets_what_comes_at_the_time_at_which_it_comes(still):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_first_start_is_the_first_one_without_a_conflict(seed):
+@pytest.mark.parametrize("late_ns", [0, 20 * SPAN_NS + 1], ids=["at once", "later"])
+def test_the_first_start_is_the_first_one_without_a_conflict(seed, late_ns):
     random = np.random.default_rng(seed)
     cranes = hammerhead(), hammerhead(60.0)
     outlines = outline_of(cranes[0]), outline_of(cranes[1])
@@ -229,7 +230,7 @@ def test_the_first_start_is_the_first_one_without_a_conflict(seed):
         angles = middle + np.cumsum(random.uniform(-0.15, 0.15, count))
         return track(*(row(slew=(angle - 0.02, angle + 0.02)) for angle in angles))
 
-    a, b = wandering(12, 0.5 * seed / 6), wandering(60, np.pi)
+    a, b = wandering(12, 0.5 * seed / 6), wandering(60, np.pi).later(late_ns)
     step, last = 2 * SPAN_NS, 90 * SPAN_NS
     free = [
         shift
@@ -240,3 +241,21 @@ def test_the_first_start_is_the_first_one_without_a_conflict(seed):
     assert found == min(free, default=None)
     if free and free[0] > 0:
         assert first_start(outlines, a, b, SEPARATION_M, (0, step, free[0] - 1), last) is None
+
+
+@pytest.mark.parametrize("late_ns", [-3 * SPAN_NS, 0, SPAN_NS // 2])
+@pytest.mark.parametrize("until", [4, 30, 200])
+def test_a_crane_comes_when_the_other_one_has_left_the_place_where_it_stops_for_the_last_time(late_ns, until):
+    cranes = hammerhead(), hammerhead(60.0)
+    outlines = outline_of(cranes[0]), outline_of(cranes[1])
+    west, east = row(slew=(np.pi, np.pi)), row(slew=(0.0, 0.0))
+    north = row(slew=(np.pi / 2.0, np.pi / 2.0))
+    coming = track(*[north] * 6, *[east] * 2).later(late_ns)
+    there = track(*[west] * 20, *[north] * 40, *[west] * 30, *[north] * 50)
+    step, until_ns = 3 * SPAN_NS, until * SPAN_NS
+    shifts = range(0, 250 * SPAN_NS, step)
+    met = [first_conflict(outlines, coming.later(n), there, SEPARATION_M, from_ns=n) is not None for n in shifts]
+    free = next(n for n, is_met in enumerate(met) if not is_met)
+    assert free > 20
+    wanted = shifts[free] if free == 0 or shifts[free - 1] <= until_ns else None
+    assert first_start(outlines, coming, there, SEPARATION_M, (0, step, 2**62), until_ns) == wanted
