@@ -124,7 +124,7 @@ def ways_row(name: str, site: Any) -> str:
 
 
 def cranes_row(site_file: Path) -> str:
-    """Return the row of the third table: hours by the schedule of several cranes."""
+    """Return the row of the third table: hours by the schedule of several cranes, and lifts refused in that time."""
     from bimvox.library.faster import waiting_and_end
     from bimvox.library.site import load_site
     from bimvox.planning.preparation import faster, prepare
@@ -136,7 +136,7 @@ def cranes_row(site_file: Path) -> str:
     greedy, ids = prepare(site), [part.id for part in site.components]
     ways = [(site, greedy), faster(site, greedy), faster(site, greedy, free=ids)]
     ends = [None if way is None else waiting_and_end(*way, free=ids) for way in ways]
-    hours = " | ".join("-" if end is None else f"{end[1] / 3.6e12:.2f}" for end in ends)
+    hours = " | ".join("-" if end is None else f"{end[1] / 3.6e12:.2f} / {end[0]}" for end in ends)
     last = ways[-1]
     moved = (
         0 if last is None else sum(a.crane != b.crane for a, b in zip(site.components, last[0].components, strict=True))
@@ -186,7 +186,7 @@ def main() -> None:
 
     given = sys.argv[1:] or MODELS
     if several := [Path(name) for name in given if name.endswith(".site.toml")]:
-        print("| site | lifts | greedy, h | searched | with other cranes | parts moved | at least |")
+        print("| site | lifts | greedy, h / refused | searched | with other cranes | parts moved | at least |")
         print("|---|---:|---:|---:|---:|---:|---:|", *map(cranes_row, several), sep="\n")
         return
     narrow = NarrowPhase()

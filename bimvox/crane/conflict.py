@@ -277,7 +277,7 @@ def _last_met(
     separation_m: float,
     tolerance_m: float,
 ) -> int:
-    """Return in which of its spans, from ``first`` on, the second crane last meets the first one at rest; 0: in none."""
+    """Return the last row, from ``first`` on, in which the second crane meets the first one at rest; 0 if none."""
     parts_a, parts_b = np.empty((5, 5)), np.empty((5, 5))
     _parts_of(outline_a, row_a, parts_a)
     for at in range(rows_b.shape[0] - 2, first - 1, -1):

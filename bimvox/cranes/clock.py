@@ -140,10 +140,12 @@ class CraneClock:
 
     def known(self, from_ns: int) -> CraneTrack:
         """Return its track from a time on, and its position at the end; kept until another one is asked for."""
-        late = [track for track in self.tracks if track.end_ns > from_ns]
-        before = self.tracks[: len(self.tracks) - len(late)]
+        first = len(self.tracks)
+        while first > 0 and self.tracks[first - 1].end_ns > from_ns:  # each ends after the one before
+            first -= 1
+        late = self.tracks[first:]
         if not late:
-            return standing_at(before[-1].last if before else self.start.first, from_ns)
+            return standing_at(self.tracks[-1].last if self.tracks else self.start.first, from_ns)
         then, known = self._joined
         if (
             known is None

@@ -21,6 +21,7 @@ from bimvox.site.site import Site
 
 if TYPE_CHECKING:
     from bimvox.library.site import LoadedSite
+    from bimvox.site.config.site_config import SiteConfig
 
 
 def handed_over(site: Site, preparation: Preparation, ids: Collection[str]) -> tuple[Site, Preparation, list[str]]:
@@ -61,8 +62,13 @@ def given_to_others(site: Site, other: Site, preparation: Preparation) -> tuple[
 
 def may_go_to_others(loaded: LoadedSite) -> list[str]:
     """Return the ids of the components that another crane may lift: those whose crane the site file does not name."""
-    named = {entry.global_id for entry in loaded.config.component if entry.crane is not None}
-    return [part.id for part in loaded.site.components if named.isdisjoint((part.id, part.global_id))]
+    return without_named_crane(loaded.site, loaded.config)
+
+
+def without_named_crane(site: Site, config: SiteConfig) -> list[str]:
+    """Return the ids of a site's components whose crane a site file does not name."""
+    named = {entry.global_id for entry in config.component if entry.crane is not None}
+    return [part.id for part in site.components if named.isdisjoint((part.id, part.global_id))]
 
 
 def with_cranes_of(site: Site, other: Site) -> Site:

@@ -12,8 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from bimvox.errors import MotionError, listed
+from bimvox.library.attached_files import config_in
 from bimvox.library.faster import preparation_of
-from bimvox.library.hand_over import as_assigned
+from bimvox.library.hand_over import as_assigned, without_named_crane
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import Assembly
@@ -57,7 +58,9 @@ def check_search(record: PlanLog, progress: Progress) -> Check:
     check = Check("search")
     progress.stage("search", len(record.plan.lifts))
     lifts, given = record.all_lifts, as_assigned(record.plan)
-    _, prepared = preparation_of(given, free=[part.id for part in given.components])
+    config = config_in(record)
+    free = [part.id for part in given.components] if config is None else without_named_crane(given, config)
+    _, prepared = preparation_of(given, free=free)
     listed = replace(
         prepared,
         sequence=replace(prepared.sequence, order=tuple(lift.component for lift in lifts)),

@@ -9,15 +9,22 @@ import pytest
 import seeded_faults as faults
 from bimvox_cli.main import run as command
 from box_sites import box_cells, box_site, test_crane
+from two_cranes import two_crane_plan
 
 import bimvox
+from bimvox.library import search
 from bimvox.library.log import write_log_file
 from bimvox.library.search import check_search
+from bimvox.library.site import SITE_FILE
 from bimvox.log.plan_log import PlanLog
+from bimvox.planning.assembly import Preparation
+from bimvox.planning.preparation import preparation_in
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import Epoch, Status
 from bimvox.records.proof import Check
 from bimvox.site.site import Blocker, Rules, Site
+
+SAMPLES = Path(__file__).parents[2] / "sample_models"
 
 
 @pytest.fixture(scope="module")
@@ -187,3 +194,20 @@ def test_the_command_counts_what_is_not_decided(
     assert len(document["checks"]["search"]["undecided"]) == 1
     command(["verify", str(path), "--search"])
     assert "what could not be decided" in capsys.readouterr().out
+
+
+def test_parts_whose_crane_the_site_file_names_are_not_given_to_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, motions = two_crane_plan()
+    named = plan.site.components[0]
+    text = (SAMPLES / "hall.site.toml").read_text() + f'[[component]]\nglobal_id = "{named.id}"\ncrane = "west"\n'
+    asked: list[list[str]] = []
+
+    def preparation_of(site: Site, *, free: list[str]) -> tuple[Site, Preparation]:
+        asked.append(free)
+        return site, preparation_in(plan)
+
+    monkeypatch.setattr(search, "preparation_of", preparation_of)
+    for attached in ({}, {SITE_FILE: text.encode()}):
+        searched(PlanLog(plan=plan, motions=motions, attachments=attached))
+    everyone = [part.id for part in plan.site.components]
+    assert asked == [everyone, everyone[1:]]
