@@ -46,10 +46,11 @@ def site():
 @pytest.fixture(scope="module")
 def two():
     workers = Workers(2, (plan_lifts, time_plan))
-    for _ in range(600):
-        time.sleep(0.05)
-        if len(set(workers.run(os.getpid, [()] * 50))) == 2:
-            break
+    begun = workers.begin(os.getpid, [()])
+    until_s = time.monotonic() + 60.0
+    while not begun.is_finished and time.monotonic() < until_s:
+        time.sleep(0.02)
+    assert begun.finished() != [os.getpid()], "the other process is ready"
     assert workers.count == 2
     yield workers
     assert workers.count == 2, "no task failed"
