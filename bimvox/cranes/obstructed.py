@@ -26,7 +26,7 @@ from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.cranes.clock import standing_at
 from bimvox.cranes.lift import Carried, NoFreeTimeError
-from bimvox.site.set_ups import LiftWork
+from bimvox.site.set_ups import LiftWork, slews
 from bimvox.site.site import Site
 
 _SECTORS = 8
@@ -81,9 +81,7 @@ def _met_everywhere(site: Site, one: Carried, number: int) -> Conflict | None:
     """Return how a lift meets the other crane where that is latest; None if it may be free of it somewhere."""
     other = outline_of(site.cranes[number])
     outlines, separation_m = (outline_of(site.cranes[one.crane]), other), site.rules.crane_separation_m
-    reach_m, row = max(other.jib_end_m, other.tail_m), np.zeros(COLUMNS)
-    row[[RADIUS_LOW, RADIUS_HIGH]] = site.cranes[number].min_radius_m
-    row[[LOWEST, HOOK_LOW, HOOK_HIGH]] = other.rope_top_m
+    reach_m, (row,) = max(other.jib_end_m, other.tail_m), _waiting(site.cranes[number], np.zeros(1))
     half = np.pi / _SECTORS
     sectors = [((2 * n + 1) * half, half) for n in range(_SECTORS)]
     latest: Conflict | None = None
@@ -101,6 +99,15 @@ def _met_everywhere(site: Site, one: Carried, number: int) -> Conflict | None:
     return latest
 
 
+def _waiting(crane: TowerCrane, slew_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (M, 9) rows of a crane that waits at (M,) angles with its hook at the jib and next to the mast."""
+    rows = np.zeros((len(slew_rad), COLUMNS))
+    rows[:, SLEW_LOW] = rows[:, SLEW_HIGH] = slew_rad
+    rows[:, [RADIUS_LOW, RADIUS_HIGH]] = crane.min_radius_m
+    rows[:, [LOWEST, HOOK_LOW, HOOK_HIGH]] = outline_of(crane).rope_top_m
+    return rows
+
+
 def clear_ways(cranes: tuple[TowerCrane, TowerCrane], work: LiftWork, separation_m: float) -> NDArray[np.bool_]:
     """Return (N, 2) whether each crane, with each part on the way from the middle of the yard, is clear of the other.
 
@@ -110,13 +117,10 @@ def clear_ways(cranes: tuple[TowerCrane, TowerCrane], work: LiftWork, separation
     clear = np.zeros((len(work.masses_kg), 2), np.bool_)
     picks_m = np.broadcast_to(work.yard_m.mean(axis=0), work.places_m.shape) if len(work.yard_m) else work.places_m
     for own, other in ((0, 1), (1, 0)):
-        waits = np.zeros((_ANGLES, COLUMNS))
-        waits[:, SLEW_LOW] = waits[:, SLEW_HIGH] = 2.0 * np.pi * np.arange(_ANGLES) / _ANGLES
-        waits[:, [RADIUS_LOW, RADIUS_HIGH]] = cranes[other].min_radius_m
-        waits[:, [LOWEST, HOOK_LOW, HOOK_HIGH]] = outline_of(cranes[other]).rope_top_m
-        base_m = np.array(cranes[own].base_m[:2])
-        slew = [np.arctan2(*(end_m - base_m).T[::-1]) for end_m in (work.places_m, picks_m)]
-        radius_m = np.stack([distances_m(base_m[None], end_m)[0] for end_m in (work.places_m, picks_m)])
+        waits = _waiting(cranes[other], 2.0 * np.pi * np.arange(_ANGLES) / _ANGLES)
+        base_m = np.array([cranes[own].base_m[:2]])
+        slew = [slews(base_m, end_m)[0] for end_m in (work.places_m, picks_m)]
+        radius_m = np.stack([distances_m(base_m, end_m)[0] for end_m in (work.places_m, picks_m)])
         turn = np.remainder(slew[1] - slew[0] + np.pi, 2.0 * np.pi) - np.pi
         over = np.zeros((len(turn), COLUMNS))
         over[:, SLEW_LOW], over[:, SLEW_HIGH] = slew[0] + np.minimum(turn, 0.0), slew[0] + np.maximum(turn, 0.0)

@@ -187,7 +187,7 @@ class Search:
         plan = ground_plan(placed.placed.elements)
         self._wanted = Wanted(config, parts, plan, placed.load_top_m, rigs, range(len(parts)))
         self.work = self._wanted.work.sample(len(parts), _MOST_YARD)
-        self.config, self._placed, self._site = config, placed.placed, site
+        self.config, self._placed, self._site, self._components = config, placed.placed, site, components
         self._ways: dict[OtherYard | None, Ways] = {}
         self.crews = [crew_times(config.rules_in_force, part) for part in parts]
         progress.finish()
@@ -300,9 +300,8 @@ class Search:
         stack_m = 0.0 if rules.yard is None else rules.yard.stack_height_m
         swings = rules.swing is SwingRule.SHAPED
         lies_m = cell_m + np.where(self._stacked, stack_m, 0.0)
-        components = [part for part in self._sequence if part.means is Means.CRANE]
-        anywhere = np.array([part.erected or part.stored_pose is not None for part in components], np.bool_)
-        turns = rules.heading is HeadingRule.KEPT and all(part.stored_turn is None for part in components)
+        anywhere = np.array([part.erected or part.stored_pose is not None for part in self._components], np.bool_)
+        turns = rules.heading is HeadingRule.KEPT and all(part.stored_turn is None for part in self._components)
         picks, slack_m = self._ways_of(None).picks, _SLACK_VOX * cell_m
 
         def fits(points_m: NDArray[np.float64], near_m: float) -> NDArray[np.bool_]:
