@@ -180,8 +180,7 @@ class Clocks:
         """Move a parked crane to another parking place."""
         legs = following.parkings[crane.parking].across
         for number in self._in_turn(legs):
-            leg = legs[number]
-            if leg is not None and self.go(crane, leg, "parked"):
+            if any(self.go(crane, leg, "parked") for leg in legs[number]):
                 crane.parking = number
                 return True
         return False

@@ -31,7 +31,8 @@ from bimvox.errors import PlanningError
 from bimvox.grid.frame import NO_CELLS
 from bimvox.motion.empty_hook import empty_hook_clearance
 from bimvox.motion.load_frame import HookEnd, axes_of_cells, cells_of_axes, in_cell
-from bimvox.motion.rigged_crane import rigged_crane
+from bimvox.motion.move import slowed
+from bimvox.motion.rigged_crane import RiggedCrane, rigged_crane
 from bimvox.motion.time_lift import empty_hook_move, hook_on_at, left_at, left_cells
 from bimvox.motion.trajectories import delayed, one_after_another
 from bimvox.planning.occupancy import stored_cells, target_cells
@@ -43,6 +44,8 @@ from bimvox.site.site import Site
 _TRIED = 10
 _APART_RAD = np.radians(25.0)
 _LONG_S = 90.0
+_CREEPING = 0.15
+"""Share of its rates at which a crane creeps past another one to another parking place."""
 _FINE_SECTORS = 120
 """Directions in which a place is looked for that does not obstruct a lift which all others obstruct."""
 _NEAR_M = 1.0
@@ -179,9 +182,17 @@ class LegMaker:
                         cells, made, met = [*cells, cell], [*made, legs], [*met, orders]
                         break
         return [
-            replace(legs, across=tuple(self.leg(rule, cell, other, slew_rad) for other in cells))
+            replace(legs, across=tuple(self._across(rule, cell, other, slew_rad) for other in cells))
             for cell, legs in zip(cells, made, strict=True)
         ]
+
+    def _across(self, rule: CollisionSpace, start_vox: HookEnd, end_vox: HookEnd, slew_rad: float) -> tuple[Leg, ...]:
+        """Return the leg from one parking place to another, and the same at creeping rates, as far as there are any.
+
+        The crane may have to stop anywhere: the slower it goes, the nearer it may pass another one.
+        """
+        legs = (self.leg(rule, start_vox, end_vox, slew_rad, share=share) for share in (1.0, _CREEPING))
+        return tuple(leg for leg in legs if leg is not None)
 
     def _met(self, cell: NDArray[np.int32]) -> set[int]:
         """Return orders of the watched lifts that the hook over a cell obstructs."""
@@ -283,18 +294,23 @@ class LegMaker:
         slew_rad: float,
         *,
         last: bool = False,
+        share: float = 1.0,
     ) -> Leg | None:
-        """Return a leg from cell to cell, straight or at a smaller radius; None if there is none, or none is needed."""
+        """Return a leg from cell to cell, straight or at a smaller radius; None if there is none, or none is needed.
+
+        ``share`` is that of the crane's rates of slewing and trolleying.
+        """
         if (start_vox == end_vox).all():
             return None
-        straight = self._through(rule, [start_vox, end_vox], slew_rad)
-        if straight is not None and straight.duration_s <= _LONG_S:
+        empty = _slowed(self.empty, share)
+        straight = self._through(empty, rule, [start_vox, end_vox], slew_rad)
+        if straight is not None and straight.duration_s * share <= _LONG_S:
             return Leg(straight, last=last)
         # If slewing at the hook's radius leaves the site or meets something, the hook trolleys in before it slews.
         inner = [self._drawn_in(rule, cell) for cell in (start_vox, end_vox)]
         stops: list[HookEnd] = [start_vox, *(cell for cell in inner if cell is not None), end_vox]
         stops = [cell for n, cell in enumerate(stops) if n == 0 or (cell != stops[n - 1]).any()]
-        detour = self._through(rule, stops, slew_rad) if len(stops) > 2 else None
+        detour = self._through(empty, rule, stops, slew_rad) if len(stops) > 2 else None
         found = [trajectory for trajectory in (straight, detour) if trajectory is not None]
         return Leg(min(found, key=lambda trajectory: trajectory.duration_s), last=last) if found else None
 
@@ -305,12 +321,14 @@ class LegMaker:
         cells = parking_cells(self.site, self.number, rule)[::2]
         return min(cells, key=lambda place: _turn(float(axes_of_cells(hook, place)[0]) - wanted_rad), default=None)
 
-    def _through(self, rule: CollisionSpace, stops: Sequence[HookEnd], slew_rad: float) -> Trajectory | None:
+    def _through(
+        self, empty: RiggedCrane, rule: CollisionSpace, stops: Sequence[HookEnd], slew_rad: float
+    ) -> Trajectory | None:
         """Return the trajectory from stop to stop, at rest at each; None if it is not free."""
         parts: list[Trajectory] = []
         for start_vox, end_vox in pairwise(stops):
             try:
-                part = empty_hook_move(self.empty, rule, start_vox, end_vox, slew_rad)
+                part = empty_hook_move(empty, rule, start_vox, end_vox, slew_rad)
             except PlanningError:
                 return None
             parts.append(delayed(part, int(parts[-1].time_ns[-1]) + REST_NS) if parts else part)
@@ -351,6 +369,12 @@ def standing_track(site: Site, crane: TowerCrane, axes: NDArray[np.float64]) -> 
     slew, radius, height = (np.repeat(axis, 2) for axis in axes)
     still = Trajectory(np.array([0, SPAN_NS]), slew, radius, height, np.zeros(0, np.int64), 0.0)
     return approach_track(site, crane, still, 0)
+
+
+def _slowed(empty: RiggedCrane, share: float) -> RiggedCrane:
+    crane = empty.crane
+    slow = replace(crane, slewing=slowed(crane.slewing, share), trolley=slowed(crane.trolley, share))
+    return empty._replace(crane=slow)
 
 
 def _turn(angle_rad: float) -> float:

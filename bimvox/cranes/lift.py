@@ -64,12 +64,12 @@ class Parking:
     Attributes:
         aside: The leg to it; None if the crane starts there.
         back: The leg from it to the part.
-        across: Legs from it to the lift's parking places, in their order; None where there is none.
+        across: Legs from it to each of the lift's parking places, in their order, the fastest first.
     """
 
     aside: Leg | None
     back: Leg
-    across: tuple[Leg | None, ...] = ()
+    across: tuple[tuple[Leg, ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

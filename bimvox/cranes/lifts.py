@@ -260,7 +260,7 @@ def _turned_parkings(parkings: Sequence[Parking], turns: int) -> tuple[Parking, 
         Parking(
             _turned_leg(way.aside, turns),
             _turned(way.back, turns),
-            tuple(_turned_leg(leg, turns) for leg in way.across),
+            tuple(tuple(_turned(leg, turns) for leg in legs) for legs in way.across),
         )
         for way in parkings
     )

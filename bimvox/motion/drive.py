@@ -95,30 +95,38 @@ def _quickest(
     """
     rigged, transit = driver.rigged, driver.transit
     over = over_the_top(rigged, transit, head[0], head[-1], slew_rad)
-    best = None
-    if over is not None:
-        best = driver.finished(over.moves, tail, slew_rad)
-        assert best is not None
-        if best.duration_s <= _GOOD_ENOUGH * busiest_s(best.moves, [profile.duration_s for profile in best.profiles]):
-            return best, over.clearance_height_m
+    best: Timeline | None = None
+    for route in over:
+        best = _quicker(best, driver.finished(route.moves, tail, slew_rad, _length_s(best)))
+    if best is not None and best.duration_s <= _GOOD_ENOUGH * busiest_s(
+        best.moves, [profile.duration_s for profile in best.profiles]
+    ):
+        return best, over[0].clearance_height_m
     along = along_the_path(rigged, transit, head, slew_rad)
-    moves, is_same = list(along.moves), _same_moves(along, over)
+    moves, is_same = list(along.moves), any(_same_moves(along, route) for route in over)
     if goes_back and moves and moves[-1].is_vertical and moves[-1].difference[2] > 0.0:
         # The only route to above the place leads up its own column: go straight to the place instead of up and down.
         begins = round((moves[-1].start.height_m - rigged.load.zero_height_m) / rigged.load.voxel_size_m)
         moves, tail, is_same = moves[:-1], _straight(tail[-1], begins), False
     # Where nothing is in the way, the path is cut short to the moves over the top.
-    other = best if is_same else driver.finished(moves, tail, slew_rad, np.inf if best is None else best.duration_s)
-    needed_m = min(route.clearance_height_m for route in (over, along) if route is not None)
-    if best is None or (other is not None and other.duration_s < best.duration_s):
-        best = other
+    if not is_same:
+        best = _quicker(best, driver.finished(moves, tail, slew_rad, _length_s(best)))
     assert best is not None
-    return best, needed_m
+    return best, min(route.clearance_height_m for route in (*over, along))
 
 
-def _same_moves(along: Route, over: Route | None) -> bool:
+def _length_s(timeline: Timeline | None) -> float:
+    return np.inf if timeline is None else timeline.duration_s
+
+
+def _quicker(best: Timeline | None, other: Timeline | None) -> Timeline | None:
+    """Return the quicker of two motions, the first one if they take equally long."""
+    return other if _length_s(other) < _length_s(best) else best
+
+
+def _same_moves(along: Route, over: Route) -> bool:
     """Return whether two routes have the same moves, but for rounding."""
-    if over is None or [move.line for move in along.moves] != [move.line for move in over.moves]:
+    if [move.line for move in along.moves] != [move.line for move in over.moves]:
         return False
     one, other = (np.array([(axes_of(m.start), axes_of(m.end)) for m in route.moves]) for route in (along, over))
     return bool(np.abs(one - other).max(initial=0.0) <= _ROUNDING)
@@ -180,8 +188,8 @@ def drive_free(
     Raises:
         PlanningError: If there is no free route.
     """
-    route: Route | None = over_the_top(rigged, space, start_vox, end_vox, slew_rad)
-    if route is None:
+    routes = over_the_top(rigged, space, start_vox, end_vox, slew_rad)
+    if not routes:
         first, last = in_cell(start_vox), in_cell(end_vox)
         found = shortest_path(space, first, last).path_vox
         if found is None:
@@ -190,10 +198,12 @@ def drive_free(
                 hint="something is in the way over the set point or the pick point; look at the lift in the log",
             )
         check_path(rigged, space, found)
-        route = _from_aside(rigged, along_the_path(rigged, space, found, slew_rad), start_vox, end_vox)
-    timeline = _Driver(rigged, space, space).steady(joined(route.moves), 0, -np.inf)
-    assert timeline is not None
-    return timeline, route.clearance_height_m
+        routes = (_from_aside(rigged, along_the_path(rigged, space, found, slew_rad), start_vox, end_vox),)
+    driver, best = _Driver(rigged, space, space), None
+    for route in routes:
+        best = _quicker(best, driver.steady(joined(route.moves), 0, -np.inf, _length_s(best)))
+    assert best is not None
+    return best, routes[0].clearance_height_m
 
 
 def _from_aside(

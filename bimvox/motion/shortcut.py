@@ -16,16 +16,18 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import inline_kernel, kernel
-from bimvox.crane.bound import least_time_s
+from bimvox.compiled import kernel
 from bimvox.crane.kinematics import nearest_turn, unwrap_slew
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import PlanningError
+from bimvox.motion.around import around
+from bimvox.motion.fastest_chain import fastest_chain
 from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, in_cell
-from bimvox.motion.move import AxisNumbers, Line, Move, axes_of, axis_numbers, line_time_s, move_time_s
+from bimvox.motion.move import Line, Move, axes_of, axis_numbers, move_time_s
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.swept import line_is_free
 from bimvox.planning.search import all_free
+from bimvox.planning.shorten_path import straightened
 from bimvox.site.collision import CollisionSpace, free_up_to, placement_is_free
 
 _HAIR_M = 1e-6
@@ -56,30 +58,52 @@ def over_the_top(
     start_vox: HookEnd,
     end_vox: HookEnd,
     slew_rad: float,
-) -> Route | None:
-    """Return a route up, across and down between two placements ((3,) cells), at the lowest free height.
+) -> tuple[Route, ...]:
+    """Return routes up, across and down between two placements ((3,) cells), at the lowest free height.
 
     An end may be aside of a whole cell on plan (``in_cell``): up and down, the column of that cell counts.
     ``slew_rad`` is the angle at the start, including full turns. Across: straight in (slew, radius) by the smaller
-    angle; if that is free at no height, trolley and slewing one after the other, then with the trolley drawn in while
-    slewing, then the same by the larger angle.
+    angle; if that is free at no height, trolley and slewing one after the other, then the same by the larger angle. If
+    none of these is free, around what is in the way (``around``), at the height of several at which it is quickest,
+    both by turns and cut short.
 
     Returns:
-        The route; None if there is none of this form.
+        Mostly one route; none if there is none of this form.
     """
     crane, load = rigged.crane, rigged.load
     start_axes, end_axes = axes_of_cells(load, start_vox), axes_of_cells(load, end_vox)
     start = CranePose(nearest_turn(float(start_axes[0]), slew_rad), float(start_axes[1]), float(start_axes[2]))
     end = CranePose(nearest_turn(float(end_axes[0]), start.slew_rad), float(end_axes[1]), float(end_axes[2]))
     heights = list(_open_heights(rigged, space, start_vox, end_vox))
-    for stops in stops_across(crane, start, end):
+    for stops in stops_across(start, end):
         for height_m in heights:
             poses = [replace(stop, height_m=height_m) for stop in stops]
             across = [Move(a, b) for a, b in pairwise(poses)]
             if all(move_is_free(space, load, move) for move in across):
-                down = Move(poses[-1], replace(stops[-1], height_m=end.height_m))
-                return Route(tuple(_without_rests([Move(start, poses[0]), *across, down])), height_m)
-    return None
+                return (_up_across_down(start, poses, end.height_m),)
+    ways: tuple[tuple[CranePose, ...], ...] = ()
+    best_s = np.inf
+    for height_m in _some_of(heights):
+        # Higher, the way may be shorter.
+        extra_s = 2.0 * (height_m - heights[0]) / crane.hoist.rate
+        first, last = (replace(pose, height_m=height_m) for pose in (start, end))
+        found = around(rigged, space, first, last, best_s - extra_s)
+        if found is not None and found.time_s + extra_s < best_s:
+            ways, best_s = (found.by_turns, found.cut_short), found.time_s + extra_s
+    return tuple(_up_across_down(start, way, end.height_m) for way in dict.fromkeys(ways))
+
+
+def _some_of(heights: Sequence[float]) -> list[float]:
+    """Return the lowest of ascending heights, some above it, further and further apart, and the highest."""
+    n = np.unique([0, *(2 ** np.arange(8)), len(heights) - 1])
+    return [heights[i] for i in n.tolist() if i < len(heights)] if heights else []
+
+
+def _up_across_down(start: CranePose, stops: Sequence[CranePose], end_height_m: float) -> Route:
+    """Return the route between two heights over stops at one height."""
+    across = [Move(a, b) for a, b in pairwise(stops)]
+    down = Move(stops[-1], replace(stops[-1], height_m=end_height_m))
+    return Route(tuple(_without_rests([Move(start, stops[0]), *across, down])), stops[0].height_m)
 
 
 def _open_heights(
@@ -97,19 +121,16 @@ def _open_heights(
         yield height_m
 
 
-def stops_across(crane: TowerCrane, start: CranePose, end: CranePose) -> Iterator[list[CranePose]]:
+def stops_across(start: CranePose, end: CranePose) -> Iterator[list[CranePose]]:
     """Yield the stops (heights to be replaced) of routes from one plan position to another, the plainest first."""
     turn = end.slew_rad - start.slew_rad
     long_way = turn - 2.0 * pi if turn > 0.0 else turn + 2.0 * pi
-    inner = max(crane.min_radius_m, min(start.radius_m, end.radius_m) / 2.0)
     for angle in (turn, long_way):
         slew = start.slew_rad + angle
         last = replace(end, slew_rad=slew)
         yield [start, last]
         yield [start, replace(start, radius_m=end.radius_m), last]
         yield [start, replace(start, slew_rad=slew), last]
-        for radius in (inner, crane.min_radius_m):
-            yield [start, replace(start, radius_m=radius), replace(last, radius_m=radius), last]
 
 
 def along_the_path(rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray[np.int32], slew_rad: float) -> Route:
@@ -118,13 +139,14 @@ def along_the_path(rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray
     The crane rests at each corner that it keeps. ``slew_rad`` is its angle before, including full turns.
     """
     crane, load = rigged.crane, rigged.load
+    path_vox = straightened(space, path_vox)
     every = poses_of_path(load, path_vox, slew_rad)
     poses = [every[corner] for corner in _corners(path_vox)]
     axes = np.array([axes_of(pose) for pose in poses])
     own_s = np.zeros(len(poses))
     for n in _blocked_runs(space, load, axes).tolist():
         own_s[n] = move_time_s(crane, Move(poses[n], poses[n + 1], Line.SITE))
-    before = _fastest_chain(space, load, axes, axis_numbers(crane), own_s)
+    before = fastest_chain(space, load, axes, axis_numbers(crane), own_s)
     moves: list[Move] = []
     node = len(poses) - 1
     while node > 0:
@@ -143,72 +165,6 @@ def _blocked_runs(space: CollisionSpace, load: LoadFrame, axes: NDArray[np.float
     for n in range(axes.shape[0] - 1):
         blocked[n] = not line_is_free(space, load, axes[n], axes[n + 1], False)
     return np.flatnonzero(blocked)
-
-
-@kernel
-def _fastest_chain(
-    space: CollisionSpace,
-    load: LoadFrame,
-    axes: NDArray[np.float64],
-    limits: AxisNumbers,
-    own_s: NDArray[np.float64],
-) -> NDArray[np.int64]:
-    """Return (N,) int64 the corner before each on the fastest chain to it; of corners that it leaves out, anything.
-
-    Args:
-        space: The collision rule.
-        load: How hook poses and reference cells correspond.
-        axes: (N, 3) slew, radius and height of the corners.
-        limits: The crane's.
-        own_s: (N,) time of the path's own run to the next corner if the joint line there is not free, else 0.
-    """
-    goal = axes.shape[0] - 1
-    left_s = np.empty(goal + 1)
-    for n in range(goal + 1):
-        left_s[n] = _least_s(limits, axes[n], axes[goal])
-    # By corner, then by the corner before: when it is reached; infinite if unknown, or not free.
-    reached_s = np.full((goal + 1, goal + 1), np.inf)
-    before = np.full(goal + 1, -1)
-    done = np.zeros(goal + 1, np.bool_)
-    node, cost_s = 0, 0.0
-    done[0] = True
-    while node < goal:
-        for later in range(node + 1, goal + 1):
-            if done[later]:
-                continue
-            if later == node + 1 and own_s[node] > 0.0:
-                reached_s[later, node] = cost_s + own_s[node]
-            else:
-                reached_s[later, node] = cost_s + line_time_s(limits, axes[node], axes[later])
-            if before[later] < 0 or reached_s[later, node] < reached_s[later, before[later]]:
-                before[later] = node
-        while True:
-            node = _most_promising(reached_s, before, done, left_s)
-            # Runs between neighbouring corners are free.
-            if node == before[node] + 1 or line_is_free(space, load, axes[before[node]], axes[node], False):
-                break
-            reached_s[node, before[node]] = np.inf
-            before[node] = np.argmin(reached_s[node])
-            if reached_s[node, before[node]] == np.inf:
-                before[node] = -1
-        done[node] = True
-        cost_s = reached_s[node, before[node]]
-    return before
-
-
-@inline_kernel
-def _most_promising(
-    reached_s: NDArray[np.float64], before: NDArray[np.int64], done: NDArray[np.bool_], left_s: NDArray[np.float64]
-) -> int:
-    """Return the corner over which the goal may be reached soonest."""
-    best, best_s, best_reached_s = -1, np.inf, np.inf
-    for n in range(before.shape[0]):
-        if done[n] or before[n] < 0:
-            continue
-        at_s = reached_s[n, before[n]]
-        if at_s + left_s[n] < best_s or (at_s + left_s[n] == best_s and at_s < best_reached_s):
-            best, best_s, best_reached_s = n, at_s + left_s[n], at_s
-    return best
 
 
 def follow(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float) -> list[Move]:
@@ -268,15 +224,6 @@ def _corners(path_vox: NDArray[np.int32]) -> list[int]:
     steps = np.diff(path_vox.astype(np.int64), axis=0)
     turns = np.flatnonzero((steps[1:] != steps[:-1]).any(axis=1)) + 1
     return sorted({0, *turns.tolist(), len(path_vox) - 1})
-
-
-@inline_kernel
-def _least_s(limits: AxisNumbers, start: NDArray[np.float64], end: NDArray[np.float64]) -> float:
-    """Return a lower bound of the time between two poses ((3,) axes) from rest to rest: each axis on its own."""
-    longest_s = 0.0
-    for axis, (rate, acceleration, jerk) in enumerate((limits.slewing, limits.trolley, limits.hoist)):
-        longest_s = max(longest_s, least_time_s(abs(end[axis] - start[axis]), rate, acceleration, jerk))
-    return longest_s
 
 
 def _without_rests(moves: Sequence[Move]) -> list[Move]:

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
+_MOST_CORNERS = 4
+"""Three legs have two corners, and one more at each end."""
+
 
 def shortest_of_visited(path_vox: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return a shortest path between the ends of a path that uses only the cells that it visited.
@@ -63,10 +66,11 @@ def _steps_between(visited: NDArray[np.int64], moves: NDArray[np.int64], start: 
 
 @kernel
 def straightened(space: CollisionSpace, path_vox: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return a path without detours: from each cell straight to the farthest one that three legs reach.
+    """Return a path without detours and stairs: from each cell straight to the farthest one that three legs reach.
 
     A cut runs along each axis once, in one of the six orders, over free placements, so it is as short as possible. It
-    is used if it is shorter than the path. Repeated until nothing is cut.
+    is used if it is shorter than the path, or as long with more corners than three legs have. Repeated until nothing
+    is cut.
 
     Args:
         space: The collision rule.
@@ -84,6 +88,7 @@ def straightened(space: CollisionSpace, path_vox: NDArray[np.int32]) -> NDArray[
     changed = True
     while changed:
         changed = False
+        corners = _corners_up_to(path, count)
         last, count = count - 1, 1
         n = 0
         while n < last:
@@ -92,7 +97,8 @@ def straightened(space: CollisionSpace, path_vox: NDArray[np.int32]) -> NDArray[
                 away = 0
                 for axis in range(3):
                     away += abs(path[m, axis] - path[n, axis])
-                if away < m - n and _three_legs(space, path[n], path[m], legs):
+                stairs = corners[m - 1] - corners[n] > _MOST_CORNERS
+                if (away < m - n or stairs) and _three_legs(space, path[n], path[m], legs):
                     for leg in range(away):
                         for axis in range(3):
                             kept[count + leg, axis] = legs[leg, axis]
@@ -111,6 +117,19 @@ def straightened(space: CollisionSpace, path_vox: NDArray[np.int32]) -> NDArray[
         for axis in range(3):
             straight[n, axis] = path[n, axis]
     return straight
+
+
+@kernel
+def _corners_up_to(path: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+    """Return (count,) how many corners the first cells of a path have up to each."""
+    corners = np.zeros(count, np.int64)
+    for n in range(1, count - 1):
+        corners[n] = corners[n - 1]
+        for axis in range(3):
+            if path[n + 1, axis] - path[n, axis] != path[n, axis] - path[n - 1, axis]:
+                corners[n] += 1
+                break
+    return corners
 
 
 @leaf_kernel

@@ -111,7 +111,7 @@ def test_a_larger_separation_costs_time_and_is_kept():
 def test_a_crane_without_parts_is_not_an_obstacle():
     site = two_crane_site()
     # With a longer jib, west reaches everything, and east has no lifts.
-    west = dataclasses.replace(site.cranes[0], jib_length_m=14.0)
+    west = dataclasses.replace(site.cranes[0], jib_length_m=16.0)
     components = tuple(dataclasses.replace(one, crane=0) for one in site.components if one.id.startswith("west"))
     components = tuple(
         dataclasses.replace(one, index=n, after=()) for n, one in enumerate(components) if "bridge" not in one.id
@@ -241,8 +241,11 @@ def test_all_parking_places_are_the_first_ones_and_more_with_legs_between_them()
             np.allclose(way.back.trajectory.axes, own.back.trajectory.axes)
             for way, own in zip(places, one.parkings, strict=False)
         )
-        legs = [(n, m, leg) for n, way in enumerate(places) for m, leg in enumerate(way.across) if leg is not None]
-        assert len(legs) > len(places)
+        ways = [(n, m, legs) for n, way in enumerate(places) for m, legs in enumerate(way.across) if legs]
+        for _, _, (usual, creeping) in ways:
+            assert creeping.trajectory.duration_s > 2.0 * usual.trajectory.duration_s
+        legs = [(n, m, leg) for n, m, both in ways for leg in both]
+        assert len(ways) > len(places)
         for n, m, leg in legs:
             begins, finishes = leg.trajectory.axes[0], leg.trajectory.axes[-1]
             assert n != m

@@ -68,7 +68,7 @@ def ways_across(
         return None if hits.any() else ways.passed_m(n, base_m + np.column_stack([x, y]))
 
     first: Across | None = None
-    for stops in stops_across(crane, start, end):
+    for stops in stops_across(start, end):
         own = [*stops[:-1], replace(stops[-1], height_m=end.height_m)]
         first = first or Across(own)
         found = []
