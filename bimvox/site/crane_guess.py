@@ -11,6 +11,7 @@ from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
@@ -155,6 +156,7 @@ class Wanted:
             standing_s=standing_s[self.order],
             yard_m=np.zeros((0, 2)),
             closed=self._closed[self.order],
+            rooms=np.full((len(components), 2), None),
         )
         self._set(config)
 
@@ -165,18 +167,27 @@ class Wanted:
         self.work = replace(self.work, yard_m=self.yard_m)
         self.sample = self.work.sample(_MOST_PARTS, _MOST_YARD)
 
-    def with_yard(self, yard: tuple[Polygon, ...]) -> Wanted:
-        """Return the same with another yard."""
+    def with_yard(self, yard: tuple[Polygon, ...], rooms: NDArray[np.object_] | None = None) -> Wanted:
+        """Return the same with another yard, and where the hook is over each part in it, see :class:`LiftWork`."""
         other = copy(self)
+        other.work = self.work if rooms is None else replace(self.work, rooms=rooms)
         areas = self._config.areas.model_copy(update={"yard": yard})
         other._set(self._config.model_copy(update={"areas": areas}))
         return other
 
-    def why_not(self, part: int, crane: TowerCrane, margin_m: float = 0.0) -> Unserved:
-        """Return why a crane as used, on its base, does not serve a part; see :meth:`Demand.why_not`."""
+    def why_not(self, part: int, crane: TowerCrane, margin_m: float = 0.0, sample: LiftWork | None = None) -> Unserved:
+        """Return why a crane as used, on its base, does not serve a part; see :meth:`Demand.why_not`.
+
+        ``sample``: all parts with fewer places of the yard, if that is what it was tried with.
+        """
+        work, demand = sample or self.work, self.demand
         if self._closed[part]:
-            return self.demand.said(part, "may not hang over a zone, where its place is")
-        return self.demand.why_not(part, crane, self.yard_m, margin_m)
+            return demand.said(part, "may not hang over a zone, where its place is")
+        if all(demand.picks(part, crane, at_m, margin_m).any() for at_m in (demand.places_m[[part]], work.yard_m)):
+            rooms, mast = work.rooms[self.order == part], shapely.Point(crane.base_m[:2])
+            nearest_m = float(np.nanmin(shapely.distance(rooms, mast)))
+            return demand.unserved(part, crane, nearest_m + margin_m, " where it lies within the yard")
+        return demand.why_not(part, crane, work.yard_m, margin_m)
 
     def rates(self, machine: Machine) -> Rates:
         """Return what a machine costs."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from bimvox.crane.fit import distances_m, radii_for_m
@@ -38,6 +39,8 @@ class LiftWork:
         standing_s: (N,) how long the crane stands for each part.
         yard_m: (P, 2) places of the yard at which parts may be picked.
         closed: (N,) whether a zone forbids the hook or the load at the part's place.
+        rooms: (N, 2) geometries in which the hook is over each part that lies within the yard: as it is built, and
+            turned by a quarter; empty if it is larger than the yard, None if that is not asked.
     """
 
     places_m: NDArray[np.float64]
@@ -47,6 +50,7 @@ class LiftWork:
     standing_s: NDArray[np.float64]
     yard_m: NDArray[np.float64]
     closed: NDArray[np.bool_]
+    rooms: NDArray[np.object_]
 
     def sample(self, parts: int, yard: int) -> LiftWork:
         """Return about so many parts, evenly from the sequence, and places of the yard."""
@@ -77,6 +81,8 @@ def carried(
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
     """Return (B, N) whether a crane carries each part to its place, and the share of the yard where it can pick it.
 
+    The share is 0 if the part does not lie within the yard there.
+
     Args:
         crane: The crane on its mast, with the permitted share of its chart; its base is ignored.
         bases_m: (B, 2) places of its mast.
@@ -98,7 +104,8 @@ def carried(
     row_m = np.sort(there_m + first_m, axis=None)
     until = np.searchsorted(row_m, np.minimum(far_m - margin_m, _NOWHERE_M / 2.0) + first_m, side="right")
     count = until - np.searchsorted(row_m, low_m + margin_m + first_m, side="left")
-    return able, np.maximum(count, 0) / len(work.yard_m)
+    share = np.maximum(count, 0) / len(work.yard_m)
+    return able, share * _fits_within(bases_m, work, far_m - margin_m)
 
 
 def set_ups(
@@ -115,7 +122,12 @@ def set_ups(
     """
     pairs = max(1, len(work.places_m) * len(work.yard_m))
     step = max(1, _AT_ONCE // pairs)
-    parts = [_set_ups(crane, bases_m[n : n + step], work, hook_m, margin_m) for n in range(0, len(bases_m), step)]
+    radii_m = radii_for_m(crane, work.masses_kg).T + np.array([[margin_m], [-margin_m]])
+    fits = _fits_within(bases_m, work, radii_m[1])
+    parts = [
+        _set_ups(crane, bases_m[n : n + step], work, hook_m, radii_m, fits[n : n + step])
+        for n in range(0, len(bases_m), step)
+    ]
     if not parts:
         count = len(work.places_m)
         return SetUps(np.zeros((0, count), np.bool_), np.zeros((0, count)), np.zeros(0), np.zeros(0))
@@ -127,15 +139,22 @@ def set_ups(
     )
 
 
-def _set_ups(crane: TowerCrane, bases_m: NDArray[np.float64], work: LiftWork, hook_m: float, margin_m: float) -> SetUps:
-    low_m, far_m = radii_for_m(crane, work.masses_kg).T + np.array([[margin_m], [-margin_m]])
+def _set_ups(
+    crane: TowerCrane,
+    bases_m: NDArray[np.float64],
+    work: LiftWork,
+    hook_m: float,
+    radii_m: NDArray[np.float64],
+    fits: NDArray[np.bool_],
+) -> SetUps:
+    low_m, far_m = radii_m
     radius_m, yard_radius_m = distances_m(bases_m, work.places_m), distances_m(bases_m, work.yard_m)
     able = (radius_m >= low_m) & (radius_m <= far_m) & ~work.closed
     picked = (yard_radius_m[:, None] >= low_m[:, None]) & (yard_radius_m[:, None] <= far_m[:, None])
     if crane.luffing is not None:
         able &= _high_enough(crane, radius_m, hook_m)
         picked &= _high_enough(crane, yard_radius_m, hook_m)[:, None]
-    served = able & picked.any(axis=2)
+    served = able & picked.any(axis=2) & fits
     lift_s = _lift_s(crane, bases_m, work, served, picked, (radius_m, yard_radius_m))
     share = np.where(served, radius_m / np.maximum(far_m, 1e-9), 0.0)
     return SetUps(served, lift_s, lift_s.sum(axis=1), share.max(axis=1, initial=0.0))
@@ -171,6 +190,18 @@ def winches(crane: TowerCrane, work: LiftWork, longest_m: float) -> list[Travel]
         Travel(replace(crane, hoist=gears[kg], base_m=(0.0, 0.0, 0.0)), longest_m)
         for kg in (0.0, *work.masses_kg.tolist())
     ]
+
+
+def _fits_within(bases_m: NDArray[np.float64], work: LiftWork, far_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return (B, N) whether each part lies within the yard, turned or not, with its hook nearer than (N,) radii."""
+    numbers: dict[tuple[int, int], int] = {}
+    # Parts of the same size share their rooms.
+    which = [numbers.setdefault((id(as_built), id(turned)), len(numbers)) for as_built, turned in work.rooms.tolist()]
+    rooms = work.rooms[np.unique(which, return_index=True)[1]]
+    apart_m = shapely.distance(rooms, shapely.points(bases_m)[:, None, None])
+    # Without a room, the distance is not a number: such a part counts as lying anywhere.
+    found: NDArray[np.bool_] = ~(np.fmin(*np.moveaxis(apart_m, -1, 0))[:, which] > far_m)
+    return found
 
 
 def _high_enough(crane: TowerCrane, radius_m: NDArray[np.float64], hook_m: float) -> NDArray[np.bool_]:

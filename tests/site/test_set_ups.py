@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+import shapely
 from box_sites import test_crane as crane_of
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,7 +12,7 @@ from lift_work import work_of
 
 from bimvox.crane.load_chart import utilisation
 from bimvox.crane.reach import allowed_radii_m
-from bimvox.site.set_ups import highest_utilisation, set_ups
+from bimvox.site.set_ups import carried, highest_utilisation, set_ups
 
 CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
 
@@ -76,3 +77,20 @@ def test_the_highest_utilisation_is_that_of_the_heaviest_use_of_the_chart_at_a_p
         uses = [utilisation(CRANE.chart, r, kg + CRANE.tackle_kg) for r, kg in zip(worst, work.masses_kg, strict=True)]
         assert found[row] == pytest.approx(max(uses[n] for n in np.flatnonzero(served[row])))
     assert highest_utilisation(CRANE, bases, work, np.zeros_like(served)).tolist() == [0.0, 0.0]
+
+
+def test_a_part_that_lies_within_the_yard_only_beyond_the_radius_is_not_served_and_turned_it_may_be():
+    # The yard is 12 m deep from 16 m on: the hook of a wall of 14 m along y is 7 m inside of it, turned 0.5 m.
+    as_built, turned = shapely.box(-7.5, 23.0, 7.5, 25.0), shapely.box(-1.0, 16.5, 1.0, 27.5)
+    assert 17.0 < allowed_radii_m(CRANE, 19_000.0)[1] < 23.0
+    base, edge = np.zeros((1, 2)), [(0.0, 16.5), (0.0, 27.0)]
+    work = work_of([(5.0, 5.0)] * 4, [19_000.0] * 3 + [500.0], edge)
+    nowhere = shapely.Polygon()  # larger than the yard
+    rooms = np.array([[as_built, as_built], [as_built, turned], [nowhere, nowhere], [as_built, as_built]])
+    assert set_ups(CRANE, base, work, 20.0).served.all()
+    inside = dataclasses.replace(work, rooms=rooms)
+    assert set_ups(CRANE, base, inside, 20.0).served.tolist() == [[False, True, True, True]]
+    able, share = carried(CRANE, base, inside, 20.0, 0.0)
+    assert able.all()
+    assert (share[0] > 0.0).tolist() == [False, True, True, True]
+    assert inside.sample(2, 1).rooms.tolist() == rooms[::2].tolist()

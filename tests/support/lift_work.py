@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import shapely
 
-from bimvox.library.set_up_search.picks import Picks
+from bimvox.library.set_up_search.picks import Picks, room_in
 from bimvox.library.set_up_search.ways import Ways
 from bimvox.site.set_ups import LiftWork
 
@@ -19,6 +20,7 @@ def work_of(places, masses, yard, closed=None) -> LiftWork:
         standing_s=np.full(count, 600.0),
         yard_m=np.array(yard, np.float64).reshape(-1, 2),
         closed=np.zeros(count, np.bool_) if closed is None else np.array(closed),
+        rooms=np.full((count, 2), None),
     )
 
 
@@ -29,12 +31,21 @@ def ways_of(work: LiftWork, size_m: float = 1.0, **more) -> Ways:
     count = len(work.places_m)
     around_m = np.tile(0.5 * size_m * np.array([[-1.0, -1.0], [1.0, 1.0]]), (count, 1, 1))
     around_m = more.pop("around_m", around_m)
-    picks = Picks(
-        (yard,),
-        work.yard_m,
-        around_m,
-        more.pop("taken_m2", np.zeros(count)),
-        more.pop("turns", np.zeros(count, np.bool_)),
+    picks = picks_in(
+        (yard,), work.yard_m, around_m, more.pop("taken_m2", np.zeros(count)), turns=more.pop("turns", False)
     )
     far_m = np.array([[-1e3, -1e3], [1e3, 1e3]])
     return Ways(work, picks, around_m, more.pop("bounds_m", far_m), **more)
+
+
+def picks_in(yard, points_m, around_m, taken_m2, *, turns=False) -> Picks:
+    """Return the picks of parts, given by their corners as seen from their hooks, at points of a yard."""
+    area = shapely.union_all([shapely.Polygon(one) for one in yard])
+    rooms = np.array([[room_in(area, one), room_in(area, turned_m(one) if turns else one)] for one in around_m])
+    return Picks(area.area, points_m, rooms, taken_m2)
+
+
+def turned_m(around_m) -> np.ndarray:
+    """Return (2, 2) lowest and highest corner of a part that is turned by a quarter about its hook."""
+    (low_x, low_y), (high_x, high_y) = around_m
+    return np.array([[-high_y, low_x], [-low_y, high_x]])

@@ -24,7 +24,7 @@ from bimvox.planning.truckload import Truckload
 from bimvox.planning.yard import gap_vox, storage_poses
 from bimvox.site.component import Component
 from bimvox.site.config.site_config import Polygon
-from bimvox.site.shape import erection_size_vox
+from bimvox.site.shape import erection_size_vox, turned_hook, turned_shape
 from bimvox.site.site import Site
 
 
@@ -32,26 +32,22 @@ class Picks:
     """The picks of parts in a yard.
 
     Args:
-        yard: The yard.
+        yard_m2: Area of the yard.
         points_m: (P, 2) its places, in the plan's order: rows along x, from the lowest y up.
-        around_m: (N, 2, 2) lowest and highest corner of each part on plan, as seen from its hook.
+        rooms: (N, 2) of each part, see :func:`rooms_of`.
         taken_m2: (N,) how much of the yard the parts before it take, see :func:`taken_m2`.
-        turns: (N,) whether it may lie turned.
     """
 
     def __init__(
         self,
-        yard: Sequence[Polygon],
+        yard_m2: float,
         points_m: NDArray[np.float64],
-        around_m: NDArray[np.float64],
+        rooms: NDArray[np.object_],
         taken_m2: NDArray[np.float64],
-        turns: NDArray[np.bool_],
     ) -> None:
-        self._area = shapely.union_all([shapely.Polygon(one) for one in yard])
-        self._around_m, self._turns, self._taken = around_m, turns, taken_m2 / max(self._area.area, 1e-9) % 1.0
-        self._half_m = 0.5 * float(np.sqrt(self._area.area / max(len(points_m), 1)))
+        self._rooms, self._taken = rooms, taken_m2 / max(yard_m2, 1e-9) % 1.0
+        self._half_m = 0.5 * float(np.sqrt(yard_m2 / max(len(points_m), 1)))
         self._out_m: dict[tuple[int, bool], NDArray[np.float64]] = {}
-        self._rooms: dict[tuple[int, bool], BaseGeometry] = {}
         self.points_m = points_m
 
     def fits(self, points_m: NDArray[np.float64], near_m: float) -> NDArray[np.bool_]:
@@ -59,18 +55,14 @@ class Picks:
 
         First as it is built, then turned by a quarter. A part that is larger than the yard may lie anywhere.
         """
-        points, count = shapely.points(points_m), len(self._around_m)
-        rooms = [[self._room(n, turned) for n in range(count)] for turned in (False, True)]
-        found = np.array([[shapely.distance(room, points) <= near_m for room in some] for some in rooms])
-        found[:, np.array([[room.is_empty for room in some] for some in rooms]).all(axis=0)] = True
+        points = shapely.points(points_m)
+        found = np.array([[shapely.distance(room, points) <= near_m for room in some] for some in self._rooms.T])
+        found[:, shapely.is_empty(self._rooms).all(axis=1)] = True
         return found
 
     def is_turned(self, n: int, crane: TowerCrane, far_m: float) -> bool:
         """Return whether a part lies turned by a quarter, since a crane carries it no further than to a radius."""
-        if not self._turns[n]:
-            return False
-        mast = shapely.Point(crane.base_m[:2])
-        as_built, turned = (shapely.distance(self._room(n, turned), mast) <= far_m for turned in (False, True))
+        as_built, turned = shapely.distance(self._rooms[n], shapely.Point(crane.base_m[:2])) <= far_m
         return bool(turned and not as_built)
 
     def of(
@@ -103,25 +95,44 @@ class Picks:
     def _beyond_m(self, n: int, turned: bool) -> NDArray[np.float64]:
         """Return how far each place is from where a part lies within the yard; 0 if it is larger than the yard."""
         if (n, turned) not in self._out_m:
-            room, points = self._room(n, turned), shapely.points(self.points_m)
+            room, points = self._rooms[n, int(turned)], shapely.points(self.points_m)
             self._out_m[n, turned] = np.zeros(len(points)) if room.is_empty else shapely.distance(room, points)
         return self._out_m[n, turned]
 
-    def _room(self, n: int, turned: bool) -> BaseGeometry:
-        """Return where the hook may be over a part that lies within the yard."""
-        if (n, turned) not in self._rooms:
-            around_m = turned_m(self._around_m[n]) if turned else self._around_m[n]
-            room = self._area
-            for x, y in ((0, 0), (0, 1), (1, 0), (1, 1)):
-                room = room.intersection(translate(self._area, -around_m[x, 0], -around_m[y, 1]))
-            self._rooms[n, turned] = room
-        return self._rooms[n, turned]
+
+def rooms_of(yard: Sequence[Polygon], components: Sequence[Component], cell_m: float) -> NDArray[np.object_]:
+    """Return (N, 2) where the hook may be over parts that lie within a yard: as they are built, turned by a quarter.
+
+    Empty if a part is larger than the yard. Both are the same if the site file says how it lies.
+    """
+    area = shapely.union_all([shapely.Polygon(one) for one in yard])
+    known: dict[tuple[float, ...], BaseGeometry] = {}
+
+    def lying(part: Component, turn: int) -> BaseGeometry:
+        sizes = [erection_size_vox(turned_shape(part.shape, turn), pose)[:2] for pose in storage_poses(part)]
+        hook = np.array(turned_hook(part.shape, part.hook_offset_vox, turn)[:2]) + 0.5
+        rooms = []
+        for size in sizes:
+            around_m = np.stack([-hook, np.array(size) - hook]) * cell_m
+            key = tuple(around_m.ravel().tolist())
+            if key not in known:
+                known[key] = room_in(area, around_m)
+            rooms.append(known[key])
+        return rooms[0] if len(rooms) == 1 else shapely.union_all(rooms)
+
+    found = np.empty((len(components), 2), np.object_)
+    for n, part in enumerate(components):
+        given = part.stored_turn
+        found[n] = (lying(part, 0), lying(part, 1)) if given is None else (lying(part, given),) * 2
+    return found
 
 
-def turned_m(around_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (2, 2) lowest and highest corner of a part that is turned by a quarter about its hook."""
-    (low_x, low_y), (high_x, high_y) = around_m
-    return np.array([[-high_y, low_x], [-low_y, high_x]])
+def room_in(area: BaseGeometry, around_m: NDArray[np.float64]) -> BaseGeometry:
+    """Return where the hook may be over a part within an area; its (2, 2) corners are as seen from the hook."""
+    room = area
+    for x, y in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        room = room.intersection(translate(area, -around_m[x, 0], -around_m[y, 1]))
+    return room
 
 
 def around_m(components: Sequence[Component], cell_m: float) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ from bimvox.crane.fit import MARGIN_M, standing
 from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.library.set_up_search.least_moving import Loose, least_of_all_s
+from bimvox.library.set_up_search.picks import rooms_of
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.timed import LIFTS, timed_moving_s
 from bimvox.library.set_up_search.ways import Ways, ways_on
@@ -185,9 +186,10 @@ class Search:
         self._stacked = np.array([is_stacked(site, component) for component in components], np.bool_)
         rigs = rigs_of(config, parts) if gear_by_crane(config, 1)[0] is not None else None
         plan = ground_plan(placed.placed.elements)
-        self._wanted = Wanted(config, parts, plan, placed.load_top_m, rigs, range(len(parts)))
-        self.work = self._wanted.work.sample(len(parts), _MOST_YARD)
         self.config, self._placed, self._site, self._components = config, placed.placed, site, components
+        wanted = Wanted(config, parts, plan, placed.load_top_m, rigs, range(len(parts)))
+        self._wanted = self._with_yard(wanted, config.areas.yard or ())
+        self.work = self._wanted.work.sample(len(parts), _MOST_YARD)
         self._ways: dict[OtherYard | None, Ways] = {}
         self.crews = [crew_times(config.rules_in_force, part) for part in parts]
         progress.finish()
@@ -271,8 +273,11 @@ class Search:
         """Return the parts with a yard; None: the site file's."""
         if yard is None or yard.number is None:
             return self._wanted, self.work
-        wanted = self._wanted.with_yard((yard.polygon,))
+        wanted = self._with_yard(self._wanted, (yard.polygon,))
         return wanted, wanted.work.sample(len(self.work.masses_kg), _MOST_YARD)
+
+    def _with_yard(self, wanted: Wanted, yard: tuple[Polygon, ...]) -> Wanted:
+        return wanted.with_yard(yard, rooms_of(yard, self._components, self._site.frame.voxel_size_m))
 
     def rates(self, machine: Machine) -> Rates:
         """Return what a machine costs on this site."""
@@ -300,14 +305,11 @@ class Search:
         stack_m = 0.0 if rules.yard is None else rules.yard.stack_height_m
         swings = rules.swing is SwingRule.SHAPED
         lies_m = cell_m + np.where(self._stacked, stack_m, 0.0)
-        anywhere = np.array([part.erected or part.stored_pose is not None for part in self._components], np.bool_)
         turns = rules.heading is HeadingRule.KEPT and all(part.stored_turn is None for part in self._components)
         picks, slack_m = self._ways_of(None).picks, _SLACK_VOX * cell_m
 
         def fits(points_m: NDArray[np.float64], near_m: float) -> NDArray[np.bool_]:
-            found = picks.fits(points_m, near_m + slack_m)
-            found[:, anywhere] = True
-            return found
+            return picks.fits(points_m, near_m + slack_m)
 
         loose = Loose(0.5 * cell_m, 0.5 * cell_m, lies_m, cell_m, swings, rules.turn_s if turns else 0.0)
         return least_of_all_s(stands, self._wanted.work, self.config.areas.yard or (), loose, fits)
@@ -364,7 +366,7 @@ class Search:
             return ""
         missed = np.flatnonzero(~served)
         first = int(missed[np.argmax(self.work.masses_kg[missed])])
-        why = str(self._wanted.why_not(first, self._wanted.demand.as_used(crane), MARGIN_M))
+        why = str(self._wanted.why_not(first, self._wanted.demand.as_used(crane), MARGIN_M, self.work))
         return why + (f", and {len(missed) - 1} more" if len(missed) > 1 else "")
 
     def with_yard(self, machine: Machine, yard: OtherYard, lifts: int = LIFTS) -> Tried | None:

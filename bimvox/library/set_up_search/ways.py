@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Element, Role
@@ -90,7 +91,7 @@ def ways_on(
     Args:
         site: With the rules of the site file.
         sequence: The parts in their sequence, also those that no crane lifts.
-        work: Those that cranes lift, with every place of the yard.
+        work: Those that cranes lift, with their rooms in the yard.
         config: The site file, with the yard.
         building: In the site frame.
     """
@@ -102,11 +103,11 @@ def ways_on(
     lifts = np.cumsum([part.means is Means.CRANE for part in sequence]).tolist()
     before = {part.id: n for part, n in zip(sequence, lifts, strict=True)}
     others = [one for one in building.elements if _stands(one, {part.id for part in components})]
+    yard = shapely.union_all([shapely.Polygon(one) for one in config.areas.yard or ()])
     bounds_m = np.array([one.mesh.bounds_m for one in others]).reshape(-1, 2, 3)
-    turns = np.array([part.stored_turn is None for part in components], np.bool_)
     return Ways(
         work,
-        Picks(config.areas.yard or (), work.yard_m, around, taken_m2(site, components), turns),
+        Picks(yard.area, work.yard_m, work.rooms, taken_m2(site, components)),
         around,
         np.stack([low_m + clearance_m, low_m + np.array(shape[:2]) * cell_m - clearance_m]),
         clearance_m,

@@ -10,7 +10,7 @@ import pytest
 from box_sites import test_crane as crane_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lift_work import ways_of, work_of
+from lift_work import picks_in, ways_of, work_of
 from rough_search import read_model
 
 import bimvox
@@ -20,7 +20,6 @@ from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.rigging import rigged
 from bimvox.crane.tower_crane import CranePose
 from bimvox.library.set_up_search.least_moving import Loose, least_moving_s, least_of_all_s
-from bimvox.library.set_up_search.picks import Picks
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.timed import timed_moving_s
@@ -93,7 +92,7 @@ def test_a_long_part_comes_from_deeper_in_the_yard_or_is_turned() -> None:
     # The place is south of the yard; a part of 5 m along y lies with its hook 2.5 m within, or turned at its edge.
     work, stands = work_of([(9.0, -2.0)], [500.0], [(9.0, 13.0)]), [(CRANE, np.array([[9.0, -15.0]]))]
     around_m = np.array([[[-0.5, -2.5], [0.5, 2.5]]])
-    picks = Picks(YARD, work.yard_m, around_m, np.zeros(1), np.ones(1, np.bool_))
+    picks = picks_in(YARD, work.yard_m, around_m, np.zeros(1), turns=True)
     anywhere_s, turning_s, kept_s = (
         least_of_all_s(stands, work, YARD, Loose(turn_s=turn_s), fits)
         for turn_s, fits in ((0.0, None), (0.5, picks.fits), (1e3, picks.fits))
@@ -102,7 +101,7 @@ def test_a_long_part_comes_from_deeper_in_the_yard_or_is_turned() -> None:
     deeper = (((4.0, 12.5), (14.0, 12.5), (14.0, 13.5), (4.0, 13.5)),)
     assert kept_s == pytest.approx(least_of_all_s(stands, work, deeper, Loose()), abs=0.5)
     # What is larger than the yard may lie anywhere.
-    huge = Picks(YARD, work.yard_m, 9.0 * around_m, np.zeros(1), np.ones(1, np.bool_))
+    huge = picks_in(YARD, work.yard_m, 9.0 * around_m, np.zeros(1), turns=True)
     assert least_of_all_s(stands, work, YARD, Loose(), huge.fits) == pytest.approx(anywhere_s)
 
 

@@ -38,6 +38,7 @@ def work_of(places: list[tuple[float, float]], yard: list[tuple[float, float]]) 
         standing_s=np.full(count, 600.0),
         yard_m=np.array(yard),
         closed=np.zeros(count, np.bool_),
+        rooms=np.full((count, 2), None),
     )
 
 
@@ -103,8 +104,7 @@ def test_a_turned_load_is_raised_above_what_is_built_around_it_and_turned() -> N
     # The yard begins 4 m within reach; the part is 13 m long, away from the mast unless it lies turned.
     long = np.tile([[[-6.5, -0.5], [6.5, 0.5]]], (2, 1, 1))
     kept, turned = (
-        ways_of(work, swings=False, around_m=long, cell_m=0.5, turn_s=30.0, turns=np.full(2, turns))
-        for turns in (False, True)
+        ways_of(work, swings=False, around_m=long, cell_m=0.5, turn_s=30.0, turns=turns) for turns in (False, True)
     )
     served = np.ones(2, np.bool_)
     assert timed_moving_s(CRANE, turned, served) > timed_moving_s(CRANE, kept, served) + 50.0
