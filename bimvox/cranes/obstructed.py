@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from bimvox.crane.conflict import (
@@ -32,6 +33,7 @@ from bimvox.site.site import Site
 _SECTORS = 8
 _ANGLES = 72
 """Angles of a jib that are looked at for room beside straight ways."""
+_FAR_M = 1e5
 _NARROWEST_RAD = np.radians(0.05)
 """Half the sector that is not divided any more: the jib may be free there."""
 
@@ -109,16 +111,18 @@ def _waiting(crane: TowerCrane, slew_rad: NDArray[np.float64]) -> NDArray[np.flo
 
 
 def clear_ways(cranes: tuple[TowerCrane, TowerCrane], work: LiftWork, separation_m: float) -> NDArray[np.bool_]:
-    """Return (N, 2) whether each crane, with each part on the way from the middle of the yard, is clear of the other.
+    """Return (N, 2) whether each crane, with each part on the way from the yard, is clear of the other.
 
-    That one waits with its hook at the jib and next to the mast, at whatever angle leaves room.
+    It picks in the middle of where the part lies within the yard, nearer to it than to the other if it can. That one
+    waits with its hook at the jib and next to the mast, at whatever angle leaves room.
     """
     outlines = [numbers_of(outline_of(crane)) for crane in cranes]
     clear = np.zeros((len(work.masses_kg), 2), np.bool_)
-    picks_m = np.broadcast_to(work.yard_m.mean(axis=0), work.places_m.shape) if len(work.yard_m) else work.places_m
+    bases_m = np.array([crane.base_m[:2] for crane in cranes])
     for own, other in ((0, 1), (1, 0)):
+        picks_m = _picks_m(work, bases_m[own], bases_m[other])
         waits = _waiting(cranes[other], 2.0 * np.pi * np.arange(_ANGLES) / _ANGLES)
-        base_m = np.array([cranes[own].base_m[:2]])
+        base_m = bases_m[[own]]
         slew = [slews(base_m, end_m)[0] for end_m in (work.places_m, picks_m)]
         radius_m = np.stack([distances_m(base_m, end_m)[0] for end_m in (work.places_m, picks_m)])
         turn = np.remainder(slew[1] - slew[0] + np.pi, 2.0 * np.pi) - np.pi
@@ -129,3 +133,19 @@ def clear_ways(cranes: tuple[TowerCrane, TowerCrane], work: LiftWork, separation
         over[:, HOOK_LOW] = over[:, HOOK_HIGH] = work.tops_m + cranes[own].sling_m
         clear[:, own] = clear_of_one(outlines[own], over, outlines[other], waits, separation_m)
     return clear
+
+
+def _picks_m(work: LiftWork, own_m: NDArray[np.float64], other_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (N, 2) about where a crane on a base picks each part: nearer to it than to the other, if it lies there."""
+    towards = (own_m - other_m) / max(float(np.hypot(*(own_m - other_m))), 1e-9)
+    aside, middle_m = _FAR_M * np.array([-towards[1], towards[0]]), 0.5 * (own_m + other_m)
+    edge_m = (middle_m - aside, middle_m + aside)
+    nearer = shapely.Polygon([*edge_m, *(end_m + _FAR_M * towards for end_m in edge_m[::-1])])
+    rooms = np.where(shapely.is_empty(work.rooms[:, 0]), work.rooms[:, 1], work.rooms[:, 0])
+    parts = shapely.intersection(rooms, nearer)
+    middles = shapely.centroid(np.where(shapely.is_empty(parts), rooms, parts))
+    found = np.stack([shapely.get_x(middles), shapely.get_y(middles)], axis=1)
+    # Where a part lies in the yard may not be asked, and it may be larger than the yard.
+    otherwise_m = work.yard_m.mean(axis=0) if len(work.yard_m) else work.places_m
+    picks_m: NDArray[np.float64] = np.where(np.isnan(found), otherwise_m, found)
+    return picks_m

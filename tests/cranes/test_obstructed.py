@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 from box_sites import test_crane as crane_of
 from lift_work import work_of
 from two_cranes import two_crane_plan
@@ -20,7 +21,7 @@ from bimvox.site.site import Site
 
 def carried(**rules: float) -> tuple[Site, list[Carried]]:
     plan, motions = two_crane_plan()
-    site = dataclasses.replace(plan.site, rules=dataclasses.replace(plan.site.rules, **rules))
+    site = replace(plan.site, rules=replace(plan.site.rules, **rules))
     by_order = {motion.order: motion for motion in motions}
     lifts = [lift for lift in plan.lifts if lift.order in by_order]
     numbers = [site.components[lift.component].crane for lift in lifts]
@@ -82,5 +83,11 @@ def test_a_way_past_a_higher_mast_is_not_clear_and_one_beside_it_is() -> None:
     clear = clear_ways((low, high), work, 2.0)
     assert clear[:, 0].tolist() == [False, True, False], "the first turns past the mast, the third reaches beyond it"
     assert clear[:, 1].all(), "its jib passes above the other crane"
+    # From where it lies in the yard, nearer to the own crane, the first part does not turn past the mast.
+    rooms = np.array([[shapely.box(-20.0, -30.0, -15.0, -25.0).union(shapely.box(80.0, 10.0, 99.0, 15.0)), None]] * 3)
+    beyond = clear_ways((low, high), replace(work, rooms=rooms), 2.0)
+    assert beyond[:, 0].tolist() == [True, False, False]
+    rooms = np.array([[shapely.Polygon(), shapely.box(19.0, 14.0, 21.0, 16.0)]] * 3)
+    assert clear_ways((low, high), replace(work, rooms=rooms), 2.0)[:, 0].tolist() == clear[:, 0].tolist()
     far = crane_of(base=(90.0, 0.0, 0.0), jib=40.0, height=30.0)
     assert clear_ways((low, far), work, 2.0)[:2, 0].all()
