@@ -26,6 +26,7 @@ import numpy as np
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish, runs_of
 from bimvox_pipeline.fleet.work import FAILED
+from bimvox_pipeline.optimise.optimise import optimise
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import Opened, open_site
 from bimvox_pipeline.studio.saving import save
@@ -33,12 +34,10 @@ from bimvox_pipeline.studio.setup import CraneSetup
 
 from bimvox.library.set_up_search.choose import search_set_ups
 from bimvox.library.set_up_search.front import front_of
-from bimvox.library.set_up_search.refine import refined
 from bimvox.library.set_up_search.search import Effort, Search, Tried
 from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import catalogue
 from bimvox.site.costs import Rates
-from bimvox.site.machine import cranes_of
 
 _TABLE = Path(__file__).parents[1] / "docs" / "data" / "optimise.txt"
 _HEAD = (
@@ -61,6 +60,9 @@ class Planned:
     infeasible: int
     hours: float
     cost: float
+
+
+_NO_PLAN = Planned(10**6, 10.0**6, 10.0**9)
 
 
 def main() -> None:
@@ -91,9 +93,12 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
         shutil.copy(model, folder)
         site = folder / "given.site.toml"
         init(folder / model.name, out=site, progress=SilentProgress())
-        opened = open_site(site)
-        machines, effort = catalogue(), Effort(yards=wanted.yards, cranes=1)
-        searched = search_set_ups(opened, model.stem, machines, effort, folder, SilentProgress())
+        effort = Effort(yards=wanted.yards, cranes=1)
+        document = optimise(site, folder / "ours", effort=effort, progress=SilentProgress())
+        own = [_ours(one) for one in (*document["front"], *document["losers"])]
+        opened, given = open_site(site), _ours(document["baseline"])
+        # The journal of the yards is there: nothing is tried again.
+        searched = search_set_ups(opened, model.stem, catalogue(), effort, folder / "ours", SilentProgress())
         search = searched.search
         found = [one for one in searched.lattice if one.crane is not None]
         best = front_of(found)[0]
@@ -102,63 +107,53 @@ def _row(model: Path, wanted: argparse.Namespace) -> list[str]:
         drawn = [
             (one, _any_place(one, rng)) for one in (able[int(rng.integers(len(able)))] for _ in range(wanted.places))
         ]
-        ours = [(one, _place(one)) for one in searched.chosen]
-        theirs = _classical(search, able)[: len(ours) + effort.members // 2]
+        theirs = _classical(search, able)[: len(own)]
         places = np.flatnonzero(best.all_served == best.served)
         grid = [(best, int(at)) for at in places[:: max(1, -(-len(places) // wanted.grid))]] if wanted.grid else []
-        groups = [ours, theirs, drawn, grid]
+        groups = [theirs, drawn, grid]
         files = [[_file(opened, f"{g}-{n}", *one) for n, one in enumerate(group)] for g, group in enumerate(groups)]
-        wishes = [Wish(path) for path in (site, *(path for group in files for path in group))]
+        wishes = [Wish(path) for group in files for path in group]
         runs = fleet(wishes, folder / "runs", progress=SilentProgress())["runs"]
         by_site = {run.wish.site: record for run, record in zip(runs_of(wishes), runs, strict=True)}
-        sizes = {machine.name: search.rates(machine) for machine in machines}
-        (own,) = cranes_of(opened.config)
-        given = _planned(by_site[site.resolve()], sizes[own.machine or own.name])
-        plans = [
-            [_planned(by_site[path.resolve()], sizes[one.machine]) for path, (one, _) in zip(paths, group, strict=True)]
+        rates = {machine.name: search.rates(machine) for machine in catalogue()}
+        others = [
+            [_planned(by_site[path.resolve()], rates[one.machine]) for path, (one, _) in zip(paths, group, strict=True)]
             for paths, group in zip(files, groups, strict=True)
         ]
-        first = min(range(len(ours)), key=lambda n: (plans[0][n].infeasible, plans[0][n].hours))
-        more = [(one, _place(one)) for one in refined(search, ours[first][0], effort)]
-        wishes = [Wish(_file(opened, f"more-{n}", *each)) for n, each in enumerate(more)]
-        runs = fleet(wishes, folder / "more", progress=SilentProgress())["runs"]
-        plans[0] += [
-            _planned(record, sizes[one.machine]) for (one, _), record in zip(more, _in_order(runs, wishes), strict=True)
-        ]
-        standing_h = float(search.work.standing_s.sum()) / 3600.0
-        random = plans[2]
+        standing_h, random = document["standing_hours"], others[1]
         like = [n for n, plan in enumerate(random) if plan.infeasible == given.infeasible]
         estimates = [search.from_place(one, one.bases_m[at]).crane_s for one, at in drawn]
         rank = _spearman([estimates[n] for n in like], [random[n].hours for n in like])
         # Where nothing that it plans is better than the given set-up, that is its result.
-        plans[0].append(given)
-        moving = [given, *(_best(some) if some else None for some in plans)]
-        cheapest = min((plan for plan in plans[0] if plan.infeasible <= given.infeasible), key=lambda plan: plan.cost)
-        less = 1.0 - (_best(plans[0]).hours - standing_h) / (given.hours - standing_h)
+        own.append(given)
+        moving = [given, *(_best(some) if some else None for some in (own, *others))]
+        cheapest = min((plan for plan in own if plan.infeasible <= given.infeasible), key=lambda plan: plan.cost)
+        less = 1.0 - (_best(own).hours - standing_h) / (given.hours - standing_h)
         return [
             model.stem[:10],
-            str(len(search.work.places_m)),
+            str(document["parts"]),
             f"{standing_h:.2f}",
             *("-" if plan is None else _moving(plan, standing_h) for plan in moving),
-            f"{search.least_moving_s(searched.lattice) / 3600.0:.2f}",
+            f"{document['least_moving_hours']:.2f}",
             f"{less:.0%}",
             f"{given.cost:.0f}",
             f"{cheapest.cost:.0f}",
-            f"{search.least_cost(machines, best.served):.0f}",
+            f"{document['least_cost']:.0f}",
             f"{rank:.2f}",
             str(len(like)),
         ]
 
 
-def _in_order(runs: Sequence[dict[str, Any]], wishes: Sequence[Wish]) -> list[dict[str, Any]]:
-    """Return the records of wishes in their order."""
-    by_site = {run.wish.site: record for run, record in zip(runs_of(wishes), runs, strict=True)}
-    return [by_site[wish.site.resolve()] for wish in wishes]
+def _ours(one: dict[str, Any]) -> Planned:
+    """Return a set-up as ``optimise`` planned it."""
+    if one["hours"] is None:
+        return _NO_PLAN
+    return Planned(one["refused"], one["hours"], one["cost"])
 
 
 def _planned(record: dict[str, Any], rates: Rates) -> Planned:
     if record["status"] == FAILED:
-        return Planned(10**6, 10.0**6, 10.0**9)
+        return _NO_PLAN
     hours = record["figures"]["crane_hours"]
     return Planned(record["infeasible"], hours, rates.total(hours))
 
@@ -166,12 +161,6 @@ def _planned(record: dict[str, Any], rates: Rates) -> Planned:
 def _any_place(one: Tried, rng: np.random.Generator) -> int:
     places = np.flatnonzero(one.all_served == one.served)
     return int(places[rng.integers(len(places))])
-
-
-def _place(one: Tried) -> int:
-    """Return the index of the best place of a machine."""
-    assert one.crane is not None
-    return int(np.argmin(np.hypot(*(one.bases_m - np.array(one.crane.base_m[:2])).T)))
 
 
 def _moving(plan: Planned, standing_h: float) -> str:
