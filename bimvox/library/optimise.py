@@ -123,15 +123,14 @@ def optimise(
     )
     budget = read.config.costs.budget
 
-    def planned_of(ones: Sequence[Tried]) -> list[tuple[SetUp, dict[str, Any]]]:
-        return [_tried(_loaded(read, with_set_up(placed, one), told), one, found.search, jobs, told) for one in ones]
+    planned: list[tuple[SetUp, dict[str, Any]]] = []
 
-    planned = planned_of(found.chosen)
-    others = found.instead([document for _, document in planned])
-    planned += planned_of(others)
-    documents = [document for _, document in planned]
-    planned += planned_of(found.around_fastest((*found.chosen, *others), documents, effort))
-    documents = [document for _, document in planned]
+    def documents_of(ones: Sequence[Tried]) -> list[dict[str, Any]]:
+        sites = ((one, _loaded(read, with_set_up(placed, one), told)) for one in ones[len(planned) :])
+        planned.extend(_tried(site, one, found.search, jobs, told) for one, site in sites)
+        return [document for _, document in planned]
+
+    _, documents = found.planned(documents_of, effort)
     front = proven_front(documents, budget)
     losers = [
         replace(one, why_lost=why_beaten(document, front, budget)) for one, document in planned if document not in front

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,23 @@ class Searched:
     def tried(self) -> int:
         """Number of set-ups that were estimated."""
         return sum(len(one.bases_m) for one in self.rigs)
+
+    def planned(
+        self, documents_of: Callable[[Sequence[Tried]], list[dict[str, Any]]], effort: Effort
+    ) -> tuple[list[Tried], list[dict[str, Any]]]:
+        """Return what is planned, and the documents of that: the chosen ones, :meth:`instead`, :meth:`around_fastest`.
+
+        Args:
+            documents_of: Returns the documents of set-ups, as for ``proven_front``; called with more each time.
+            effort: How much is tried.
+        """
+        tried = list(self.chosen)
+        planned = documents_of(tried)
+        for more_of in (self.instead, partial(self.around_fastest, tried, effort=effort)):
+            if more := more_of(planned):
+                tried += more
+                planned = documents_of(tried)
+        return tried, planned
 
     def instead(self, planned: Sequence[dict[str, Any]]) -> list[Tried]:
         """Return as many others to plan as chosen ones have no plan, or refuse more parts than another one.

@@ -75,17 +75,12 @@ def optimise(
     opened = open_site(require_input(site))
     folder = out or default_output(site, "-set-ups")
     searched = search_set_ups(opened, str(site), machines, effort, folder, progress)
-    search, found, front, chosen = searched.search, searched.found, searched.front, searched.chosen
+    search = searched.search
     plans = _Plans(opened, search, folder, Plant(backend, jobs, fresh), progress)
-    planned = plans.of(chosen)
+    chosen, planned = searched.planned(plans.of, effort)
+    found = [*searched.found, *(one for one in chosen if one not in searched.found)]
+    front = front_of(found)
     budget, currency = opened.config.costs.budget, opened.config.costs.currency
-    if others := searched.instead(planned):
-        chosen = (*chosen, *others)
-        planned = plans.of(chosen)
-    if more := searched.around_fastest(chosen, planned, effort):
-        chosen, found = (*chosen, *more), (*found, *more)
-        front = tuple(front_of(found))
-        planned = plans.of(chosen)
     progress.stage("table")
     baseline = plans.given
     best = proven_front(planned, budget)
