@@ -8,8 +8,8 @@ given set-up, with the best that ``optimise`` plans, the given one included, wit
 classical estimate chooses among the same machines and places (one cycle time: straight lines between the middle of
 the yard and each part's place, at the mean speed of the hook), with the best of those drawn, and with the best of a
 grid of places of the fastest machine (brute force). The bound is the least that any hammerhead can move from any
-place with the given yard, whatever the order and the places in the yard. Cost: the cheapest that ``optimise`` plans,
-against the given, and what standing costs with the cheapest machine that carries as many parts.
+place looked at with its yard, whatever the order and the places in the yard. Cost: the cheapest that ``optimise``
+plans, against the given, and what standing costs with the cheapest machine that carries as many parts.
 """
 
 from __future__ import annotations

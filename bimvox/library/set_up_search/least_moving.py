@@ -2,7 +2,8 @@
 
 Each part comes from the best place of the yard in which it fits, and the empty hook returns to the nearest one. What
 every motion of a plan takes is counted: a load is raised by a cell by itself, a move across is shaped by at least
-``STRETCH[0]`` of half a period, which is shorter only if the hook climbs meanwhile, up and down take turns.
+``STRETCH[0]`` of half a period, which is shorter only if the hook climbs meanwhile, up and down take turns. Below the
+transit clearance, a load only goes straight up and straight down (``last_moves.py``).
 """
 
 from __future__ import annotations
@@ -10,18 +11,20 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import pi
+from math import pi, sqrt
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import rest_to_rest_s
 from bimvox.crane.fit import distances_m, radii_for_m
 from bimvox.crane.pendulum import GRAVITY_M_S2
 from bimvox.crane.rigging import hoist_limits
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import Travel
+from bimvox.library.set_up_search.last_moves import Lowered, not_lowered
 from bimvox.motion.cancel_swing import STRETCH
 from bimvox.site.config.site_config import Polygon
 from bimvox.site.set_ups import LiftWork, slews, winches
@@ -46,6 +49,8 @@ class Loose:
         yard_m: The same from some place of the yard.
         lies_m: (N,) how high each part may lie in the yard.
         raised_m: How far a load is raised before anything else.
+        clearance_m: Height of a load above the ground below which it goes straight up.
+        lowered: How far each part is lowered straight down at last; None: not at all.
         swings: Whether moves are shaped against the swing of loads.
         turn_s: What it takes at least if a part lies turned by a quarter.
     """
@@ -54,6 +59,8 @@ class Loose:
     yard_m: float = 0.0
     lies_m: NDArray[np.float64] | float = 0.0
     raised_m: float = 0.0
+    clearance_m: float = 0.0
+    lowered: Lowered | None = None
     swings: bool = False
     turn_s: float = 0.0
 
@@ -128,27 +135,58 @@ def least_moving_s(
     if fits is None:
         fits = np.ones((2, len(work.places_m), len(work.yard_m)), np.bool_)
     lies_m = np.broadcast_to(np.asarray(loose.lies_m, np.float64), work.tops_m.shape)
-    ups_m = np.maximum(work.tops_m - work.heights_m - lies_m, 0.0)
     back_m = np.maximum(work.tops_m - (work.heights_m + lies_m).max(initial=0.0), 0.0)
     points_m = np.concatenate([work.places_m, work.yard_m])
-    longest_m = float(max(1.0, distances_m(bases_m, points_m).max(initial=0.0), ups_m.max(initial=0.0)))
+    longest_m = float(max(1.0, distances_m(bases_m, points_m).max(initial=0.0), work.tops_m.max(initial=0.0)))
     across_s, nearest_s, carried = _across_s(crane, bases_m, work, loose, fits, longest_m)
     empty, *loaded = winches(crane, work, longest_m)
-    hangs_m = crane.jib_height_m - work.tops_m
-    there_s, back_s = np.full(across_s.shape, np.inf), np.full(across_s.shape, np.inf)
-    gears = {kg: hoist_limits(crane, kg) for kg in set(work.masses_kg.tolist())}
-    raise_s = np.array([rest_to_rest_s(loose.raised_m, gears[kg]) for kg in work.masses_kg.tolist()])
+    back_s = np.full(across_s.shape, np.inf)
     for climb_m, higher_m in pairwise(_CLIMBS_M):
-        up_m = np.maximum(ups_m + climb_m, loose.raised_m)
-        hoist_s = [winch.hoisting_s(np.array([up, climb_m])).sum() for winch, up in zip(loaded, up_m, strict=True)]
-        shaped_s = _shaped_s(hangs_m + 0.5 * work.heights_m - higher_m, loose) * (across_s > 0.0)
-        there_s = np.minimum(there_s, np.maximum(across_s + shaped_s + raise_s, np.array(hoist_s)))
-        shaped_s = _shaped_s(hangs_m - crane.sling_m - higher_m, loose) * (nearest_s > 0.0)
+        shaped_s = _shaped_s(crane.jib_height_m - work.tops_m - crane.sling_m - higher_m, loose) * (nearest_s > 0.0)
         hoists_s = empty.hoisting_s(np.array([climb_m])) + empty.hoisting_s(back_m + climb_m)
         back_s = np.minimum(back_s, np.maximum(nearest_s + shaped_s, hoists_s))
-    there_s, back_s = there_s * carried, back_s * carried
-    total_s: NDArray[np.float64] = there_s.sum(axis=1) + back_s.sum(axis=1) - back_s.max(axis=1, initial=0.0)
+    lowered = loose.lowered or not_lowered(len(lies_m))
+    there_s, beside_s = (
+        _there_s(crane, work, loose, across_s, loaded, down_m) * carried
+        for down_m in (lowered.always_m, lowered.beside_m)
+    )
+    back_s *= carried
+    # Of each pair of parts next to each other, one is the later one.
+    later_s = (beside_s - there_s)[:, lowered.pairs].min(axis=2).sum(axis=1)
+    total_s: NDArray[np.float64] = there_s.sum(axis=1) + later_s + back_s.sum(axis=1) - back_s.max(axis=1, initial=0.0)
     return total_s
+
+
+def _there_s(
+    crane: TowerCrane,
+    work: LiftWork,
+    loose: Loose,
+    across_s: NDArray[np.float64],
+    winches_of: Sequence[Travel],
+    down_m: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return (B, N) the least time of each load, lowered straight down at last by (N,) at least."""
+    lies_m = np.broadcast_to(np.asarray(loose.lies_m, np.float64), work.tops_m.shape)
+    ups_m = np.maximum(work.tops_m - work.heights_m - lies_m, 0.0)
+    gears = {kg: hoist_limits(crane, kg) for kg in set(work.masses_kg.tolist())}
+    straight_up_m = np.maximum(loose.clearance_m - lies_m - loose.raised_m, 0.0)
+    alone_s = np.array(
+        [
+            rest_to_rest_s(loose.raised_m, gears[kg]) + _from_rest_s(up_m, gears[kg]) + _from_rest_s(last_m, gears[kg])
+            for kg, up_m, last_m in zip(work.masses_kg.tolist(), straight_up_m.tolist(), down_m.tolist(), strict=True)
+        ]
+    )
+    hangs_m = crane.jib_height_m - work.tops_m + 0.5 * work.heights_m
+    found = np.full(across_s.shape, np.inf)
+    for climb_m, higher_m in pairwise(_CLIMBS_M):
+        over_m = np.maximum(climb_m, down_m)
+        up_m = np.maximum(ups_m + over_m, loose.raised_m)
+        hoist_s = [
+            one.hoisting_s(np.array(ways_m)).sum() for one, *ways_m in zip(winches_of, up_m, over_m, strict=True)
+        ]
+        shaped_s = _shaped_s(hangs_m - higher_m, loose) * (across_s > 0.0)
+        found = np.minimum(found, np.maximum(across_s + shaped_s + alone_s, np.array(hoist_s)))
+    return found
 
 
 def _across_s(
@@ -191,6 +229,14 @@ def _shaped_s(lengths_m: NDArray[np.float64], loose: Loose) -> NDArray[np.float6
         return np.zeros(lengths_m.shape)
     shaped_s: NDArray[np.float64] = STRETCH[0] * pi * np.sqrt(np.maximum(lengths_m, _SHORTEST_M) / GRAVITY_M_S2)
     return shaped_s
+
+
+def _from_rest_s(distance_m: float, limits: AxisLimits) -> float:
+    """Return a time in which a hook goes no further from rest, or to rest; its jerk does not count."""
+    speeding_up_m = 0.5 * limits.rate**2 / limits.acceleration
+    if distance_m <= speeding_up_m:
+        return sqrt(2.0 * distance_m / limits.acceleration)
+    return (distance_m - speeding_up_m) / limits.rate + limits.rate / limits.acceleration
 
 
 def _squares(yard: Sequence[Polygon], around_m: float, most: int) -> tuple[NDArray[np.float64], float]:

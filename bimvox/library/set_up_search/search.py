@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bimvox.crane.fit import MARGIN_M, standing
 from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.library.set_up_search.last_moves import lowered
 from bimvox.library.set_up_search.least_moving import Loose, least_of_all_s
 from bimvox.library.set_up_search.picks import rooms_of
 from bimvox.library.set_up_search.placed import PlacedSite
@@ -283,36 +284,55 @@ class Search:
         """Return what a machine costs on this site."""
         return self._wanted.rates(machine)
 
-    def least_moving_s(self, lattice: Sequence[Tried]) -> float:
-        """Return a time below which no hammerhead of a lattice moves with the given yard.
+    def least_moving_s(self, found: Sequence[Tried]) -> float:
+        """Return a time below which no hammerhead of some set-ups moves, each with its yard.
 
-        From every place that serves most parts, whatever the order, the places in the yard and the paths; see
-        :mod:`bimvox.library.set_up_search.least_moving`. Plans that refuse more parts may move less. 0 if the site file
-        gives parts their starts, which may be outside of the yard.
+        From every place that serves most parts, whatever the order, the places in the yard and the paths, while lifts
+        keep the transit clearance; see :mod:`bimvox.library.set_up_search.least_moving`. Plans that refuse more parts
+        may move less. 0 if the site file gives parts their starts, which may be outside of the yard.
 
         Args:
-            lattice: Machines on their places, as :meth:`tried` yields them.
+            found: Machines on their places, as :meth:`tried` and :meth:`with_yard` return them.
         """
         if any(one.start is not None for one in self.config.component):
             return 0.0
+        alone = [one for one in found if one.crane is not None and one.second is None]
+        most = max((one.served for one in alone), default=0)
+        by_yard: dict[OtherYard | None, dict[tuple[str, float, int], Tried]] = {}
+        for one in alone:
+            if one.served == most and one.crane is not None and one.crane.luffing is None:
+                yard = None if one.yard is None or one.yard.number is None else one.yard
+                by_yard.setdefault(yard, {}).setdefault((one.machine, one.jib_m, one.falls), one)
+        least = [self._least_moving_s(yard, list(some.values()), most) for yard, some in by_yard.items()]
+        return min((seconds for seconds in least if seconds > 0.0), default=0.0)
+
+    def _least_moving_s(self, yard: OtherYard | None, found: Sequence[Tried], most: int) -> float:
         rules, cell_m = self.config.rules_in_force, self.config.model.voxel_size_m or 0.0
-        most = max((one.served for one in lattice), default=0)
+        (wanted, _), ways = self._seen(yard), self._ways_of(yard)
         stands = [
-            (self._wanted.demand.as_used(one.crane), one.bases_m[one.all_served == most])
-            for one in lattice
-            if one.served == most and one.crane is not None and not one.is_least_used and one.crane.luffing is None
+            (wanted.demand.as_used(one.crane), one.bases_m[one.all_served == most])
+            for one in found
+            if one.crane is not None
         ]
         stack_m = 0.0 if rules.yard is None else rules.yard.stack_height_m
-        swings = rules.swing is SwingRule.SHAPED
-        lies_m = cell_m + np.where(self._stacked, stack_m, 0.0)
         turns = rules.heading is HeadingRule.KEPT and all(part.stored_turn is None for part in self._components)
-        picks, slack_m = self._ways_of(None).picks, _SLACK_VOX * cell_m
+        slack_m = _SLACK_VOX * cell_m
 
         def fits(points_m: NDArray[np.float64], near_m: float) -> NDArray[np.bool_]:
-            return picks.fits(points_m, near_m + slack_m)
+            return ways.picks.fits(points_m, near_m + slack_m)
 
-        loose = Loose(0.5 * cell_m, 0.5 * cell_m, lies_m, cell_m, swings, rules.turn_s if turns else 0.0)
-        return least_of_all_s(stands, self._wanted.work, self.config.areas.yard or (), loose, fits)
+        loose = Loose(
+            0.5 * cell_m,
+            0.5 * cell_m,
+            lies_m=cell_m + np.where(self._stacked, stack_m, 0.0),
+            raised_m=cell_m,
+            clearance_m=0.0 if rules.heading is HeadingRule.WITH_JIB else ways.clearance_m,
+            lowered=lowered(self._site, self._components),
+            swings=rules.swing is SwingRule.SHAPED,
+            turn_s=rules.turn_s if turns else 0.0,
+        )
+        area = (self.config.areas.yard or ()) if yard is None else (yard.polygon,)
+        return least_of_all_s(stands, wanted.work, area, loose, fits)
 
     def least_cost(self, machines: Sequence[Machine], parts: int) -> float:
         """Return a cost below which no machine serves so many parts alone, wherever the yard is; 0 if none does.

@@ -89,16 +89,22 @@ def _answers(
         if one["highest_utilisation"] is not None:
             said += f"; {percent(one['highest_utilisation'], 0)} of the capacity"
         found.append((words, said))
-    # The bound is that of one crane with the given yard.
-    moving = [one["moving_hours"] for one in front if one["moving_hours"] is not None and one["yard"] is None]
-    if least_h and moving:
-        left = percent(max(0.0, 1.0 - least_h / min(moving)), 0)
-        said = f"no hammerhead moves less than {fixed(least_h, 2)} h with the given yard"
+    # The bounds are those of one crane.
+    alone = [one for one in front if one["moving_hours"] is not None]
+    if least_h and alone:
+        left = _left(least_h, min(one["moving_hours"] for one in alone))
+        said = f"no hammerhead moves less than {fixed(least_h, 2)} h with a yard that was looked at closely"
         found.append(("bound", f"{said}: at most {left} of the fastest one's moving time there is left to gain"))
     if least_cost:
         said = f"no machine that was tried carries these parts alone for less than {least_cost:,.0f} {escape(currency)}"
+        if alone:
+            said += f": at most {_left(least_cost, min(one['cost'] for one in alone))} of the cheapest is left to gain"
         found.append(("least cost", said))
     return found
+
+
+def _left(least: float, found: float) -> str:
+    return percent(max(0.0, 1.0 - least / found), 1)
 
 
 def _less(saved: float, whole: float) -> str:

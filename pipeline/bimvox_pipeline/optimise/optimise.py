@@ -94,7 +94,7 @@ def optimise(
         "trials": searched.trials,
         "parts": len(search.work.places_m),
         "standing_hours": round(plans.standing_h, 4),
-        "least_moving_hours": round(search.least_moving_s(searched.lattice) / 3600.0, 4),
+        "least_moving_hours": round(search.least_moving_s(found) / 3600.0, 4),
         "least_cost": round(search.least_cost(machines, max(one.served for one in searched.lattice)), 2),
         "baseline": baseline,
         "front": best,

@@ -19,9 +19,10 @@ from bimvox.crane.kinematics import pose_of
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.rigging import rigged
 from bimvox.crane.tower_crane import CranePose
+from bimvox.library.set_up_search.last_moves import Lowered
 from bimvox.library.set_up_search.least_moving import Loose, least_moving_s, least_of_all_s
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.search import Search
+from bimvox.library.set_up_search.search import OtherYard, Search
 from bimvox.library.set_up_search.timed import timed_moving_s
 from bimvox.library.site import built_site
 from bimvox.progress import SilentProgress
@@ -71,6 +72,33 @@ def test_one_lift_takes_no_less_than_its_raise_and_the_way_across():
     assert least_s == pytest.approx(across_s, rel=0.02)
     assert least_s + 1.0 < raised_s
     assert least_s + 0.8 < shaped_s < least_s + 5.0
+
+
+def test_a_load_goes_straight_up_to_its_clearance_and_straight_down_from_there():
+    work = work_of([(0.0, 15.0), (2.0, 15.0)], [500.0, 900.0], [(30.0, -10.0)])
+    base, down_m = np.zeros((1, 2)), np.array([2.0, 2.0])
+    no_pairs, pair = np.zeros((0, 2), np.int64), np.array([[0, 1]])
+
+    def least_s(loose: Loose) -> float:
+        return float(least_moving_s(CRANE, base, work, loose)[0])
+
+    plain_s, up_s, down_s = (
+        least_s(one) for one in (Loose(), Loose(clearance_m=2.0), Loose(lowered=Lowered(down_m, down_m, no_pairs)))
+    )
+    fastest_s = 2.0 * 2.0 / CRANE.hoist.rate
+    assert up_s == pytest.approx(down_s)
+    assert plain_s + fastest_s < up_s < plain_s + fastest_s + 4.0
+    assert least_s(Loose(clearance_m=2.0, raised_m=0.5, lies_m=1.5)) == pytest.approx(
+        least_s(Loose(raised_m=0.5, lies_m=1.5))
+    )
+    # The later one of two is lowered further: that which takes least, as nobody knows which it is.
+    first_s, second_s, later_s = (
+        least_s(Loose(lowered=Lowered(down_m, down_m + more_m, pair)))
+        for more_m in (np.array([3.0, 9.0]), np.array([9.0, 3.0]), np.array([3.0, 3.0]))
+    )
+    both_s = least_s(Loose(lowered=Lowered(down_m + 3.0, down_m, no_pairs)))
+    assert later_s == pytest.approx(down_s + 3.0 / CRANE.hoist.rate)
+    assert later_s <= min(first_s, second_s) < both_s
 
 
 def test_the_bound_is_lower_with_slack_and_higher_where_a_heavy_part_may_not_be_picked_nearby():
@@ -144,7 +172,25 @@ def test_no_plan_moves_less_than_the_bound_of_its_own_place(name: str, aside_m: 
     own = next(one for one in search.tried([machine_of_crane(crane)]) if one.crane is not None)
     here = {"bases_m": np.array([crane.base_m[:2]]), "all_served": np.array([own.served])}
     moving_s = made.figures.crane_s - float(search.work.standing_s.sum())
-    assert 0.3 * moving_s < search.least_moving_s([dataclasses.replace(own, crane=crane, **here)]) <= moving_s
+    assert 0.45 * moving_s < search.least_moving_s([dataclasses.replace(own, crane=crane, **here)]) <= moving_s
+
+
+def test_the_bound_counts_each_yard_with_the_machine_that_is_tried_there() -> None:
+    building = read_model(SAMPLES / "frame.ifc")
+    config = guess_site(building, ModelConfig(path=Path("frame.ifc")), name="site")
+    search, machines = Search(PlacedSite(config, building), SilentProgress()), machines_called("hammerhead-45")
+    given = list(search.tried(machines))
+    (yard,) = config.areas.yard
+    far, same = (
+        search.with_yard(machines[0], OtherYard(n, tuple((x + aside_m, y) for x, y in yard), 24_000.0), 4)
+        for n, aside_m in enumerate((8.0, 0.0))
+    )
+    assert far.served == same.served == given[0].served
+    given_s, far_s, same_s = (search.least_moving_s(some) for some in (given, [far], [same]))
+    assert 0.0 < given_s < far_s
+    assert search.least_moving_s([far, *given]) == given_s
+    assert search.least_moving_s([far, same]) == same_s >= given_s
+    assert search.least_moving_s([dataclasses.replace(far, second=far)]) == 0.0
 
 
 def test_nothing_is_proved_where_a_part_may_start_outside_of_the_yard() -> None:

@@ -49,7 +49,7 @@ ROWS = [
 
 def test_names_stay_text_and_figures_are_exact() -> None:
     hostile = "</script><script>alert(1)</script>"
-    front = [set_up(hostile, 2.123456, 500.25)]
+    front = [set_up(hostile, 2.123456, 500.25, yard=[[0.0, 0.0]])]
     losers = [
         set_up("late", 3.0, 700.0, truckload_kg=12_000.0, why_lost="takes 0.88 h less"),
         set_up("none", None, None),
@@ -62,8 +62,8 @@ def test_names_stay_text_and_figures_are_exact() -> None:
     assert re.search(r'<data value="2\.123456">2\.12</data>', page)
     assert "given, 12 t" in page
     assert "no hammerhead moves less than 0.25 h" in page
-    assert "carries these parts alone for less than 480 EUR" in page
-    assert "at most 78 % of the fastest one" in page  # 0.25 of 1.12 h
+    assert "carries these parts alone for less than 480 EUR: at most 4.0 % of the cheapest is left to gain" in page
+    assert "at most 77.7 % of the fastest one" in page  # 0.25 of 1.12 h
     assert "50 % less" not in page  # of the moving hours 3 become 1.12
     assert "63 % less moving, 44 % less cost than given" in page
     assert "nothing to lift" in page
