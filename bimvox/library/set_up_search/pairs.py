@@ -143,13 +143,17 @@ def _close(search: Search, one: _Rough, separation_m: float, lifts: int) -> Trie
     if cranes is None:
         return None
     found = [_timed(search, rig, base_m, lifts) for rig, base_m in zip(one.rigs, bases_m, strict=True)]
-    can = np.stack([each.served[0] for each in found], axis=1) & clear_ways(cranes, search.work, separation_m)
+    clear = clear_ways(cranes, search.work, separation_m)
+    # The plan divides the parts by reach, wherever they lie in the yard; what does not lie within reach, it refuses.
+    anywhere = replace(search.work, rooms=np.full_like(search.work.rooms, None))
+    reached = [search.served(rig, base_m[None], anywhere) for rig, base_m in zip(one.rigs, bases_m, strict=True)]
+    can = np.stack([each.served[0] for each in reached], axis=1) & clear
     reach_m = np.stack([distances_m(base_m[None], search.work.places_m)[0] for base_m in bases_m], axis=1)
     rough_s = [rough_work_s(rig.crane, reach_m[:, k], search.work.standing_s) for k, rig in enumerate(one.rigs)]
     whose = balanced(can, reach_m, np.stack(rough_s, axis=1))
     parts = []
     for k, (rig, base_m, crane) in enumerate(zip(one.rigs, bases_m, cranes, strict=True)):
-        mine = (whose == k) & can[:, k]
+        mine = (whose == k) & found[k].served[0] & clear[:, k]
         busy_s = float(found[k].lift_s[0][mine].sum())
         used = float(highest_utilisation(rig.whole_chart, base_m[None], search.work, mine[None])[0])
         places = (base_m[None], np.array([int(mine.sum())]), np.array([busy_s]))

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import shapely
 from rough_search import read_model
 
 from bimvox.library.set_up_search.front import front_of, why_lost
@@ -79,3 +80,16 @@ def test_no_pair_where_a_load_turns_with_the_jib_or_a_part_names_its_crane(searc
     assert not may_pair(config.model_copy(update={"rules": rules}))
     given = ComponentConfig(global_id="x", crane="A")
     assert not may_pair(config.model_copy(update={"component": (given,)}))
+
+
+def test_a_part_that_its_crane_reaches_only_where_it_does_not_lie_is_served_by_none(
+    search: Search, found: list[Tried], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pair = found[0]
+    far = search.work.rooms.copy()
+    far[0] = shapely.Point(1e3, 1e3)
+    monkeypatch.setattr(search, "work", replace(search.work, rooms=far))
+    fewer = pairs(search, machines_called("hammerhead")[:4])
+    assert fewer
+    assert all(one.served == pair.served - 1 for one in fewer)
+    assert fewer[0].why == f"serve {pair.served - 1} of {pair.served} parts"
