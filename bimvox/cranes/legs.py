@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +23,7 @@ from scipy.ndimage import minimum_filter
 from bimvox.crane.conflict import SPAN_NS, CraneTrack, first_conflict
 from bimvox.crane.outline import CraneOutline, outline_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.cranes.lift import REST_NS, Carried, HookError, Leg, Legs, Parking
+from bimvox.cranes.lift import Carried, HookError, Leg, Legs, Parking
 from bimvox.cranes.parking import KEPT_PARKINGS, drawn_up, parking_cells
 from bimvox.cranes.track import approach_track
 from bimvox.errors import PlanningError
@@ -34,7 +33,6 @@ from bimvox.motion.load_frame import HookEnd, axes_of_cells, cells_of_axes, in_c
 from bimvox.motion.move import slowed
 from bimvox.motion.rigged_crane import RiggedCrane, rigged_crane
 from bimvox.motion.time_lift import empty_hook_move, hook_on_at, left_at, left_cells
-from bimvox.motion.trajectories import delayed, one_after_another
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.records.lift import Lift, LiftPlan, YardPlace
 from bimvox.records.trajectory import Trajectory
@@ -43,7 +41,6 @@ from bimvox.site.site import Site
 
 _TRIED = 10
 _APART_RAD = np.radians(25.0)
-_LONG_S = 90.0
 _CREEPING = 0.15
 """Share of its rates at which a crane creeps past another one to another parking place."""
 _FINE_SECTORS = 120
@@ -296,44 +293,16 @@ class LegMaker:
         last: bool = False,
         share: float = 1.0,
     ) -> Leg | None:
-        """Return a leg from cell to cell, straight or at a smaller radius; None if there is none, or none is needed.
+        """Return a leg from cell to cell; None if there is none, or none is needed.
 
         ``share`` is that of the crane's rates of slewing and trolleying.
         """
         if (start_vox == end_vox).all():
             return None
-        empty = _slowed(self.empty, share)
-        straight = self._through(empty, rule, [start_vox, end_vox], slew_rad)
-        if straight is not None and straight.duration_s * share <= _LONG_S:
-            return Leg(straight, last=last)
-        # If slewing at the hook's radius leaves the site or meets something, the hook trolleys in before it slews.
-        inner = [self._drawn_in(rule, cell) for cell in (start_vox, end_vox)]
-        stops: list[HookEnd] = [start_vox, *(cell for cell in inner if cell is not None), end_vox]
-        stops = [cell for n, cell in enumerate(stops) if n == 0 or (cell != stops[n - 1]).any()]
-        detour = self._through(empty, rule, stops, slew_rad) if len(stops) > 2 else None
-        found = [trajectory for trajectory in (straight, detour) if trajectory is not None]
-        return Leg(min(found, key=lambda trajectory: trajectory.duration_s), last=last) if found else None
-
-    def _drawn_in(self, rule: CollisionSpace, cell: HookEnd) -> NDArray[np.int32] | None:
-        """Return the parking cell closest to the mast in about the direction of a cell."""
-        hook = self.empty.load
-        wanted_rad = float(axes_of_cells(hook, cell)[0])
-        cells = parking_cells(self.site, self.number, rule)[::2]
-        return min(cells, key=lambda place: _turn(float(axes_of_cells(hook, place)[0]) - wanted_rad), default=None)
-
-    def _through(
-        self, empty: RiggedCrane, rule: CollisionSpace, stops: Sequence[HookEnd], slew_rad: float
-    ) -> Trajectory | None:
-        """Return the trajectory from stop to stop, at rest at each; None if it is not free."""
-        parts: list[Trajectory] = []
-        for start_vox, end_vox in pairwise(stops):
-            try:
-                part = empty_hook_move(empty, rule, start_vox, end_vox, slew_rad)
-            except PlanningError:
-                return None
-            parts.append(delayed(part, int(parts[-1].time_ns[-1]) + REST_NS) if parts else part)
-            slew_rad = float(part.slew_rad[-1])
-        return one_after_another(parts)
+        try:
+            return Leg(empty_hook_move(_slowed(self.empty, share), rule, start_vox, end_vox, slew_rad), last=last)
+        except PlanningError:
+            return None
 
     def crossed(self, trajectory: Trajectory) -> list[int]:
         """Return orders of the lifts in between whose part, once set, reaches the height of the hook next to it."""
