@@ -26,6 +26,8 @@ SLEW_LOW, SLEW_HIGH, RADIUS_LOW, RADIUS_HIGH, LOWEST, HOOK_LOW, HOOK_HIGH, LOAD_
 the discs that contain the load and the rope on plan, including swing (m)."""
 COLUMNS = 9
 _LOWS = (SLEW_LOW, RADIUS_LOW, LOWEST, HOOK_LOW)
+_SIGNS = np.where(np.isin(np.arange(COLUMNS), _LOWS), -1.0, 1.0)
+"""Times these, a span includes another one if no column is less."""
 
 _TOLERANCE_M = 0.05
 """Poses may count as too near if their distance is above the limit by no more than this."""
@@ -78,19 +80,19 @@ def joined(tracks: Sequence[CraneTrack]) -> CraneTrack:
     """Return consecutive tracks of one crane as one track; between them the crane rests where the previous one ends."""
     start_ns = tracks[0].start_ns
     count = max(-(-(track.end_ns - start_ns) // SPAN_NS) for track in tracks)
-    spans = np.full((count, COLUMNS), -np.inf)
-    spans[:, _LOWS] = np.inf
+    spans = np.full((count, COLUMNS), -np.inf)  # times the signs
     for n, track in enumerate(tracks):
         late_ns = track.start_ns - start_ns
         first, is_between = late_ns // SPAN_NS, late_ns % SPAN_NS > 0
-        _spread(spans, first, track.spans)
+        own = track.spans * _SIGNS
+        _spread(spans, first, own)
         if is_between:
-            _spread(spans, first + 1, track.spans)
+            _spread(spans, first + 1, own)
         until_ns = tracks[n + 1].start_ns if n + 1 < len(tracks) else start_ns + count * SPAN_NS
         idle = slice((track.end_ns - start_ns) // SPAN_NS, -(-(until_ns - start_ns) // SPAN_NS))
         rows = max(0, min(idle.stop, count) - idle.start)
-        _spread(spans, idle.start, np.broadcast_to(track.last, (rows, COLUMNS)))
-    return CraneTrack(start_ns, spans, tracks[0].first, tracks[-1].last)
+        _spread(spans, idle.start, np.broadcast_to(track.last * _SIGNS, (rows, COLUMNS)))
+    return CraneTrack(start_ns, spans * _SIGNS, tracks[0].first, tracks[-1].last)
 
 
 def first_conflict(
@@ -159,12 +161,9 @@ def first_start(
 
 
 def _spread(spans: NDArray[np.float64], at: int, rows: NDArray[np.float64]) -> None:
-    """Widen the spans from ``at`` on so that they include the rows."""
+    """Widen the spans from ``at`` on so that they include the rows, both times the signs."""
     own = spans[at : at + len(rows)]
-    rows = rows[: len(own)]
-    for column in range(COLUMNS):
-        widen = np.minimum if column in _LOWS else np.maximum
-        widen(own[:, column], rows[:, column], out=own[:, column])
+    np.maximum(own, rows[: len(own)], out=own)
 
 
 def _rows_of(track: CraneTrack) -> NDArray[np.float64]:

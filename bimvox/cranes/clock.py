@@ -140,10 +140,7 @@ class CraneClock:
 
     def known(self, from_ns: int) -> CraneTrack:
         """Return its track from a time on, and its position at the end; kept until another one is asked for."""
-        first = len(self.tracks)
-        while first > 0 and self.tracks[first - 1].end_ns > from_ns:  # each ends after the one before
-            first -= 1
-        late = self.tracks[first:]
+        late = self._late(from_ns)
         if not late:
             return standing_at(self.tracks[-1].last if self.tracks else self.start.first, from_ns)
         then, known = self._joined
@@ -155,6 +152,16 @@ class CraneClock:
             known = joined(late)
             self._joined = late, known
         return known
+
+    def known_by(self, from_ns: int) -> list[CraneTrack]:
+        """Return the tracks on which its track from a time on depends."""
+        return self._late(from_ns) or self.tracks[-1:] or [self.start]
+
+    def _late(self, from_ns: int) -> list[CraneTrack]:
+        first = len(self.tracks)
+        while first > 0 and self.tracks[first - 1].end_ns > from_ns:  # each ends after the one before
+            first -= 1
+        return self.tracks[first:]
 
     def begin(self, begun: Begun) -> None:
         """Add the work that it has begun."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from bimvox.crane.conflict import Conflict, CraneTrack, first_conflict, first_start
 from bimvox.crane.outline import outline_of
@@ -18,6 +18,8 @@ from bimvox.units import NS_PER_S
 
 _STEP_NS = 5 * NS_PER_S
 _NEVER_NS = 2**62
+_KEPT = 20_000
+"""So many searches for a free start are kept, those of about the last 100 lifts."""
 
 Turn = CraneLift | ResumedLoad
 
@@ -39,6 +41,22 @@ class Known(NamedTuple):
     raised_ns: dict[int, int]
     set_ns: dict[int, int]
     released_ns: dict[int, int]
+
+
+class _Free(NamedTuple):
+    """What was found when the first free start of a track was looked for.
+
+    Attributes:
+        start_ns: The start; None if there is none.
+        in_the_way: Whether another crane was in the way.
+        conflict: The conflict for which there was none.
+        tracks: The tracks that it depends on; while they are kept, no other ones have their numbers.
+    """
+
+    start_ns: int | None
+    in_the_way: bool
+    conflict: tuple[int, int, Conflict] | None
+    tracks: tuple[object, ...]
 
 
 class Clocks:
@@ -75,6 +93,7 @@ class Clocks:
         self._set_ns: dict[int, int] = {}
         self._released_ns: dict[int, int] = {}
         self._tracks: dict[int, CraneTrack] = {}
+        self._free: dict[tuple[Any, ...], _Free] = {}
         for number, crane in enumerate(plan.site.cranes):
             own = [one for one in lifts if one.crane == number]
             before = None if begun is None else begun.get(number)
@@ -277,9 +296,34 @@ class Clocks:
     def _first_free(
         self, crane: CraneClock, track: CraneTrack, first_ns: int, latest_ns: int | None = None
     ) -> int | None:
-        """Return the first start at which a track, and the position at its end, have no conflict; None if none has."""
+        """Return the first start at which a track, and the position at its end, have no conflict; None if none has.
+
+        What is found is kept: the ways around each other have many such searches in common.
+        """
         others = [other for other in self.cranes if other is not crane]
         until_ns = max((other.free_ns for other in others), default=0)
+        tracks = (track, *(one for other in others for one in other.known_by(first_ns)))
+        key = (crane.number, first_ns, latest_ns, until_ns, *((id(one.spans), one.start_ns) for one in tracks))
+        found = self._free.get(key)
+        if found is None:
+            if len(self._free) >= _KEPT:
+                self._free.clear()
+            before, self.in_the_way, self.conflict = (self.in_the_way, self.conflict), False, None
+            start_ns = self._searched(crane, track, (first_ns, latest_ns, until_ns), others)
+            found = self._free[key] = _Free(start_ns, self.in_the_way, self.conflict, tracks)
+            self.in_the_way, self.conflict = before
+        self.in_the_way |= found.in_the_way
+        self.conflict = found.conflict or self.conflict
+        return found.start_ns
+
+    def _searched(
+        self,
+        crane: CraneClock,
+        track: CraneTrack,
+        times_ns: tuple[int, int | None, int],
+        others: Sequence[CraneClock],
+    ) -> int | None:
+        first_ns, latest_ns, until_ns = times_ns
         start_ns, tried_ns = first_ns, -1
         while start_ns != tried_ns:  # free of one crane, it may meet another
             tried_ns = start_ns

@@ -9,6 +9,7 @@ import pytest
 from two_cranes import two_crane_site
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.cranes.clocks import Clocks
 from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.schedule import _Schedule, time_lifts, time_rest
 from bimvox.errors import MotionError
@@ -280,3 +281,23 @@ def test_of_the_ways_around_each_other_the_one_is_taken_with_which_the_next_lift
     best_ns = end_ns()
     monkeypatch.setattr(_Schedule, "_ends_ns", lambda *_: 0)  # the first way
     assert best_ns < end_ns()
+
+
+def test_a_search_for_a_free_time_is_not_made_again_with_the_same_on_the_clocks(monkeypatch):
+    site = two_crane_site(crane_separation_m=5.0)
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    lifts, made = crane_lifts(plan, preparation), []
+    searched, first_free = Clocks._searched, Clocks._first_free
+    monkeypatch.setattr(Clocks, "_searched", lambda *given: made.append(0) or searched(*given))
+    kept = time_rest(plan, lifts, {}, (), 0)
+    count = len(made)
+
+    def forgotten(clocks, *given):
+        clocks._free.clear()
+        return first_free(clocks, *given)
+
+    monkeypatch.setattr(Clocks, "_first_free", forgotten)
+    again = time_rest(plan, lifts, {}, (), 0)
+    assert count < len(made) - count
+    assert [one.phases for one in kept] == [one.phases for one in again]
