@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 
 from bimvox.crane.conflict import COLUMNS, SLEW_HIGH, SLEW_LOW, CraneTrack
+from bimvox.cranes.known_lifts import KnownLifts
 from bimvox.cranes.legs import LastLift, LegMaker
 from bimvox.cranes.legs_from import CraneStart, legs_from_there
 from bimvox.cranes.lift import Carried, CraneLift, Leg, Legs, Parking
 from bimvox.cranes.obstructed import insist_on_room
 from bimvox.cranes.track import carrying_track
 from bimvox.errors import MotionError
-from bimvox.motion.time_plan import KnownMotions, each_by_itself
+from bimvox.motion.time_plan import each_by_itself
 from bimvox.motion.trajectories import turned
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.preparation import Preparation
@@ -38,7 +39,7 @@ NOWHERE: Mapping[int, CraneStart] = {}
 def crane_lifts(
     plan: LiftPlan,
     preparation: Preparation,
-    known: KnownMotions | None = None,
+    known: KnownLifts | None = None,
     starts: Mapping[int, CraneStart] = NOWHERE,
     workers: Workers = ALONE,
 ) -> tuple[CraneLift, ...]:
@@ -47,7 +48,8 @@ def crane_lifts(
     Args:
         plan: The plan, of a site with several cranes.
         preparation: What was prepared for the site.
-        known: Motions of earlier plans of the same site, as for ``time_plan``.
+        known: What is known from earlier plans of the same site, which may differ in who lifts a part; what is made is
+            added. None if the plan is being carried out.
         starts: Where every crane continues from, by its number, if the plan is being carried out. Of lifts that have
             begun, only the tracks are made.
         workers: Share the work.
@@ -58,14 +60,17 @@ def crane_lifts(
         NoFreeTimeError: If a crane obstructs lifts of another one wherever it waits; names all of them.
     """
     begun = {order: motion for start in starts.values() for order, motion in start.motions.items()}
-    known = KnownMotions() if known is None else known
+    known = KnownLifts() if known is None else known
     made = {motion.order: motion for motion in each_by_itself(plan, preparation, known, workers, begun)} | begun
     planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
     carries = [made[lift.order] for lift in planned]
-    carried = [_carried(plan.site, plan.lifts[carry.order], carry) for carry in carries]
+    carried = [
+        known.carried(lift, carry, partial(_carried, plan.site, lift, carry))
+        for lift, carry in zip(planned, carries, strict=True)
+    ]
     insist_on_room(plan.site, [one for one in carried if one.lift.order not in begun])
     making = _LegMaking(plan, preparation, starts)
-    legs = making.shared(carried, workers)
+    legs = making.shared(carried, workers, known)
     return tuple(_one_after_another(carries, carried, legs, begun, partial(making.every_parking, carried)))
 
 
@@ -95,28 +100,33 @@ class _LegMaking:
         """Return how another process begins it anew."""
         return _LegMaking, (self._plan, self._preparation, self._starts)
 
-    def shared(self, carried: Sequence[Carried], workers: Workers) -> dict[int, Legs]:
-        """Return the legs by order of their lifts, with the work shared between processes.
+    def shared(self, carried: Sequence[Carried], workers: Workers, known: KnownLifts) -> dict[int, Legs]:
+        """Return the legs by order of their lifts; those that are not known are made, shared between processes.
 
         Raises:
             MotionError: If the hook cannot get to a part; names the first such lift.
         """
-        wanted = [n for n, one in enumerate(carried) if one.lift.order not in self._begun or self._leaves(one)]
-        chunks = in_chunks(wanted, workers.count)
-        tasks = [(self, [carried[n].lift.order for n in chunk], self._seen(carried, chunk)) for chunk in chunks]
+        orders, seen = [one.lift.order for one in carried], list(self._seen(carried))
+        wanted = [n for n, one in enumerate(carried) if orders[n] not in self._begun or self._leaves(one)]
+        by_order = {orders[n]: known.legs(orders[n], [carried[m] for m in seen[n]]) for n in wanted}
+        missing = [n for n in wanted if by_order[orders[n]] is None]
+        tasks = [
+            (self, [orders[n] for n in chunk], [carried[m] for m in sorted({m for n in chunk for m in seen[n]})])
+            for chunk in in_chunks(missing, workers.count)
+        ]
         with workers.knowing(self):
             found = [legs for part in workers.run(_LegMaking.made, tasks) for legs in part]
-        by_order = {}
-        for n, legs in zip(wanted, found, strict=True):
+        for n, legs in zip(missing, found, strict=True):
             if isinstance(legs, MotionError):
                 raise legs
-            by_order[carried[n].lift.order] = legs
-        return by_order
+            known.add_legs(orders[n], [carried[m] for m in seen[n]], legs)
+            by_order[orders[n]] = legs
+        return {order: legs for order, legs in by_order.items() if legs is not None}
 
     def every_parking(self, carried: Sequence[Carried], order: int) -> tuple[Parking, ...]:
         """Return all parking places on the way to a lift, with legs between them."""
-        n = next(n for n, one in enumerate(carried) if one.lift.order == order)
-        legs = self._made(order, self._seen(carried, [n]), every_place=True)
+        seen = next(seen for one, seen in zip(carried, self._seen(carried), strict=True) if one.lift.order == order)
+        legs = self._made(order, [carried[n] for n in seen], every_place=True)
         assert isinstance(legs, Legs)
         return legs.parkings
 
@@ -129,15 +139,13 @@ class _LegMaking:
         """
         return [self._made(order, seen) for order in orders]
 
-    def _seen(self, carried: Sequence[Carried], chunk: Sequence[int]) -> list[Carried]:
-        """Return the lifts that the legs to some of them depend on, these included."""
-        seen: set[int] = set()
-        for n in chunk:
-            last = {one.crane: m for m, one in enumerate(carried[:n])}
-            seen |= {*last.values(), *range(last.get(carried[n].crane, 0), n + 1)}
-            if self._leaves(carried[n]):
-                seen |= set(range(n, len(carried)))
-        return [carried[n] for n in sorted(seen)]
+    def _seen(self, carried: Sequence[Carried]) -> Iterator[list[int]]:
+        """Yield the numbers of the lifts that the legs to each lift depend on, its own included."""
+        last: dict[int, int] = {}
+        for n, one in enumerate(carried):
+            until = len(carried) if self._leaves(one) else n + 1
+            yield sorted({*last.values(), *range(last.get(one.crane, 0), until)})
+            last[one.crane] = n
 
     def _leaves(self, one: Carried) -> bool:
         """Return whether a lift is its crane's last one, and its hook is where it leaves its part."""

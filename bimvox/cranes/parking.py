@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.kept import kept
 from bimvox.motion.load_frame import HookEnd, in_cell
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace
 from bimvox.site.site import Site
@@ -31,20 +34,26 @@ def _top(site: Site, rule: CollisionSpace) -> NDArray[np.int32]:
 
 def parking_cells(site: Site, number: int, rule: CollisionSpace, sectors: int = _SECTORS) -> list[NDArray[np.int32]]:
     """Return cells of the slings' lower end at which a crane can wait, in every direction, with the hook raised."""
-    top = _top(site, rule)
-    columns = np.argwhere((rule.hook_floor < HOOK_FORBIDDEN) & (rule.hook_floor <= top))
+    top, (columns, ends) = _top(site, rule), _by_sector(site, number, sectors)
+    free = ((rule.hook_floor < HOOK_FORBIDDEN) & (rule.hook_floor <= top))[columns[:, 0], columns[:, 1]]
+    cells = []
+    for first, end in pairwise(ends):
+        own = first + np.flatnonzero(free[first:end])
+        for share in _SHARES if len(own) else ():
+            x, y = columns[own[int(share * (len(own) - 1))]].tolist()
+            cells.append(np.array([x, y, top[x, y]], np.int32))
+    return cells
+
+
+@kept
+def _by_sector(site: Site, number: int, sectors: int) -> tuple[NDArray[np.int64], list[int]]:
+    """Return (N, 2) columns where the hook can slew by sector, the nearest first, and where each sector begins."""
+    columns = np.argwhere(np.ones(site.shape[:2], np.bool_))
     base_m = np.array(site.cranes[number].base_m[:2])
     from_base_m = np.array(site.frame.origin_m[:2]) + site.frame.voxel_size_m * (columns + 0.5) - base_m
     radius_m, angle = np.hypot(*from_base_m.T), np.arctan2(*from_base_m.T[::-1])
     nearest_m = site.cranes[number].min_radius_m + _OFF_VOX * site.frame.voxel_size_m
     sector = np.floor((angle + np.pi) / (2.0 * np.pi) * sectors).astype(np.int64) % sectors
-    cells = []
-    for n in range(sectors):
-        own = np.flatnonzero((sector == n) & (radius_m >= nearest_m))
-        if not len(own):
-            continue
-        by_radius = own[np.argsort(radius_m[own], kind="stable")]
-        for share in _SHARES:
-            x, y = (int(k) for k in columns[by_radius[int(share * (len(own) - 1))]])
-            cells.append(np.array([x, y, top[x, y]], np.int32))
-    return cells
+    order = np.lexsort((radius_m, sector))
+    order = order[radius_m[order] >= nearest_m]
+    return columns[order], [0, *np.searchsorted(sector[order], np.arange(sectors), side="right").tolist()]

@@ -24,10 +24,11 @@ from itertools import product
 
 from bimvox.cranes.clock import Begun, CraneClock, ResumedLoad, motions_of
 from bimvox.cranes.clocks import Clocks, Turn, Way
+from bimvox.cranes.known_lifts import KnownLifts
 from bimvox.cranes.lift import CraneLift, NoFreeTimeError
 from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.parking import KEPT_PARKINGS
-from bimvox.motion.time_plan import KnownMotions, time_plan
+from bimvox.motion.time_plan import time_plan
 from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
@@ -39,7 +40,7 @@ _AHEAD = 3
 
 
 def time_lifts(
-    plan: LiftPlan, preparation: Preparation, known: KnownMotions | None = None, workers: Workers = ALONE
+    plan: LiftPlan, preparation: Preparation, known: KnownLifts | None = None, workers: Workers = ALONE
 ) -> tuple[LiftMotion, ...]:
     """Return the motion of every planned lift, in order, of a site with one crane or several; as ``time_plan``.
 

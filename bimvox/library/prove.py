@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from bimvox.cranes.known_lifts import KnownLifts
 from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError, NoPlanError, listed
 from bimvox.library.faster import preparation_of
 from bimvox.library.hand_over import handed_over
 from bimvox.motion.steps import steps_of
-from bimvox.motion.time_plan import KnownMotions
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
@@ -118,7 +118,7 @@ def plan_and_prove(
         VerificationError: If a proof of the plan as a whole fails.
     """
     propose = policy.propose
-    other_ways, proven, driven = OtherWays(), ProvenLifts(), KnownMotions()
+    other_ways, proven, driven = OtherWays(), ProvenLifts(), KnownLifts()
     given, handed = preparation, set[str]()
 
     def planned(policy_retrained: Propose | None, kept: LiftPlan | None, refused: Refused) -> LiftPlan:
@@ -135,7 +135,7 @@ def plan_and_prove(
         )
 
     def attempt(refused: Refused) -> Planned | Refused:
-        nonlocal previous, retraining, site, preparation, proven, driven
+        nonlocal previous, retraining, site, preparation, proven
         made = planned(None, previous, refused)
         insist_on_one_lift(made)
         failed = _left_to_search(made)
@@ -163,7 +163,7 @@ def plan_and_prove(
             return left or attempt(refused)
         for note in preparation.sequence.notes[-len(given_away) :]:
             progress.note(note)
-        proven, driven = ProvenLifts(), KnownMotions()
+        proven = ProvenLifts()
         with workers.knowing(site, preparation):
             rest = attempt({**refused, **left})
         return rest if isinstance(rest, Planned) else {**left, **rest}
@@ -184,7 +184,7 @@ def _prove(
     made: LiftPlan,
     preparation: Preparation,
     proven: ProvenLifts,
-    driven: KnownMotions,
+    driven: KnownLifts,
     workers: Workers,
     progress: Progress,
 ) -> Planned | dict[str, str]:

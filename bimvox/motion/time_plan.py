@@ -10,7 +10,7 @@ from bimvox.motion.shift import chained
 from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.preparation import Preparation
-from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.lift import Lift, LiftPlan, Status, same_lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.site import Site
@@ -20,8 +20,9 @@ from bimvox.workers import ALONE, Workers, in_chunks
 class KnownMotions:
     """The motions of the last plan: another plan of the same site and yard does not make the same ones again.
 
-    A motion is the same if it is of the same lift after the same lift, and the parts before it are set, or not, as they
-    were. Each is kept as it is made: from time 0 and slewing angle 0.
+    A motion is the same if it is of the same lift of the same crane after the same lift, and the parts before it are
+    set, or not, as they were. Other parts may go to other cranes. Each is kept as it is made: from time 0 and slewing
+    angle 0.
     """
 
     def __init__(self) -> None:
@@ -35,10 +36,11 @@ class KnownMotions:
         self._motions = {order: known for order, known in self._motions.items() if order <= same}
         self._left = left
 
-    def motion(self, lift: Lift, before: Lift | None) -> LiftMotion | None:
-        """Return the motion of a lift after another one; None if it is not known."""
+    def motion(self, lift: Lift, before: Lift | None, crane: int) -> LiftMotion | None:
+        """Return the motion of a crane's lift after another one; None if it is not known."""
         then, previous, motion = self._motions.get(lift.order, (None, None, None))
-        return motion if then is lift and previous is before else None
+        is_same = motion is not None and motion.crane == crane and same_lift(then, lift) and same_lift(previous, before)
+        return motion if is_same else None
 
     def add(self, lift: Lift, before: Lift | None, motion: LiftMotion) -> None:
         """Remember a motion."""
@@ -95,7 +97,9 @@ def each_by_itself(
     site = plan.site
     known.turn_to(plan)
     pairs = [(lift, before) for lift, before in _with_the_one_before(plan) if lift.order not in but]
-    missing = [lift.order for lift, before in pairs if known.motion(lift, before) is None]
+    cranes = [site.components[lift.component].crane for lift, _ in pairs]
+    motions = [known.motion(*pair, crane) for pair, crane in zip(pairs, cranes, strict=True)]
+    missing = [lift.order for (lift, _), motion in zip(pairs, motions, strict=True) if motion is None]
     found = dict(zip(missing, LiftTimes(site, preparation, plan.lifts).shared(missing, workers), strict=True))
     _LAST.clear()  # nobody goes on from there
     for lift, before in pairs:
@@ -105,8 +109,8 @@ def each_by_itself(
     for motion in found.values():
         if isinstance(motion, MotionError):
             raise motion
-    motions = [known.motion(lift, before) for lift, before in pairs]
-    return [motion for motion in motions if motion is not None]
+    every = (found.get(lift.order, motion) for (lift, _), motion in zip(pairs, motions, strict=True))
+    return [motion for motion in every if isinstance(motion, LiftMotion)]
 
 
 def _with_the_one_before(plan: LiftPlan) -> Iterator[tuple[Lift, Lift | None]]:

@@ -198,7 +198,9 @@ class _Inserter:
         self.low = np.array([*np.maximum(self.target[:2] - SIDEWAYS_VOX, 0), 0])
         high = np.array([*np.minimum((self.target + size)[:2] + SIDEWAYS_VOX, site.shape[:2]), site.shape[2]])
         foreign = counts[self.low[0] : high[0], self.low[1] : high[1]].astype(np.int32)
-        for number in (*self.near, *self.others.tolist()):
+        solids = np.array([*self.near, *self.others.tolist()], np.int64)
+        lowest, highest = contacts.bounds_vox[solids].transpose(1, 0, 2)
+        for number in solids[((highest >= self.low) & (lowest < high)).all(axis=1)].tolist():
             cells = contacts.solids[number].cells
             inside = ((cells >= self.low) & (cells < high)).all(axis=1)
             np.subtract.at(foreign, tuple((cells[inside] - self.low).T), 1)

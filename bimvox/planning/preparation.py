@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
+from bimvox.kept import kept
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.choose_order import order_and_yard, travel_of
 from bimvox.planning.order.faster_order import FasterOrder
@@ -85,19 +86,21 @@ def faster(
     if found is None:
         return None
     made = replace(greedy, sequence=found.sequence, places=found.places)
-    lifts = _settable(found.site, made, workers)
-    is_whole = lifts == sum(map(bool, found.places)) or lifts >= _settable(site, greedy, workers)
+    lifts = _settable(plan_without_obstructions(found.site, made, workers))
+    is_whole = lifts == sum(map(bool, found.places))
+    is_whole = is_whole or lifts >= _settable(plan_without_obstructions(site, greedy, workers))
     return (found.site, made) if is_whole else None
 
 
-def _settable(site: Site, preparation: Preparation, workers: Workers) -> int:
-    """Return how many parts can be lifted in the order of a preparation, whatever obstructions there are."""
-    from bimvox.planning.planner import plan_lifts  # it needs this module
-
-    plan = plan_lifts(without_obstructions(site), preparation, workers=workers)
+def _settable(plan: LiftPlan) -> int:
+    """Return how many parts can be lifted."""
     return sum(lift.status is Status.PLANNED for lift in plan.lifts)
 
 
-def without_obstructions(site: Site) -> Site:
-    """Return the site as the sequence is made for: obstructions come and go."""
-    return replace(site, blockers=tuple(b for b in site.blockers if b.kind != "obstruction"))
+@kept
+def plan_without_obstructions(site: Site, preparation: Preparation, workers: Workers = ALONE) -> LiftPlan:
+    """Return the plan of a site as its sequence is made for: obstructions come and go. It is made once."""
+    from bimvox.planning.planner import plan_lifts  # it needs this module
+
+    bare = replace(site, blockers=tuple(b for b in site.blockers if b.kind != "obstruction"))
+    return plan_lifts(bare, preparation, workers=workers)

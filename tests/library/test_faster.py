@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 from box_sites import box_site, test_crane
 from two_cranes import two_crane_site
@@ -13,13 +14,13 @@ from bimvox.library import faster
 from bimvox.library.hand_over import as_assigned
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import Preparation, prepare
+from bimvox.planning.preparation import Preparation, plan_without_obstructions, prepare
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.site.build import with_digests
 from bimvox.site.crew_times import CrewTimes, TimesByWork
-from bimvox.site.site import Rules, Site
+from bimvox.site.site import Blocker, Rules, Site
 
 
 def with_order(preparation: Preparation, ids: list[str]) -> Preparation:
@@ -89,3 +90,14 @@ def test_parts_go_to_the_crane_that_has_less_to_do_if_the_schedule_is_shorter_th
     kept = [name for name in ids if name not in moved]
     stays, _ = faster.preparation_of(site, free=kept)
     assert {part.crane for part in stays.components if part.id in moved} == {0}
+
+
+def test_the_plan_without_obstructions_is_made_once() -> None:
+    site = two_crane_site()
+    (cells,) = np.array([[[3, 3, 1], [4, 3, 1]]], np.int32)
+    site = with_digests(dataclasses.replace(site, blockers=(*site.blockers, Blocker("silo", "obstruction", cells))))
+    preparation = prepare(site)
+    plan = plan_without_obstructions(site, preparation)
+    assert "obstruction" not in {blocker.kind for blocker in plan.site.blockers}
+    assert plan_without_obstructions(site, preparation) is plan
+    assert plan_without_obstructions(site, prepare(site)) is not plan

@@ -59,6 +59,7 @@ class Contacts:
 
     Attributes:
         solids: Components first, in the order of ``site.components``.
+        bounds_vox: (N, 2, 3) the lowest and the highest cell of each on every axis; the highest is lower without cells.
         neighbours: Per component, the numbers of the solids that share or touch cells with it in the finished building.
         clashes: Pairs that overlap in the model.
         guides: By part, what searches for its guide found, with the solids that were around it then.
@@ -73,6 +74,13 @@ class Contacts:
         ]
         structure = [Solid(b.id, b.cells, b.mesh) for b in site.blockers if b.mesh is not None]
         self.solids: tuple[Solid, ...] = (*components, *structure)
+        self.bounds_vox = np.array(
+            [
+                (solid.cells.min(axis=0), solid.cells.max(axis=0)) if len(solid.cells) else ((0, 0, 0), (-1, -1, -1))
+                for solid in self.solids
+            ],
+            np.int64,
+        ).reshape(-1, 2, 3)
         self._component_count = len(components)
         self._triangles = [solid.mesh.triangles_m for solid in self.solids]
         self._thickness_m = [thickness_m(solid.mesh) for solid in self.solids]

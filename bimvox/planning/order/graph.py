@@ -16,6 +16,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from bimvox.errors import SequenceError
+from bimvox.kept import kept
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.disassembly import Disassembly
 from bimvox.planning.order.relations import Precedence
@@ -54,8 +55,9 @@ class OrderGraph:
         return tuple(order)
 
 
+@kept
 def order_graph(site: Site, relations: Precedence, contacts: Contacts) -> OrderGraph:
-    """Return the precedence graph of a site.
+    """Return the precedence graph of a site; made once for it.
 
     Raises:
         SequenceError: If no order satisfies the site file's ``before`` and ``after``; names the cycle.
