@@ -20,12 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter
 
-from bimvox.crane.conflict import SPAN_NS, CraneTrack, first_conflict
+from bimvox.crane.conflict import CraneTrack, first_conflict
 from bimvox.crane.outline import CraneOutline, outline_of
-from bimvox.crane.tower_crane import TowerCrane
 from bimvox.cranes.lift import Carried, HookError, Leg, Legs, Parking
 from bimvox.cranes.parking import KEPT_PARKINGS, drawn_up, parking_cells
-from bimvox.cranes.track import approach_track
+from bimvox.cranes.track import standing_track
 from bimvox.errors import PlanningError
 from bimvox.grid.frame import NO_CELLS
 from bimvox.motion.empty_hook import empty_hook_clearance
@@ -37,7 +36,6 @@ from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.records.lift import Lift, LiftPlan, YardPlace
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace, placement_is_free
-from bimvox.site.site import Site
 
 _TRIED = 10
 _APART_RAD = np.radians(25.0)
@@ -331,13 +329,6 @@ def legs_of(
     legs = (early, late, *(parking.back for parking in parkings))
     ends_rad = next((float(leg.trajectory.slew_rad[-1]) for leg in legs if leg is not None), slew_rad)
     return Legs(early, late, tuple(parkings), ends_rad, starts_there)
-
-
-def standing_track(site: Site, crane: TowerCrane, axes: NDArray[np.float64]) -> CraneTrack:
-    """Return the track of a crane at rest with an empty hook at a pose ((3,) slew, radius, height)."""
-    slew, radius, height = (np.repeat(axis, 2) for axis in axes)
-    still = Trajectory(np.array([0, SPAN_NS]), slew, radius, height, np.zeros(0, np.int64), 0.0)
-    return approach_track(site, crane, still, 0)
 
 
 def _slowed(empty: RiggedCrane, share: float) -> RiggedCrane:

@@ -65,6 +65,12 @@ class _Hung(NamedTuple):
     pendulum: Pendulum | None
 
 
+def standing_track(site: Site, crane: TowerCrane, axes: NDArray[np.float64]) -> CraneTrack:
+    """Return the track of a crane at rest with an empty hook at a pose ((3,) slew, radius, height)."""
+    row = _rows(axes[None], axes[None], _empty(site, crane), np.zeros(1))
+    return CraneTrack(0, row, row[0], row[0])
+
+
 def approach_track(site: Site, crane: TowerCrane, approach: Trajectory, start_ns: int) -> CraneTrack:
     """Return where a crane may be while its empty hook moves to a part, from ``start_ns`` on the site's clock."""
     return _track(
@@ -163,13 +169,7 @@ def _track(crane: TowerCrane, hung: _Hung, time_ns: NDArray[np.int64], axes: NDA
         ):
             low[:, axis] = np.minimum(low[:, axis], first + distances[0])
             high[:, axis] = np.maximum(high[:, axis], first + distances[1])
-    swing_m = _swing_m(crane, hung, time_s, axes, rate)
-    rows = np.empty((len(time_ns), COLUMNS))
-    rows[:, SLEW_LOW], rows[:, SLEW_HIGH] = low[:, 0], high[:, 0]
-    rows[:, RADIUS_LOW], rows[:, RADIUS_HIGH] = np.maximum(low[:, 1], 0.0), high[:, 1]
-    rows[:, HOOK_LOW], rows[:, HOOK_HIGH] = low[:, 2], high[:, 2]
-    rows[:, LOWEST] = low[:, 2] - hung.drop_m
-    rows[:, LOAD_HALF], rows[:, ROPE_HALF] = hung.half_m + swing_m, _ROPE_HALF_M + swing_m
+    rows = _rows(low, high, hung, _swing_m(crane, hung, time_s, axes, rate))
     count = max(1, -(-int(time_ns[-1] - time_ns[0]) // SPAN_NS))
     begins = time_ns[0] + SPAN_NS * np.arange(count)
     ends = begins + SPAN_NS + round(REACTION_S * NS_PER_S)
@@ -178,6 +178,19 @@ def _track(crane: TowerCrane, hung: _Hung, time_ns: NDArray[np.int64], axes: NDA
     low_columns = np.isin(np.arange(COLUMNS), (SLEW_LOW, RADIUS_LOW, LOWEST, HOOK_LOW))
     spans = _hulls(rows, first.astype(np.int64), last.astype(np.int64), low_columns)
     return CraneTrack(int(time_ns[0]), spans, rows[0], rows[-1])
+
+
+def _rows(
+    low: NDArray[np.float64], high: NDArray[np.float64], hung: _Hung, swing_m: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return (N, 9) rows of a track from (N, 3) the lowest and highest axes and (N,) how far the load swings."""
+    rows = np.empty((len(low), COLUMNS))
+    rows[:, SLEW_LOW], rows[:, SLEW_HIGH] = low[:, 0], high[:, 0]
+    rows[:, RADIUS_LOW], rows[:, RADIUS_HIGH] = np.maximum(low[:, 1], 0.0), high[:, 1]
+    rows[:, HOOK_LOW], rows[:, HOOK_HIGH] = low[:, 2], high[:, 2]
+    rows[:, LOWEST] = low[:, 2] - hung.drop_m
+    rows[:, LOAD_HALF], rows[:, ROPE_HALF] = hung.half_m + swing_m, _ROPE_HALF_M + swing_m
+    return rows
 
 
 def _derivatives(

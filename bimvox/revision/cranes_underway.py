@@ -16,11 +16,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bimvox.cranes.clock import Begun, PlacedLeg, ResumedLoad
-from bimvox.cranes.legs import standing_track
 from bimvox.cranes.lift import HookError
 from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.schedule import time_rest
-from bimvox.cranes.track import approach_track, carrying_track
+from bimvox.cranes.track import approach_track, carrying_track, standing_track
 from bimvox.errors import MotionError
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift, LiftPlan, Status
