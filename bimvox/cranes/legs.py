@@ -4,7 +4,8 @@ Between two lifts of one crane, others set parts. So the empty hook has several 
 the parts in place at that time:
 
 * *early*, right after the crane's previous lift: no later part is in place yet. If the leg crosses the place of a part
-  of another crane, that part is set only after the hook has passed;
+  of another crane, that part is set only after the hook has passed, as is the last one before a part that comes by
+  other means to where the hook leaves;
 * *late*: all parts that come before the next lift in the sequence may be in place;
 * *aside*: early to a parking place, where it does not obstruct the lifts in between, and late from there to the part.
 
@@ -115,8 +116,9 @@ class LegMaker:
                 *self.arrived_since(before.lift, [self.lift]),
                 *self.other_means_since(before.lift, self.lift),
             ]
+            onto = self._onto(before.lift, exit_vox, self.lift.order)
             then = self.hook_rule(before.space, exit_vox, above)
-            early = self._early(then, exit_at, pick_vox, slew_rad)
+            early = self._early(then, exit_at, pick_vox, slew_rad, onto)
             late = early
             if self.between or early is None:
                 late = self._late(space, before.lift, pick_vox, slew_rad, lying)
@@ -125,7 +127,7 @@ class LegMaker:
             back = self.leg(now, parked_vox, pick_vox, slew_rad)
             if back is None:
                 back = self.leg(self.hook_rule(space), parked_vox, pick_vox, slew_rad, last=True)
-            aside = self._early(then, exit_at, parked_vox, slew_rad) if before is not None else None
+            aside = self._early(then, exit_at, parked_vox, slew_rad, onto) if before is not None else None
             return Parking(aside, back) if back is not None and (before is None or aside is not None) else None
 
         parkings = self.parkings(now, near, parking, slew_rad)
@@ -238,9 +240,9 @@ class LegMaker:
             *self.arrived_since(last.lift, self.between[-1:]),
             *self.other_means_since(last.lift, None),
         ]
-        rule = self.hook_rule(last.space, exit_vox, above)
+        rule, onto = self.hook_rule(last.space, exit_vox, above), self._onto(last.lift, exit_vox, len(self.plan.lifts))
         legs = (
-            self._early(rule, exit_at, parked_vox, last.slew_rad)
+            self._early(rule, exit_at, parked_vox, last.slew_rad, onto)
             for parked_vox in self.parking_cells(rule, [exit_at])[:KEPT_PARKINGS]
         )
         return tuple(leg for leg in legs if leg is not None)
@@ -255,12 +257,36 @@ class LegMaker:
     def other_means_since(self, before: Lift, until: Lift | None) -> list[NDArray[np.int32]]:
         """Return cells of parts that come by other means after a lift, before another; nobody knows when they come."""
         last = len(self.plan.lifts) if until is None else until.order
-        coming = (one for one in self.plan.lifts if one.is_set_otherwise and before.order < one.order < last)
-        return [target_cells(self.site.components[one.component]) for one in coming]
+        return [target_cells(self.site.components[one.component]) for one in self._coming(before, last)]
 
-    def _early(self, rule: CollisionSpace, start_vox: HookEnd, end_vox: HookEnd, slew_rad: float) -> Leg | None:
+    def _coming(self, before: Lift, until: int) -> list[Lift]:
+        return [one for one in self.plan.lifts if one.is_set_otherwise and before.order < one.order < until]
+
+    def _onto(self, before: Lift, exit_vox: NDArray[np.int32], until: int) -> list[tuple[int, Lift]]:
+        """Return the parts that come by other means to where the hook leaves its set point, after the lift before each.
+
+        They may come as soon as the slings of all earlier lifts are off. So the part of the last lift in between must
+        not be set before the hook has left. Without one the hook cannot be away in time; those are left out.
+        """
+        at, onto = (exit_vox[:, 0], exit_vox[:, 1]), []
+        for part in self._coming(before, until):
+            last = max((one.order for one in self.between if one.order < part.order), default=None)
+            if last is not None and (self._tops([part])[at] > exit_vox[:, 2]).any():
+                onto.append((last, part))
+        return onto
+
+    def _early(
+        self,
+        rule: CollisionSpace,
+        start_vox: HookEnd,
+        end_vox: HookEnd,
+        slew_rad: float,
+        onto: Sequence[tuple[int, Lift]],
+    ) -> Leg | None:
         leg = self.leg(rule, start_vox, end_vox, slew_rad)
-        return None if leg is None else replace(leg, before=frozenset(self.crossed(leg.trajectory)))
+        if leg is None:
+            return None
+        return replace(leg, before=frozenset({*self.crossed(leg.trajectory), *(order for order, _ in onto)}))
 
     def _late(
         self,
@@ -272,7 +298,7 @@ class LegMaker:
     ) -> Leg | None:
         """Return the late leg; the exit from the set point is not free if a part was set above it since."""
         exit_vox, exit_at = left_cells(self.site, before), left_at(self.site, before)
-        tops = self._tops(self.between)
+        tops = self._tops([*self.between, *(part for _, part in self._onto(before, exit_vox, self.lift.order))])
         kept = exit_vox[exit_vox[:, 2] >= tops[exit_vox[:, 0], exit_vox[:, 1]]]
         if not len(kept) or (kept[-1] != exit_vox[-1]).any():
             return None

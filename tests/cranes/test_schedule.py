@@ -144,6 +144,26 @@ def test_a_part_set_by_other_means_is_in_the_way_of_every_crane_from_its_turn_on
     assert len(motions) == len(plan.lifts)
 
 
+@pytest.mark.parametrize("separation_m", [1.0, 5.0])
+def test_a_hook_leaves_before_a_part_comes_by_other_means_onto_the_one_that_it_set(separation_m):
+    """East sets its last column, then west sets one, then the beam comes onto east's columns by other means."""
+    site = two_crane_site(crane_separation_m=separation_m)
+    parts = tuple(
+        dataclasses.replace(one, start_vox=(36, 13, 1), crane=1) if one.id == "west bridge" else one
+        for one in site.components
+    )
+    site = with_digests(dataclasses.replace(site, components=parts))
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation, refused={"east beam": "so"})
+    names = [site.components[lift.component].id for lift in plan.lifts]
+    assert names[2:5] == ["east right", "west right", "east beam"]
+    assert [lift.order for lift in by_other_means(plan.lifts)] == [4]
+    motions = time_lifts(plan, preparation)
+    proof = verify_motions(plan, motions)
+    assert proof.verified, proof.failures
+    assert len(motions) == 6
+
+
 def test_what_is_cast_in_place_keeps_the_motions_of_several_cranes_proven():
     site = two_crane_site()
     parts = tuple(
