@@ -93,7 +93,7 @@ def _answers(
     alone = [one for one in front if one["moving_hours"] is not None]
     if least_h and alone:
         left = _left(least_h, min(one["moving_hours"] for one in alone))
-        said = f"no hammerhead moves less than {fixed(least_h, 2)} h with a yard that was looked at closely"
+        said = f"no hammerhead moves less than {fixed(least_h, 2)} h with the yards looked at and the clearance kept"
         found.append(("bound", f"{said}: at most {left} of the fastest one's moving time there is left to gain"))
     if least_cost:
         said = f"no machine that was tried carries these parts alone for less than {least_cost:,.0f} {escape(currency)}"
