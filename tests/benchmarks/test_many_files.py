@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[2]
 FRAME = ROOT / "sample_models" / "frame.ifc"
 
 
+@pytest.mark.slow
 def test_a_folder_of_good_and_bad_files(tmp_path: Path) -> None:
     folder, table = tmp_path / "models", tmp_path / "table.jsonl"
     folder.mkdir()

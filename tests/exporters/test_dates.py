@@ -134,7 +134,7 @@ def test_ms_project_has_set_up_deliveries_levels_and_crews():
     assert hours[0] == duration_text(4 * (finish - start))
 
 
-@pytest.mark.parametrize("name", ["frame.ifc", "frame_ifc2x3_mm.ifc"])
+@pytest.mark.parametrize("name", [pytest.param("frame.ifc", marks=pytest.mark.slow), "frame_ifc2x3_mm.ifc"])
 def test_ifc_has_set_up_deliveries_and_crews(tmp_path, name):
     model = MODEL.with_name(name)
     columns = [str(column.GlobalId) for column in ifcopenshell.open(model).by_type("IfcColumn")]
@@ -228,6 +228,7 @@ def unloaded_by_crane() -> LiftSchedule:
     return schedule_of(made, DEFAULT_BEGIN, [lift.order for lift in plan.lifts], log_dates(made))
 
 
+@pytest.mark.slow
 def test_the_crane_works_at_the_deliveries_that_it_unloads(tmp_path):
     assert not any(one.cranes for one in schedule().preparations)
     made = unloaded_by_crane()

@@ -42,6 +42,7 @@ def written(request, tmp_path_factory):
     return ifcopenshell.open(path)
 
 
+@pytest.mark.slow
 def test_an_ifc_holds_both_cranes_and_who_lifts_what(written):
     assert issues(written) == []
     cranes = {crane.Name: crane for crane in written.by_type("IfcTransportElement")}

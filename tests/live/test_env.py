@@ -100,6 +100,7 @@ def test_a_picture_shows_the_others_at_their_size_and_the_hook():
     assert not np.array_equal(before, after)
 
 
+@pytest.mark.slow
 def test_only_who_knows_the_future_reaches_the_reward_threshold():
     threshold = gymnasium.spec(LIVE_ENV_ID).reward_threshold
     means = {}

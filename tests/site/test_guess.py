@@ -118,7 +118,7 @@ def test_areas_keep_apart():
     st.lists(st.tuples(st.floats(0.2, 14), st.floats(0.2, 9), st.floats(0.2, 4)), min_size=1, max_size=30),
     st.sampled_from(["IfcSlab", "IfcColumn"]),
 )
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=8)
 def test_the_largest_lift_fits_into_the_yard(sizes, ifc_class):
     parts = [
         box_element(f"p{n}", (0, 0, 5 * n), (x, y, 5 * n + z), ifc_class=ifc_class, mass_kg=500.0)

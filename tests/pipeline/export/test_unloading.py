@@ -76,6 +76,7 @@ def check_delivery(main: PlanLog, own: PlanLog, number: int) -> None:
         assert component.mass_kg == pytest.approx(mass_kg)
 
 
+@pytest.mark.slow
 def test_every_delivery_of_a_plan_is_a_site_that_plans_and_is_proven(tmp_path: Path) -> None:
     main = planned_with_access(tmp_path, "frame.ifc")
     document = unloading(tmp_path)

@@ -45,6 +45,7 @@ def carried_out(site: Path, traffic: str, **how: Any) -> list[dict[str, Any]]:
     )
 
 
+@pytest.mark.slow
 def test_a_plan_is_carried_out_among_random_traffic_and_its_log_proves_it(site: Path) -> None:
     before = site.with_name("frame.mcap").read_bytes()
     first, *states, whole = carried_out(site, "light:5")
