@@ -30,6 +30,8 @@ _FAR_S = 1e4
 """A travel of this time at full rate reaches the rate."""
 _STEP_VOX = 2
 """Cells from ring to ring of the lattice, and along its outermost ring."""
+_MOST_RINGS = 80
+"""With more rings, a search that finds nothing takes too long: they are further apart on a fine grid."""
 
 
 class Around(NamedTuple):
@@ -101,8 +103,9 @@ def around(
 
 
 def _lattice(crane: TowerCrane, step_m: float, start: CranePose, end: tuple[float, list[float]]) -> Lattice:
-    """Return the lattice through a start and an end, given by its radius and slewing angles."""
+    """Return the lattice through a start and an end, given by its radius and slewing angles, with this step or more."""
     inner, outer = crane.min_radius_m, max(crane.jib_length_m, start.radius_m, end[0])
+    step_m = max(step_m, outer / _MOST_RINGS)
     turn_rad = step_m / outer
     turns = np.arange(-ceil(2.0 * pi / turn_rad), ceil(2.0 * pi / turn_rad) + 1)
     slews = np.unique([*(start.slew_rad + turns * turn_rad), *end[1]])

@@ -117,3 +117,14 @@ def test_above_a_low_wall_the_way_is_quicker_than_around_it():
     routes = over_the_top(room.rigged, room.space, room.start, room.goal, 0.0)
     assert routes
     assert all(route.clearance_height_m >= heights[1] for route in routes)
+
+
+def test_a_fine_grid_has_no_more_rings():
+    room = walled_room(6)
+    start, end = ends_of(room)
+    coarse, fine = (
+        module._lattice(room.crane, step_m, start, (end.radius_m, [end.slew_rad])) for step_m in (1.0, 0.01)
+    )
+    assert len(coarse.radii_m) < len(fine.radii_m) <= module._MOST_RINGS + 3
+    assert start.radius_m in fine.radii_m
+    assert {start.slew_rad, end.slew_rad} <= set(fine.slews_rad.tolist())
