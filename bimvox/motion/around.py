@@ -19,7 +19,7 @@ from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import rest_to_rest_s
 from bimvox.crane.luffing import radius_limits
 from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.motion.fastest_chain import fastest_chain
+from bimvox.motion.fastest_chain import fastest_chain, kept_by
 from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.move import Move, axis_numbers, move_time_s, share_limits
 from bimvox.motion.rigged_crane import RiggedCrane
@@ -95,10 +95,7 @@ def around(
         return None
     by_turns = tuple(CranePose(*pose) for pose in axes.tolist())
     before = fastest_chain(space, load, axes, axis_numbers(crane), np.zeros(len(axes)))
-    kept = [len(axes) - 1]
-    while kept[-1] > 0:
-        kept.append(int(before[kept[-1]]))
-    cut_short = tuple(by_turns[n] for n in reversed(kept))
+    cut_short = tuple(by_turns[n] for n in kept_by(before))
     return Around(by_turns, cut_short, sum(move_time_s(crane, Move(a, b)) for a, b in pairwise(cut_short)))
 
 

@@ -64,6 +64,14 @@ def fastest_chain(
     return before
 
 
+def kept_by(before: NDArray[np.int64]) -> list[int]:
+    """Return the corners that the fastest chain keeps, in order, of what :func:`fastest_chain` returns."""
+    kept = [len(before) - 1]
+    while kept[-1] > 0:
+        kept.append(int(before[kept[-1]]))
+    return kept[::-1]
+
+
 @inline_kernel
 def _most_promising(
     reached_s: NDArray[np.float64], before: NDArray[np.int64], done: NDArray[np.bool_], left_s: NDArray[np.float64]

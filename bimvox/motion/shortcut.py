@@ -1,9 +1,10 @@
 """From voxel stairs to a few moves of the crane, each proven free.
 
-Two routes are tried. *Over the top*: straight up, slew and trolley at the lowest free height, straight down. *Along the
-path*: the fastest chain of joint lines between corners of the voxel path, by A* that checks an edge for collision only
-when it would be used; between neighbouring corners the path's own straight run is always available. On both routes the
-last moves of the path, in contact with neighbours, are driven exactly as planned.
+Two routes are tried. *Over the top*: straight up, slew and trolley at the lowest free height, or around what is in the
+way (``around.py``), straight down. *Along the path*: the fastest chain of joint lines between corners of the voxel
+path, by A* that checks an edge for collision only when it would be used; between neighbouring corners the path's own
+straight run is always available. On both routes the last moves of the path, in contact with neighbours, are driven
+exactly as planned.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from bimvox.crane.kinematics import nearest_turn, unwrap_slew
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import PlanningError
 from bimvox.motion.around import around
-from bimvox.motion.fastest_chain import fastest_chain
+from bimvox.motion.fastest_chain import fastest_chain, kept_by
 from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, in_cell
 from bimvox.motion.move import Line, Move, axes_of, axis_numbers, move_time_s
 from bimvox.motion.rigged_crane import RiggedCrane
@@ -148,13 +149,10 @@ def along_the_path(rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray
         own_s[n] = move_time_s(crane, Move(poses[n], poses[n + 1], Line.SITE))
     before = fastest_chain(space, load, axes, axis_numbers(crane), own_s)
     moves: list[Move] = []
-    node = len(poses) - 1
-    while node > 0:
-        first = int(before[node])
+    for first, node in pairwise(kept_by(before)):
         along_run = node == first + 1 and own_s[first] > 0.0
         moves.append(Move(poses[first], poses[node], Line.SITE if along_run else Line.JOINT))
-        node = first
-    moves = _without_rests(moves[::-1])
+    moves = _without_rests(moves)
     return Route(tuple(moves), max(pose.height_m for pose in [poses[0], *(move.end for move in moves)]))
 
 

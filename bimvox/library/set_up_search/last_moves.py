@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.planning.occupancy import target_cells
 from bimvox.site.component import Component
 from bimvox.site.site import HeadingRule, Site
 from bimvox.site.transit_clearance import margin_vox
@@ -67,7 +68,7 @@ class _Columns(NamedTuple):
 
 
 def _columns_of(part: Component) -> _Columns:
-    cells = part.shape.cells.astype(np.int64) + np.array(part.target_vox)
+    cells = target_cells(part).astype(np.int64)
     on_plan, which = np.unique(cells[:, :2], axis=0, return_inverse=True)
     bottoms, tops = np.full(len(on_plan), np.iinfo(np.int64).max), np.zeros(len(on_plan), np.int64)
     np.minimum.at(bottoms, which.ravel(), cells[:, 2])
@@ -80,7 +81,7 @@ def _above_what_is_below(site: Site, own: Sequence[_Columns], margin: int) -> ND
     taken = np.zeros(site.shape, np.bool_)
     taken[:, :, 0] = True  # the ground
     existing = [blocker.cells for blocker in site.blockers if blocker.kind == "structure"]
-    placed = [part.shape.cells + np.array(part.target_vox, np.int32) for part in site.components]
+    placed = [target_cells(part) for part in site.components]
     for cells in (*existing, *placed):
         taken[tuple(cells.T)] = True
     found = np.zeros(len(own), np.int64)

@@ -5,27 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
-from planned_frame import FILES, planned
 
 from bimvox.library.set_up_search.last_moves import lowered
-from bimvox.library.site import load_site
-from bimvox.log.reader import read_log
 from bimvox.records.lift import Lift
 from bimvox.site.component import Component
 from bimvox.site.shape import shape_of
 from bimvox.site.site import HeadingRule, Site
 from bimvox.site.transit_clearance import margin_vox
-
-
-@pytest.fixture(scope="module")
-def site() -> Site:
-    return load_site(planned() / FILES[0]).site
-
-
-@pytest.fixture(scope="module")
-def lifts() -> tuple[Lift, ...]:
-    return read_log(planned() / FILES[1]).plan.lifts
 
 
 def straight_down_vox(lift: Lift) -> int:

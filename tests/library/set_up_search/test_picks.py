@@ -19,8 +19,6 @@ from bimvox.crane.travel import Travel
 from bimvox.library.set_up_search.picks import Picks, around_m, rooms_of, taken_m2
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.search import OtherYard, Search
-from bimvox.library.site import load_site
-from bimvox.log.reader import read_log
 from bimvox.planning.best_place import SAME_S
 from bimvox.planning.order.choose_order import travel_of
 from bimvox.planning.yard import allocate_yard
@@ -38,16 +36,6 @@ SAMPLES = Path(__file__).parents[3] / "sample_models"
 SQUARE = (((0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)),)
 POINTS_M = np.array([(x + 0.5, y + 0.5) for y in range(10) for x in range(10)])
 AROUND_M = np.array([[[-2.0, -1.0], [2.0, 1.0]]])
-
-
-@pytest.fixture(scope="module")
-def site() -> Site:
-    return load_site(planned() / FILES[0]).site
-
-
-@pytest.fixture(scope="module")
-def lifts() -> tuple[Lift, ...]:
-    return read_log(planned() / FILES[1]).plan.lifts
 
 
 def picked(picks: Picks, site: Site, able: np.ndarray, *, turned: bool = False) -> np.ndarray:
