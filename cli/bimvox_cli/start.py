@@ -5,6 +5,9 @@ import atexit
 import os
 import signal
 import sys
+import time
+
+_MEANWHILE_S = 0.01
 
 
 def main() -> None:
@@ -50,8 +53,17 @@ def _leave_quietly(*_: object) -> None:
 def _raise_again(unraisable: "sys.UnraisableHookArgs") -> None:
     """Bring a Ctrl-C or SIGTERM that a callback swallowed back to the main thread, without a traceback."""
     if issubclass(unraisable.exc_type, KeyboardInterrupt):
-        _thread.interrupt_main()
+        _thread.start_new_thread(_interrupt, (signal.SIGINT,))
     elif issubclass(unraisable.exc_type, SystemExit):
-        _thread.interrupt_main(signal.SIGTERM)
+        _thread.start_new_thread(_interrupt, (signal.SIGTERM,))
     else:
         sys.__unraisablehook__(unraisable)
+
+
+def _interrupt(number: signal.Signals) -> None:
+    """Interrupt the main thread when it has left the hook: there, the exception would be swallowed again."""
+    time.sleep(_MEANWHILE_S)
+    if sys.platform == "win32":
+        _thread.interrupt_main(number)
+    else:
+        os.kill(os.getpid(), number)  # unlike interrupt_main, it ends a wait

@@ -50,3 +50,18 @@ def test_ctrl_c_while_it_starts_is_quiet(after_s: float) -> None:
     _, said = process.communicate(timeout=60)
     assert "Traceback" not in said
     assert process.returncode in ((130,) if after_s < 0.15 else (0, 130))
+
+
+@pytest.mark.parametrize(("error", "handled"), [("KeyboardInterrupt", "SIGINT"), ("SystemExit", "SIGTERM")])
+def test_an_interruption_that_a_callback_swallows_comes_back_without_a_traceback(error: str, handled: str) -> None:
+    code = (
+        "import signal, sys, time; from bimvox_cli import start\n"
+        "def end(*_): raise KeyboardInterrupt\n"
+        f"signal.signal(signal.{handled}, end); sys.unraisablehook = start._raise_again\n"
+        "class Callback:\n"
+        f"    def __del__(self): raise {error}\n"
+        "try: Callback(); time.sleep(60)\n"
+        "except KeyboardInterrupt: print('interrupted')"
+    )
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert (process.stdout, process.stderr) == ("interrupted\n", "")
