@@ -178,8 +178,16 @@ def write_atomically(path: Path, data: bytes | Callable[[BinaryIO], object], *, 
         FileError: If it cannot be written.
     """
     check_output(path, inputs=inputs)
+    put_in_place(written_aside(path, data), path)
+
+
+def put_in_place(temporary: Path, path: Path) -> None:
+    """Rename the temporary file of :func:`written_aside` over its output; it does not remain after an error.
+
+    Raises:
+        FileError: If it cannot be renamed.
+    """
     target = resolved(path)
-    temporary = _written_aside(path, target, data)
     try:
         temporary.replace(target)
     except OSError as error:
@@ -209,7 +217,7 @@ def write_together(files: Mapping[Path, bytes], *, inputs: Iterable[Path] = ()) 
     moved: list[tuple[Path, Path, Path]] = []  # target, its new file, its earlier file
     try:
         for path, data in files.items():
-            aside.append(_written_aside(path, resolved(path), data))
+            aside.append(written_aside(path, data))
         for path, new in zip(files, aside, strict=True):
             target = resolved(path)
             moved.append((target, new, new.with_suffix(".earlier")))
@@ -233,13 +241,13 @@ def write_together(files: Mapping[Path, bytes], *, inputs: Iterable[Path] = ()) 
         _sync_folder(folder)
 
 
-def _written_aside(path: Path, target: Path, data: bytes | Callable[[BinaryIO], object]) -> Path:
-    """Return a new file next to ``target`` that is whole and synced; none remains after an error.
+def written_aside(path: Path, data: bytes | Callable[[BinaryIO], object]) -> Path:
+    """Return a new file next to the output ``path`` that is whole and synced; none remains after an error.
 
     Raises:
         FileError: If it cannot be written; about ``path``.
     """
-    temporary = target.parent / f".bimvox-{secrets.token_hex(8)}.part"
+    temporary = resolved(path).parent / f".bimvox-{secrets.token_hex(8)}.part"
     try:
         descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _BINARY, 0o666)
         with os.fdopen(descriptor, "wb") as stream:

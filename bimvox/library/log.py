@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from bimvox.errors import InputError
@@ -47,6 +46,6 @@ def read_log(path: Path | str) -> Plan:
     return Plan(read_record(path_of("read_log", path, "a log")))
 
 
-def write_log_file(path: Path, record: PlanLog, *, inputs: Iterable[Path] = (), workers: Workers = ALONE) -> None:
-    """Write a log, whole or not at all, but never over one of ``inputs``; workers share the work."""
-    write_atomically(path, lambda stream: write_record(stream, record, workers=workers), inputs=inputs)
+def write_log_file(path: Path, record: PlanLog, workers: Workers = ALONE) -> None:
+    """Write a log, whole or not at all; workers share the work."""
+    write_atomically(path, lambda stream: write_record(stream, record, workers=workers))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -78,6 +78,7 @@ def planned(
     obstructions: ObstructionSet | ReadObstructions | Path | str | None = None,
     jobs: int | None = None,
     progress: Listener = None,
+    timed: Callable[[PlanLog, Workers], object] | None = None,
 ) -> Iterator[tuple[Plan, Workers]]:
     """Plan a site as :func:`plan`; within the block there are the plan and the workers that made it.
 
@@ -89,6 +90,8 @@ def planned(
         obstructions: As for ``plan``, like the others, and the errors.
         jobs: As above.
         progress: As above.
+        timed: Called with what the log of a plan will hold, and the workers, before the plan's motions are proven. If
+            they are, the plan has that record; otherwise another one may follow.
     """
     told, site = progress_of(progress), insist("plan", site, LoadedSite, "site")
     seed, steps = whole("seed", wish.seed, 0), whole("steps", wish.steps, 1)
@@ -110,12 +113,29 @@ def planned(
             told.note(f"the policy failed {len(failed)} lifts: {_outcome(chosen, used[-1])}")
             return used[-1]
 
+        def record_of(proven: Planned) -> PlanLog:
+            return log_of(proven, site, chosen, files, seed=number, revision=0)
+
+        begun: list[PlanLog] = []
+
+        def begin(to_be_proven: Planned) -> None:
+            begun[:] = [record_of(to_be_proven)]
+            if timed is not None:
+                timed(begun[0], workers)
+
         again: Retraining | None = retraining if retrain else None
         with workers.knowing(*constants_of(built, preparation)):
             proven = plan_and_prove(
-                built, preparation, chosen, progress=told, retraining=again, workers=workers, may_hand_over=free
+                built,
+                preparation,
+                chosen,
+                progress=told,
+                retraining=again,
+                workers=workers,
+                may_hand_over=free,
+                timed=begin,
             )
-            record = log_of(proven, site, chosen, files, seed=number, revision=0)
+            record = begun[0] if begun else record_of(proven)  # the last one that was timed is the proven one
             better = used[-1] if used[-1] is not chosen else None
             with workers.knowing(record.plan.site):  # another one if a lift was handed over
                 yield Plan(record, proven.verdict, chosen, proven.preparation or preparation, better), workers

@@ -89,11 +89,11 @@ def plan_and_prove(
     preparation: Preparation,
     policy: PolicyInUse,
     *,
-    previous: LiftPlan | None = None,
     progress: Progress,
     retraining: Retraining | None = None,
     workers: Workers = ALONE,
     may_hand_over: Collection[str] = (),
+    timed: Callable[[Planned], object] | None = None,
 ) -> Planned:
     """Plan all lifts, time them, and prove both.
 
@@ -105,13 +105,13 @@ def plan_and_prove(
         site: The site.
         preparation: Its contacts, order and yard.
         policy: What proposes paths.
-        previous: An earlier plan of the same geometry; a lift whose path is still valid is kept.
         progress: Told of the stages.
         retraining: Called once with the components whose lifts the policy failed, if there are any; these lifts are
             then planned again with the policy that it returns.
         workers: Share the work; they know site and preparation.
         may_hand_over: Ids of the components that another crane may lift if their own has no free time for them. The
             site of the plan then is not the given one.
+        timed: Called with each plan whose motions are proven next.
 
     Raises:
         NoPlanError: If no lift can be planned.
@@ -119,6 +119,7 @@ def plan_and_prove(
     """
     propose = policy.propose
     other_ways, proven, driven = OtherWays(), ProvenLifts(), KnownLifts()
+    previous: LiftPlan | None = None
     given, handed = preparation, set[str]()
 
     def planned(policy_retrained: Propose | None, kept: LiftPlan | None, refused: Refused) -> LiftPlan:
@@ -147,7 +148,7 @@ def plan_and_prove(
         found: Planned | Mapping[str, str]
         given_away: list[str] = []
         try:
-            found = _prove(made, preparation, proven, driven, workers, progress)
+            found = _prove(made, preparation, proven, driven, workers, progress, timed)
         except NoFreeTimeError as error:
             may = [part for part in error.reasons if part in may_hand_over and part not in handed]
             handed.update(may)
@@ -187,6 +188,7 @@ def _prove(
     driven: KnownLifts,
     workers: Workers,
     progress: Progress,
+    timed: Callable[[Planned], object] | None,
 ) -> Planned | dict[str, str]:
     """Prove and time a plan; return the lifts to refuse, and why, if it is not proven.
 
@@ -213,6 +215,8 @@ def _prove(
     check_motion_values(values, made.site, motions)
     if not values.passed:
         return refusals(Verification((values,)))
+    if timed is not None:
+        timed(Planned(made, motions))
     of_motions = verify_motions(made, motions, proven=proven, workers=workers)
     if not of_motions.verified:
         return refusals(of_motions)

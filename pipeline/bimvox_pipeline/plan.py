@@ -9,14 +9,12 @@ from typing import Any
 
 from bimvox.crane.identity import identity
 from bimvox.files import check_output, default_output
-from bimvox.library.log import write_log_file
 from bimvox.library.obstructions import read_obstructions
 from bimvox.library.plan import planned
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import Planned
 from bimvox.library.site import load_site
 from bimvox.log.dates import log_dates
-from bimvox.log.plan_log import with_full_rate
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.motion.steps import steps_of
 from bimvox.policy.choice import PolicyInUse
@@ -25,6 +23,7 @@ from bimvox.records.lift import LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
 from bimvox.records.not_lifted import not_lifted_groups
 from bimvox.records.other_means import needed_by_ns
+from bimvox_pipeline.log_ahead import LogAhead
 
 
 def plan(
@@ -54,10 +53,12 @@ def plan(
     given = None if obstructions is None else read_obstructions(obstructions)  # before the site, which takes its time
     loaded = load_site(site, progress, programme=programme)
     check_output(target, inputs=[*inputs, loaded.config.model.path])
-    with planned(loaded, wish, obstructions=given, jobs=jobs, progress=progress) as (made, workers):
+    with (
+        LogAhead(target, inputs=inputs, full_rate=full_rate) as log,
+        planned(loaded, wish, obstructions=given, jobs=jobs, progress=progress, timed=log.begin) as (made, workers),
+    ):
         progress.stage("write")
-        record = with_full_rate(made.record) if full_rate else made.record
-        write_log_file(target, record, inputs=inputs, workers=workers)
+        log.finish(made.record, workers)
         progress.finish()
     assert made.policy is not None
     more: dict[str, Any] = {"retrained": made.retrained.to_dict()} if made.retrained is not None else {}

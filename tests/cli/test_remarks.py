@@ -79,7 +79,7 @@ def test_verify_tells_conditions_and_remarks_and_its_exit_code_does_not_change(
 ) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     log = tmp_path / "log.mcap"
-    write_log_file(log, faults.good_log(), inputs=[])
+    write_log_file(log, faults.good_log())
     assert run(["verify", str(log)]) == 0
     told = capsys.readouterr().out
     assert "every check passed: proven, 6 remarks" in told

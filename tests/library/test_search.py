@@ -69,7 +69,7 @@ def test_a_good_plan_is_confirmed(good: PlanLog) -> None:
 @pytest.mark.parametrize("name", faults.FALSE_CLAIMS)
 def test_a_false_claim_is_named(good: PlanLog, tmp_path: Path, name: str) -> None:
     forge, says = faults.FALSE_CLAIMS[name]
-    write_log_file(tmp_path / "log.mcap", forge(good), inputs=[])
+    write_log_file(tmp_path / "log.mcap", forge(good))
     assert bimvox.verify(tmp_path / "log.mcap").verified
     verdict = bimvox.verify(tmp_path / "log.mcap", search=True)
     (check,) = [check for check in verdict.checks if not check.passed]
@@ -173,7 +173,7 @@ def test_an_extract_is_searched_as_far_as_it_goes(good: PlanLog) -> None:
 
 
 def test_nothing_is_searched_in_what_is_refused_already(good: PlanLog, tmp_path: Path) -> None:
-    write_log_file(tmp_path / "log.mcap", faults.a_step_removed(good), inputs=[])
+    write_log_file(tmp_path / "log.mcap", faults.a_step_removed(good))
     (check,) = [c for c in bimvox.verify(tmp_path / "log.mcap", search=True).checks if c.name == "search"]
     assert (check.samples, check.undecided) == (0, ["nothing was searched, because another check failed"])
 
@@ -188,7 +188,7 @@ def test_the_command_counts_what_is_not_decided(
     x, y, z = place.cell_vox
     moved = faults.with_lift(moved, "slab", place=dataclasses.replace(place, cell_vox=(x + 1, y, z)))
     path = tmp_path / "log.mcap"
-    write_log_file(path, moved, inputs=[])
+    write_log_file(path, moved)
     assert command(["verify", str(path), "--search", "--json"]) in (0, 1)
     document = json.loads(capsys.readouterr().out)
     assert len(document["checks"]["search"]["undecided"]) == 1

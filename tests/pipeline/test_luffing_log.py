@@ -40,7 +40,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, PlanLog]:
     plan, motions = planned(site)
     record = with_files(PlanLog(plan, motions), {"site.toml": site_file_of(site)})
     path = tmp_path_factory.mktemp("luffing") / "log.mcap"
-    write_log_file(path, record, inputs=[])
+    write_log_file(path, record)
     return path, record
 
 

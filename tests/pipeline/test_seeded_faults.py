@@ -281,7 +281,7 @@ def good() -> PlanLog:
 def good_bytes(good: PlanLog, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """Return the good log as a file, which is proven by a test of its own."""
     path = tmp_path_factory.mktemp("good") / "log.mcap"
-    write_log_file(path, good, inputs=[])
+    write_log_file(path, good)
     return path.read_bytes()
 
 
@@ -314,7 +314,7 @@ def guided() -> PlanLog:
 
 
 def proven(record: PlanLog, folder: Path) -> dict[str, Any]:
-    write_log_file(folder / "log.mcap", record, inputs=[])
+    write_log_file(folder / "log.mcap", record)
     return verify(folder / "log.mcap", progress=SilentProgress())
 
 
@@ -432,7 +432,7 @@ def test_the_command_says_that_nothing_was_proven(
     good: PlanLog, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setenv("COLUMNS", "200")
-    write_log_file(tmp_path / "log.mcap", faults.nothing_carried(good), inputs=[])
+    write_log_file(tmp_path / "log.mcap", faults.nothing_carried(good))
     assert command(["verify", str(tmp_path / "log.mcap")]) == 1
     assert "nothing was proven, the log carries no planned lift" in capsys.readouterr().out
 
@@ -447,7 +447,7 @@ def test_the_verdict_names_the_lifts_that_met_earlier_obstructions_only(
         (lift.number, good.plan.site.components[lift.component].id) for lift in good.plan.lifts[:-1]
     ]
     assert proven(good, tmp_path)["not_current"] == []
-    write_log_file(tmp_path / "log.mcap", faults.an_epoch_before_the_last_lift(good), inputs=[])
+    write_log_file(tmp_path / "log.mcap", faults.an_epoch_before_the_last_lift(good))
     assert command(["verify", str(tmp_path / "log.mcap")]) == 0
     told = capsys.readouterr().out
     assert "3 lifts against earlier obstructions only" in told
@@ -861,7 +861,7 @@ def test_steps_are_those_of_the_plan(cast_beam: PlanLog, tmp_path: Path):
     document = verify(tmp_path / "log.mcap", progress=SilentProgress())
     assert failed(document) == {"shown"}
     assert "attached steps.json is missing" in document["checks"]["shown"]["failures"]
-    write_log_file(tmp_path / "log.mcap", cast_beam, inputs=[])
+    write_log_file(tmp_path / "log.mcap", cast_beam)
     rewrite(tmp_path, attachments={topics.STEPS_FILE: lambda data: b'{"steps": 3}'})
     with pytest.raises(LogFileError, match="the steps in it cannot be read"):
         verify(tmp_path / "log.mcap", progress=SilentProgress())
@@ -968,7 +968,7 @@ def test_a_load_shown_in_another_heading_is_refused(
 
     with monkeypatch.context() as patch:
         patch.setattr("bimvox.log.track.headings_off_rad", heading)
-        write_log_file(tmp_path / "log.mcap", turning, inputs=[])
+        write_log_file(tmp_path / "log.mcap", turning)
         # What is shown is compared with what the same wrong function gives; where the load hangs is not.
         assert "load_poses" in failed(verify(tmp_path / "log.mcap", progress=SilentProgress()))
 

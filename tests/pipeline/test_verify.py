@@ -36,7 +36,7 @@ def failed(document):
 
 
 def rewritten(folder, record, name="changed.mcap"):
-    write_log_file(folder / name, record, inputs=[])
+    write_log_file(folder / name, record)
     return folder / name
 
 

@@ -398,7 +398,7 @@ class Watcher:
         self._reviser.known_shapes = set(range(len(site.components)))
         segment = segment_file(plan.target, plan.revision + 1)
         record = plan.first_log(planned, content)
-        write_log_file(segment, record, inputs=[])
+        write_log_file(segment, record, self._workers)
         write_atomically(plan.target, segment.read_bytes())
         plan.revision, plan.content = plan.revision + 1, content
         plan.current = current_plan_of(planned.plan, planned.motions)

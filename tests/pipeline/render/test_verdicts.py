@@ -29,7 +29,7 @@ def good() -> PlanLog:
 def shown(log: PlanLog, folder: Path) -> tuple[dict, dict, dict]:
     """Return what verify, the report and the page say about a log."""
     file = folder / "log.mcap"
-    write_log_file(file, log, inputs=[])
+    write_log_file(file, log)
     record = report(file, folder / "log.html", pictures=0, progress=SilentProgress())["record"]
     page = Opened(page_of_log(file, proven=True, progress=SilentProgress())).document["revisions"][-1]
     return verify(file, progress=SilentProgress()), record, page
@@ -63,7 +63,7 @@ def test_a_fault_is_named_where_the_verdict_is_shown(good, tmp_path):
 @pytest.mark.parametrize("proven", [True, False])
 def test_values_that_make_no_sense_are_not_drawn(good, tmp_path, name, proven):
     file = tmp_path / "log.mcap"
-    write_log_file(file, faults.NONSENSE[name][0](good), inputs=[])
+    write_log_file(file, faults.NONSENSE[name][0](good))
     for show in (
         lambda: report(file, tmp_path / "log.html", proven=proven, pictures=0, progress=SilentProgress()),
         lambda: page_of_log(file, proven=proven, progress=SilentProgress()),
@@ -77,7 +77,7 @@ def test_values_that_make_no_sense_are_not_drawn(good, tmp_path, name, proven):
 @pytest.mark.parametrize("name", sorted(faults.NONSENSE))
 def test_values_that_make_no_sense_are_neither_painted_nor_exported(good, tmp_path, name):
     file = tmp_path / "log.mcap"
-    write_log_file(file, faults.NONSENSE[name][0](good), inputs=[])
+    write_log_file(file, faults.NONSENSE[name][0](good))
     for suffix in (".png", ".gif"):
         with pytest.raises(LogFileError, match="its values make no sense, so it cannot be shown: "):
             render(file, tmp_path / f"log{suffix}", progress=SilentProgress())
