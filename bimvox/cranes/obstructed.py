@@ -8,7 +8,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bimvox.crane.conflict import (
+from bimvox.crane.conflict import Conflict, first_conflict
+from bimvox.crane.fit import distances_m
+from bimvox.crane.meeting import (
     COLUMNS,
     HOOK_HIGH,
     HOOK_LOW,
@@ -17,12 +19,9 @@ from bimvox.crane.conflict import (
     RADIUS_LOW,
     SLEW_HIGH,
     SLEW_LOW,
-    Conflict,
     clear_of_one,
-    first_conflict,
     numbers_of,
 )
-from bimvox.crane.fit import distances_m
 from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.cranes.clock import standing_at

@@ -15,7 +15,8 @@ from bimvox.library.set_up_search.choose import search_set_ups
 from bimvox.library.set_up_search.front import proven_front, why_beaten
 from bimvox.library.set_up_search.pairs import names_of_two
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.search import Effort, Search, Tried
+from bimvox.library.set_up_search.search import Search
+from bimvox.library.set_up_search.set_up import Effort, Tried
 from bimvox.library.site import LoadedSite, ReadSite, built_site, read_site
 from bimvox.motion.figures import plan_figures
 from bimvox.progress import Listener, Progress, progress_of

@@ -73,7 +73,7 @@ def optimise(
     from bimvox_pipeline.optimise.many_sites import optimise_all
     from bimvox_pipeline.optimise.optimise import optimise as optimise_one
 
-    from bimvox.library.set_up_search.search import Effort
+    from bimvox.library.set_up_search.set_up import Effort
 
     several = len(sites) > 1
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:

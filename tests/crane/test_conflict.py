@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from named_cranes import default_crane, default_luffing_crane
 
-from bimvox.crane.conflict import (
+from bimvox.crane.conflict import SPAN_NS, CraneTrack, first_conflict, first_start, joined
+from bimvox.crane.meeting import (
     COLUMNS,
     HOOK_HIGH,
     HOOK_LOW,
@@ -19,11 +20,6 @@ from bimvox.crane.conflict import (
     ROPE_HALF,
     SLEW_HIGH,
     SLEW_LOW,
-    SPAN_NS,
-    CraneTrack,
-    first_conflict,
-    first_start,
-    joined,
 )
 from bimvox.crane.outline import highest_point_m, outline_of
 

@@ -15,7 +15,7 @@ import bimvox
 from bimvox.errors import InputError
 from bimvox.library.optimise import with_set_up
 from bimvox.library.set_up_search.choose import search_set_ups
-from bimvox.library.set_up_search.search import Effort
+from bimvox.library.set_up_search.set_up import Effort
 from bimvox.progress import SilentProgress
 from bimvox.site.machine import cranes_of
 from bimvox.site.machine_names import machines_called

@@ -14,7 +14,8 @@ from bimvox.library.set_up_search.front import front_of, proven_front, to_plan
 from bimvox.library.set_up_search.pairs import may_pair, pairs
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.refine import better_placed, closer, refined
-from bimvox.library.set_up_search.search import Effort, Search, Tried
+from bimvox.library.set_up_search.search import Search
+from bimvox.library.set_up_search.set_up import Effort, Tried
 from bimvox.library.set_up_search.yards import may_move, other_yards
 from bimvox.progress import Progress
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, TypeVar
 
-from bimvox.library.set_up_search.search import Tried
+from bimvox.library.set_up_search.set_up import Tried
 
 _SHARE = 0.01
 """Utilisations that differ by less count as the same in an estimate."""

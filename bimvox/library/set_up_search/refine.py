@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from bimvox.library.set_up_search.front import front_of, to_plan
-from bimvox.library.set_up_search.search import Effort, OtherYard, Search, Tried
+from bimvox.library.set_up_search.search import Search
+from bimvox.library.set_up_search.set_up import Effort, OtherYard, Tried
 from bimvox.library.set_up_search.timed import FEW_LIFTS, LIFTS
 from bimvox.site.catalogue import machine_called
 

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from bimvox.crane.machine import Machine
 from bimvox.files import read_input, write_atomically
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.search import Effort, OtherYard, Search, Tried
+from bimvox.library.set_up_search.search import Search
+from bimvox.library.set_up_search.set_up import Effort, OtherYard, Tried
 from bimvox.library.set_up_search.timed import LIFTS
 from bimvox.progress import Progress
 from bimvox.site.config.site_config import Polygon, SiteConfig

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.conflict import (
+from bimvox.crane.kinematics import Axes
+from bimvox.crane.meeting import (
     COLUMNS,
     HOOK_HIGH,
     HOOK_LOW,
@@ -28,7 +29,6 @@ from bimvox.crane.conflict import (
     meet,
     numbers_of,
 )
-from bimvox.crane.kinematics import Axes
 from bimvox.crane.outline import outline_of
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
@@ -46,7 +46,7 @@ class Apart(NamedTuple):
 
     Attributes:
         outlines: (K, 15) the cranes.
-        stands: (K, N, 9) each crane over the place of each part; columns as in ``crane.conflict``.
+        stands: (K, N, 9) each crane over the place of each part; columns as in ``crane.meeting``.
         ways: (K, N, S, 9) each step of a lift.
         begins_s: (K, N, S) when it begins, from hooking on.
         separation_m: The distance that they keep.

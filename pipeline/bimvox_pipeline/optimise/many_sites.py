@@ -13,7 +13,7 @@ from typing import Any
 
 from bimvox.errors import BimvoxError
 from bimvox.files import write_together
-from bimvox.library.set_up_search.search import Effort
+from bimvox.library.set_up_search.set_up import Effort
 from bimvox.processes import processors
 from bimvox.progress import Progress, SilentProgress
 from bimvox.rendering.report.many_sites import COLUMNS, many_sites_page

@@ -13,7 +13,8 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.files import default_output, require_input, seen_from, write_together
 from bimvox.library.set_up_search.choose import search_set_ups
 from bimvox.library.set_up_search.front import front_of, proven_front, why_beaten
-from bimvox.library.set_up_search.search import Effort, Search, Tried
+from bimvox.library.set_up_search.search import Search
+from bimvox.library.set_up_search.set_up import Effort, Tried
 from bimvox.progress import Progress
 from bimvox.rendering.report.drawing_file import drawing_file
 from bimvox.rendering.report.heat_map import HeatMap, heat_map

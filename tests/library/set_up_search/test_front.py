@@ -18,7 +18,7 @@ from bimvox.library.set_up_search.front import (
     why_beaten,
     why_lost,
 )
-from bimvox.library.set_up_search.search import Tried
+from bimvox.library.set_up_search.set_up import Tried
 
 CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
 

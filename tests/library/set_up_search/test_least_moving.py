@@ -22,7 +22,8 @@ from bimvox.crane.tower_crane import CranePose
 from bimvox.library.set_up_search.last_moves import Lowered
 from bimvox.library.set_up_search.least_moving import Loose, least_moving_s, least_of_all_s
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.search import OtherYard, Search
+from bimvox.library.set_up_search.search import Search
+from bimvox.library.set_up_search.set_up import OtherYard
 from bimvox.library.set_up_search.timed import timed_moving_s
 from bimvox.library.site import built_site
 from bimvox.progress import SilentProgress

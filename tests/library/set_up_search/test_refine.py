@@ -13,7 +13,8 @@ from bimvox.library.set_up_search import refine
 from bimvox.library.set_up_search.front import front_of, to_plan
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.refine import better_placed, closer, refined
-from bimvox.library.set_up_search.search import Effort, OtherYard, Search, Tried
+from bimvox.library.set_up_search.search import Search
+from bimvox.library.set_up_search.set_up import Effort, OtherYard, Tried
 from bimvox.library.set_up_search.timed import LIFTS
 from bimvox.progress import SilentProgress
 from bimvox.site.config.site_config import ModelConfig

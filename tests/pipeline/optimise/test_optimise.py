@@ -23,7 +23,8 @@ from rough_search import read_once, time_few_lifts
 
 from bimvox.errors import FileError, InputError
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.search import Effort, Search
+from bimvox.library.set_up_search.search import Search
+from bimvox.library.set_up_search.set_up import Effort
 from bimvox.library.set_up_search.yards import JOURNAL, Yards, may_move, other_yards
 from bimvox.library.verify import verify
 from bimvox.progress import SilentProgress

@@ -7,7 +7,8 @@ import pytest
 from named_cranes import default_crane, default_luffing_crane
 from two_cranes import shifted, two_crane_plan, waiting
 
-from bimvox.crane.conflict import (
+from bimvox.crane.conflict import SPAN_NS, CraneTrack, first_conflict, joined
+from bimvox.crane.meeting import (
     COLUMNS,
     HOOK_HIGH,
     HOOK_LOW,
@@ -17,10 +18,6 @@ from bimvox.crane.conflict import (
     RADIUS_LOW,
     SLEW_HIGH,
     SLEW_LOW,
-    SPAN_NS,
-    CraneTrack,
-    first_conflict,
-    joined,
 )
 from bimvox.crane.outline import outline_of
 from bimvox.cranes.track import REACTION_S, approach_track, carrying_track
