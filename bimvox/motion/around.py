@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.axis_numbers import axis_numbers
 from bimvox.crane.bound import rest_to_rest_s
 from bimvox.crane.luffing import radius_limits
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.motion.fastest_chain import fastest_chain, kept_by
 from bimvox.motion.load_frame import LoadFrame
-from bimvox.motion.move import Move, axis_numbers, move_time_s, share_limits
+from bimvox.motion.move import Move, move_time_s, share_limits
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.swept import line_is_free
 from bimvox.site.collision import CollisionSpace

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, kernel
+from bimvox.crane.axis_numbers import AxisNumbers
 from bimvox.crane.bound import least_time_s
 from bimvox.motion.load_frame import LoadFrame
-from bimvox.motion.move import AxisNumbers, line_time_s
+from bimvox.motion.move import line_time_s
 from bimvox.motion.swept import line_is_free
 from bimvox.site.collision import CollisionSpace
 

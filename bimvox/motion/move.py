@@ -8,18 +8,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import hypot, pi
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, leaf_kernel
 from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.axis_numbers import AxisNumbers, axis_numbers
 from bimvox.crane.bound import least_time_s, rest_to_rest_s
-from bimvox.crane.kinematics import hook_of
-from bimvox.crane.luffing import LuffingNumbers, luffing_limits, luffing_numbers
+from bimvox.crane.luffing import luffing_limits
 from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.motion.curve_limits import curve_limits
 
 AXES = 3
 
@@ -139,62 +138,12 @@ def write_along(
 def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
     """Return the limits on the share driven (1/s, 1/s^2, 1/s^3) under which no axis of the crane exceeds its own.
 
-    With q(u) the axes along the line, q' u'' + q'' u'^2 is an axis's acceleration, and so on: along a joint line, where
-    q'' = 0, the limits are exact; along a curved line each limit is split evenly over its terms.
+    Along a joint line they are exact; along a curved line they are those of ``curve_limits``.
     """
     if move.line is Line.JOINT:
         return _joint_limits(crane, move.start, move.end)
-    tightest = [np.inf, np.inf, np.inf]
-    bounds = _derivative_bounds(crane, move)
-    axes = (crane.slewing, crane.trolley, crane.hoist)
-    for limits, (first, second, third) in zip(axes, bounds, strict=True):
-        if first == 0.0:
-            continue
-        parts = 1.0 if second == 0.0 else 2.0
-        tightest[0] = min(tightest[0], limits.rate / first)
-        tightest[1] = min(tightest[1], limits.acceleration / (parts * first))
-        tightest[2] = min(tightest[2], limits.jerk / ((2.0 * parts - 1.0) * first))
-        if second > 0.0:
-            tightest[0] = min(
-                tightest[0], (limits.acceleration / (2.0 * second)) ** 0.5, (limits.jerk / (3.0 * third)) ** (1 / 3)
-            )
-    for limits, (_, second, _) in zip(axes, bounds, strict=True):
-        if second > 0.0:
-            tightest[1] = min(tightest[1], limits.jerk / (9.0 * second * tightest[0]))
-    return AxisLimits(*tightest)
-
-
-class AxisNumbers(NamedTuple):
-    """A crane's limits as kernels take them: rate, acceleration and jerk of each axis.
-
-    Attributes:
-        slewing: rad.
-        trolley: m; of a luffing jib the limits of the radius depend on the radius.
-        hoist: m.
-        luffs: Whether it has a luffing jib.
-        luffing: Its numbers; of another crane they mean nothing.
-    """
-
-    slewing: tuple[float, float, float]
-    trolley: tuple[float, float, float]
-    hoist: tuple[float, float, float]
-    luffs: bool
-    luffing: LuffingNumbers
-
-
-_NO_JIB = LuffingNumbers(0.0, 1.0, 0.0, (1.0, 1.0, 1.0), (1.0, 1.0, 1.0))
-
-
-def axis_numbers(crane: TowerCrane) -> AxisNumbers:
-    """Return a crane's limits as kernels take them."""
-    slewing, trolley, hoist = (
-        (float(axis.rate), float(axis.acceleration), float(axis.jerk))
-        for axis in (crane.slewing, crane.trolley, crane.hoist)
-    )
-    jib = crane.luffing
-    return AxisNumbers(
-        slewing, trolley, hoist, jib is not None, _NO_JIB if jib is None else luffing_numbers(jib, jib.winch)
-    )
+    ends = np.array([axes_of(move.start), axes_of(move.end)])
+    return AxisLimits(*curve_limits(axis_numbers(crane), ends, move.line is Line.ARC))
 
 
 def _joint_limits(crane: TowerCrane, start: CranePose, end: CranePose) -> AxisLimits:
@@ -247,30 +196,3 @@ def move_time_s(crane: TowerCrane, move: Move) -> float:
 def axes_of(pose: CranePose) -> NDArray[np.float64]:
     """(3,) float64 slew, radius, height."""
     return np.array([pose.slew_rad, pose.radius_m, pose.height_m])
-
-
-def _derivative_bounds(crane: TowerCrane, move: Move) -> tuple[tuple[float, float, float], ...]:
-    """Per axis the largest |q'|, |q''| and |q'''| along the line, by the share."""
-    height = abs(move.end.height_m - move.start.height_m)
-    ends = hook_of(crane, *np.array([axes_of(move.start), axes_of(move.end)]).T)[:, :2] - np.array(crane.base_m[:2])
-    length = hypot(*(ends[1] - ends[0]))
-    quarter = pi / 2.0 if move.line is Line.ARC else 1.0
-    one = length * quarter
-    two, three = (one * quarter, one * quarter**2) if move.line is Line.ARC else (0.0, 0.0)
-    r = _nearest_m(ends)
-    # Derivatives of ln p = ln r + i theta for p(u) in the complex plane, with |p'| <= one and so on.
-    polar = (
-        (one / r, two / r + one**2 / r**2, three / r + 3.0 * one * two / r**2 + 2.0 * one**3 / r**3),
-        (one, two + one**2 / r, three + 3.0 * one * two / r + 2.0 * one**3 / r**2),
-    )
-    if move.line is Line.ARC:
-        return (*polar, (height * quarter, height * quarter**2, height * quarter**3))
-    return (*polar, (height, 0.0, 0.0))
-
-
-def _nearest_m(ends: NDArray[np.float64]) -> float:
-    """Distance of the slewing axis (the origin) from the segment between two points; a millimetre at least."""
-    edge = ends[1] - ends[0]
-    length_squared = float(edge @ edge)
-    along = 0.0 if length_squared == 0.0 else float(np.clip(-(ends[0] @ edge) / length_squared, 0.0, 1.0))
-    return max(1e-3, hypot(*(ends[0] + along * edge)))

@@ -65,7 +65,8 @@ class Calm:
     Attributes:
         parts: Sizes of the parts in which it is driven.
         stretch: Time between the parts, in half periods at the move's height.
-        pace: Share of the axes' rates at which it is driven; accelerations scale with its square.
+        pace: Share of the axes' rates at which it is driven; accelerations scale with its square. Along a line that is
+            straight in the site only these and the jerks are scaled.
     """
 
     parts: tuple[float, ...] = TWO

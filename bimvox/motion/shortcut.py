@@ -18,13 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
+from bimvox.crane.axis_numbers import axis_numbers
 from bimvox.crane.kinematics import nearest_turn, unwrap_slew
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import PlanningError
 from bimvox.motion.around import around
 from bimvox.motion.fastest_chain import fastest_chain, kept_by
 from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, in_cell
-from bimvox.motion.move import Line, Move, axes_of, axis_numbers, move_time_s
+from bimvox.motion.move import Line, Move, axes_of, move_time_s
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.swept import line_is_free
 from bimvox.planning.search import all_free

@@ -19,7 +19,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.corner import Corner, longest_overlap_s
 from bimvox.motion.course import Course, Moves
 from bimvox.motion.load_frame import LoadFrame
-from bimvox.motion.move import Move, no_shorter, share_limits, slowed
+from bimvox.motion.move import Line, Move, no_shorter, share_limits, slowed
 from bimvox.motion.profile import Profile, profile_of
 from bimvox.motion.shaping import Calm, ShapedProfile
 from bimvox.motion.slow_zones import slow_shares
@@ -146,7 +146,9 @@ class Pacer:
         pace = calm.pace
         base = self._paced.get((n, pace))
         if base is None:
-            slower = AxisLimits(limits.rate * pace, limits.acceleration * pace**2, limits.jerk * pace**3)
+            # Along a straight line the load swings by its acceleration alone.
+            rate = limits.rate if self._moves[n].line is Line.SITE else limits.rate * pace
+            slower = AxisLimits(rate, limits.acceleration * pace**2, limits.jerk * pace**3)
             base = self._paced[n, pace] = profile_of(slower)
         return ShapedProfile(base, calm.parts, calm.stretch * half_s)
 

@@ -2,12 +2,12 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from named_cranes import crane_pose, default_crane
+from named_cranes import crane_pose, default_crane, default_luffing_crane
 
 from bimvox.crane.bound import rest_to_rest_s
-from bimvox.crane.kinematics import hook_of
+from bimvox.crane.kinematics import hook_of, joint_limits, joints_of
 from bimvox.crane.tower_crane import CranePose
 from bimvox.motion.move import Line, Move, axes_along, axes_of, move_time_s, share_limits
 from bimvox.motion.profile import profile_of
@@ -47,6 +47,29 @@ def test_no_axis_exceeds_a_limit_and_both_ends_are_at_rest(move):
         assert np.abs(jerk[:, axis]).max() <= limits.jerk * (1 + 1e-2) + 1e-11 / step**3
         assert abs(rate[0, axis]) <= limits.jerk * step**2 + 1e-9
         assert abs(rate[-1, axis]) <= limits.jerk * step**2 + 1e-9
+
+
+LUFFING = default_luffing_crane("luffing-40")
+
+
+@settings(max_examples=100, deadline=None)
+@given(MOVES)
+def test_no_joint_of_a_luffing_crane_exceeds_a_limit(move):
+    start, end = (
+        CranePose(pose.slew_rad, 9.0 + 28.0 * pose.radius_m / 45.0, pose.height_m) for pose in (move.start, move.end)
+    )
+    move = Move(start, end, move.line)
+    points = axes_along(LUFFING, move, np.linspace(0.0, 1.0, 201))
+    assume(points[:, 1].min() > LUFFING.min_radius_m)
+    profile = profile_of(share_limits(LUFFING, move))
+    time = np.linspace(0.0, profile.duration_s, 2001)
+    step = time[1] - time[0]
+    joints = joints_of(LUFFING, axes_along(LUFFING, move, profile.share_at(time)))
+    rate, acceleration, jerk = (np.abs(np.diff(joints, n, axis=0)).max(axis=0) / step**n for n in (1, 2, 3))
+    for axis, limits in enumerate(joint_limits(LUFFING)):
+        assert rate[axis] <= limits.rate * (1 + 1e-6) + 1e-9
+        assert acceleration[axis] <= limits.acceleration * (1 + 1e-4) + 1e-12 / step**2
+        assert jerk[axis] <= limits.jerk * (1 + 1e-2) + 1e-11 / step**3
 
 
 @settings(max_examples=60, deadline=None)
