@@ -5,8 +5,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import ifcopenshell
-import ifcopenshell.validate
 import pytest
+from valid_ifc import issues
 
 from bimvox.exporters.ifc import with_schedule
 from bimvox.exporters.lift_schedule import CraneResource, LiftSchedule, LiftTask
@@ -27,12 +27,6 @@ def schedule(model):
     )
     cranes = (CraneResource("west", (("base_x_m", -3.0),)), CraneResource("east", (("base_x_m", 12.5),)))
     return LiftSchedule("hall", "digest 0", BEGINS, tasks, cranes)
-
-
-def issues(file):
-    logger = ifcopenshell.validate.json_logger()
-    ifcopenshell.validate.validate(file, logger, express_rules=True)
-    return list(logger.statements)
 
 
 @pytest.fixture(scope="module", params=[MODEL, OLD], ids=["IFC4", "IFC2X3"])

@@ -14,7 +14,6 @@ from xml.etree import ElementTree
 
 import ifcopenshell
 import ifcopenshell.util.sequence
-import ifcopenshell.validate
 import numpy as np
 import pytest
 import trimesh
@@ -25,6 +24,7 @@ from bimvox_pipeline.site import init
 from full_disk import full_disk
 from opened_pages import Opened
 from rosbags.highlevel import AnyReader
+from valid_ifc import issues
 
 from bimvox.errors import FileError, InputError
 from bimvox.library.policy_wish import PolicyWish
@@ -57,12 +57,6 @@ def dated(log: PlanLog) -> dict[int, tuple[datetime, datetime]]:
     found = {order: (dates.moment(start), dates.moment(end)) for order, (start, end) in dates.lifts.items()}
     assert min(found.values())[0] == BEGIN + timedelta(minutes=30)
     return found
-
-
-def issues(file: Any) -> list[Any]:
-    logger = ifcopenshell.validate.json_logger()
-    ifcopenshell.validate.validate(file, logger, express_rules=True)
-    return list(logger.statements)
 
 
 def test_ifc_has_one_task_per_lift_to_the_second_and_all_its_content(site_folder: Path) -> None:
