@@ -1,5 +1,6 @@
 """Hostile files through the command line: one sentence and exit code 2, in limited time and memory."""
 
+import io
 import json
 import os
 import signal
@@ -8,6 +9,7 @@ import struct
 import time
 import zlib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -287,16 +289,15 @@ def test_a_policy_store_that_is_a_file(refused, monkeypatch) -> None:
     assert "BIMVOX_POLICIES" in refused("policy", "list")
 
 
+@cache
 def log_of_zeros(uncompressed: int) -> bytes:
-    """Write a small log with a large chunk of zeros."""
-    with Path("zeros").open("wb") as stream:
-        writer = Writer(stream, compression=CompressionType.ZSTD)
-        writer.start(library="bimvox 1")
-        writer.finish()
-    empty = Path("zeros").read_bytes()
-    Path("zeros").unlink()
-    packed = zstandard.ZstdCompressor().compress(bytes(uncompressed))
-    crc = zlib.crc32(bytes(uncompressed))
+    """Return a small log with a large chunk of zeros."""
+    stream = io.BytesIO()
+    writer = Writer(stream, compression=CompressionType.ZSTD)
+    writer.start(library="bimvox 1")
+    writer.finish()
+    empty, zeros = stream.getvalue(), bytes(uncompressed)
+    packed, crc = zstandard.ZstdCompressor().compress(zeros), zlib.crc32(zeros)
     body = struct.pack("<QQQI", 0, 0, uncompressed, crc) + b"\x04\0\0\0zstd" + struct.pack("<Q", len(packed)) + packed
     header_end = 8 + 9 + struct.unpack_from("<Q", empty, 9)[0]
     return empty[:header_end] + b"\x06" + struct.pack("<Q", len(body)) + body + empty[header_end:]

@@ -50,7 +50,10 @@ def _terminate(process: subprocess.Popen[str]) -> None:
     process.terminate()
 
 
-@pytest.mark.parametrize(("interrupt", "code"), [(_to_the_process, 130), (_to_the_group, 130), (_terminate, 143)])
+@pytest.mark.parametrize(
+    ("interrupt", "code"),
+    [pytest.param(_to_the_process, 130, marks=pytest.mark.slow), (_to_the_group, 130), (_terminate, 143)],
+)
 def test_nothing_stays(tmp_path: Path, interrupt: Callable[[subprocess.Popen[str]], None], code: int) -> None:
     told, scratch, out = tmp_path / "told", tmp_path / "tmp", tmp_path / "out"
     scratch.mkdir()

@@ -193,7 +193,11 @@ def test_the_reader_of_a_pipe_may_leave() -> None:
     os.close(read)
     try:
         done = subprocess.run(
-            [sys.executable, "-c", "import sys; from bimvox_cli.main import run; sys.exit(run(['schema', 'site']))"],
+            [
+                sys.executable,
+                "-c",
+                "import sys; from bimvox_cli.main import run; sys.exit(run(['schema', 'score']))",
+            ],
             stdout=write,
             stderr=subprocess.PIPE,
             text=True,
