@@ -28,6 +28,7 @@ from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, in_cell
 from bimvox.motion.move import Line, Move, axes_of, move_time_s
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.swept import line_is_free
+from bimvox.planning.roomy_path import with_room
 from bimvox.planning.search import all_free
 from bimvox.planning.shorten_path import straightened
 from bimvox.site.collision import CollisionSpace, free_up_to, placement_is_free
@@ -138,10 +139,11 @@ def stops_across(start: CranePose, end: CranePose) -> Iterator[list[CranePose]]:
 def along_the_path(rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray[np.int32], slew_rad: float) -> Route:
     """Return the fastest chain of moves between corners of a voxel path, every placement of which must be free.
 
-    The crane rests at each corner that it keeps. ``slew_rad`` is its angle before, including full turns.
+    The crane rests at each corner that it keeps. ``slew_rad`` is its angle before, including full turns. A load that
+    swings is moved away from what is next to the path first, since it is accelerated at each corner.
     """
     crane, load = rigged.crane, rigged.load
-    path_vox = straightened(space, path_vox)
+    path_vox = straightened(space, path_vox) if rigged.pendulum is None else with_room(space, path_vox)
     every = poses_of_path(load, path_vox, slew_rad)
     poses = [every[corner] for corner in _corners(path_vox)]
     axes = np.array([axes_of(pose) for pose in poses])

@@ -1,8 +1,8 @@
 """Complete shortest-path search over the placements of a component: the fallback behind the policy.
 
 A* with unit moves and the Manhattan distance as heuristic. A move leaves the estimate f = g + h unchanged or raises it
-by two, so two stacks (this f, the next f) replace the priority queue. Last in, first out follows a path to its end
-before its siblings (tie-breaking on depth).
+by two, into a narrow placement by two or four, so three stacks (this f, the next two) replace the priority queue. Last
+in, first out follows a path to its end before its siblings (tie-breaking on depth).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from bimvox.env.actions import MOVES
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
 
-_UNKNOWN, _FREE, _BLOCKED, _CLOSED = 0, 1, 2, 3
+_UNKNOWN, _FREE, _NARROW, _BLOCKED, _CLOSED = 0, 1, 2, 3, 4
 _PATIENCE = 16_384
 """Placements expanded before the search checks whether the goal is enclosed."""
 _ROOM = 65_536
@@ -43,8 +43,24 @@ def shortest_path(space: CollisionSpace, start: IntVec, goal: IntVec) -> SearchR
     There is no path if all placements reachable from the start, or all reachable from the goal, are known. The goal is
     checked after a while: a room around it is usually small, and the site around the start is large.
     """
-    path, expanded = _a_star(space, np.array(start, np.int64), np.array(goal, np.int64), MOVES)
+    path, expanded = _a_star(space, space, np.array(start, np.int64), np.array(goal, np.int64), MOVES, 1)
     return SearchResult(path if len(path) else None, int(expanded))
+
+
+def roomy_path(space: CollisionSpace, wide: CollisionSpace, path_vox: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return a path between the ends of a path that avoids narrow placements: it counts each as three.
+
+    Args:
+        space: The collision rule.
+        wide: A stricter one, under which narrow placements are not free.
+        path_vox: (N, 3) int32, unit moves over free placements.
+
+    Returns:
+        (M, 3) int32, unit moves over free placements, the same ends.
+    """
+    first, last = path_vox[[0, -1]].astype(np.int64)
+    path: NDArray[np.int32] = _a_star(space, wide, first, last, MOVES, 3)[0]
+    return path
 
 
 def reachable(space: CollisionSpace, cell: IntVec, limit: int) -> NDArray[np.int32]:
@@ -83,14 +99,23 @@ def _pushed(stack: NDArray[np.int64], size: int, value: int) -> NDArray[np.int64
 
 @kernel
 def _a_star(
-    space: CollisionSpace, start: NDArray[np.int64], goal: NDArray[np.int64], moves: NDArray[np.int32]
+    space: CollisionSpace,
+    wide: CollisionSpace,
+    start: NDArray[np.int64],
+    goal: NDArray[np.int64],
+    moves: NDArray[np.int32],
+    narrow: int,
 ) -> tuple[NDArray[np.int32], int]:
+    """Return a path, empty if there is none, and the number of placements expanded.
+
+    A placement that is not free in ``wide`` counts as ``narrow``, 1 or 3; if 1, nothing is looked up in ``wide``.
+    """
     nx, ny, nz = space.table.shape[0] - 1, space.table.shape[1] - 1, space.table.shape[2] - 1
     state = np.zeros(nx * ny * nz, np.uint8)
     cost = np.zeros(nx * ny * nz, np.int32)
     came_by = np.zeros(nx * ny * nz, np.int8)  # one more than the move; zeros need no memory until they are used
-    this_f, next_f = np.empty(1024, np.int64), np.empty(1024, np.int64)
-    this_size, next_size, expanded = 0, 0, 0
+    this_f, next_f, later_f = np.empty(1024, np.int64), np.empty(1024, np.int64), np.empty(1024, np.int64)
+    this_size, next_size, later_size, expanded = 0, 0, 0, 0
     no_path = np.empty((0, 3), np.int32)
     if not placement_is_free(space, start[0], start[1], start[2]):
         return no_path, expanded
@@ -101,10 +126,11 @@ def _a_star(
     state[first] = _FREE
     this_f = _pushed(this_f, this_size, first)
     this_size += 1
-    while this_size or next_size:
+    while this_size or next_size or later_size:
         if not this_size:
-            this_f, next_f = next_f, this_f
-            this_size, next_size = next_size, 0
+            this_f, next_f, later_f = next_f, later_f, this_f
+            this_size, next_size, later_size = next_size, later_size, 0
+            continue
         this_size -= 1
         here = this_f[this_size]
         if state[here] == _CLOSED:
@@ -122,30 +148,58 @@ def _a_star(
             if u < 0 or v < 0 or w < 0 or u >= nx or v >= ny or w >= nz:
                 continue
             there = (u * ny + v) * nz + w
-            if state[there] == _UNKNOWN:
+            is_new = state[there] == _UNKNOWN
+            if is_new:
                 state[there] = _FREE if placement_is_free(space, u, v, w) else _BLOCKED
-            elif state[there] != _FREE or cost[there] <= cost[here] + 1:
+                if narrow > 1 and state[there] == _FREE and not placement_is_free(wide, u, v, w):
+                    state[there] = _NARROW
+            if state[there] >= _BLOCKED:
                 continue
-            if state[there] == _BLOCKED:
+            step = narrow if state[there] == _NARROW else 1
+            if not is_new and cost[there] <= cost[here] + step:
                 continue
-            cost[there] = cost[here] + 1
+            cost[there] = cost[here] + step
             came_by[there] = action + 1
-            if abs(u - goal[0]) + abs(v - goal[1]) + abs(w - goal[2]) < away:
+            nearer = abs(u - goal[0]) + abs(v - goal[1]) + abs(w - goal[2]) < away
+            if step == 1 and nearer:
                 this_f = _pushed(this_f, this_size, there)
                 this_size += 1
-            else:
+            elif step == 1 or nearer:
                 next_f = _pushed(next_f, next_size, there)
                 next_size += 1
+            else:
+                later_f = _pushed(later_f, later_size, there)
+                later_size += 1
     if state[last] != _CLOSED:
         return no_path, expanded
-    path = np.empty((cost[last] + 1, 3), np.int32)
-    x, y, z = goal[0], goal[1], goal[2]
-    for step in range(cost[last], -1, -1):
-        path[step, 0], path[step, 1], path[step, 2] = x, y, z
-        action = came_by[(x * ny + y) * nz + z] - 1
+    return _moves_back(came_by, start, goal, moves, (ny, nz)), expanded
+
+
+@kernel
+def _moves_back(
+    came_by: NDArray[np.int8],
+    start: NDArray[np.int64],
+    goal: NDArray[np.int64],
+    moves: NDArray[np.int32],
+    size: tuple[int, int],
+) -> NDArray[np.int32]:
+    """Return the path to the goal by the moves, plus one, by which each was reached; ``size`` is the grid's in y, z."""
+    ny, nz = size
+    last = (start[0] * ny + start[1]) * nz + start[2]
+    first = here = (goal[0] * ny + goal[1]) * nz + goal[2]
+    length = 1
+    while here != last:
+        action = came_by[here] - 1
+        here -= (moves[action, 0] * ny + moves[action, 1]) * nz + moves[action, 2]
+        length += 1
+    path = np.empty((length, 3), np.int32)
+    here = first
+    for step in range(length - 1, -1, -1):
+        path[step, 0], path[step, 1], path[step, 2] = here // (ny * nz), here // nz % ny, here % nz
+        action = came_by[here] - 1
         if action >= 0:
-            x, y, z = x - moves[action, 0], y - moves[action, 1], z - moves[action, 2]
-    return path, expanded
+            here -= (moves[action, 0] * ny + moves[action, 1]) * nz + moves[action, 2]
+    return path
 
 
 @kernel

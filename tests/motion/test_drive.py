@@ -9,14 +9,16 @@ from hypothesis import strategies as st
 
 from bimvox.errors import PlanningError
 from bimvox.grid.summed_area import summed_area_table
-from bimvox.motion import drive
+from bimvox.motion import drive, shortcut
 from bimvox.motion.drive import drive_free, drive_path
 from bimvox.motion.load_frame import axes_of_cells, cells_of_axes
 from bimvox.motion.move import Line, Move, move_time_s
 from bimvox.motion.shortcut import along_the_path, follow, move_is_free, over_the_top
 from bimvox.motion.steady import steadied
+from bimvox.motion.swing import Pendulum
 from bimvox.motion.timeline import in_sequence
 from bimvox.motion.timing import sampled
+from bimvox.planning.roomy_path import with_room
 from bimvox.planning.search import shortest_path
 from bimvox.planning.shorten_path import straightened
 
@@ -167,6 +169,23 @@ def test_both_kinds_of_short_cuts_are_free_and_continuous(seed):
             assert a.end == b.start
         ends = np.array([[m.slew_rad, m.radius_m, m.height_m] for m in (route.moves[0].start, route.moves[-1].end)])
         assert cells_of_axes(room.load, ends) == pytest.approx(np.array([room.start, room.goal]), abs=1e-6)
+
+
+def test_a_load_that_swings_is_sooner_there_with_room_beside_its_path(monkeypatch):
+    """Beside what is in the way it would be accelerated hardly at all."""
+    monkeypatch.setattr(drive, "over_the_top", lambda *_: ())
+    taken_s = []
+    for rule in (with_room, straightened):
+        monkeypatch.setattr(shortcut, "with_room", rule)
+        taken_s.append(0.0)
+        for seed in range(20):
+            room = crane_room(seed, blocks=8, rope=False)
+            rigged = room.rigged._replace(pendulum=Pendulum(3.0))
+            timeline, _ = drive_path(rigged, room.space, room.path, 0, 0.0)
+            taken_s[-1] += timeline.duration_s
+            dense = timeline.axes_at(np.linspace(0.0, timeline.duration_s, 500))
+            assert all(load_is_clear(room, at) for at in cells_of_axes(room.load, dense))
+    assert taken_s[0] < 0.97 * taken_s[1], taken_s
 
 
 def test_no_chain_of_free_lines_between_corners_is_faster():

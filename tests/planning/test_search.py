@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from bimvox.env.actions import MOVES
 from bimvox.grid.summed_area import summed_area_table
-from bimvox.planning.search import all_free, reachable, shortest_path
+from bimvox.planning.search import all_free, reachable, roomy_path, shortest_path
 from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
 
 SHAPE = (9, 8, 6)
@@ -72,6 +72,41 @@ def test_the_path_is_shortest_and_complete(seed, share, size):
     assert (np.abs(np.diff(path, axis=0)).sum(axis=1) == 1).all()
     assert all(free[tuple(p)] for p in path)
     assert all_free(space, path)
+
+
+def least_cost(cost, start, goal):
+    """Return the least sum of the costs of the cells after the start (infinite where blocked), by Bellman and Ford."""
+    reached = np.full(cost.shape, np.inf)
+    reached[start] = 0.0
+    for _ in range(cost.size):
+        last = reached.copy()
+        for axis in range(3):
+            for way in (slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None)):
+                to, of = (tuple(one if n == axis else slice(None) for n in range(3)) for one in way)
+                reached[to] = np.minimum(reached[to], reached[of] + cost[to])
+        if (last == reached).all():
+            break
+    return reached[goal]
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.05, 0.35))
+def test_a_roomy_path_has_the_least_cost_with_narrow_placements_counted_as_three(seed, share):
+    rng = np.random.default_rng(seed)
+    occupied = rng.random(SHAPE) < share
+    space = clearance_of(occupied)
+    wide = space._replace(boxes=np.array([[-1, -1, 0, 2, 2, 1]], np.int32))
+    start, goal = (tuple(int(rng.integers(0, n)) for n in SHAPE) for _ in range(2))
+    path = shortest_path(space, start, goal).path_vox
+    if path is None:
+        return
+    near = np.pad(occupied, ((1, 1), (1, 1), (0, 0)), constant_values=True)
+    narrow = np.any([near[x : x + SHAPE[0], y : y + SHAPE[1]] for x in range(3) for y in range(3)], axis=0)
+    cost = np.where(occupied, np.inf, np.where(narrow, 3.0, 1.0))
+    found = roomy_path(space, wide, path)
+    np.testing.assert_array_equal(found[[0, -1]], [start, goal])
+    assert (np.abs(np.diff(found, axis=0)).sum(axis=1) == 1).all()
+    assert cost[tuple(found[1:].T)].sum() == least_cost(cost, start, goal)
 
 
 def test_the_same_search_gives_the_same_path():
