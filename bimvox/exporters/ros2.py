@@ -15,26 +15,41 @@ Needs ``pip install 'bimvox[ros2]'``.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from itertools import chain, pairwise
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.kinematics import joint_names, joints_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
+from bimvox.exporters.cdr import Cdr
+from bimvox.log.mcap.merge import Block
+from bimvox.log.mcap.packed import Packed, joined
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.schema import of_crane
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LoadTrack
-from bimvox.units import NS_PER_S
 
 _BAG_VERSION = 9
+_ROBOT = "std_msgs/msg/String"
+_TYPES = {
+    "/lift/path": "nav_msgs/msg/Path",
+    "/joint_trajectory": "trajectory_msgs/msg/JointTrajectory",
+    "/joint_states": "sensor_msgs/msg/JointState",
+    "/tf": "tf2_msgs/msg/TFMessage",
+}
+_TOPICS = tuple(_TYPES)
+"""Of the messages about a lift."""
+_PATH, _TRAJECTORY, _STATES, _FRAMES = range(len(_TOPICS))
+_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+Poses = NDArray[np.float64]
+"""(N, 7) x, y, z, and a quaternion x, y, z, w."""
 
 
 def write_ros2_bag(log: PlanLog, folder: Path) -> int:
@@ -54,154 +69,147 @@ def write_ros2_bag(log: PlanLog, folder: Path) -> int:
     writer = Writer(folder, version=_BAG_VERSION, storage_plugin=StoragePlugin.MCAP)
     # This compresses the chunks of the MCAP file, which every reader supports.
     writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    connections: dict[str, Any] = {}
+    messages = 0
     with writer:
-        bag = _Bag(writer, store)
-        _write(bag, log)
-    return bag.messages
+        for block in _blocks(log):
+            for time_ns, n, data in zip(block.time_ns.tolist(), block.topic.tolist(), block.data, strict=True):
+                topic = block.topics[n]
+                if topic not in connections:
+                    kind = _TYPES.get(topic, _ROBOT)
+                    connections[topic] = writer.add_connection(topic, kind, typestore=store)
+                writer.write(connections[topic], time_ns, data)
+            messages += len(block.data)
+    return messages
 
 
-class _Bag:
-    """Serializes messages from plain values and writes them."""
-
-    def __init__(self, writer: Any, store: Any) -> None:
-        self._writer, self._store = writer, store
-        self._connections: dict[str, Any] = {}
-        self.messages = 0
-
-    def make(self, kind: str, **fields: Any) -> Any:
-        return self._store.types[kind](**fields)
-
-    def header(self, time_ns: int, frame: str) -> Any:
-        stamp = self.time(time_ns, "builtin_interfaces/msg/Time")
-        return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
-
-    def time(self, time_ns: int, kind: str) -> Any:
-        seconds, rest = divmod(int(time_ns), NS_PER_S)
-        return self.make(kind, sec=seconds, nanosec=rest)
-
-    def vector(self, xyz: Any) -> Any:
-        x, y, z = (float(value) for value in xyz)
-        return self.make("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
-
-    def quaternion(self, xyzw: Any) -> Any:
-        x, y, z, w = (float(value) for value in xyzw)
-        return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
-
-    def transform(self, time_ns: int, parent: str, child: str, xyz: Any, xyzw: Any) -> Any:
-        moved = self.make("geometry_msgs/msg/Transform", translation=self.vector(xyz), rotation=self.quaternion(xyzw))
-        return self.make(
-            "geometry_msgs/msg/TransformStamped",
-            header=self.header(time_ns, parent),
-            child_frame_id=child,
-            transform=moved,
-        )
-
-    def write(self, topic: str, time_ns: int, message: Any) -> None:
-        kind = message.__msgtype__
-        if topic not in self._connections:
-            self._connections[topic] = self._writer.add_connection(topic, kind, typestore=self._store)
-        self._writer.write(self._connections[topic], int(time_ns), self._store.serialize_cdr(message, kind))
-        self.messages += 1
-
-
-def _write(bag: _Bag, log: PlanLog) -> None:
-    site = log.plan.site
+def _blocks(log: PlanLog) -> Iterator[Block]:
+    """Yield all messages, ordered by time."""
+    site, tracks = log.plan.site, tracks_of(log)
     motions = {motion.order: motion for motion in log.motions}
-    tracks = tracks_of(log)
     begins = min((track.start_ns for track in tracks), default=0)
     for number, crane in enumerate(site.cranes):
         prefix = of_crane("", number)
-        robot = bag.make("std_msgs/msg/String", data=urdf(crane, prefix))
-        bag.write(f"/{prefix}robot_description", begins, robot)
-    lifts = (_lift(bag, log, track, motions.get(track.lift.order)) for track in tracks)
-    messages: Iterable[tuple[str, int, Any]] = chain.from_iterable(lifts)
-    if site.has_several_cranes:
-        messages = sorted(messages, key=lambda message: message[1])  # lifts overlap
-    for topic, time_ns, message in messages:
-        bag.write(topic, time_ns, message)
+        robot = Cdr(1)
+        robot.text(urdf(crane, prefix))
+        yield Block(np.array([begins]), (f"/{prefix}robot_description",), np.zeros(1, np.int64), robot.packed())
+    lifts = (_lift(log, track, motions.get(track.lift.order)) for track in tracks)
+    yield from _by_time([*lifts]) if site.has_several_cranes else lifts
 
 
-def _lift(bag: _Bag, log: PlanLog, track: LoadTrack, motion: LiftMotion | None) -> Iterator[tuple[str, int, Any]]:
-    """Yield topic, time and message of all messages of a lift, ordered by time."""
+def _by_time(blocks: Sequence[Block]) -> Iterator[Block]:
+    """Yield messages of lifts that overlap as one block."""
+    if blocks:
+        time_ns = np.concatenate([block.time_ns for block in blocks])
+        order = np.argsort(time_ns, kind="stable")
+        topic = np.concatenate([block.topic for block in blocks])
+        yield Block(time_ns[order], _TOPICS, topic[order], joined([block.data for block in blocks]).picked(order))
+
+
+def _lift(log: PlanLog, track: LoadTrack, motion: LiftMotion | None) -> Block:
+    """Return all messages of a lift, ordered by time."""
     site = log.plan.site
-    yield "/lift/path", track.start_ns, _path(bag, track)
-    loads = _loads(bag, track, f"component/{site.components[track.lift.component].id}")
+    frame = f"component/{site.components[track.lift.component].id}"
+    poses = np.concatenate([track.corner_m, track.tilt], axis=1)
     if motion is None or not site.cranes:
-        for time_ns, transform in loads.items():
-            yield "/tf", time_ns, bag.make("tf2_msgs/msg/TFMessage", transforms=[transform])
-        return
+        data = joined([_path(track), _frames(track.time_ns, {frame: ("site", poses)})])
+        topic = np.concatenate([[_PATH], np.full(len(track.time_ns), _FRAMES)])
+        return Block(np.concatenate([[track.start_ns], track.time_ns]), _TOPICS, topic, data)
     crane, prefix = site.cranes[motion.crane], of_crane("", motion.crane)
-    times, axes = motion.samples()
+    times_ns, axes = motion.samples()
     joints, names = joints_of(crane, axes), tuple(f"{prefix}{name}" for name in joint_names(crane))
-    yield "/joint_trajectory", int(times[0]), _trajectory(bag, times, joints, names)
-    for time_ns, values in zip(times.tolist(), joints, strict=True):
-        state = bag.make(
-            "sensor_msgs/msg/JointState",
-            header=bag.header(time_ns, ""),
-            name=list(names),
-            position=values.copy(),
-            velocity=np.zeros(0),
-            effort=np.zeros(0),
-        )
-        yield "/joint_states", time_ns, state
-        frames = _chain(bag, time_ns, crane, values, prefix)
-        load = loads.get(time_ns)
-        transforms = frames if load is None else [*frames, load]
-        yield "/tf", time_ns, bag.make("tf2_msgs/msg/TFMessage", transforms=transforms)
+    chain = _chain(crane, joints, prefix)
+    at = np.searchsorted(track.time_ns, times_ns, side="right") - 1
+    carries = track.time_ns[at] == times_ns
+    empty, loaded = np.flatnonzero(~carries), np.flatnonzero(carries)
+    moved = {child: (parent, where[loaded]) for child, (parent, where) in chain.items()}
+    data = joined(
+        [
+            _path(track),
+            _trajectory(times_ns, joints, names),
+            _states(times_ns, joints, names),
+            _frames(times_ns[empty], {child: (parent, where[empty]) for child, (parent, where) in chain.items()}),
+            _frames(times_ns[loaded], moved | {frame: ("site", poses[at[loaded]])}),
+        ]
+    )
+    # Of each sample the joints, then the frames.
+    samples = np.arange(len(times_ns))
+    order = np.argsort(np.concatenate([[-2, -1], 2 * samples, 2 * empty + 1, 2 * loaded + 1]), kind="stable")
+    topic = np.concatenate([[_PATH, _TRAJECTORY], np.tile([_STATES, _FRAMES], len(times_ns))])
+    time_ns = np.concatenate([[track.start_ns, times_ns[0]], np.repeat(times_ns, 2)])
+    return Block(time_ns, _TOPICS, topic, data.picked(order))
 
 
-def _path(bag: _Bag, track: LoadTrack) -> Any:
-    poses = []
-    for time_ns, corner in zip(track.time_ns.tolist(), track.corner_m, strict=True):
-        x, y, z = (float(value) for value in corner)
-        point, upright = bag.make("geometry_msgs/msg/Point", x=x, y=y, z=z), bag.quaternion((0, 0, 0, 1))
-        pose = bag.make("geometry_msgs/msg/Pose", position=point, orientation=upright)
-        poses.append(bag.make("geometry_msgs/msg/PoseStamped", header=bag.header(time_ns, "site"), pose=pose))
-    return bag.make("nav_msgs/msg/Path", header=bag.header(track.start_ns, "site"), poses=poses)
+def _header(cdr: Cdr, time_ns: ArrayLike, frame: str) -> None:
+    cdr.time(time_ns)
+    cdr.text(frame)
 
 
-def _loads(bag: _Bag, track: LoadTrack, frame: str) -> dict[int, Any]:
-    return {
-        time_ns: bag.transform(time_ns, "site", frame, corner, tilt)
-        for time_ns, corner, tilt in zip(track.time_ns.tolist(), track.corner_m, track.tilt, strict=True)
-    }
+def _path(track: LoadTrack) -> Packed:
+    cdr = Cdr(1)
+    _header(cdr, [track.start_ns], "site")
+
+    def pose(cdr: Cdr, some: slice) -> None:
+        corner_m = track.corner_m[some]
+        _header(cdr, track.time_ns[some], "site")
+        cdr.doubles(np.concatenate([corner_m, np.tile(_UPRIGHT, (len(corner_m), 1))], axis=1))
+
+    return cdr.packed_with(len(track.time_ns), pose)
 
 
-def _trajectory(bag: _Bag, times: NDArray[np.int64], joints: NDArray[np.float64], names: tuple[str, ...]) -> Any:
-    none = np.zeros(0)
-    points = [
-        bag.make(
-            "trajectory_msgs/msg/JointTrajectoryPoint",
-            positions=values.copy(),
-            velocities=none,
-            accelerations=none,
-            effort=none,
-            time_from_start=bag.time(time_ns - int(times[0]), "builtin_interfaces/msg/Duration"),
-        )
-        for time_ns, values in zip(times.tolist(), joints, strict=True)
-    ]
-    header = bag.header(int(times[0]), "")
-    return bag.make("trajectory_msgs/msg/JointTrajectory", header=header, joint_names=list(names), points=points)
+def _trajectory(times_ns: NDArray[np.int64], joints: NDArray[np.float64], names: tuple[str, ...]) -> Packed:
+    cdr = Cdr(1)
+    _header(cdr, times_ns[:1], "")
+    cdr.texts(names)
+
+    def point(cdr: Cdr, some: slice) -> None:
+        cdr.sequence(joints[some])
+        for _ in ("velocities", "accelerations", "effort"):
+            cdr.number(0)
+        cdr.time(times_ns[some] - times_ns[0])
+
+    return cdr.packed_with(len(times_ns), point)
 
 
-def _chain(bag: _Bag, time_ns: int, crane: TowerCrane, joints: NDArray[np.float64], prefix: str) -> list[Any]:
-    """Return the crane's frames, as in its URDF."""
-    slew, radius, rope = (float(value) for value in joints)
+def _states(times_ns: NDArray[np.int64], joints: NDArray[np.float64], names: tuple[str, ...]) -> Packed:
+    cdr = Cdr(len(times_ns))
+    _header(cdr, times_ns, "")
+    cdr.texts(names)
+    cdr.sequence(joints)
+    for _ in ("velocity", "effort"):
+        cdr.number(0)
+    return cdr.packed()
+
+
+def _frames(times_ns: NDArray[np.int64], frames: dict[str, tuple[str, Poses]]) -> Packed:
+    """Return the messages of frames: by their names each frame's parent, and where it is in it."""
+    cdr = Cdr(len(times_ns))
+    cdr.number(len(frames))
+    for child, (parent, poses) in frames.items():
+        _header(cdr, times_ns, parent)
+        cdr.text(child)
+        cdr.doubles(poses)
+    return cdr.packed()
+
+
+def _chain(crane: TowerCrane, joints: NDArray[np.float64], prefix: str) -> dict[str, tuple[str, Poses]]:
+    """Return the crane's frames, as in its URDF: by their names each frame's parent, and where it is in it."""
+    slew, radius, rope = np.ascontiguousarray(joints.T)
     base_m, top_m, jib = crane.base_m, crane.jib_height_m, crane.luffing
-    none, turn = (0, 0, 0, 1), (0, 0, np.sin(slew / 2), np.cos(slew / 2))
-    frames: list[tuple[str, Any, Any]] = [("crane_base", base_m, none)]
+    turn = (0.0, 0.0, np.sin(slew / 2), np.cos(slew / 2))
+    frames: list[tuple[str, Sequence[ArrayLike], Sequence[ArrayLike]]] = [("crane_base", [*base_m], _UPRIGHT)]
     if jib is not None:
         half = radius / 2.0  # the second joint is the luff angle
         frames += [
-            ("platform", (0, 0, jib.pivot_height_m - float(base_m[2])), turn),
-            ("jib", (jib.pivot_offset_m, 0, 0), (0, -np.sin(half), 0, np.cos(half))),
-            ("tip", (jib.length_m, 0, 0), (0, np.sin(half), 0, np.cos(half))),
+            ("platform", (0.0, 0.0, jib.pivot_height_m - float(base_m[2])), turn),
+            ("jib", (jib.pivot_offset_m, 0.0, 0.0), (0.0, -np.sin(half), 0.0, np.cos(half))),
+            ("tip", (jib.length_m, 0.0, 0.0), (0.0, np.sin(half), 0.0, np.cos(half))),
         ]
     else:
-        frames += [("jib", (0, 0, top_m - float(base_m[2])), turn), ("trolley", (radius, 0, 0), none)]
-    frames.append(("hook", (0, 0, -rope), none))
-    names = ["site", *(f"{prefix}{name}" for name, _, _ in frames)]
-    return [
-        bag.transform(time_ns, parent, child, at, rotation)
+        frames += [("jib", (0.0, 0.0, top_m - float(base_m[2])), turn), ("trolley", (radius, 0.0, 0.0), _UPRIGHT)]
+    frames.append(("hook", (0.0, 0.0, -rope), _UPRIGHT))
+    names = ["site", *(f"{prefix}{name}" for name, *_ in frames)]
+    return {
+        child: (parent, np.stack(np.broadcast_arrays(slew, *at, *rotation)[1:], axis=1))
         for (parent, child), (_, at, rotation) in zip(pairwise(names), frames, strict=True)
-    ]
+    }
