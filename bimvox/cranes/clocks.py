@@ -14,6 +14,7 @@ from bimvox.cranes.track import approach_track
 from bimvox.motion.shift import held_longer
 from bimvox.motion.steps import may_pause
 from bimvox.records.lift import LiftPlan
+from bimvox.site.beside import parts_beside
 from bimvox.units import NS_PER_S
 
 _STEP_NS = 5 * NS_PER_S
@@ -89,6 +90,7 @@ class Clocks:
         self.cranes: list[CraneClock] = []
         self._plan, self._site, self._ready_ns, self._may_pause = plan, plan.site, ready_ns, may_pause(plan)
         self._deliveries = {one.lift.order: one.lift.place.delivery for one in lifts if one.lift.place is not None}
+        self._component, self._beside = {lift.order: lift.component for lift in plan.lifts}, parts_beside(plan.site)
         self._raised_ns: dict[int, int] = {}
         self._set_ns: dict[int, int] = {}
         self._released_ns: dict[int, int] = {}
@@ -250,8 +252,13 @@ class Clocks:
         return False
 
     def _set_after_ns(self, order: int) -> int:
-        """Return the time before which the part of a lift must not be set."""
-        earlier = [released_ns for n, released_ns in self._released_ns.items() if n < order]
+        """Return the time before which the part of a lift must not be set (R2)."""
+        next_to = self._beside[self._component[order]]
+        earlier = [
+            released_ns if next_to[self._component[n]] else self._set_ns[n]
+            for n, released_ns in self._released_ns.items()
+            if n < order
+        ]
         legs = [leg.end_ns for one in self.cranes for leg in one.legs.get(one.done, ()) if order in leg.before]
         return max([*earlier, *legs, self._passed_ns])
 

@@ -61,11 +61,8 @@ def pairs(search: Search, machines: Sequence[Machine]) -> list[Tried]:
         if len(bases_m):
             stands.append(_Stand(rig, bases_m, search.served(rig, bases_m, work), search.rates(rig.machine)))
     share = len(search.work.masses_kg) / len(work.masses_kg)
-    least_s = sum(crew.brace_s + crew.hook_off_s for crew in search.crews) / share  # one part is set at a time
     separation_m = search.config.rules_in_force.crane_separation_m
-    chosen = _choice(
-        [_rough(a, b, separation_m, (share, least_s)) for a, b in combinations_with_replacement(stands, 2)]
-    )
+    chosen = _choice([_rough(a, b, separation_m, share) for a, b in combinations_with_replacement(stands, 2)])
     close = {n: tried for n, one in enumerate(chosen) if (tried := _close(search, one, separation_m, FEW_LIFTS))}
     front = front_of(list(close.values()))
     # Over the budget, one says so.
@@ -95,9 +92,8 @@ class _Rough:
     cost: float
 
 
-def _rough(a: _Stand, b: _Stand, separation_m: float, scale: tuple[float, float]) -> _Rough | None:
+def _rough(a: _Stand, b: _Stand, separation_m: float, share: float) -> _Rough | None:
     """Return the best places of two rigs; None if none are far enough apart."""
-    share, least_s = scale
     apart_m = distances_m(a.bases_m, b.bases_m)
     allowed = apart_m >= _least_apart_m(a.rig, b.rig, separation_m)
     if not allowed.any():
@@ -105,7 +101,7 @@ def _rough(a: _Stand, b: _Stand, separation_m: float, scale: tuple[float, float]
     missed, busy_s = _together(a.found, b.found)
     order = np.lexsort((busy_s.ravel(), missed.ravel(), ~allowed.ravel()))
     m, n = np.unravel_index(int(order[0]), busy_s.shape)
-    hours = max(least_s, float(busy_s[m, n])) * share / 3600.0
+    hours = float(busy_s[m, n]) * share / 3600.0
     bases = (a.bases_m[m], b.bases_m[n])
     return _Rough((a.rig, b.rig), bases, int(missed[m, n]), hours, a.rates.with_another(b.rates).total(hours))
 
@@ -208,6 +204,7 @@ def _makespan_s(search: Search, whose: NDArray[np.int64], lift_s: NDArray[np.flo
         first=np.zeros(count + 1, np.int64),
         under=np.zeros(0, np.int64),
         apart=NOTHING_APART,
+        beside=search.beside,
     )
     return makespan_s(times, range(count))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from bimvox.library.site import built_site
 from bimvox.planning.preparation import prepare
 from bimvox.planning.stacks import is_stacked
 from bimvox.progress import Progress
+from bimvox.site.beside import parts_beside
 from bimvox.site.config.site_config import Polygon
 from bimvox.site.costs import Rates
 from bimvox.site.crane_guess import Wanted, best_set_up, machine_of_crane
@@ -72,6 +74,12 @@ class Search:
         self._ways: dict[OtherYard | None, Ways] = {}
         self.crews = [crew_times(config.rules_in_force, part) for part in parts]
         progress.finish()
+
+    @cached_property
+    def beside(self) -> NDArray[np.bool_]:
+        """(N, N) which parts stand next to each other."""
+        numbers = [component.index for component in self._components]
+        return parts_beside(self._site)[np.ix_(numbers, numbers)]
 
     def rigs(self, machines: Sequence[Machine]) -> Iterator[Rig]:
         """Yield each machine with each jib and reeving."""

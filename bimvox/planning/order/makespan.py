@@ -22,6 +22,7 @@ from bimvox.planning.order.apart import Apart, apart_of, waits_s
 from bimvox.planning.order.shared_order import at, pairs
 from bimvox.planning.other_cranes import could_lift
 from bimvox.records.lift import YardPlace
+from bimvox.site.beside import parts_beside
 from bimvox.site.casting import curing_s, work_and_wait_s
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
 from bimvox.site.means import Means
@@ -30,10 +31,13 @@ from bimvox.site.site import Site
 Places = tuple[YardPlace | None, ...]
 _OVER = 2.0
 """Timed loaded motions take 1.8 to 2.5 times the slowest axis over the parts below, on seven models."""
+NOTHING_BESIDE = np.zeros((0, 0), np.bool_)
+"""Of one crane."""
 _SAME_S = 1e-6
-_RAISED, _RELEASED, _EARLIER, _DELIVERY, _CREWS, _BEGUN, COLUMNS = 0, 1, 2, 3, 4, 6, 7
+_RAISED, _RELEASED, _EARLIER, _DELIVERY, _CREWS, _SET, _BEGUN, COLUMNS = 0, 1, 2, 3, 4, 6, 7, 8
 """Columns of a state, after each crane's free time and last part: when the last part was raised, when the slings of all
-were off, the same of earlier deliveries, the delivery, when each of two crews is free, whether a lift has begun."""
+were off, the same of earlier deliveries, the delivery, when each of two crews is free, when all parts were at their
+places, whether a lift has begun."""
 
 
 class OrderTimes(NamedTuple):
@@ -53,6 +57,7 @@ class OrderTimes(NamedTuple):
         first: (N + 1,) int64 where those that it rests on begin in ``under``.
         under: (M,) int64.
         apart: What keeps several cranes apart.
+        beside: (N, N) which parts stand next to each other, of several cranes.
     """
 
     crane: NDArray[np.int64]
@@ -68,6 +73,7 @@ class OrderTimes(NamedTuple):
     first: NDArray[np.int64]
     under: NDArray[np.int64]
     apart: Apart
+    beside: NDArray[np.bool_]
 
 
 class Course(NamedTuple):
@@ -150,6 +156,7 @@ def order_times(
         np.concatenate([[0], np.cumsum([len(own) for own in under])]).astype(np.int64),
         np.array([j for own in under for j in own], np.int64),
         apart_of(site, axes, over_m, spans_s),
+        parts_beside(site) if cranes > 1 else NOTHING_BESIDE,
     )
 
 
@@ -219,7 +226,7 @@ def walk(
     count, cranes = len(order), (states.shape[1] - COLUMNS) // 2
     raised, released = 2 * cranes + _RAISED, 2 * cranes + _RELEASED
     earlier, delivery = 2 * cranes + _EARLIER, 2 * cranes + _DELIVERY
-    crews, begun = 2 * cranes + _CREWS, 2 * cranes + _BEGUN
+    crews, placed, begun = 2 * cranes + _CREWS, 2 * cranes + _SET, 2 * cranes + _BEGUN
     width = states.shape[1]
     for column in range(width):  # numba copies a slice by way of memory that it allocates
         states[first, column] = before[first, column]
@@ -253,7 +260,7 @@ def walk(
             states[n, k] + empty_s,
             states[n, raised],
             states[now, earlier],
-            states[n, released] - times.lead_s[i] - carry_s,
+            states[n, placed] - times.lead_s[i] - carry_s,
         )
         if cranes == 1:
             hooked_s = max(hooked_s, ready_s + empty_s)
@@ -263,11 +270,15 @@ def walk(
             before_it = int(states[n, cranes + other])
             if other != k and before_it >= 0:
                 hooked_s = max(hooked_s, states[n, other] + waits_s(times.apart, (other, before_it), (k, i)))
+                if times.beside[before_it, i]:  # its earlier ones stood by themselves before it was hooked on
+                    hooked_s = max(hooked_s, states[n, other] - times.lead_s[i] - carry_s)
         states[now, raised] = hooked_s + times.lead_s[i]
-        states[now, released] = states[now, k] = states[now, raised] + carry_s + times.off_s[i]
+        states[now, placed] = states[now, raised] + carry_s
+        states[now, k] = states[now, placed] + times.off_s[i]
+        states[now, released] = max(states[n, released], states[now, k])
         states[now, cranes + k] = i
         states[now, begun] = 1.0
-        carries_s[i] = states[now, released] + times.hold_s[i]
+        carries_s[i] = states[now, k] + times.hold_s[i]
         if n + 1 >= behind and len(times.under) == 0 and _is_shifted(before, states, now, cranes):
             return n + 1
     return count
@@ -287,5 +298,6 @@ def _is_shifted(before: NDArray[np.float64], states: NDArray[np.float64], n: int
     same: bool = (
         abs(other[2 * cranes + _RAISED] - one[2 * cranes + _RAISED] - later_s) <= _SAME_S
         and abs(other[2 * cranes + _EARLIER] - one[2 * cranes + _EARLIER] - later_s) <= _SAME_S
+        and abs(other[2 * cranes + _SET] - one[2 * cranes + _SET] - later_s) <= _SAME_S
     )
     return same

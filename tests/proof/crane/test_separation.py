@@ -7,6 +7,7 @@ import pytest
 from named_cranes import default_crane, default_luffing_crane
 from two_cranes import shifted, two_crane_plan, waiting
 
+from bimvox.bim.building import TriangleMesh
 from bimvox.crane.conflict import SPAN_NS, CraneTrack, first_conflict, joined
 from bimvox.crane.meeting import (
     COLUMNS,
@@ -109,8 +110,10 @@ def test_cranes_that_only_pass_each_other_must_also_be_able_to_stop():
     assert all("told to stop" in failure for failure in cranes.failures)
 
 
-def test_turns_that_are_not_kept_are_named():
+@pytest.mark.parametrize("names", ["connected", "after", "near"])
+def test_turns_that_are_not_kept_are_named(names):
     plan, motions = two_crane_plan()
+    plan = next_to_the_first(plan, names)
     lifts = {motion.order: motion for motion in motions}
     later = lifts[1]
     wait_ns = next(phase.end_ns - phase.start_ns for phase in later.phases if phase.name is PhaseName.WAIT)
@@ -129,6 +132,40 @@ def test_turns_that_are_not_kept_are_named():
     assert turns.failures[0].startswith("lift 2 is hooked on at 0.000 s, before lift 1 is raised")
     assert turns.failures[1].startswith("lift 2 comes to its place at")
     assert turns.culprits == {plan.site.components[later.component].id}
+
+
+@pytest.mark.parametrize(("names", "may"), [("nothing", True), ("near", False), ("far", True)])
+def test_a_part_comes_to_its_place_while_one_that_is_not_next_to_it_is_braced(names, may):
+    plan, motions = two_crane_plan()
+    plan = next_to_the_first(plan, names)
+    first, second, *_ = sorted(motions, key=lambda motion: motion.order)
+    between_ns = (first.set_ns + first.released_ns) // 2
+    _, turns = proof(plan, shifted(motions, second.crane, between_ns - second.set_ns))
+    named = [failure for failure in turns.failures if failure.startswith("lift 2 comes to its place")]
+    assert bool(named) != may
+    assert all("next to it stands by itself" in failure for failure in named)
+    _, turns = proof(plan, shifted(motions, second.crane, first.set_ns - second.set_ns - S))
+    assert [failure for failure in turns.failures if failure.startswith("lift 2 comes to its place")]
+
+
+def next_to_the_first(plan, names):
+    """Return a plan in which the part of the second lift is named, or stands, next to that of the first one."""
+    parts = list(plan.site.components)
+    first, second = (parts[lift.component] for lift in sorted(plan.lifts, key=lambda lift: lift.order)[:2])
+    size_m = first.mesh.bounds_m[1, 1] - first.mesh.bounds_m[0, 1]
+    near, far = (
+        TriangleMesh(first.mesh.vertices_m + np.array([0.0, size_m + gap_m, 0.0]), first.mesh.faces)
+        for gap_m in (2.9, 3.1)
+    )
+    more = {
+        "connected": {"hints": dataclasses.replace(second.hints, connected=(first.id,))},
+        "after": {"after": (first.id,)},
+        "near": {"mesh": near},
+        "far": {"mesh": far},
+        "nothing": {},
+    }[names]
+    parts[second.index] = dataclasses.replace(second, **more)
+    return dataclasses.replace(plan, site=dataclasses.replace(plan.site, components=tuple(parts)))
 
 
 def test_a_later_delivery_waits_for_the_one_before():
