@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Iterator
 from typing import Any
 
@@ -100,16 +101,39 @@ def to_json(log: PlanLog, dates: PlanDates | None = None) -> dict[str, Any]:
 
     The deliveries are those of :func:`bimvox.exporters.deliveries.delivery_records`.
     """
-    site = log.plan.site
+    return _document(log, dates) | {"lifts": [*_lifts(log, dates)]}
+
+
+def json_bytes(log: PlanLog, dates: PlanDates | None = None) -> bytes:
+    """Return :func:`to_json` as text; one lift at a time has a Python object for each of its numbers."""
+    encoder = json.JSONEncoder(ensure_ascii=False, indent=1)
+    before, after = encoder.encode(_document(log, dates)).split('\n "lifts": []')
+    stream = io.BytesIO()
+    stream.write(f'{before}\n "lifts": ['.encode())
+    end = "]"
+    for n, lift in enumerate(_lifts(log, dates)):
+        text = "\n" + encoder.encode(lift)
+        stream.write(("," * (n > 0) + text.replace("\n", "\n  ")).encode())
+        end = "\n ]"
+    stream.write(f"{end}{after}\n".encode())
+    return stream.getvalue()
+
+
+def _lifts(log: PlanLog, dates: PlanDates | None) -> Iterator[dict[str, Any]]:
+    """Yield every lift with its path and samples."""
     samples = _samples(log)
     columns = list(SAMPLE_COLUMNS)[3:]
-    lifts = []
     for lift, record in zip(log.plan.lifts, _lift_records(log, dates), strict=True):
         cells = None if lift.path_vox is None else lift.path_vox.tolist()
-        corner_m = None if lift.path_vox is None else site.frame.corner_of(lift.path_vox).tolist()
+        corner_m = None if lift.path_vox is None else log.plan.site.frame.corner_of(lift.path_vox).tolist()
         rows = next(samples)[1] if lift.status is Status.PLANNED else []
         series = {name: [row[n] for row in rows] for n, name in enumerate(columns)}
-        lifts.append({**record, "path_vox": cells, "path_m": corner_m, "samples": series})
+        yield {**record, "path_vox": cells, "path_m": corner_m, "samples": series}
+
+
+def _document(log: PlanLog, dates: PlanDates | None) -> dict[str, Any]:
+    """Return what there is, without the lifts."""
+    site = log.plan.site
     return {
         "site": site.name,
         "site_digest": site.digest,
@@ -123,7 +147,7 @@ def to_json(log: PlanLog, dates: PlanDates | None = None) -> dict[str, Any]:
         },
         "calendar": dates.document() if dates else None,
         "deliveries": delivery_records(log, dates),
-        "lifts": lifts,
+        "lifts": [],
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": c.depth_m, "way_out_m": c.way_out_m}
             for c in log.plan.clashes

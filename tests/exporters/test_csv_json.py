@@ -13,14 +13,16 @@ from bimvox.errors import SelectionError
 from bimvox.exporters.csv_json import (
     LIFT_COLUMNS,
     SAMPLE_COLUMNS,
+    json_bytes,
     lifts_csv,
     to_csv,
     to_json,
     to_mcap,
 )
-from bimvox.exporters.formats import FORMATS
+from bimvox.exporters.formats import FORMATS, Source, format_for
 from bimvox.exporters.lift_schedule import DEFAULT_BEGIN
 from bimvox.exporters.log import log_bytes as exported
+from bimvox.exporters.log import messages_in
 from bimvox.log.lift_choice import chosen_lifts
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
@@ -134,3 +136,14 @@ def test_an_id_of_an_extract_must_be_in_it(tmp_path: Path) -> None:
     part = extract(tiny_log(), ["3"], tmp_path)
     with pytest.raises(SelectionError, match="there is no lift 1 in this log"):
         chosen_lifts(part, ["1"])
+
+
+@pytest.mark.parametrize("orders", [(), (0,), (0, 1, 2)])
+@pytest.mark.parametrize("crane", [False, True])
+def test_json_written_lift_by_lift_is_that_of_the_whole_document(crane: bool, orders: tuple[int, ...]) -> None:
+    log = tiny_log(crane=crane).extract(orders)
+    document, data = to_json(log), json_bytes(log)
+    assert data == (json.dumps(document, ensure_ascii=False, indent=1) + "\n").encode()
+    wanted = format_for(Source.LOG, "json", None)
+    assert wanted is not None
+    assert messages_in(data, wanted) == sum(len(lift["samples"]["time_s"]) for lift in document["lifts"])
