@@ -84,7 +84,7 @@ def test_the_path_that_comes_back_with_the_site_has_its_fewest_moves_back() -> N
     assert searched(fenced).failures == searched(again).failures == []
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_after_any_changes_what_is_stated_is_true(seed: int) -> None:
     rng = np.random.default_rng(seed)
     current, preparation = planned(site_with())

@@ -40,7 +40,7 @@ def test_a_policy_is_stored_with_its_outline_and_its_curve_is_written_on_request
     document = train(
         without_clearances(site_folder),
         start_from="none",
-        steps=2_500,
+        steps=2_100,
         curve=tmp_path / "curve.csv",
         tensorboard=tmp_path / "runs",
         progress=progress,
