@@ -10,6 +10,7 @@ import time
 import zlib
 from collections.abc import Iterator
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -303,8 +304,11 @@ def log_of_zeros(uncompressed: int) -> bytes:
     return empty[:header_end] + b"\x06" + struct.pack("<Q", len(body)) + body + empty[header_end:]
 
 
-@pytest.mark.parametrize("command", ["verify", "inspect", "export", "report"])
-@pytest.mark.parametrize("size", [32 << 20, 512 << 20])
+# What is small enough to be read is read record by record, so that 32 MiB of them take a second.
+@pytest.mark.parametrize(
+    ("size", "command"),
+    [(32 << 20, "verify"), *product((2 << 20, 512 << 20), ("verify", "inspect", "export", "report"))],
+)
 def test_a_bomb_in_a_log_is_refused_by_its_header(command, size, refused) -> None:
     Path("a.mcap").write_bytes(log_of_zeros(size))
     started_s = time.monotonic()
