@@ -84,6 +84,7 @@ _SHAPED = (
 )
 FIRST_SLOW = len(_SHAPED)
 """From here on each rung of the ladder is the rung before it, driven slower."""
-LADDER = (*_SHAPED, *(Calm(THREE, 1.05, pace) for pace in (0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.25, 0.18, 0.12)))
+_PACES = (0.95, 0.9, 0.8, 0.72, 0.65, 0.57, 0.5, 0.42, 0.35, 0.3, 0.25, 0.21, 0.18, 0.15, 0.12)
+LADDER = (*_SHAPED, *(Calm(THREE, 1.05, pace) for pace in _PACES))
 """Shapings of a move, tried in this order until the load hangs at rest where it must. Slewing differs from what shaping
 assumes (the jib turns under the swinging load and pulls it inward), and hoisting changes the period."""

@@ -1,6 +1,7 @@
 """Loads hang at rest when shaped moves end; the planner's swing equals that of the proof."""
 
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -190,3 +191,9 @@ def test_a_load_that_swings_too_far_at_any_pace_is_refused():
         steadied(crane, moves, pendulum, SwingRules(lambda timeline: timeline, fault_s, 1.0))
     assert len(paces) == len(LADDER)
     assert paces[-1] > 5 * paces[0]
+
+
+def test_each_rung_of_the_ladder_slows_a_move_by_a_fifth_at_most():
+    paces = [calm.pace for calm in LADDER]
+    assert paces[-1] == 0.12
+    assert all(0.79 < slower / faster <= 1.0 for faster, slower in pairwise(paces))
