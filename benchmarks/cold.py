@@ -67,14 +67,18 @@ def main() -> None:
 
 
 def _write() -> None:
+    text = _LIST.read_text("utf-8")
     _LIST.write_text("{}\n", "utf-8")  # otherwise a helper compiles what the old list asks for
-    with tempfile.TemporaryDirectory() as temporary:
-        folder, entries = Path(temporary), {}
-        for name, act in _ACTS.items():
-            known = list(folder.rglob("*.nbc"))
-            _spent(folder, act)
-            entries[name] = written(folder, known)
-    _LIST.write_text(text_of(entries), "utf-8")
+    try:
+        with tempfile.TemporaryDirectory() as temporary:
+            folder, entries = Path(temporary), {}
+            for name, act in _ACTS.items():
+                known = list(folder.rglob("*.nbc"))
+                _spent(folder, act)
+                entries[name] = written(folder, known)
+        text = text_of(entries)
+    finally:  # if a command fails, the list stays as it was
+        _LIST.write_text(text, "utf-8")
 
 
 def text_of(entries: Mapping[str, Sequence[object]]) -> str:

@@ -70,7 +70,7 @@ def driven(site: Site, lift: Lift, motion: LiftMotion, rate: LogRate) -> Driven:
     hung = _in_hook_frame(crane, time_ns, axes, track)[sampled]
     shown, load_shown = np.ones(len(time_ns), np.bool_), np.ones(len(track.time_ns), np.bool_)
     if rate is LogRate.MOTION:
-        always_ns = _ends_ns(motion, track)
+        always_ns = _around(_ends_ns(motion, track), time_ns)
         values = np.concatenate([axes, joints_of(crane, axes), _at_all(hung, first, last, len(time_ns))], axis=1)
         shown = needed(time_ns, values, _limits(crane, float(axes[:, 1].max())), always_ns)
         places = np.concatenate([track.corner_m, track.tilt], axis=1)
@@ -99,6 +99,14 @@ def _ends_ns(motion: LiftMotion, track: LoadTrack) -> NDArray[np.int64]:
     phases = [time_ns for phase in motion.phases for time_ns in (phase.start_ns, phase.end_ns)]
     parts = [motion.start_ns + int(part.time_ns[n]) for part in motion.trajectories for n in (0, -1)]
     return np.array([*phases, *parts, *(time_ns for time_ns, _ in track.states)], np.int64)
+
+
+def _around(at_ns: NDArray[np.int64], times_ns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return times, and the samples before and after those that are no samples: a command at one is on their line."""
+    before = np.searchsorted(times_ns, at_ns, side="right") - 1
+    after = np.searchsorted(times_ns, at_ns)
+    last = len(times_ns) - 1
+    return np.concatenate([at_ns, times_ns[np.clip(before, 0, last)], times_ns[np.clip(after, 0, last)]])
 
 
 def _in_hook_frame(
