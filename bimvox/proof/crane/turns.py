@@ -83,14 +83,13 @@ class _Near:
     """When the parts stand by themselves that are next to a part: near it, connected to it, or before or after it."""
 
     def __init__(self, site: Site) -> None:
-        self._components = site.components
         bounds_m = [component.mesh.bounds_m for component in site.components]
         self._low_m, self._high_m = (np.array([one[n] for one in bounds_m]).reshape(-1, 3) for n in (0, 1))
-        self._numbers = {component.id: component.index for component in site.components}
+        numbers = {component.id: component.index for component in site.components}
         self._related = [set[int]() for _ in site.components]
         for component in site.components:
             for other in (*component.hints.connected, *component.before, *component.after):
-                if (number := self._numbers.get(other)) is not None:
+                if (number := numbers.get(other)) is not None:
                     self._related[component.index].add(number)
                     self._related[number].add(component.index)
         self._released_ns = np.full(len(bounds_m), ALWAYS_NS[0])
