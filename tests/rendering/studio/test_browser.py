@@ -552,6 +552,8 @@ def test_a_plan_is_carried_out_and_a_truck_is_dropped_meanwhile(studio):
     assert studio.page.inner_text("#carried").split(" · ")[0] > before.split(" · ")[0]
     studio.page.click('[data-key="add-box"]')
     studio.wait("document.getElementById('stage').textContent.startsWith('Revision 1 (obstruction 1)')")
+    studio.drag('[data-handle="boxes/0"]', 18.0, 0.0)  # onto the place of Column A7, one of the last columns
+    studio.wait("document.getElementById('stage').textContent.startsWith('Revision 2 (obstruction 1)')")
     studio.wait("document.querySelector('#parts-list .changed .why')?.textContent.includes('obstruction 1')")
     studio.page.click("#job button")
     studio.wait("document.getElementById('job').hidden")
