@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 SCRIPT = """
 import json, math, sys
 from bimvox.compiled import kernel
@@ -49,6 +51,7 @@ def said(folder: Path, *factors: str) -> list[list[Any]]:
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
+@pytest.mark.slow
 def test_what_a_kernel_calls_is_not_in_its_file_but_loaded_before_it(tmp_path: Path) -> None:
     ((value, *made),) = said(tmp_path, "3")
     assert made == [[1, 1], [0, 0], 0]

@@ -7,6 +7,8 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
 from bimvox.processes import processors, python_module, run_to_end
 
 PARENT = """
@@ -46,6 +48,7 @@ def test_a_worker_finds_the_package_and_no_file_of_the_current_folder(tmp_path, 
     assert done.code == 0
 
 
+@pytest.mark.slow
 def test_a_worker_ends_with_its_parent_whatever_ends_it():
     with subprocess.Popen([sys.executable, "-c", PARENT, CHILD], stdout=subprocess.PIPE, text=True) as parent:
         assert parent.stdout is not None

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from types import FrameType
 from typing import Annotated
 
@@ -93,6 +94,12 @@ app.add_typer(policy, name="policy", context_settings=HELP_NAMES)
 app.add_typer(experiment, name="experiment", context_settings=HELP_NAMES)
 
 
+@cache
+def _parser() -> Callable[..., object]:
+    """Return the parser of all commands: who runs many command lines in one process builds it once."""
+    return typer.main.get_command(app)
+
+
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit code; the entry point of ``bimvox``.
 
@@ -115,7 +122,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     previous = signal.signal(signal.SIGTERM, terminate)
     try:
         with interruptible():
-            code = app(given, prog_name="bimvox", standalone_mode=False)
+            code = _parser()(given, prog_name="bimvox", standalone_mode=False)
         sys.stdout.flush()
     except BrokenPipeError:
         # The reader of our stdout has closed it (``bimvox ... | head``), so nothing can be reported.

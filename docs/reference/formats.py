@@ -6,6 +6,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Any
 
 from bimvox_pipeline.schema import schema
@@ -49,6 +50,7 @@ def _head(name: str) -> Iterator[str]:
     yield from [f"# {title}", "", f"From `bimvox schema {name}`; explained in {explained}.", ""]
 
 
+@cache
 def _document(name: str) -> Document:
     found = schema(name, plain_values=True)
     if not isinstance(found, dict):

@@ -80,7 +80,7 @@ def test_for_each_plan_that_refuses_parts_another_set_up_is_planned(
     assert {one.machine for one in around} == {other.machine}
 
 
-@pytest.mark.parametrize("angle_deg", [60, 20])
+@pytest.mark.parametrize("angle_deg", [pytest.param(60, marks=pytest.mark.slow), 20])
 def test_its_sites_have_the_cranes_of_the_search_and_of_the_commands_site_files(
     site: Path, monkeypatch: pytest.MonkeyPatch, angle_deg: int
 ) -> None:

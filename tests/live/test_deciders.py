@@ -42,6 +42,7 @@ def test_lifts_keep_what_must_come_before():
         assert job.lifts[lift].earlier <= set(done[:place])
 
 
+@pytest.mark.slow
 def test_who_knows_the_future_loses_less():
     lost_s = {decide: np.mean([run(decide, seed).lost_s for seed in range(10)]) for decide in (stop_and_wait, Oracle())}
     assert lost_s[Oracle()] < 0.8 * lost_s[stop_and_wait]

@@ -98,6 +98,7 @@ def test_a_programme_next_to_the_site_file_is_kept_and_goes_with_the_log(tmp_pat
         differences(None)
 
 
+@pytest.mark.slow
 def test_a_programme_given_to_plan_is_recorded_and_proven(tmp_path):
     """It takes the place of the site file's, goes with the log, and is asked for where files are compared."""
     parts = [part for part in read_building(SAMPLES / "frame.ifc").elements if part.role is Role.COMPONENT]

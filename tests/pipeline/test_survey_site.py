@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 from bimvox_pipeline.inspect.inspect import inspect
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
@@ -18,6 +19,7 @@ from bimvox.progress import SilentProgress
 MODEL = Path(__file__).parents[2] / "sample_models" / "frame_georeferenced.ifc"
 
 
+@pytest.mark.slow
 def test_a_site_in_map_coordinates_gives_the_same_plan_and_is_proven(tmp_path: Path, store: Path) -> None:
     told = SilentProgress()
     init(MODEL, tmp_path / "a.site.toml", voxel_size_m=0.5, progress=told)

@@ -60,6 +60,7 @@ def gpu_there(request, monkeypatch):
     return lambda: monkeypatch.setattr(torch.cuda, "is_available", lambda: request.param)
 
 
+@pytest.mark.slow
 def test_a_gpu_in_the_machine_changes_no_policy_of_a_site(gpu_there):
     before = train([default_problem()], TINY, seed=1, steps=128).network
     gpu_there()

@@ -42,12 +42,14 @@ def test_same_seed_same_weights():
     assert not np.array_equal(first.network.weights[0], other.network.weights[0])
 
 
+@pytest.mark.slow
 def test_training_leaves_no_log_folder_behind(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     train([default_problem()], TINY, seed=1, steps=64)
     assert list(tmp_path.glob("SB3*")) == []
 
 
+@pytest.mark.slow
 def test_the_papers_site_is_learned_from_every_yard_start(paper_policy):
     everywhere = evaluate(paper_policy.network, [default_problem()], starts=1_000)
     assert everywhere.arrived.size == 191
@@ -70,6 +72,7 @@ def test_a_good_enough_initial_network_is_kept_untrained(paper_policy):
     assert again.parent == "abc"
 
 
+@pytest.mark.slow
 def test_training_continues_from_a_network(paper_policy):
     strict = replace(paper_policy.config, required_ratio=0.5, exploration_first=0.1)
     more = train([default_problem()], strict, seed=5, steps=600, start=TrainingStart(paper_policy.network))
@@ -215,6 +218,7 @@ def test_a_mirrored_site_is_the_same_to_the_network():
     np.testing.assert_allclose(values[1], values[0][[0, 1, 3, 2, 4, 5]], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_an_interrupted_training_resumes(tmp_path):
     checkpoints = []
     whole = train([default_problem()], TINY, seed=0, steps=200, checkpoint=checkpoints.append)

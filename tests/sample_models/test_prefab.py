@@ -90,6 +90,7 @@ def test_every_part_rests_on_others_and_does_not_tip(prefab_lifts: list[Any]) ->
     assert all(abs(lift.bounds_m[0, 2]) < 1e-9 for lift in prefab_lifts if lift.is_structure)
 
 
+@pytest.mark.slow
 def test_some_order_of_straight_descents_builds_it_all(prefab_lifts: list[Any]) -> None:
     order: nx.DiGraph[str] = nx.DiGraph()
     lifts = [lift for lift in prefab_lifts if not lift.is_structure and not lift.is_fitting]

@@ -46,6 +46,7 @@ def clone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_version_changelog_wheel_sbom_checksums_and_tag(clone: Path) -> None:
     made = release(clone, "9.1.0", LOCKS, TODAY)
     names = [file.name for file in made]

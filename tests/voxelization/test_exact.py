@@ -76,6 +76,7 @@ def same(a: PartVoxels, b: PartVoxels) -> bool:
     return all(np.array_equal(x, y) for x, y in arrays) and a.fill == b.fill and a.shape == b.shape
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(solids, st.booleans())
 def test_closed_meshes_equal_the_reference(mesh: TriangleMesh, inside_out: bool) -> None:

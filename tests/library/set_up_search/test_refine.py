@@ -36,6 +36,7 @@ def best(search: Search) -> Tried:
     return min(search.tried(machines_called("hammerhead-45")), key=lambda one: one.crane_s)
 
 
+@pytest.mark.slow
 def test_half_as_many_again_the_truckload_halved_and_places_apart(search: Search, best: Tried) -> None:
     load, *places = refined(search, best, Effort(8))
     assert load.yard == OtherYard(None, search.config.areas.yard[0], search.config.rules.truckload_kg / 2.0)

@@ -124,6 +124,7 @@ def test_the_papers_mode_learns_the_tiny_site():
     assert greedy_success(basic.network, TINY, config, yard_layouts(TINY)) >= 0.9
 
 
+@pytest.mark.slow
 def test_the_papers_site_within_the_papers_first_test():
     basic = initialize(PAPER, OUR_MODE, seed=0, budget=2_000)
     assert basic.reached

@@ -115,6 +115,7 @@ def test_how_long_the_crane_moves_is_told_only_if_it_sets_every_part(made: tuple
     assert f"infeasible lifts: 0, given {given['refused']};" in Path(document["page"]).read_text()
 
 
+@pytest.mark.slow
 def test_other_yards_are_tried_and_a_killed_call_is_continued(
     made: tuple[Path, dict[str, Any]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -162,6 +163,7 @@ def test_a_smaller_truckload_takes_a_smaller_yard_and_is_never_above_the_site_fi
     assert [Yards(unlimited).of({**values, "truckload": load}, load).truckload_kg for load in (0, 2)] == [0.0, 12_000.0]
 
 
+@pytest.mark.slow
 def test_a_set_up_with_another_yard_plans_as_it_is(made: tuple[Path, dict[str, Any]]) -> None:
     site, far = made[0], made[0].with_name("far.site.toml")
     opened = open_site(site)
@@ -251,6 +253,7 @@ def test_a_changed_site_file_of_a_set_up_is_not_overwritten(made: tuple[Path, di
     member.write_bytes(kept)
 
 
+@pytest.mark.slow
 def test_a_site_file_of_a_set_up_that_nobody_edited_follows_the_given_one(made: tuple[Path, dict[str, Any]]) -> None:
     given = made[0].with_name("given.site.toml")
     for remark in ("# one remark of mine\n", "# another one\n"):
@@ -272,6 +275,7 @@ def test_a_site_with_several_cranes_or_none_is_refused(made: tuple[Path, dict[st
         run(site, crane="no such crane")
 
 
+@pytest.mark.slow
 def test_no_set_up_over_the_budget_is_planned(made: tuple[Path, dict[str, Any]]) -> None:
     site, document = made
     most = min(one["estimated_cost"] for one in planned(document)) + 1.0

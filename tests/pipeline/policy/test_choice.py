@@ -150,6 +150,7 @@ def test_a_stored_policy_is_used_only_if_training_would_give_it(
             made(site, steps=asked)
 
 
+@pytest.mark.slow
 def test_lifts_that_the_policy_fails_are_retrained_on(site, own_store, monkeypatch):
     weak = stored(knows_nothing())
     without = made(site, policy=weak)

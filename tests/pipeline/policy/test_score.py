@@ -127,6 +127,7 @@ def test_what_is_no_policy_is_refused(tmp_path: Path, module):
             scored("default", sets=(name,))
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_table_and_json(module, capsys: pytest.CaptureFixture[str]):
     words = ["policy", "score", module("return np.zeros((len(seen), 6))"), "--set", "boxes", "--share", "0.005"]
     assert run(words) == 0

@@ -199,6 +199,7 @@ def test_saving_changes_what_was_moved_and_keeps_the_rest(page: Page, folder: Pa
     assert (folder / "a.site.toml").read_text() == text
 
 
+@pytest.mark.slow
 def test_another_machine_gets_jib_and_height_of_its_own(page: Page, folder: Path):
     opened = page.open()
     setup = moved(opened["setup"], machine="hammerhead-75", jib_m=None, falls=None)
@@ -216,6 +217,7 @@ def test_another_machine_gets_jib_and_height_of_its_own(page: Page, folder: Path
     assert (crane.jib_length_m, crane.jib_height_m) == (min(jibs), 31.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("machine", ["luffing", "mobile"])
 def test_a_machine_of_another_kind_can_be_chosen(page: Page, folder: Path, machine: str):
     opened = page.open()
@@ -498,6 +500,7 @@ def test_a_watch_replans_what_a_dropped_box_is_in_the_way_of(page: Page, folder:
     assert page.post("/api/watch", path="a.site.toml", simulate="fast").status_code == 400
 
 
+@pytest.mark.slow
 def test_a_watch_that_carries_the_plan_out_tells_the_time_and_the_states(page: Page, folder: Path):
     number = page.ok("/api/watch", path="a.site.toml", simulate=5000)["watch"]
     events, lifts = [], set()
@@ -514,6 +517,7 @@ def test_a_watch_that_carries_the_plan_out_tells_the_time_and_the_states(page: P
     page.client.delete(f"/api/watch/{number}", headers={"X-Bimvox-Token": TOKEN})
 
 
+@pytest.mark.slow
 def test_a_watch_that_cannot_begin_says_why(page: Page, folder: Path):
     (folder / "far.site.toml").write_text(SITE.replace("[-6, -4]", "[-300, -4]"))
     found = news(page, page.ok("/api/watch", path="far.site.toml")["watch"], 0)
@@ -564,6 +568,7 @@ def another(**crane: Any) -> dict[str, Any]:
     return {"name": "Crane 2", "machine": "hammerhead-30", "base_m": [18.0, 4.0], "jib_m": 18.0, **crane}
 
 
+@pytest.mark.slow
 def test_a_second_crane_is_tried_saved_planned_and_removed_again(page: Page, folder: Path):
     file = folder / "a.site.toml"
     file.write_text(SITE + "  [crane.override]\n  hook_block_kg = 400  # weighed\n\n[calendar]\nstart = 2027-03-01\n")

@@ -35,6 +35,7 @@ def without_clearances(site_folder: Path) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_a_policy_is_stored_with_its_outline_and_its_curve_is_written_on_request(site_folder, own_store, tmp_path):
     progress = SilentProgress()
     document = train(

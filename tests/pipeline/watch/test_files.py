@@ -642,6 +642,7 @@ def test_a_link_with_a_new_target_is_followed(tmp_path):
     stop.set()
 
 
+@pytest.mark.slow
 def test_the_whole_log_is_stopped_by_a_change_and_written_at_the_end(watcher, monkeypatch):
     taken_up(watcher)
     written: list[int] = []

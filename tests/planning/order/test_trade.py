@@ -108,6 +108,7 @@ def upper_parts_before_their_floor(site: Site, order: tuple[int, ...]) -> tuple[
     return count, found
 
 
+@pytest.mark.slow
 def test_no_upper_column_or_wall_of_the_sample_goes_before_the_slabs_under_it(prefab: LoadedSite) -> None:
     sequence = sequence_of(prefab.site)
     assert upper_parts_before_their_floor(prefab.site, sequence.order) == (38, [])
