@@ -165,7 +165,7 @@ class Begun(Generic[T]):
             raise
 
     def finished(self, done: Callable[[int], object] | None = None) -> list[T]:
-        """Do the tasks that no worker has taken, wait for the others, and return all results in their order."""
+        """Do the tasks that no worker has taken, wait for the others, and return all results in their order, once."""
         self.help(done)
         work = self._work
         try:
@@ -174,7 +174,9 @@ class Begun(Generic[T]):
         except BaseException:
             self._workers.close()
             raise
-        return [work.results[number] for number in range(len(work.tasks))]
+        results = [work.results[number] for number in range(len(work.tasks))]
+        work.tasks, work.results = (), {}  # a worker that is busy with something else has it in its queue still
+        return results
 
 
 class _Work:

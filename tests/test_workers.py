@@ -47,6 +47,12 @@ def slow_square(number):
     return number * number, os.getpid()
 
 
+def wait_for_file(path):
+    while not path.exists():
+        time.sleep(0.01)
+    return os.getpid()
+
+
 def fail_elsewhere(parent):
     if os.getpid() != parent:
         raise NoPlanError("not here")
@@ -124,6 +130,21 @@ def test_each_result_comes_in_turn_and_only_a_few_are_made_ahead(two):
     assert found == [n * n for n in range(40)]
     assert len(pids) == 2
     assert list(two.each(slow_square, [])) == []
+
+
+def test_what_is_done_here_while_a_worker_is_busy_is_not_kept_for_it(two, tmp_path):
+    wait_for_a_worker(two)
+    busy = two.begin(wait_for_file, [(tmp_path / "go",)])
+    while busy._work._waiting:
+        time.sleep(0.01)
+    ((made,),) = two.run(list, [([Base(np.zeros(3))],)])
+    kept = weakref.ref(made)
+    del made
+    gc.collect()
+    assert kept() is None
+    (tmp_path / "go").touch()
+    (pid,) = busy.finished()
+    assert pid != os.getpid()
 
 
 def test_each_task_that_a_worker_fails_is_done_here(two):
