@@ -144,9 +144,13 @@ def _better(own: Goals, front: Sequence[T], goals: Callable[[T], Goals]) -> T:
 def _said(who: str, own: Goals, better: Goals, hour: float) -> str:
     """Return by how much another is better."""
     slower_h, saved, points = (a - b for a, b in zip(own, better, strict=True))
-    if round(slower_h / hour, 2) == round(saved) == round(100.0 * points) == 0:
-        return f"{who} is as good"
-    said = [f"takes {slower_h / hour:.2f} h less", f"costs {saved:,.0f} less"]
+    said = []
+    if round(slower_h / hour, 2) > 0.0:
+        said.append(f"takes {slower_h / hour:.2f} h less")
+    if round(saved) > 0:
+        said.append(f"costs {saved:,.0f} less")
     if round(100.0 * points) > 0 and own[2] < 1.0:
         said.append(f"uses {100.0 * points:.0f} points less of its capacity")
-    return f"{who} {', '.join(said[:-1])} and {said[-1]}"
+    if not said:
+        return f"{who} is as good"
+    return f"{who} {' and '.join(filter(None, (', '.join(said[:-1]), said[-1])))}"

@@ -85,6 +85,7 @@ def test_a_set_up_that_is_only_used_less_is_of_the_front() -> None:
         "m with a jib of 40 m takes 0.03 h less, costs 4 less and uses 2 points less of its capacity"
     )
     assert why_lost(tried(3, 100.5, 5.1), [fast]) == "m with a jib of 40 m is as good"
+    assert why_lost(tried(3, 101.0, 6.0), [fast]) == "m with a jib of 40 m costs 1 less"
 
 
 @given(some, st.integers(1, 8))
