@@ -49,6 +49,11 @@ def listed(names: Iterable[str], most: int = 20) -> str:
     return ", ".join(cut(name, 200) for name in every[:most]) + more
 
 
+def enumerated(words: Sequence[str]) -> str:
+    """Return words as part of a sentence: ``a, b and c``."""
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
 class BimvoxError(Exception):
     """Root of all errors that bimvox raises.
 

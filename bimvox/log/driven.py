@@ -102,7 +102,7 @@ def _ends_ns(motion: LiftMotion, track: LoadTrack) -> NDArray[np.int64]:
 
 
 def _around(at_ns: NDArray[np.int64], times_ns: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return times, and the samples before and after those that are no samples: a command at one is on their line."""
+    """Return times and, of one between two samples, these two: a command at it is on the line between them."""
     before = np.searchsorted(times_ns, at_ns, side="right") - 1
     after = np.searchsorted(times_ns, at_ns)
     last = len(times_ns) - 1

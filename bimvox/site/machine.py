@@ -13,7 +13,7 @@ from bimvox.crane.override import Override
 from bimvox.crane.rigging import with_reeving
 from bimvox.crane.tower_crane import Reeving, TowerCrane
 from bimvox.crane.working_range import UNLIMITED, SlowZone
-from bimvox.errors import ConfigError
+from bimvox.errors import ConfigError, enumerated
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
 from bimvox.site.config.crane import (
     CraneConfig,
@@ -185,7 +185,7 @@ def _configured(config: SiteConfig, given: CraneConfig, machine: Machine) -> Tow
 
 def _contradicted(config: SiteConfig, machine: Machine, entry: TowerCrane, found: Sequence[Override]) -> ConfigError:
     """Return the error about keys that differ from the machine without being declared."""
-    keys = " and ".join([", ".join(one.key for one in found[:-1]), found[-1].key] if len(found) > 1 else [found[0].key])
+    keys = enumerated([one.key for one in found])
     what = f"{machine.name} with a jib of {entry.jib_length_m:g} m and {entry.falls} falls"
     lengths = ", ".join(f"{length:g}" for length in machine.lengths_m)
     return config.error(

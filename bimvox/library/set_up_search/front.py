@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, TypeVar
 
+from bimvox.errors import enumerated
 from bimvox.library.set_up_search.set_up import Tried
 
 _SHARE = 0.01
@@ -151,6 +152,4 @@ def _said(who: str, own: Goals, better: Goals, hour: float) -> str:
         said.append(f"costs {saved:,.0f} less")
     if round(100.0 * points) > 0 and own[2] < 1.0:
         said.append(f"uses {100.0 * points:.0f} points less of its capacity")
-    if not said:
-        return f"{who} is as good"
-    return f"{who} {' and '.join(filter(None, (', '.join(said[:-1]), said[-1])))}"
+    return f"{who} {enumerated(said) or 'is as good'}"
