@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from bimvox.errors import BimvoxError
 from bimvox.library.compare import same, same_fields
-from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_in
+from bimvox.log.archive import is_same_archive
+from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_files, held_in
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
@@ -29,6 +30,11 @@ def compare_held(check: Check, log: PlanLog) -> None:
     except BimvoxError as error:
         check.look(False, str(error))
         return
+    for name, wanted in ({} if held is None else held_files(held)).items():
+        same_bytes = is_same_archive(log.attachments[name], wanted)
+        check.look(same_bytes, f"attached {name}: it has bytes that bimvox does not write; other readers may read more")
+    both = log.attachments.keys() >= {HELD_FILE, HELD_CRANES_FILE}
+    check.look(not both, f"it carries {HELD_FILE} and {HELD_CRANES_FILE}, but the cranes are held in one way only")
     loads = {} if held is None else {load.lift.order: load for load in held.loads}
     for lift in log.all_lifts:
         if (lift.reason or "").startswith(LOAD_IS_HELD):

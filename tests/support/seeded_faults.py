@@ -1460,6 +1460,16 @@ SAID_TWICE: dict[str, tuple[str, Callable[[bytes], bytes], str]] = {
         _in_archive(lambda m: m | {"approval.txt": b"the city approves"}),
         "attached site.bimvox.zip: its 'approval.txt' is not what bimvox writes for its site",
     ),
+    "archive before": (
+        topics.SITE_FILE,
+        lambda data: pack({"site.json": b"{}"}) + data,
+        "attached site.bimvox.zip: it has bytes that bimvox does not write; other readers may show another site",
+    ),
+    "bytes after": (
+        topics.SITE_FILE,
+        lambda data: data + b"PK",
+        "attached site.bimvox.zip: it has bytes that bimvox does not write; other readers may show another site",
+    ),
 }
 """Attached files that this reader and another one may read differently, and what the refusal says."""
 
