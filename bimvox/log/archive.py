@@ -82,15 +82,15 @@ def is_as_packed(data: bytes) -> bool:
         for info in archive.infolist():
             name, at = info.filename.encode(), len(files)
             sizes = _SIZES.pack(info.CRC, info.compress_size, info.file_size, len(name), 0)
-            head = struct.pack("<4sH", zipfile.stringFileHeader, _VERSION) + _SAME_FIELDS + sizes + name
+            head = struct.pack("<4sH", b"PK\3\4", _VERSION) + _SAME_FIELDS + sizes + name
             stream = data[at + len(head) : at + len(head) + info.compress_size]
             if not _is_stream_of(stream, members[info.filename]):
                 return False
             files += head + stream
-            index += struct.pack("<4s2BH", zipfile.stringCentralDir, _VERSION, _UNIX, _VERSION) + _SAME_FIELDS + sizes
+            index += struct.pack("<4s2BH", b"PK\1\2", _VERSION, _UNIX, _VERSION) + _SAME_FIELDS + sizes
             index += struct.pack("<3H2L", 0, 0, 0, _MODE, at) + name
     count = len(members)
-    end = struct.pack("<4s4H2LH", zipfile.stringEndArchive, 0, 0, count, count, len(index), len(files), 0)
+    end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, count, count, len(index), len(files), 0)
     return data == files + index + end
 
 
