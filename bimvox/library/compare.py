@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import fields, is_dataclass
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from bimvox.records.proof import Check
 from bimvox.site.site import Blocker, Rules
 
 _SHOWN = 120
+_NOTHING = "nothing"
+"""Stands for a value that is missing, in messages."""
 _PLACES = np.array([1 << 42, 1 << 21, 1], np.int64)
 """Makes one number of a cell: no site has 2**21 cells along an axis."""
 
@@ -28,6 +31,25 @@ def same_fields(check: Check, name: str, found: Any, wanted: Any, source: str, *
     for key in fields(wanted):
         if key.name not in but:
             same(check, f"{name}{key.name}", getattr(found, key.name), getattr(wanted, key.name), source)
+
+
+def same_values(check: Check, key: str, found: Any, wanted: Any, source: str) -> None:
+    """Check every value of nested tables and lists; ``key`` is their place in the file, such as ``calendar.days``.
+
+    A table or a list that is missing is an empty one.
+    """
+    kinds = {type(one) for one in (found, wanted) if one is not _NOTHING}
+    if kinds == {dict}:
+        own, other = ({} if values is _NOTHING else values for values in (found, wanted))
+        for name in dict.fromkeys((*other, *own)):
+            inner = f"{key}.{name}".lstrip(".")
+            same_values(check, inner, own.get(name, _NOTHING), other.get(name, _NOTHING), source)
+    elif kinds and kinds <= {list, tuple}:
+        lists = (() if values is _NOTHING else values for values in (found, wanted))
+        for n, (one, wished) in enumerate(zip_longest(*lists, fillvalue=_NOTHING)):
+            same_values(check, f"{key}[{n}]", one, wished, source)
+    else:
+        same(check, key, found, wanted, source)
 
 
 def same_rules(check: Check, found: Rules, wanted: Rules, source: str) -> None:

@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.errors import InputError
+from bimvox.errors import BimvoxError, InputError
 from bimvox.files import require_input
 from bimvox.grid.labels import Label
 from bimvox.library.attached_files import equal_heights, rules_for
-from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_fields, same_rules
+from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_fields, same_rules, same_values
 from bimvox.library.hand_over import as_assigned
 from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.plan import georeference_of
-from bimvox.library.site import LoadedSite, load_site
+from bimvox.library.site import MACHINE, LoadedSite, load_site
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.progress import Progress
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
-from bimvox.site.config.file import SITE_FILE
+from bimvox.site.config.file import SITE_FILE, parse_site_config
 from bimvox.site.nested import toml_values
+from bimvox.site.programme import ATTACHED, programme_table
 from bimvox.site.site import Site
 
 _YOURS = "your files"
@@ -67,6 +70,7 @@ def check_user_files(
 def _compare_site(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
     """Compare everything but the obstructions; what only logs of earlier versions lack is not compared with these."""
     found, held, is_of_now = as_assigned(log.plan), loaded.site, log.is_of_now
+    _compare_files(check, log, loaded)
     same_rules(check, found.rules, rules_for(found, loaded.config, is_of_now=is_of_now), _YOURS)
     same_cranes(check, found.cranes, held.cranes, _YOURS, with_machine=is_of_now)
     same(check, "the frame of the grid", found.frame, held.frame, _YOURS)
@@ -97,6 +101,42 @@ def _compare_site(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
         if blocker.mesh is not None and (surface := surfaces.get(blocker.id)) is not None:
             good = _same_surface(blocker.mesh, surface)
             check.look(good, f"fixed object {blocker.id!r}: its surface is not that of your model")
+
+
+def _compare_files(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
+    """Compare the site file, those of its machines and the programme in a log with yours, whole: value by value.
+
+    Comments, the order of keys and what a file leaves to its defaults are free.
+    """
+    readers = {SITE_FILE: _site_values, MACHINE: _machine_values, ATTACHED: _programme_values}
+    for name in sorted(loaded.files.keys() | {name for name in log.attachments if name.startswith(tuple(readers))}):
+        found, wanted = log.attachments.get(name), loaded.files.get(name)
+        if found == wanted:
+            check.samples += 1
+        elif found is None or wanted is None:
+            there, other = ("the log", "your files") if wanted is None else ("your files", "the log")
+            check.look(False, f"{name} is in {there}, but not in {other}")
+        else:
+            read = next(reader for start, reader in readers.items() if name.startswith(start))
+            key = "" if name == SITE_FILE else name
+            try:
+                same_values(check, key, read(found, name), read(wanted, name), _YOURS)
+            except (BimvoxError, ValueError) as error:
+                check.look(False, f"the attached {name} cannot be used: {error}")
+
+
+def _site_values(data: bytes, name: str) -> dict[str, Any]:
+    values = parse_site_config(data.decode("utf-8-sig"), name).model_dump(mode="json", exclude_none=True)
+    del values["model"]["path"]  # the model is compared itself: the same file may lie elsewhere
+    return values
+
+
+def _machine_values(data: bytes, name: str) -> dict[str, Any]:
+    return toml_values(data.decode("utf-8-sig"))
+
+
+def _programme_values(data: bytes, name: str) -> dict[str, Any]:
+    return asdict(programme_table(data, name.removeprefix(ATTACHED), None))
 
 
 def _compare_parts(check: Check, found: Sequence[Component], held: Sequence[Component], but: Collection[str]) -> None:

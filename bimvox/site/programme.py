@@ -18,6 +18,7 @@ from typing import Protocol
 from bimvox.bim.task_ranks import task_ranks
 from bimvox.errors import ConfigError
 from bimvox.site.programme_ms_project import read_ms_project
+from bimvox.site.programme_table import ProgrammeTable
 from bimvox.site.programme_xer import HEADER, read_xer
 from bimvox.site.work import Part, kind_of
 
@@ -133,12 +134,7 @@ def read_programme(data: bytes, file: str, site_file: Path | None) -> Programme:
         ConfigError: If it is not Microsoft Project XML in UTF-8 or Primavera XER, was cut off, or has no tasks; with
             the line.
     """
-    is_xer = Path(file).suffix.lower() == _XER[0] or data.removeprefix(b"\xef\xbb\xbf").startswith(_XER[1])
-    try:
-        table = read_xer(data) if is_xer else read_ms_project(data)
-    except ValueError as error:
-        where = (Path(file), None, str(error)) if site_file is None else (site_file, _KEY, f"{file}: {error}")
-        raise ConfigError(*where, hint=_HINT) from None
+    table = programme_table(data, file, site_file)
     rows = table.rows
     names = [row.name for row in rows]
     nested = [(row.above[-1], n) for n, row in enumerate(rows) if row.above]
@@ -153,3 +149,13 @@ def read_programme(data: bytes, file: str, site_file: Path | None) -> Programme:
         if not row.is_summary
     )  # fmt: skip
     return Programme(file, tasks, tuple(f"programme {file}: {note}" for note in notes))
+
+
+def programme_table(data: bytes, file: str, site_file: Path | None) -> ProgrammeTable:
+    """Return all rows of a programme and its links; arguments and errors are those of :func:`read_programme`."""
+    is_xer = Path(file).suffix.lower() == _XER[0] or data.removeprefix(b"\xef\xbb\xbf").startswith(_XER[1])
+    try:
+        return read_xer(data) if is_xer else read_ms_project(data)
+    except ValueError as error:
+        where = (Path(file), None, str(error)) if site_file is None else (site_file, _KEY, f"{file}: {error}")
+        raise ConfigError(*where, hint=_HINT) from None

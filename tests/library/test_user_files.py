@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from xer_files import xer_text
 
 import sample_models
 from bimvox.bim.building import TriangleMesh
@@ -18,6 +19,7 @@ from bimvox.library.user_files import check_user_files
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import LiftPlan
+from bimvox.records.proof import Check
 from bimvox.site.site import HookHeights, Site
 
 SITE = """
@@ -116,6 +118,69 @@ def test_a_georeference_is_that_of_the_model(loaded: tuple[Path, LoadedSite]):
     forged = log_of(found, found.site, **{GEOREFERENCE: '{"crs": "EPSG:25832"}'})
     (failure,) = check_user_files(forged, path, None, None, SilentProgress()).failures
     assert failure.startswith('the model\'s georeference is {"crs": "EPSG:25832"} in the log, ')
+
+
+def bound(log: PlanLog, path: Path, **files: bytes) -> Check:
+    forged = replace(
+        log, attachments={**log.attachments, **{name.replace("__", "."): data for name, data in files.items()}}
+    )
+    return check_user_files(forged, path, None, None, SilentProgress())
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        ('[project]\napproved_by = "the city"\n', "project.approved_by is the city in the log, nothing in your files"),
+        (
+            '[project]\nrevisions = [{revision = "A", date = "now"}]\n',
+            "project.revisions[0].revision is A in the log",
+        ),
+        ("[calendar]\nstart = 2031-03-02\n", "calendar.start is 2031-03-02 in the log, nothing in your files"),
+        ('[calendar]\ndays = ["Sat"]\n', "calendar.days[0] is Sat in the log, Mon in your files"),
+        ("[costs]\nperson_hour = 1.0\n", "costs.person_hour is 1.0 in the log, 30.0 in your files"),
+        ("[policy]\nseed = 7\n", "policy.seed is 7 in the log, 0 in your files"),
+        ("[means]\nheaviest_kg = 1.0\n", "means.heaviest_kg is 1.0 in the log"),
+        ("[[support]]\npermitted_kpa = 500\n", "support[0].permitted_kpa is 500.0 in the log, nothing in your files"),
+    ],
+)
+def test_every_table_of_the_site_file_in_the_log_is_that_of_yours(
+    loaded: tuple[Path, LoadedSite], table: str, says: str
+):
+    path, found = loaded
+    check = bound(log_of(found, found.site), path, site__toml=f"{SITE}{table}".encode())
+    assert not check.passed
+    assert any(says in failure for failure in check.failures), check.failures
+
+
+def test_comments_and_the_order_of_keys_are_free(loaded: tuple[Path, LoadedSite]):
+    path, found = loaded
+    text = SITE.replace(
+        'select = "IfcColumn"\nvoxel_size_m = 0.25', 'voxel_size_m = 0.250 # coarse\nselect = "IfcColumn"'
+    )
+    text = text.replace('"frame_georeferenced.ifc"', '"models/frame.ifc"') + "[policy]\nseed = 0\n"
+    check = bound(log_of(found, found.site), path, site__toml=text.encode())
+    assert check.passed, check.failures
+
+
+def test_a_file_that_only_the_log_has_is_named(loaded: tuple[Path, LoadedSite]):
+    path, found = loaded
+    check = bound(log_of(found, found.site), path, programme__ours_xml=b"<Project/>")
+    assert check.failures == ["programme.ours_xml is in the log, but not in your files"]
+
+
+def test_dates_of_a_programme_are_those_of_yours(loaded: tuple[Path, LoadedSite], tmp_path: Path):
+    path, _ = loaded
+    ours = tmp_path / "ours.xer"
+    ours.write_text(xer_text([("100", "11", "set columns", "2026-03-02 07:00", "2026-03-02 16:00")]))
+    held = load_site(path, programme=ours)
+    log, name = log_of(held, held.site), "programme.ours.xer"
+    given = {"programme": ours}
+    assert check_user_files(log, path, None, None, SilentProgress(), **given).passed
+    later = replace(log, attachments={**log.attachments, name: log.attachments[name].replace(b"2026-", b"2027-")})
+    failures = check_user_files(later, path, None, None, SilentProgress(), **given).failures
+    assert any("rows[" in one and "2027-03-02 07:00:00 in the log, 2026-03-02 07:00:00" in one for one in failures), (
+        failures
+    )
 
 
 def test_only_a_log_of_an_earlier_version_may_lack_what_this_one_writes(loaded: tuple[Path, LoadedSite]):

@@ -59,6 +59,10 @@ class WatchedPlan:
         current = self.current
         return current is not None and bool(current.pending) and current.held is None
 
+    def is_of_these_files(self, log: PlanLog) -> bool:
+        """Return whether a log carries the site's files as they are now; tables like ``[project]`` change no plan."""
+        return self.loaded.files.items() <= log.attachments.items()
+
     def take_up(self, log: PlanLog) -> None:
         """Continue from the plan of a log."""
         self.revision, self.first = max(self.revision, log.revision), first_plan_of(log)

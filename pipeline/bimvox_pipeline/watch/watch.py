@@ -255,7 +255,9 @@ class Watcher:
             yield self._first_plan(site, content, state.seen_s)
         elif plan.current.plan.site.digest == site.digest and not plan.current.pending:
             yield plan.unchanged("unchanged", state.seen_s)
-            if before is not None and before.behind:
+            if before is not None and (
+                before.behind or not before.log.attachments.items() >= plan.loaded.files.items()
+            ):
                 self._whole.offer(plan.whole_log())
         else:
             yield from self._revise(Change(site, content, state.seen_s))

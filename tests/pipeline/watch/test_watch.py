@@ -46,6 +46,18 @@ def box_on_path(folder: Path, number: int) -> tuple:
     return ("box", low.tolist(), (low + 0.2).tolist())
 
 
+def test_the_log_is_of_the_site_file_as_it_is_now(site_folder):
+    """What does not change the plan, such as who approves it, is renewed in the log: it is compared with the file."""
+    file, site = site_folder / "obstructions.json", site_folder / "frame.site.toml"
+    write(file)
+    site.write_text(f'{site.read_text()}\n[project]\napproved_by = "the city"\n')
+    given = {"site": site, "obstructions": file, "progress": SilentProgress()}
+    (failure,) = verify(site_folder / "frame.mcap", **given)["checks"]["bound"]["failures"]
+    assert failure == "project.approved_by is nothing in the log, the city in your files"
+    assert [event["event"] for event in once(site_folder, file)] == ["unchanged"]
+    assert verify(site_folder / "frame.mcap", **given)["verified"]
+
+
 def test_a_change_keeps_what_is_not_affected_and_replans_the_rest(site_folder):
     file = site_folder / "obstructions.json"
     before = read_log(site_folder / "frame.mcap").plan
