@@ -6,8 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from box_sites import box_site
 from two_cranes import two_crane_site
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.kinematics import hook_of
 from bimvox.cranes.clocks import Clocks
 from bimvox.cranes.lifts import crane_lifts
@@ -78,6 +80,25 @@ def test_the_order_holds_where_it_must():
                 if parts_beside(plan.site)[motion.component, earlier.component]:
                     assert motion.set_ns >= earlier.released_ns
                 assert delivery[earlier.order] == delivery[motion.order] or hooked_ns >= earlier.released_ns
+
+
+@pytest.mark.parametrize(("more", "waits_until"), [({}, "set_ns"), ({"after": ("slow",)}, "released_ns")])
+def test_a_part_that_could_be_set_first_waits_for_the_earlier_one(more, waits_until):
+    """Rule R2: until the earlier part is set; until its slings are off if the two are next to each other."""
+    usual = two_crane_site()
+    parts = [
+        ("slow", (16.0, 1.0, 0.0), (17.0, 2.0, 1.0), {"start_vox": (4, 14, 1)}),
+        ("quick", (32.0, 1.0, 0.0), (33.0, 2.0, 1.0), {"start_vox": (60, 10, 1), **more}),
+    ]
+    site = box_site(parts, shape=usual.shape, yard=((0.0, 8.0), (80.0, 22.0)), crane=usual.cranes[0], rules=usual.rules)
+    west, east = usual.cranes
+    cranes = (dataclasses.replace(west, slewing=AxisLimits(0.01, 0.01, 0.01)), east)
+    own = tuple(dataclasses.replace(part, crane=part.index) for part in site.components)
+    plan, (slow, quick) = planned(with_digests(dataclasses.replace(site, cranes=cranes, components=own)))
+    assert [motion.order for motion in (slow, quick)] == [slow.component, quick.component] == [0, 1]
+    assert quick.hooked_ns > slow.raised_ns + 5e9  # R1 alone would let it begin earlier
+    assert 0 <= quick.set_ns - getattr(slow, waits_until) < 1e9
+    assert verify_motions(plan, (slow, quick)).verified
 
 
 def test_the_cranes_work_at_the_same_time():

@@ -187,6 +187,22 @@ def test_a_plate_drawn_flush_into_a_footing_lies_on_it(means):
     assert verify_plan(plan_lifts(site, prepare(site))).verified
 
 
+def test_a_part_drawn_into_the_edge_of_its_support_is_set_after_it():
+    """By as much as the tolerance, so that eroded bodies do not meet; the zones would set the post first."""
+    north, south = ({"hints": OrderHints(zone=n, zone_name=name)} for n, name in enumerate(("north", "south")))
+    parts = [
+        ("footing", (1.0, 1.0, 0.0), (3.0, 3.0, 0.8), south),
+        ("post", (2.99, 1.5, 0.79), (3.39, 1.9, 2.8), north),
+        ("column", (3.39, 1.5, 0.0), (4.0, 1.9, 2.8), north),
+    ]
+    site = box_site(parts)
+    relations, sequence = order_of(site)
+    assert relations.supports == ((), (0,), ())
+    assert names(site, sequence) == ["footing", "column", "post"]
+    assert sequence.notes == ("footing is set with north, not with south: post needs it",)
+    assert verify_plan(plan_lifts(site, prepare(site))).verified
+
+
 def test_thin_parts_drawn_into_each_other_are_planned_and_proven():
     """Each rests on the other: no order is right."""
     own = {"means": Means.BY_HAND, "means_reason": "so"}
