@@ -66,6 +66,8 @@ def check_carried_out(plan: LiftPlan, motions: Sequence[LiftMotion], found: Carr
             said, is_so = getattr(found.tally, name), getattr(again, name)
             same = said == is_so or (None not in (said, is_so) and abs(said - is_so) <= _SAME)
             tally.look(same, f"{name} is said to be {said}; the samples give {is_so}")
+        count, done = len(motions), again.delivered
+        crane.look(done == count, f"lifts are left: {done} of {count} were carried out before the samples end")
     return crane, others, tally
 
 

@@ -2239,6 +2239,21 @@ def _under_and_said_so(log: PlanLog) -> PlanLog:
     )
 
 
+def cut_after(samples: int) -> Forge:
+    """Return a forgery that ends an execution early; its counts are those of what is left."""
+
+    def forge(log: PlanLog) -> PlanLog:
+        found = log.carried_out
+        assert found is not None
+        names = ("time_ns", "plan_ns", "pace", "axes", "place_m", "seen_m")
+        cut = dataclasses.replace(found, **{name: getattr(found, name)[:samples] for name in names})
+        return dataclasses.replace(
+            log, carried_out=dataclasses.replace(cut, tally=tally_of(log.plan, log.motions, cut))
+        )
+
+    return forge
+
+
 AMONG_OTHERS: dict[str, tuple[Forge, str]] = {
     "a person under the load": (_under_the_second_load, "s crew 1 is 0.76 m within its suspended load"),
     "and the counts say so": (_under_and_said_so, "s crew 1 is 0.76 m within its suspended load"),
@@ -2263,6 +2278,8 @@ AMONG_OTHERS: dict[str, tuple[Forge, str]] = {
         "goes on after its end",
     ),
     "stopped at once": (stopped_at_once, "speeds up or brakes at"),
+    "cut to two samples": (cut_after(2), "lifts are left: 0 of 4 were carried out before the samples end"),
+    "cut before its end": (cut_after(-1), "lifts are left: 3 of 4 were carried out before the samples end"),
     "a lift more": (counted_with(delivered=5), "delivered is said to be 5; the samples give 4"),
     "less time lost": (counted_with(lost_s=0.0), "lost_s is said to be 0.0"),
     "fewer stops": (counted_with(stops=-1), "stops is said to be -1"),

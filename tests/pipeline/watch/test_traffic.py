@@ -115,6 +115,22 @@ def test_the_crane_waits_for_people_at_every_pick(site: Path) -> None:
     assert whole["time_lost_s"] > 3000.0
 
 
+@pytest.mark.slow
+def test_verify_says_the_same_as_watch_of_an_execution_that_takes_too_long(site: Path) -> None:
+    """Somebody stays where the first load is picked, so nothing is lifted."""
+    plan = read_log(site.with_name("frame.mcap"))
+    picks_m = [hook_of(plan.plan.site.cranes[0], *one.raising.axes[:1].T)[0, :2].tolist() for one in plan.motions]
+    rows = [f"p{n},person,0,{x},{y}" for n, (x, y) in enumerate(sorted(map(tuple, picks_m)))]
+    tracks = site.with_name("stays.csv")
+    tracks.write_text("\n".join(["id,kind,time_s,x_m,y_m", *rows]))
+    whole = carried_out(site, str(tracks))[-1]
+    document = verify(Path(whole["log"]), progress=SilentProgress())
+    assert (whole["verified"], document["verified"]) == (False, False)
+    told = "lifts are left: 0 of 8 were carried out before the samples end"
+    assert whole["failures"] == [f"carried_out: {told}"]
+    assert [said for check in document["checks"].values() for said in check["failures"]] == [told]
+
+
 @pytest.mark.parametrize(
     ("how", "message"),
     [
