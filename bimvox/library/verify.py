@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
 from bimvox.library.arguments import path_of
 from bimvox.library.attached_files import check_attached_files
+from bimvox.library.claims import claims_of
 from bimvox.library.plan_value import Plan
 from bimvox.library.search import with_search
 from bimvox.library.sharing import constants_of, workers_of
@@ -88,6 +90,8 @@ def prove_further(
 ) -> Verification:
     """Return a verdict with what a proof from the log alone cannot have: the files of the user, and the search.
 
+    Its claims are those that remain.
+
     Args:
         verdict: The verdict from the log alone.
         record: The plan.
@@ -101,7 +105,22 @@ def prove_further(
     if any(file is not None for file in (site, model, obstructions, programme)):
         bound = check_user_files(record, site, model, obstructions, progress, programme=programme)
         verdict = replace(verdict, checks=(*verdict.checks, bound))
-    return with_search(verdict, record, progress) if search else verdict
+    if search:
+        verdict = with_search(verdict, record, progress)
+    given = {"--site": site, "--obstructions": obstructions, "--programme": programme, "--search": search or None}
+    return with_claims(verdict, record, [option for option, value in given.items() if value is not None])
+
+
+def with_claims(verdict: Verification, record: PlanLog, bound: Collection[str] = ()) -> Verification:
+    """Return a verdict with what its log claims and was not proven; nothing follows from values that make no sense.
+
+    Args:
+        verdict: The verdict.
+        record: The log.
+        bound: The options of ``bimvox verify`` with which it was proven.
+    """
+    sensible = verdict.checks[0].passed
+    return replace(verdict, claims=claims_of(record, verdict.checks, bound) if sensible else ())
 
 
 @uncollected()
@@ -145,9 +164,9 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
             check_commands(contents, record),
         )
         found = replace(proven, checks=(*proven.checks, *own))
-        if not found.verified:
-            return found  # what is shown of a plan that is refused need not be made again
-        return replace(found, checks=(*found.checks, check_shown(contents, record)))
+        if found.verified:  # what is shown of a plan that is refused need not be made again
+            found = replace(found, checks=(*found.checks, check_shown(contents, record)))
+        return with_claims(found, record)
 
 
 def prove_plan(

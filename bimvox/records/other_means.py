@@ -31,8 +31,16 @@ def needed_by_ns(lifts: Iterable[Lift], motions: Iterable[LiftMotion]) -> dict[i
     }
 
 
-def proven_in_words(count: int) -> str:
-    """Return the verdict about a proven plan of which a number of parts are set by other means."""
-    if not count:
-        return "proven"
-    return f"proven, provided that {'1 part is' if count == 1 else f'{count:,} parts are'} set by other means"
+def proven_in_words(count: int, claims: int = 0) -> str:
+    """Return the verdict about a proven plan.
+
+    Args:
+        count: How many parts are set by other means.
+        claims: How many claims of its log the proof has taken as true.
+    """
+    words = "proven"
+    if claims:
+        words += f", with {'1 claim' if claims == 1 else f'{claims:,} claims'} of the log"
+    if count:
+        words += f", provided that {'1 part is' if count == 1 else f'{count:,} parts are'} set by other means"
+    return words

@@ -71,6 +71,28 @@ def turn_to(checks: Iterable[Check], component_id: str | None) -> None:
 
 
 @dataclass(frozen=True, slots=True)
+class Claim:
+    """What a log states and a proof has taken from it without proving it.
+
+    Attributes:
+        name: Its short stable name.
+        text: What is claimed, in one sentence.
+        bind_with: The option of ``bimvox verify`` that proves it; None if none does.
+        count: How many things it is about; None if it is about the whole plan.
+    """
+
+    name: str
+    text: str
+    bind_with: str | None
+    count: int | None = None
+
+    def to_dict(self) -> dict[str, str | int | None]:
+        """Return the claim as ``bimvox verify --json`` gives it."""
+        counted = {} if self.count is None else {"count": self.count}
+        return {"name": self.name, "text": self.text, **counted, "bind_with": self.bind_with}
+
+
+@dataclass(frozen=True, slots=True)
 class Verification:
     """All checks of a plan.
 
@@ -78,10 +100,12 @@ class Verification:
         checks: The checks.
         not_current: Ids of the parts whose lifts ended before the obstructions became the current ones: they are
             proven against the obstructions at that time only.
+        claims: What a log states and these checks did not prove; none of a plan that was made in the same call.
     """
 
     checks: tuple[Check, ...]
     not_current: tuple[str, ...] = ()
+    claims: tuple[Claim, ...] = ()
 
     def __repr__(self) -> str:
         failed = ", ".join(check.name for check in self.checks if not check.passed)

@@ -33,7 +33,7 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
     """
     labels = {component.id: name_of(component) for component in plan.site.components}
     lifts = plan.lifts_with(context)
-    every = [*_of_the_log(plan, motions, len(context)), *_of_the_parts(plan, lifts, labels)]
+    every = [*_of_the_obstructions(plan, motions), *_of_the_parts(plan, lifts, labels)]
     if plan.site.cranes:
         every += [*_of_the_rules(plan.site, lifts), *_of_the_lifts(plan, motions)]
     return tuple(
@@ -43,18 +43,12 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
     )
 
 
-def _of_the_log(plan: LiftPlan, motions: Sequence[LiftMotion], elsewhere: int) -> Iterator[Condition]:
-    """Yield what is not proven here: lifts before the current obstructions, and those that the log does not carry."""
+def _of_the_obstructions(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Iterator[Condition]:
+    """Yield which lifts are proven against the obstructions before the current ones."""
     yield (
         not_current(plan, motions),
         "lifts are proven against earlier obstructions only, because they had ended before the current ones came",
     )
-    if elsewhere:
-        yield (
-            None,
-            f"{elsewhere:,} of {len(plan.lifts) + elsewhere:,} lifts are not in this log: they are carried out "
-            "as its plan says, and were not proven",
-        )
 
 
 def _of_the_parts(plan: LiftPlan, lifts: Sequence[Lift], labels: Mapping[str, str]) -> Iterator[Condition]:

@@ -80,7 +80,7 @@ def verdict_of(
         return Verdict(f"{_SIGNS[Light.REFUSED]}{_refusal(proof)}", Light.REFUSED, sign + said, remarks_light)
     others = len(by_other_means(lifts))
     light = Light.REMARKED if found is Light.CLEAN and (proof.not_current or others) else found
-    words = proven_in_words(others)
+    words = proven_in_words(others, len(proof.claims))
     if carried < len(lifts):
         words += f" ({carried:,} of {counted(len(lifts), 'lift')})"
     if proof.not_current:

@@ -105,23 +105,17 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
         console,
         [
             ("lifts", f"{document['lifts']:,}{impossible}{carried}"),
-            ("verified", verdict(_verdict(document), document, others=document["by_other_means"])),
+            ("verified", verdict(document["verdict"], document, others=document["by_other_means"])),
             *crane_fields(document["cranes"]),
+            ("claims", "\n".join(map(_claimed, document["claims"])) if document["verified"] else None),
             ("provided that", "\n".join(document["conditions"]) if document["verified"] else None),
             ("took", spent(document["seconds"])),
         ],
     )
 
 
-def _verdict(document: Mapping[str, Any]) -> str:
-    from bimvox.records.other_means import proven_in_words  # heavy
-
-    if not document["lifts"]:
-        return "NO: nothing was proven, the log carries no planned lift"
-    if not document["verified"]:
-        return "NO: a check failed"
-    earlier = len(document["not_current"])
-    undecided = sum(len(check["undecided"]) for check in document["checks"].values())
-    against = f" (for {earlier:,} lifts against earlier obstructions only)" if earlier else ""
-    left = f"; {undecided:,} lifts could not be decided" if undecided else ""
-    return f"yes: every check passed{against}{left}: {proven_in_words(document['by_other_means'])}"
+def _claimed(claim: Mapping[str, Any]) -> str:
+    """Return a claim of the log in words: how many things it is about, and the option that proves it."""
+    count = f" ({claim['count']:,})" if "count" in claim else ""
+    bind = f" [{claim['bind_with']} proves it]" if claim["bind_with"] else ""
+    return f"{claim['text']}{count}{bind}"

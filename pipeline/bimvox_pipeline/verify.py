@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.crane.identity import identity
-from bimvox.library.attached_files import only_as_cells
 from bimvox.library.verify import prove, prove_further, read_whole
 from bimvox.log.dates import all_remarks
 from bimvox.log.mcap.reader import Contents
@@ -17,8 +16,8 @@ from bimvox.log.shown import other_version
 from bimvox.progress import Progress
 from bimvox.records.lift import infeasible_among
 from bimvox.records.not_lifted import not_lifted_groups
-from bimvox.records.other_means import by_other_means
-from bimvox.records.proof import Check
+from bimvox.records.other_means import by_other_means, proven_in_words
+from bimvox.records.proof import Check, Verification
 from bimvox.remarks.conditions import conditions_of
 
 
@@ -51,6 +50,8 @@ def verify(
         "bound_to": [name for name, file in given.items() if file is not None],
         "cranes": [identity(crane) for crane in record.plan.site.cranes],
         "checks": _as_json(proof.checks),
+        "verdict": _in_words(proof, record),
+        "claims": [claim.to_dict() for claim in proof.claims],
         "conditions": _conditions(contents, record),
         "remarks": [remark.to_dict() for remark in all_remarks(record)],
         "not_current": _lifts_as_json(record, proof.not_current),
@@ -72,18 +73,22 @@ def _conditions(contents: Contents, record: PlanLog) -> list[str]:
     if record.remarks is None:
         return []
     found = list(conditions_of(record.plan, record.motions, record.context))
-    if record.recovered:
-        found.append("this log was recovered from a damaged one: lifts that were lost are not proven")
     if (version := other_version(contents)) is not None:
         found.append(f"the words of /log are those of bimvox {version}: they are not compared")
-    if cells := only_as_cells(record):
-        more = f" and {len(cells) - 3:,} more" if len(cells) > 3 else ""
-        found.append(
-            "obstructions are where their cells in this log are, because the mesh or point files that they came from "
-            "are not in it: "
-            f"{', '.join(cells[:3])}{more}"
-        )
     return found
+
+
+def _in_words(proof: Verification, record: PlanLog) -> str:
+    """Return the verdict as one sentence, with the number of claims that it rests on."""
+    if not record.planned:
+        return "NO: nothing was proven, the log carries no planned lift"
+    if not proof.verified:
+        return "NO: a check failed"
+    earlier, undecided = len(proof.not_current), sum(len(check.undecided) for check in proof.checks)
+    against = f" (for {earlier:,} lifts against earlier obstructions only)" if earlier else ""
+    left = f"; {undecided:,} lifts could not be decided" if undecided else ""
+    words = proven_in_words(len(by_other_means(record.all_lifts)), len(proof.claims))
+    return f"yes: every check passed{against}{left}: {words}"
 
 
 def _lifts_as_json(record: PlanLog, parts: Iterable[str]) -> list[dict[str, Any]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -82,7 +83,8 @@ def test_verify_tells_conditions_and_remarks_and_its_exit_code_does_not_change(
     write_log_file(log, faults.good_log())
     assert run(["verify", str(log)]) == 0
     told = capsys.readouterr().out
-    assert "every check passed: proven, 6 remarks" in told
+    assert re.search(r"every check passed: proven, with \d+ claims of the log, 6 remarks", told)
+    assert "no obstruction is missing [--obstructions proves it]" in told
     assert "there is no wind" in told
     assert "a mass of unknown origin" not in told
     assert run(["verify", str(log), "--remarks"]) == 0
@@ -90,6 +92,7 @@ def test_verify_tells_conditions_and_remarks_and_its_exit_code_does_not_change(
     assert "a mass of unknown origin" in listed
     assert run(["verify", str(log), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
+    assert document["verdict"] == f"yes: every check passed: proven, with {len(document['claims'])} claims of the log"
     tag_line, wind = document["conditions"]
     assert tag_line.startswith("people keep the heading of every load by tag line while the jib turns: by 59 degrees")
     assert wind == "there is no wind"

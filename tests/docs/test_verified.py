@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from bimvox.library.claims import CLAIMS
 from bimvox.proof.clearance import MOTION_MARGIN
 from bimvox.proof.motion import CRANES_UNITS, UNITS
 from bimvox.proof.plan import CHECKS
@@ -30,6 +31,12 @@ def test_every_check_and_no_other_is_on_the_page() -> None:
     named = {name.value for _, name in made() if isinstance(name, ast.Constant)}
     rows = re.findall(r"^- `([a-z_]+)`: ", (ROOT / "docs" / "verified.md").read_text(), re.MULTILINE)
     assert sorted(rows) == sorted(named | set(CHECKS) | set(UNITS) | set(CRANES_UNITS) | {MOTION_MARGIN})
+
+
+def test_every_claim_and_no_other_is_on_the_page() -> None:
+    page = (ROOT / "docs" / "verified.md").read_text()
+    rows = re.findall(r"^\| `([a-z_]+)` \| (.*) \| (?:nothing|`(--[a-z]+)`) \|$", page, re.MULTILINE)
+    assert rows == [(claim.name, claim.text, claim.bind_with or "") for claim in CLAIMS]
 
 
 def test_checks_get_their_names_where_this_test_looks() -> None:

@@ -399,8 +399,9 @@ def test_a_recovered_log_without_motions_proves_nothing(good_file: Path, tmp_pat
     document = verify(tmp_path / "other.mcap", progress=SilentProgress())
     assert (document["verified"], document["lifts"]) == (False, 0)
     assert "complete" in failed(document)
-    assert "4 of 4 lifts are not in this log" in document["conditions"][0]
-    assert "this log was recovered from a damaged one" in document["conditions"][-1]
+    claims = {claim["name"]: claim for claim in document["claims"]}
+    assert claims["extract"]["count"] == 4
+    assert "recovered" in claims
 
 
 def test_an_extract_at_its_own_time_is_proven(good: PlanLog, tmp_path: Path):
@@ -872,13 +873,13 @@ def test_a_log_of_its_own_obstruction_file_is_verified(good: PlanLog, tmp_path: 
     assert document["verified"], failed(document)
 
 
-def test_obstructions_of_files_that_are_not_in_the_log_are_a_condition(good: PlanLog, tmp_path: Path):
+def test_obstructions_of_files_that_are_not_in_the_log_are_a_claim(good: PlanLog, tmp_path: Path):
     record = faults.with_a_file_of_a_mesh(faults.with_blocker(good, "truck", [(36, 26, 1)]))
     document = proven(record, tmp_path)
     assert document["verified"], failed(document)
-    assert any("files that they came from are not in it: truck" in one for one in document["conditions"])
+    assert any("came from are not in the log: truck" in claim["text"] for claim in document["claims"])
     plain = proven(faults.with_obstructions_file(good), tmp_path)
-    assert not any("files that they came from" in one for one in plain["conditions"])
+    assert "obstruction_cells" not in {claim["name"] for claim in plain["claims"]}
 
 
 @pytest.mark.parametrize("repeated", ["attachment", "metadata"])

@@ -10,7 +10,7 @@ from planned_sites import planned, portal_crane, portal_site
 from remarked_plans import plan_of
 from turning_sites import BESIDE_THE_PORTAL, turning_site
 
-from bimvox.records.lift import LiftPlan, ModelledClash
+from bimvox.records.lift import ModelledClash
 from bimvox.remarks.conditions import conditions_of
 from bimvox.remarks.remarks import remarks_of
 from bimvox.remarks.rules import KEPT_HEADING
@@ -32,13 +32,6 @@ def test_what_is_not_proven_is_named() -> None:
         "parts are held by something that is not in the model until their neighbours are set: e",
         "parts may overlap as deep as they are drawn into each other: d and e",
     )
-
-
-def test_an_extract_names_how_many_lifts_it_leaves_out() -> None:
-    plan = plan_of(PARTS)
-    extract = LiftPlan(plan.site, plan.lifts[:2])
-    (said,) = conditions_of(extract, (), plan.lifts[2:])
-    assert said.startswith("3 of 5 lifts are not in this log")
 
 
 def test_rules_that_switch_a_proof_off_are_conditions() -> None:

@@ -107,7 +107,8 @@ def proof_record(revision: Revision) -> dict[str, Any] | None:
         }
         for lift in earlier
     ]
-    return {"verified": proof.verified, "checks": checks, "not_current": not_current}
+    claims = [claim.to_dict() for claim in proof.claims]
+    return {"verified": proof.verified, "checks": checks, "not_current": not_current, "claims": claims}
 
 
 def remark_records(revision: Revision) -> list[dict[str, Any]]:

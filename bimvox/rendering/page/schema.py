@@ -57,6 +57,19 @@ class PageNotCurrent(Table):
     """Name of its part."""
 
 
+class PageClaim(Table):
+    """What the log states and the proof has taken as true."""
+
+    name: str
+    """Its short stable name."""
+    text: str
+    """What is claimed."""
+    count: int | None = None
+    """How many things it is about; without it, the whole plan."""
+    bind_with: str | None
+    """The option of `bimvox verify` that proves it; null: none."""
+
+
 class PageProof(Table):
     """A proof."""
 
@@ -66,6 +79,8 @@ class PageProof(Table):
     """Its checks."""
     not_current: tuple[PageNotCurrent, ...]
     """Lifts that it proves against earlier obstructions only."""
+    claims: tuple[PageClaim, ...]
+    """What the log states and it has taken as true."""
 
 
 class PageVerdict(Table):

@@ -321,10 +321,24 @@ def proof(record: dict[str, Any]) -> str:
         paragraph(words, "" if made["verified"] else "warn"),
         tag("ul", found) if found else "",
         paragraph(_earlier(earlier), "reserved") if earlier else "",
+        _claims(made["claims"]) if made["verified"] else "",
         _conditions(record["conditions"]) if made["verified"] else "",
         table(("Check", "Result", "Samples", "Worst", "What it checks"), rows, class_="words", id_="checks"),
         id="proof",
     )
+
+
+def _claims(claims: Sequence[dict[str, Any]]) -> str:
+    """Return what the log states and the proof has taken as true, each with the option that proves it."""
+    items = "".join(
+        tag(
+            "li",
+            escape(claim["text"]) + (f" ({tag('code', claim['bind_with'])} proves it)" if claim["bind_with"] else ""),
+        )
+        for claim in claims
+    )
+    words = f"It rests on {counted(len(claims), 'claim')} of the log. bimvox verify proves those that name an option:"
+    return paragraph(words) + tag("ul", items, "claims") if claims else ""
 
 
 def _conditions(conditions: Sequence[str]) -> str:

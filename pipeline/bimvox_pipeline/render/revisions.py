@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bimvox.errors import LogFileError
-from bimvox.library.verify import prove, prove_plan
+from bimvox.library.verify import prove, prove_plan, with_claims
 from bimvox.progress import Progress
 from bimvox_pipeline.sensible_log import require_sense
 from bimvox_pipeline.watch.log import segments_on_disk
@@ -212,7 +212,10 @@ def revisions_of(
 def _judged(read: Read, proven: bool, progress: Progress) -> Judged:
     record, proof = require_sense(read.record, read.file), None
     if proven:
-        proof = prove_plan(record, progress) if read.contents is None else prove(read.contents, record, progress)
+        if read.contents is None:
+            proof = with_claims(prove_plan(record, progress), record)
+        else:
+            proof = prove(read.contents, record, progress)
     from bimvox.log.dates import all_remarks
 
     return Judged(proof, all_remarks(record))

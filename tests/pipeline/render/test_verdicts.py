@@ -43,8 +43,11 @@ def test_lifts_proven_against_earlier_obstructions_only_are_named_in_both(good, 
     assert record["verdict"] == page["verdict"]
     assert record["remarks"] == page["remarks"] == document["remarks"]
     assert record["conditions"] == page["conditions"] == document["conditions"]
+    claims = document["claims"]
+    assert record["proof"]["claims"] == page["proof"]["claims"] == claims
     assert "Provided that:" in (tmp_path / "log.html").read_text(encoding="utf-8")
-    assert page["verdict"]["proof"] == "proven, 3 lifts against earlier obstructions only"
+    told = f"proven, with {len(claims)} claims of the log, 3 lifts against earlier obstructions only"
+    assert page["verdict"]["proof"] == told
     assert [lift["current"] for lift in page["lifts"]] == [False, False, False, True]
 
 

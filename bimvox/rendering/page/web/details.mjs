@@ -328,6 +328,7 @@ export class Details {
     return [
       proof.verified ? el("p", { class: verdict.proof_light === "clean" ? "fine" : "aside" }, `${verdict.proof_light === "clean" ? "✓ " : ""}Proven again from the log alone when this page was made: ${counted(looked.length, "check")}, ${whole(samples)} samples; ${verdict.remarks}.`) : el("p", { class: "warn" }, `NOT PROVEN: ${counted(failed.length, "check")} failed.`),
       ...this._earlier(proof.not_current),
+      ...(proof.verified && proof.claims.length ? [el("p", {}, `It rests on ${counted(proof.claims.length, "claim")} of the log. bimvox verify proves those that name an option:`), el("ul", { class: "claims" }, ...proof.claims.map(({ text, bind_with: option }) => el("li", {}, option ? `${text} (${option} proves it)` : text)))] : []),
       ...(proof.verified && conditions.length ? [el("p", {}, "Provided that:"), el("ul", { class: "conditions" }, ...conditions.map((words) => el("li", {}, words)))] : []),
       ...failed.flatMap((check) => [el("h3", {}, check.name.replaceAll("_", " ")), el("ul", {}, ...check.failures.map((text) => el("li", {}, text)))]),
       el("table", {}, head, el("tbody", {}, ...rows)),

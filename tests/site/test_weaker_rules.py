@@ -1,0 +1,74 @@
+"""Rules that ask for less than the defaults are named; no rule and no value in one is left out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from bimvox.site.casting import Curing
+from bimvox.site.config.rules import RulesConfig
+from bimvox.site.crew_times import FIELD_TIMES
+from bimvox.site.site import Rules, SwingRule
+from bimvox.site.weaker_rules import MORE_IS_WEAKER, NONE_IS_WEAKER, weaker_rules
+
+DEFAULT = RulesConfig().rules(has_crane=True)
+
+
+def less_of(value: Any, key: str) -> Any:
+    """Return a value that asks for less."""
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, SwingRule):
+        return SwingRule.OFF
+    return value + 1.0 if key in MORE_IS_WEAKER else value - 0.25
+
+
+def weakened(rules: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield rules in which one value asks for less, with its key."""
+    for field in dataclasses.fields(rules):
+        value = getattr(rules, field.name)
+        if field.name in NONE_IS_WEAKER:
+            continue
+        if dataclasses.is_dataclass(value):
+            for key, inner in weakened(value, f"{prefix}{field.name}."):
+                yield key, dataclasses.replace(rules, **{field.name: inner})
+        else:
+            other = less_of(value, field.name)
+            yield f"{prefix}{field.name}", dataclasses.replace(rules, **{field.name: other})
+
+
+EVERY = dict(weakened(DEFAULT))
+
+
+def test_the_defaults_are_not_weaker_than_themselves() -> None:
+    assert weaker_rules(DEFAULT, has_crane=True) == []
+    assert weaker_rules(RulesConfig().rules(), has_crane=False) == []
+
+
+@pytest.mark.parametrize("key", sorted(EVERY))
+def test_each_value_that_asks_for_less_is_named(key: str) -> None:
+    (told,) = weaker_rules(EVERY[key], has_crane=True)
+    assert told.startswith(f"{key} = ")
+
+
+def test_values_that_ask_for_more_are_not_named() -> None:
+    more = dataclasses.replace(
+        DEFAULT, transit_clearance_m=3.0, highest_utilisation=0.85, curing=Curing(slab_h=24.0), bracing_s=900.0
+    )
+    assert weaker_rules(more, has_crane=True) == []
+
+
+def test_rules_that_lack_a_table_and_times_of_all_classes_are_weaker() -> None:
+    assert weaker_rules(dataclasses.replace(DEFAULT, casting=None), has_crane=True)[0].startswith("casting = nothing")
+    (told,) = weaker_rules(dataclasses.replace(DEFAULT, bracing_s=60.0), has_crane=True)
+    assert told == "bracing_s = 60 (default: by class of work, up to 900)"
+
+
+def test_lists_of_weaker_rules_name_only_keys_that_exist() -> None:
+    keys = {field.name for table in (DEFAULT, DEFAULT.casting) for field in dataclasses.fields(table)}
+    assert keys >= MORE_IS_WEAKER | NONE_IS_WEAKER
+    assert FIELD_TIMES.wall.brace_s == 900.0
+    assert isinstance(DEFAULT, Rules)
