@@ -14,16 +14,16 @@ from pathlib import Path
 
 import numpy as np
 
-from bimvox.errors import BimvoxError
+from bimvox.errors import BimvoxError, InputError
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.library.attached_tracks import compare_tracks
-from bimvox.library.compare import equal, same, same_blockers, same_cells, same_cranes, same_rules
+from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_rules
 from bimvox.library.completed_site_file import building_of, completed
 from bimvox.library.hand_over import as_assigned
 from bimvox.library.held_loads import compare_held
-from bimvox.library.obstructions import load_obstructions, rasterise
-from bimvox.library.site import MACHINE, OBSTRUCTIONS
+from bimvox.library.obstructions import KINDS, load_obstructions, rasterise
+from bimvox.library.site import LISTED, MACHINE, OBSTRUCTIONS
 from bimvox.library.site_file_parts import compare_parts, compare_pinned
 from bimvox.log.dates import attached_programme
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
@@ -31,7 +31,7 @@ from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.records.proof import Check
 from bimvox.site.access import ground_of
 from bimvox.site.areas import columns_centred_in
-from bimvox.site.build import ground_and_masts, labels_of, with_obstructions
+from bimvox.site.build import ground_and_masts, id_on_site, labels_of, with_obstructions
 from bimvox.site.component import IntVec
 from bimvox.site.config.file import SITE_FILE, named_files, parse_site_config
 from bimvox.site.config.site_config import SiteConfig
@@ -40,14 +40,13 @@ from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import map_of_model, on_site
+from bimvox.site.obstructions.cells import outside_note
 from bimvox.site.obstructions.file import without_references
 from bimvox.site.programme import ATTACHED
 from bimvox.site.site import HookHeights, Rules, Site
 from bimvox.site.work import Work
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 
-_NAMED = ("json", "toml")
-"""Formats of an obstruction file that may name other files."""
 _SAME = 1e-9
 
 
@@ -97,7 +96,7 @@ def only_as_cells(log: PlanLog) -> tuple[str, ...]:
     """Return the ids of the obstructions whose mesh or point files are not in the log, so that only cells are known."""
     found: set[str] = set()
     for name, data in log.attachments.items():
-        if name.startswith(OBSTRUCTIONS) and name.rpartition(".")[2] in _NAMED:
+        if name.startswith(OBSTRUCTIONS) and name.rpartition(".")[2] in LISTED:
             with suppress(BimvoxError):
                 found |= without_references(data, name)[1]
     return tuple(sorted(found))
@@ -226,28 +225,35 @@ def _compare_obstructions(check: Check, log: PlanLog, name: str) -> None:
     """Compare the obstructions with those of an attached file."""
     site, data = log.plan.site, log.attachments[name]
     source = f"the attached {name}"
-    named = name.rpartition(".")[2] in _NAMED
+    scan_id, _, kind = name.removeprefix(OBSTRUCTIONS).rpartition(".")
     refers: frozenset[str] = frozenset()
     with tempfile.TemporaryDirectory() as folder:
         try:
-            if named:
+            if kind in LISTED:
                 # The files that it refers to are not in the log, and a stranger's log must not name files to read.
                 data, refers = without_references(data, name)
-            file = Path(folder) / (f"{OBSTRUCTIONS}json" if named else name)
+                kind = "json"
+            if f".{kind}" not in KINDS:
+                raise InputError("it is not of a kind that an obstruction file has")
+            file = Path(folder) / f"{OBSTRUCTIONS}{kind}"  # not the name in the log, which may lead out of the folder
             file.write_bytes(data)
-            wanted = with_obstructions(site, load_obstructions(file, site), rasterise)
+            wanted = with_obstructions(site, load_obstructions(file, site, scan_id=scan_id), rasterise)
         except BimvoxError as error:
             check.look(False, f"{source} cannot be used: {error}")
             return
     found, given = ([one for one in each.blockers if one.kind == "obstruction"] for each in (site, wanted))
-    if named:
-        for lost in sorted(refers - {blocker.id for blocker in found}):
+    by_id = {blocker.id: blocker for blocker in found}
+    for lost in sorted(refers):
+        name_there = id_on_site(lost, site)
+        if name_there in by_id:
+            given.append(by_id[name_there])  # of these the log has only the cells
+        elif outside_note(lost, site.frame, site.shape) not in site.obstruction_notes:
             check.look(False, f"fixed object {lost!r} is not in the log, but in {source}")
-        same_blockers(check, found, [*given, *(blocker for blocker in found if blocker.id in refers)], source)
-    else:
-        check.look(same_cells(found, given), f"the cells of the obstructions are not those of {source}")
-    if log.is_of_now and not refers:
-        same(check, "obstruction_notes", site.obstruction_notes, wanted.obstruction_notes, source)
+    same_blockers(check, found, given, source)
+    if log.is_of_now:
+        about = tuple(f"obstruction {lost!r} " for lost in refers)
+        notes = tuple(note for note in site.obstruction_notes if not note.startswith(about))
+        same(check, "obstruction_notes", notes, wanted.obstruction_notes, source)
 
 
 def _same_labels(check: Check, site: Site) -> None:

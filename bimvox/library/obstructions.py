@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +21,12 @@ from bimvox.progress import Progress
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.file import parse_obstructions, read_obstruction_file
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
-from bimvox.site.obstructions.point_file import is_scan
+from bimvox.site.obstructions.point_file import SCAN_SUFFIXES, is_scan
 from bimvox.site.site import Site
 from bimvox.voxelization.part import voxelize_mesh
 
+KINDS = frozenset({".json", ".toml", *IFC_SUFFIXES, *MESH_SUFFIXES, *SCAN_SUFFIXES})
+"""Suffixes of the files that hold obstructions."""
 _NOTES_SHOWN = 100
 
 
@@ -54,19 +57,28 @@ def read_obstructions(path: Path) -> ReadObstructions:
     return ReadObstructions(path, content, _obstructions(path))
 
 
-def load_obstructions(path: Path, site: Site) -> ObstructionSet:
-    """Return the obstructions of a file on a site; errors as of :func:`read_obstructions`."""
-    return _obstructions(path)(site)
+def load_obstructions(path: Path, site: Site, *, scan_id: str | None = None) -> ObstructionSet:
+    """Return the obstructions of a file on a site; errors as of :func:`read_obstructions`.
+
+    ``scan_id`` is the id of a scan; default: the file's name without its suffix.
+    """
+    return _obstructions(path, scan_id)(site)
 
 
-def _obstructions(path: Path) -> Callable[[Site], ObstructionSet]:
+def _obstructions(path: Path, scan_id: str | None = None) -> Callable[[Site], ObstructionSet]:
     if path.suffix.lower() in IFC_SUFFIXES + MESH_SUFFIXES and not is_scan(path):
         building = read_building(path)
         if not building.elements:
             raise ObstructionFileError(path, "it contains no shape that could be an obstruction")
+        if building.source.sha256 != sha256(read_input(path)).hexdigest():
+            raise ObstructionFileError(
+                path,
+                "its triangles are in other files, and a log carries this one alone",
+                hint='export a GLB, or name the file as the "mesh" of an obstruction in a JSON file',
+            )
         return partial(_in_frame, path, building)
     if is_scan(path):
-        entry = {"id": path.stem, "points": path.name}
+        entry = {"id": scan_id or path.stem, "points": path.name}
         document = json.dumps({"version": 1, "obstructions": [entry]}).encode()
         found = parse_obstructions(document, path.name, resolved(path).parent)
     else:

@@ -37,9 +37,17 @@ OBSTRUCTIONS = "obstructions."
 """Begins the name of an obstruction file among the files attached to a log."""
 
 
+LISTED = ("json", "toml")
+"""Formats of an obstruction file that lists obstructions by id, and may name other files."""
+
+
 def attached_as(obstructions: Path) -> str:
-    """Return the name of an obstruction file among the files attached to a log; without a suffix it is JSON."""
-    return OBSTRUCTIONS + (obstructions.suffix.lower()[1:] or "json")
+    """Return the name of an obstruction file among the files attached to a log; without a suffix it is JSON.
+
+    A scan is called after its file: the log's copy keeps that name, so that it can be read again as the same.
+    """
+    kind = obstructions.suffix.lower()[1:] or "json"
+    return OBSTRUCTIONS + (kind if kind in LISTED else f"{obstructions.stem}.{kind}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

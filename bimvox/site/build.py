@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -180,14 +180,14 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
     Very many obstructions share objects: see :func:`bimvox.site.obstructions.crowd.blockers_of`.
     """
     fixed = [blocker for blocker in site.blockers if blocker.kind != "obstruction"]
-    taken = {blocker.id for blocker in fixed} | {component.id for component in site.components}
+    taken = _taken(site)
     notes: list[str] = []
 
     def found() -> Iterator[tuple[str, NDArray[np.int32], bool]]:
         all_of_them, grow_vox = obstructions.obstructions, whole_cells(site.rules.clearance_m, site.frame.voxel_size_m)
         every = cells_of_all(all_of_them, site.frame, site.shape, rasterise, grow_vox=grow_vox)
         for obstruction, (cells, note) in zip(all_of_them, every, strict=True):
-            name = f"obstruction:{obstruction.id}" if obstruction.id in taken else obstruction.id
+            name = _free_id(obstruction.id, taken)
             if note:
                 notes.append(note)
             if name != obstruction.id:
@@ -202,6 +202,21 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
         obstruction_notes=tuple(notes),
         digest=_digest(site.fixed_digest, added),
     )
+
+
+def id_on_site(name: str, site: Site) -> str:
+    """Return the id that an obstruction has on a site: its own, with a prefix if something else has the same."""
+    return _free_id(name, _taken(site))
+
+
+def _free_id(name: str, taken: Collection[str]) -> str:
+    return f"obstruction:{name}" if name in taken else name
+
+
+def _taken(site: Site) -> set[str]:
+    """Return the ids of everything that a site has without obstructions."""
+    fixed = (blocker.id for blocker in site.blockers if blocker.kind != "obstruction")
+    return {*fixed, *(component.id for component in site.components)}
 
 
 def ground_and_masts(site: Site, rasterise: Rasterise) -> tuple[Blocker, ...]:

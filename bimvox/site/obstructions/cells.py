@@ -121,9 +121,14 @@ def _cells_of_blocks(start: NDArray[np.int64], size: NDArray[np.int64]) -> NDArr
 def _note(obstruction: Obstruction, inside: int, frame: GridFrame, shape: IntVec, *, cut: bool) -> str | None:
     """Return the note about an obstruction of which so many cells are inside the site."""
     if inside == 0:
-        low, high = (shown_m(frame.corner_of(np.array(cell))) for cell in ((0, 0, 0), shape))
-        return f"obstruction {obstruction.id!r} lies outside the site, which is from {low} to {high} m"
+        return outside_note(obstruction.id, frame, shape)
     return f"obstruction {obstruction.id!r} is clipped to the site" if cut else None
+
+
+def outside_note(name: str, frame: GridFrame, shape: IntVec) -> str:
+    """Return the note about an obstruction of an id that has no cell inside the site."""
+    low, high = (shown_m(frame.corner_of(np.array(cell))) for cell in ((0, 0, 0), shape))
+    return f"obstruction {name!r} lies outside the site, which is from {low} to {high} m"
 
 
 def _is_far(box: Box, frame: GridFrame, shape: IntVec, grow_vox: int) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 
 import numpy as np
@@ -24,8 +25,8 @@ def read_points(path: Path) -> NDArray[np.float64]:
 
     Args:
         path: A PLY file with x, y, z vertices, a LAS or LAZ file (LAZ needs the extra ``scan``), or a text table whose
-            first three columns are x, y, z (separated by spaces, commas or semicolons; lines that start with ``#`` and
-            one heading line are ignored).
+            first three columns are x, y, z (separated by spaces, commas or semicolons; with decimal commas if
+            something else separates; lines that start with ``#`` and one heading line are ignored).
 
     Returns:
         (N, 3) float64, N >= 1, in the file's unit.
@@ -83,17 +84,51 @@ def _ply(path: Path, data: bytes) -> NDArray[np.float64]:
 
 
 def _table(path: Path, data: bytes) -> NDArray[np.float64]:
-    text = data.removeprefix(b"\xef\xbb\xbf").replace(b",", b" ").replace(b";", b" ")
+    text = data.removeprefix(b"\xef\xbb\xbf")
     first, _, rest = text.partition(b"\n")
-    if any(byte in b"xyzXYZ/" for byte in first) or len(first.split()) == 1:
+    has_heading = any(byte in b"xyzXYZ/" for byte in first) or len(re.split(rb"[\s,;]+", first.strip())) == 1
+    if has_heading:
         text = rest  # a heading, or the number of points (PTS)
-    return _numbers(path, text, [0, 1, 2])
+    lines = (line.strip() for line in io.BytesIO(text))
+    row = next((line for line in lines if line and not line.startswith(b"#")), b"")
+    if _has_decimal_commas(row):
+        text = re.sub(rb",(?=\s)", b" ", text).replace(b",", b".")
+    text = text.replace(b",", b" ").replace(b";", b" ")
+    return _numbers(path, text, [0, 1, 2], lines_before=int(has_heading))
 
 
-def _numbers(path: Path, text: bytes, columns: list[int]) -> NDArray[np.float64]:
+def _has_decimal_commas(row: bytes) -> bool:
+    """Return whether a comma in a table with this first row can only be a decimal one: something else separates."""
+    if b";" in row:
+        return True
+    fields = row.split()
+    given = [field.rstrip(b",") for field in fields[:3]]
+    if len(given) < 3 or any(field.count(b",") > 1 or (b"," in field and b"." in field) for field in given):
+        return False
+    return any(b"," in field for field in given) or not any(b"," in field for field in fields[:3])
+
+
+def _numbers(path: Path, text: bytes, columns: list[int], lines_before: int = 0) -> NDArray[np.float64]:
     if not text.strip():
         return np.zeros((0, 3))
     try:
         return np.loadtxt(io.BytesIO(text), dtype=np.float64, usecols=columns, ndmin=2)
-    except (ValueError, IndexError) as error:
-        raise FileError(path, f"not a table of numbers: {error}") from None
+    except (ValueError, IndexError):
+        wrong = _first_wrong(text, columns)
+        if wrong is None:
+            raise FileError(path, "not a table of numbers") from None
+        number, line = wrong
+        said = f"not a table of numbers: line {number + lines_before} is {line.decode(errors='replace')[:60]!r}"
+        hint = "write x, y and z in this order, separated by spaces or semicolons, with decimal points or commas"
+        raise FileError(path, said, hint=hint) from None
+
+
+def _first_wrong(text: bytes, columns: list[int]) -> tuple[int, bytes] | None:
+    """Return number and content of the first line that lacks a number in one of the columns."""
+    for number, line in enumerate(io.BytesIO(text), start=1):
+        fields = line.partition(b"#")[0].split()
+        try:
+            _ = [float(fields[column]) for column in columns if fields]
+        except (ValueError, IndexError):
+            return number, line.strip()
+    return None

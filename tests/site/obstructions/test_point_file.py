@@ -24,6 +24,13 @@ def ply(order: str, kind: str, code: str) -> bytes:
         ("a.xyz", b"1 2 3 0 0 0\n# note\n-4 5.5 0.25 0 0 0\n"),
         ("a.csv", b"x,y,z,i\n1,2,3,9\n-4,5.5,0.25,9\n"),
         ("a.PTS", b"2\n1 2 3\n-4 5.5 0.25\n"),
+        ("a.xyz", b"1;2;3\n-4;5,5;0,25\n"),
+        ("a.xyz", b"x;y;z\r\n1,0;2,0;3,0\r\n-4,0;5,5;0,25\r\n"),
+        ("a.xyz", b"1,0 2,0 3,0 255\n-4 5,5 0,25 0\n"),
+        ("a.xyz", b"1\t2\t3\n-4\t5,5\t0,25\n"),
+        ("a.xyz", b"1,0, 2,0, 3,0\n-4,0, 5,5, 0,25\n"),
+        ("a.xyz", b"1, 2, 3\n-4,5.5, 0.25\n"),
+        ("a.xyz", b"1.0,2.0,3.0 9 9\n-4.0,5.5,0.25 9 9\n"),
     ],
 )
 def test_every_kind_is_read(tmp_path, name, data):
@@ -42,6 +49,8 @@ def test_every_kind_is_read(tmp_path, name, data):
         ("a.xyz", b"1 2\n3 4\n", "not a table"),
         ("a.xyz", b"1 2 3\n1 two 3\n", "not a table"),
         ("a.xyz", b"1 2 3\nnan 2 3\n", "not finite"),
+        ("a.xyz", b"x;y;z\n1;2;3\n1.234,5;2;3\n", "line 3"),
+        ("a.xyz", b"1 2 3\n1,2,3\n", "line 2"),
         ("a.las", b"LASF", "not a LAS file"),
         ("a.laz", b"", "not a LAS file"),
         ("a.pcd", b"LASF", "unknown type of point file"),

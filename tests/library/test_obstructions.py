@@ -1,0 +1,172 @@
+"""What `plan` does with an obstruction file is what `verify` finds when it reads the file again, or the log's copy."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from planned_frame import planned
+
+from bimvox.errors import ObstructionFileError
+from bimvox.library.attached_files import check_attached_files
+from bimvox.library.obstructions import obstructed
+from bimvox.library.plan import obstructions_of
+from bimvox.library.user_files import check_user_files
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.reader import read_log
+from bimvox.progress import SilentProgress
+
+SAMPLES = Path(__file__).parents[2] / "sample_models"
+Write = Callable[[Path], Path]
+TALL = np.c_[np.tile([3.0, 7.0], (90, 1)), np.linspace(0.0, 60.0, 90)]
+ASIDE = TALL + np.array([900.0, 0.0, 0.0])
+SMALL = [[1.0, -8.0, 0.0], [1.6, -7.0, 1.2]]
+CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+
+
+def xyz(points: object, name: str = "mast.xyz") -> Write:
+    """A scan."""
+
+    def write(folder: Path) -> Path:
+        np.savetxt(folder / name, points)  # type: ignore[arg-type]
+        return folder / name
+
+    return write
+
+
+def obj(low: list[float], high: list[float], name: str = "shed.obj") -> Write:
+    """A box as a mesh."""
+
+    def write(folder: Path) -> Path:
+        corners = np.array(low) + CUBE * (np.array(high) - low)
+        lines = [f"v {x} {y} {z}" for x, y, z in corners]
+        lines += ["f " + " ".join(str(n + 1) for n in quad) for quad in QUADS]
+        (folder / name).write_text("\n".join(lines) + "\n")
+        return folder / name
+
+    return write
+
+
+def listed(*entries: dict[str, object], unit: str = "m", also: Write | None = None) -> Write:
+    """An obstruction file, with a file that it names."""
+
+    def write(folder: Path) -> Path:
+        if also is not None:
+            also(folder)
+        file = folder / "mine.json"
+        file.write_text(json.dumps({"version": 1, "unit": unit, "obstructions": entries}))
+        return file
+
+    return write
+
+
+def ifc(folder: Path) -> Path:
+    (folder / "neighbour.ifc").write_bytes((SAMPLES / "paper.ifc").read_bytes())
+    return folder / "neighbour.ifc"
+
+
+def part_id() -> str:
+    return read_log(planned() / "frame.mcap").plan.site.components[0].id
+
+
+def box(low: list[float], high: list[float], name: str = "truck") -> dict[str, object]:
+    return {"id": name, "box": {"min": low, "max": high}}
+
+
+SILO: dict[str, object] = {"id": "silo", "cylinder": {"base": [1000, -8000, 0], "radius": 400, "height": 9e4}}
+FILES = {
+    "a scan above": xyz(TALL),
+    "a scan below": xyz(TALL - [0, 0, 30]),
+    "a scan that crosses the side": xyz(np.c_[np.linspace(-90, 90, 200), np.full(200, -8.0), np.full(200, 0.3)]),
+    "a scan aside": xyz(ASIDE),
+    "a scan with many dots in its name": xyz(TALL, "mast.2027.02.xyz"),
+    "a scan with the id of a part": lambda folder: xyz(TALL, f"{part_id()}.xyz")(folder),
+    "a scan with points twice": xyz(np.repeat(TALL, 3, axis=0)),
+    "a scan of one point": xyz(TALL[:1]),
+    "a scan inside": xyz(SMALL),
+    "points above": listed({"id": "mast", "points": "mast.xyz"}, also=xyz(TALL)),
+    "points aside": listed({"id": "mast", "points": "mast.xyz"}, also=xyz(ASIDE)),
+    "points with the id of a part": lambda folder: listed(
+        {"id": part_id(), "points": "mast.xyz"}, box([1, -8, 0], [2, -7, 99]), also=xyz(TALL)
+    )(folder),
+    "points in mm, and a box aside": listed(
+        {"id": "mast", "points": "mast.xyz"},
+        box([9e6, 0, 0], [9.1e6, 10, 10]),
+        unit="mm",
+        also=xyz(TALL * 1000),
+    ),
+    "a mesh above": obj([1, -8, 0], [2, -7, 90]),
+    "a mesh aside": obj([900, -8, 0], [902, -7, 9]),
+    "a mesh that is named, aside": listed(
+        {"id": "shed", "mesh": "shed.obj"}, also=obj([900, -8, 0], [902, -7, 9])
+    ),
+    "a mesh that is named, above, in ft": listed(
+        {"id": "shed", "mesh": "shed.obj"},
+        box([3, -26, 0], [6, -22, 900]),
+        unit="ft",
+        also=obj([3, -26, 0], [6, -22, 300]),
+    ),
+    "a box above": listed(box([1, -8, 0], [2, -7, 90])),
+    "a box below": listed(box([1, -8, -90], [2, -7, 0.5])),
+    "a box aside": listed(box([900, 0, 0], [901, 1, 1])),
+    "a box with the id of a part": lambda folder: listed(box([1, -8, 0], [2, -7, 90], part_id()))(folder),
+    "a cylinder above, in mm": listed(SILO, unit="mm"),
+    "voxels aside": listed({"id": "pile", "voxels": [[1, 1, 1], [-5, 1, 1], [1, 1, 900], [1, 1, 1]]}),
+    "voxels outside": listed({"id": "pile", "voxels": [[9000, 1, 1]]}),
+    "an IFC file": ifc,
+    "nothing": listed(),
+}  # fmt: skip
+
+
+def gltf(folder: Path) -> Path:
+    """A mesh whose coordinates are in a file of their own."""
+    (folder / "shed.bin").write_bytes(np.array([[1, 0, -8], [2, 0, -8], [1, 9, -8]], "<f4").tobytes())
+    document = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"uri": "shed.bin", "byteLength": 36}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+    }
+    (folder / "shed.gltf").write_text(json.dumps(document))
+    return folder / "shed.gltf"
+
+
+def test_a_mesh_that_a_log_cannot_carry_is_refused_with_a_way_out(record: PlanLog, tmp_path: Path) -> None:
+    with pytest.raises(ObstructionFileError, match="in other files") as refused:
+        with_file(record, gltf(tmp_path))
+    assert "GLB" in str(refused.value.hint)
+    assert with_file(record, listed({"id": "shed", "mesh": "shed.gltf"})(tmp_path)).plan.site.blockers
+
+
+@pytest.mark.parametrize("name", ["obstructions.mast./x", "obstructions.../../../x.xyz", "obstructions.py"])
+def test_a_name_in_a_log_leads_nowhere(record: PlanLog, name: str) -> None:
+    forged = replace(record, attachments={**record.attachments, name: b"1 2 3"})
+    assert any(name in said for said in check_attached_files(forged).failures)
+
+
+def with_file(record: PlanLog, file: Path) -> PlanLog:
+    """Return the record as `plan --obstructions FILE` writes it; its lifts are not looked at here."""
+    obstructions, attached = obstructions_of(file, record.plan.site)
+    site = obstructed(record.plan.site, obstructions, SilentProgress())
+    return replace(record, plan=replace(record.plan, site=site), attachments={**record.attachments, **attached})
+
+
+@pytest.fixture(scope="module")
+def record() -> PlanLog:
+    return read_log(planned() / "frame.mcap")
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_log_agrees_with_the_file_that_it_was_planned_with(record: PlanLog, tmp_path: Path, name: str) -> None:
+    file = FILES[name](tmp_path)
+    made = with_file(record, file)
+    assert check_attached_files(made).failures == []
+    assert check_user_files(made, None, None, file, SilentProgress()).failures == []
