@@ -8,7 +8,10 @@ import hashlib
 import os
 import secrets
 import stat
-from collections.abc import Callable, Iterable, Mapping
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import BinaryIO
 
@@ -23,6 +26,45 @@ _CHUNK_BYTES = 1 << 20
 _BINARY: int = getattr(os, "O_BINARY", 0)
 """On Windows a descriptor without it changes line ends."""
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+_root: ContextVar[Path | None] = ContextVar("root", default=None)
+_root_of_process: Path | None = None
+
+
+@contextmanager
+def kept_to(folder: Path | None) -> Iterator[None]:
+    """Read and write the files of a user in one folder alone, links followed; None: anywhere.
+
+    It holds for this thread. Every reading and writing below looks where the path leads at that moment.
+    """
+    token = _root.set(None if folder is None else folder.resolve())
+    try:
+        yield
+    finally:
+        _root.reset(token)
+
+
+@contextmanager
+def scratch_folder() -> Iterator[Path]:
+    """Yield a new folder that is removed afterwards; meanwhile this thread may read and write there alone."""
+    with tempfile.TemporaryDirectory(prefix="bimvox-") as folder, kept_to(Path(folder)):
+        yield Path(folder)
+
+
+def keep_process_to(folder: Path) -> None:
+    """Read and write the files of a user in one folder alone, in all threads of this process from now on."""
+    global _root_of_process
+    _root_of_process = folder.resolve()
+
+
+def _insist_on_root(path: Path, error_kind: ErrorKind = FileError) -> None:
+    """Raise an error if a path leads out of the folder to which this thread is kept, links followed."""
+    root = _root.get() or _root_of_process
+    if root is not None and not Path(os.path.realpath(path)).is_relative_to(root):
+        raise error_kind(
+            path,
+            f"leads out of the folder {root}; nothing outside it is read or written",
+            hint="put the file itself into the folder, without a link, or begin in a folder that holds both",
+        )
 
 
 def require_input(path: Path, error_kind: ErrorKind = FileError) -> Path:
@@ -71,6 +113,7 @@ def read_input(
 
 def require_regular(path: Path, error_kind: ErrorKind = FileError, most_bytes: int = MOST_BYTES) -> None:
     """Raise an error if ``path`` is not a regular file of at most ``most_bytes``; nothing is opened."""
+    _insist_on_root(path, error_kind)
     status = status_of(path, error_kind)
     if status is None:
         raise error_kind(path, "cannot be read: no such file", hint=_hint_for_missing(path))
@@ -114,9 +157,10 @@ def resolved(path: Path, error_kind: ErrorKind = FileError) -> Path:
     """Return the absolute path without links.
 
     Raises:
-        FileError: If the path is impossible, as :func:`status_of`.
+        FileError: If the path is impossible, as :func:`status_of`, or leads out of the folder of :func:`kept_to`.
     """
     status_of(path, error_kind)
+    _insist_on_root(path, error_kind)
     try:
         return path.resolve()
     except (OSError, RuntimeError, ValueError) as error:
@@ -135,6 +179,7 @@ def check_output(path: Path, *, inputs: Iterable[Path] = ()) -> Path:
     Raises:
         FileError: If ``path`` is an input, a folder or a device, or its folder is missing or cannot be written to.
     """
+    _insist_on_root(path)
     status = status_of(path)
     if status is not None and stat.S_ISDIR(status.st_mode):
         raise FileError(path, "this is a folder, the output is a file", hint=f"for example {path / 'output'}")
@@ -187,8 +232,8 @@ def put_in_place(temporary: Path, path: Path) -> None:
     Raises:
         FileError: If it cannot be renamed.
     """
-    target = resolved(path)
     try:
+        target = resolved(path)
         temporary.replace(target)
     except OSError as error:
         raise unwritable(path, error) from error

@@ -8,7 +8,19 @@ from typing import BinaryIO
 import pytest
 
 from bimvox.errors import FileError, InputError
-from bimvox.files import check_output, default_output, require_input, sha256_of, write_atomically, write_together
+from bimvox.files import (
+    check_output,
+    default_output,
+    kept_to,
+    put_in_place,
+    read_input,
+    require_input,
+    scratch_folder,
+    sha256_of,
+    write_atomically,
+    write_together,
+    written_aside,
+)
 
 
 def names(folder: Path) -> list[str]:
@@ -164,3 +176,34 @@ def test_of_several_files_all_or_none_take_their_places(
     assert (names(tmp_path), first.read_bytes()) == (["a.csv"], b"old")
     write_together({first: b"1", second: b"2"})
     assert (names(tmp_path), first.read_bytes(), second.read_bytes()) == (["a.csv", "b.csv"], b"1", b"2")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need a right there")
+def test_a_thread_that_is_kept_to_a_folder_touches_no_file_outside(tmp_path: Path) -> None:
+    inside, outside = tmp_path / "inside", tmp_path / "outside"
+    for folder in (inside, outside):
+        folder.mkdir()
+        (folder / "a").write_bytes(b"one")
+    (inside / "to file").symlink_to(outside / "a")
+    (inside / "to nothing").symlink_to(outside / "new")
+    (inside / "sub").symlink_to(outside)
+    (inside / "own").symlink_to(inside / "a")
+    ways_out = [outside / "a", inside / "../outside/a", inside / "to file", inside / "to nothing", inside / "sub" / "a"]
+    with kept_to(inside):
+        for path in ways_out:
+            for act in (read_input, require_input, check_output, lambda path: write_atomically(path, b"two")):
+                with pytest.raises(FileError, match="leads out of the folder"):
+                    act(path)  # type: ignore[operator]
+        write_atomically(inside / "own", b"two")
+        assert read_input(inside / "a") == b"two"
+        aside = written_aside(inside / "new", b"three")
+        (inside / "new").symlink_to(outside / "new")  # after it was looked at
+        with pytest.raises(FileError, match="leads out"):
+            put_in_place(aside, inside / "new")
+        with scratch_folder() as scratch:
+            write_atomically(scratch / "b", b"four")
+            with pytest.raises(FileError, match="leads out"):
+                read_input(inside / "a")
+    assert read_input(outside / "a") == b"one"
+    assert names(outside) == ["a"]
+    assert not [name for name in names(inside) if name.endswith(".part")]

@@ -7,14 +7,13 @@ Ground and masts follow from the site itself.
 
 from __future__ import annotations
 
-import tempfile
 from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from bimvox.errors import BimvoxError, InputError
+from bimvox.files import scratch_folder
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.library.attached_tracks import compare_tracks
@@ -227,7 +226,7 @@ def _compare_obstructions(check: Check, log: PlanLog, name: str) -> None:
     source = f"the attached {name}"
     scan_id, _, kind = name.removeprefix(OBSTRUCTIONS).rpartition(".")
     refers: frozenset[str] = frozenset()
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         try:
             if kind in LISTED:
                 # The files that it refers to are not in the log, and a stranger's log must not name files to read.
@@ -235,7 +234,7 @@ def _compare_obstructions(check: Check, log: PlanLog, name: str) -> None:
                 kind = "json"
             if f".{kind}" not in KINDS:
                 raise InputError("it is not of a kind that an obstruction file has")
-            file = Path(folder) / f"{OBSTRUCTIONS}{kind}"  # not the name in the log, which may lead out of the folder
+            file = folder / f"{OBSTRUCTIONS}{kind}"  # not the name in the log, which may lead out of the folder
             file.write_bytes(data)
             wanted = with_obstructions(site, load_obstructions(file, site, scan_id=scan_id), rasterise)
         except BimvoxError as error:

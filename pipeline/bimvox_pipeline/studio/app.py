@@ -9,36 +9,41 @@ from __future__ import annotations
 import gc
 import hmac
 import json
+import logging
+import os
+import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from functools import partial
+from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from bimvox.errors import BimvoxError, InputError
-from bimvox.files import reason_of
+from bimvox.files import kept_to, reason_of
 from bimvox.progress import SilentProgress
 from bimvox.rendering.studio.assets import POLICY, START, media_type, web_files
 from bimvox_pipeline.render.page import page_of_log
+from bimvox_pipeline.studio.alone import ChangedMeanwhileError
 from bimvox_pipeline.studio.folder import Folder
 from bimvox_pipeline.studio.jobs import Job, Jobs
 from bimvox_pipeline.studio.obstacles import boxes_of, file_of, write_boxes
 from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_model, open_site, unchanged
-from bimvox_pipeline.studio.saving import ChangedMeanwhileError, save
+from bimvox_pipeline.studio.saving import save
 from bimvox_pipeline.studio.setup import read_setup
-from bimvox_pipeline.watch.log import segments_on_disk
 
 _MOST_BYTES = 8 << 20
 _KEPT = 6
 _PICTURE_PX = (960, 640)
 _MOST_DEG = 3600.0
+_LOG = logging.getLogger("uvicorn.error")
 _HEADERS = {
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",
@@ -56,7 +61,9 @@ class Studio:
     """
 
     def __init__(self, folder: Path, token: str) -> None:
-        self.folder, self.token, self.jobs = Folder(folder), token, Jobs()
+        self.folder, self.token = Folder(folder), token
+        self.jobs = Jobs(self.folder)
+        self._lock = threading.Lock()
         self._opened: OrderedDict[Path, Opened] = OrderedDict()
         self._pages: OrderedDict[tuple[tuple[Path, int, int], ...], bytes] = OrderedDict()
 
@@ -65,7 +72,7 @@ class Studio:
         path = self.folder.path(relative)
         if not path.name.lower().endswith(SITE_SUFFIX):
             beside = path.with_name(path.stem + SITE_SUFFIX)
-            path = beside if beside.exists() else path
+            path = self.folder.inside(beside) if os.path.lexists(beside) else path
         found = self._opened.get(path) or self._opened.get(path.with_name(path.stem + SITE_SUFFIX))
         if found is None or (anew and not unchanged(found)):
             is_site = path.name.lower().endswith(SITE_SUFFIX)
@@ -74,10 +81,11 @@ class Studio:
         return found
 
     def _keep(self, opened: Opened) -> None:
-        self._opened[opened.site] = opened
-        self._opened.move_to_end(opened.site)
-        while len(self._opened) > _KEPT:
-            self._opened.popitem(last=False)
+        with self._lock:
+            self._opened[opened.site] = opened
+            self._opened.move_to_end(opened.site)
+            while len(self._opened) > _KEPT:
+                self._opened.popitem(last=False)
 
     def open(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Open a site."""
@@ -104,16 +112,13 @@ class Studio:
         """Save a set-up."""
         opened = self.opened(asked.get("path"))
         if asked.get("sha256") != opened.sha256:
-            raise ChangedMeanwhileError(
-                f"{opened.site.name} was saved elsewhere since it was opened; nothing was saved",
-                hint="open it again, or save this as a variant",
-            )
+            raise ChangedMeanwhileError(opened.site)
         return self._saved(*save(opened, read_setup(asked.get("setup"))))
 
     def variant(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Save a set-up as a new site file beside the one that is open."""
         opened, name = self.opened(asked.get("path")), asked.get("name")
-        if not isinstance(name, str) or not name.strip() or Path(name).name != name or name.startswith("."):
+        if not isinstance(name, str) or not name.strip() or Path(name).name != name or name[0] in ".\0":
             raise InputError("a variant needs a name of its own", hint="letters, digits, spaces, dots and dashes")
         target = opened.site.with_name(name.strip().removesuffix(SITE_SUFFIX) + SITE_SUFFIX)
         return self._saved(*save(opened, read_setup(asked.get("setup")), target))
@@ -174,7 +179,9 @@ class Studio:
     def set_boxes(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Write the boxes of a site's obstruction file."""
         site = self._saved_site(asked)
-        return {"file": self.folder.relative(file_of(site)), **write_boxes(site, asked.get("obstructions"))}
+        insist, sha256 = "sha256" in asked, asked.get("sha256")
+        written = write_boxes(site, asked.get("obstructions"), insist=insist, sha256=sha256)
+        return {"file": self.folder.relative(file_of(site)), **written}
 
     def _saved_site(self, asked: dict[str, Any]) -> Path:
         site = self.folder.path(asked.get("path"), SITE_SUFFIX)
@@ -190,12 +197,15 @@ class Studio:
         log = self.folder.path(relative, ".mcap")
         if not log.exists():
             raise InputError(f"there is no {relative}", hint="plan the site first")
-        files = (log, *segments_on_disk(log).values())
+        files = self.folder.with_revisions(log)
         key = tuple((file, status.st_mtime_ns, status.st_size) for file in files if (status := file.stat()))
         if key not in self._pages:
-            self._pages[key] = page_of_log(log, proven=True, progress=SilentProgress())
-            while len(self._pages) > _KEPT:
-                self._pages.popitem(last=False)
+            made = page_of_log(log, proven=True, progress=SilentProgress())
+            with self._lock:
+                self._pages[key] = made
+                while len(self._pages) > _KEPT:
+                    self._pages.popitem(last=False)
+            return made
         return self._pages[key]
 
 
@@ -255,11 +265,16 @@ def _api(folder: Folder, answer: Callable[[dict[str, Any]], dict[str, Any] | byt
                     return _refusal(413, "the request is too large")
             try:
                 asked = json.loads(body)
+                json.dumps(asked, ensure_ascii=False).encode()  # half a pair of surrogates is no character
             except (ValueError, RecursionError):
                 asked = None
             if not isinstance(asked, dict):
                 return _refusal(400, "the request is not a JSON object")
         made = await _answered(folder, partial(answer, asked))
+        if isinstance(made, Response) and made.status_code == HTTPStatus.CONFLICT:
+            # What was refused goes back to who entered it.
+            edit = {key: asked[key] for key in ("setup", "obstructions") if key in asked}
+            return JSONResponse({**json.loads(bytes(made.body)), **edit}, HTTPStatus.CONFLICT)
         if isinstance(made, bytes):
             return Response(made, media_type="image/png")
         return made if isinstance(made, Response) else JSONResponse(made)
@@ -287,10 +302,15 @@ def _number(request: Request) -> int:
 
 async def _answered(folder: Folder, answer: Callable[[], Any]) -> Any:
     """Return an answer, made in a thread; an error as a response, with paths as the page has them."""
+
+    def made() -> Any:
+        with kept_to(folder.root):
+            return answer()
+
     try:
-        return await run_in_threadpool(answer)
+        return await run_in_threadpool(made)
     except ChangedMeanwhileError as error:
-        return _error(409, folder, error)
+        return _error(HTTPStatus.CONFLICT, folder, error)
     except BimvoxError as error:
         return _error(400, folder, error)
     except OSError as error:
@@ -328,7 +348,10 @@ class _Guard:
         if refused is not None:
             await refused(scope, receive, _with_headers(send))
             return
-        await self._app(scope, receive, _with_headers(send))
+        try:
+            await self._app(scope, receive, _with_headers(send))
+        except ClientDisconnect:
+            _LOG.warning("A page closed its connection in the middle of %s %s", request.method, request.url.path)
 
     def _refused(self, request: Request) -> Response | None:
         if request.headers.get("host") not in self._hosts:

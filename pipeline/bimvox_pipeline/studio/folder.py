@@ -9,7 +9,9 @@ from typing import Any
 
 from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES
 from bimvox.errors import InputError
+from bimvox.files import default_output
 from bimvox_pipeline.studio.opened import SITE_SUFFIX
+from bimvox_pipeline.watch.log import segments_on_disk
 
 _MOST_FILES = 1000
 _DEEPEST = 4
@@ -33,12 +35,40 @@ class Folder:
         """
         if not isinstance(relative, str) or not relative or "\0" in relative:
             raise InputError("no file is named", hint="give its path in the folder of the studio")
-        found = (self.root / relative).resolve()
-        if not found.is_relative_to(self.root):
-            raise InputError(f"{relative} is outside the folder of the studio", hint=f"it shows {self.root.name} alone")
+        found = self.inside(self.root / relative)
         if suffixes and not found.name.lower().endswith(suffixes):
             raise InputError(f"{relative} is not a file of this kind", hint=f"it ends with {' or '.join(suffixes)}")
         return found
+
+    def inside(self, path: Path) -> Path:
+        """Return a path, links followed.
+
+        Raises:
+            InputError: If it leads out of the folder.
+        """
+        try:
+            found = path.resolve()
+        except (OSError, RuntimeError, ValueError):
+            raise InputError(f"{path.name} cannot be used: a loop of links, or no name of a file") from None
+        if not found.is_relative_to(self.root):
+            raise InputError(
+                f"{path.name} is outside the folder of the studio",
+                hint=f"it shows {self.root.name} alone; put the file itself into it, without a link",
+            )
+        return found
+
+    def log_of(self, site: Path) -> Path:
+        """Return the log of a site file; errors as of :meth:`with_revisions`."""
+        return self.with_revisions(site.parent / default_output(site, ".mcap"))[0]
+
+    def with_revisions(self, log: Path) -> list[Path]:
+        """Return a log, and the revisions next to it.
+
+        Raises:
+            InputError: If one of them leads out of the folder.
+        """
+        found = self.inside(log)
+        return [found, *(self.inside(file) for file in segments_on_disk(found).values())]
 
     def relative(self, path: Path) -> str:
         """Return a path as the page has it."""

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import InputError
-from bimvox.files import default_output
 from bimvox.processes import python_module, worker_environment
+from bimvox_pipeline.studio.folder import Folder
 from bimvox_pipeline.studio.obstacles import file_of
 
 _KEPT = 20
@@ -28,13 +28,15 @@ class Job:
     """A process that plans or watches a site.
 
     Args:
-        site: The site file; its log is written beside it.
-        more: More arguments of the process.
+        kind: ``plan`` or ``watch``.
+        folder: The folder of the studio.
+        site: The site file.
+        speed: Of a watch: how many times as fast as real time the plan is carried out, as text; empty: it is not.
     """
 
-    def __init__(self, site: Path, *more: str) -> None:
+    def __init__(self, kind: str, folder: Folder, site: Path, speed: str = "") -> None:
         self.site = site
-        self.log = site.parent / default_output(site, ".mcap")
+        self.log = folder.log_of(site)
         self.now: dict[str, Any] = {"stage": None, "done": None, "of": None}
         self.end: dict[str, Any] = {}
         self.is_cancelled = False
@@ -42,7 +44,12 @@ class Job:
         self._news = threading.Condition()
         self._tail: deque[str] = deque(maxlen=20)
         self._process = subprocess.Popen(
-            python_module("bimvox_pipeline.studio.work", str(site), str(self.log), *more),
+            python_module(
+                "bimvox_pipeline.studio.work",
+                kind,
+                *map(str, (folder.root, site, self.log, folder.inside(file_of(site)))),
+                speed,
+            ),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -123,9 +130,14 @@ class Job:
 
 
 class Jobs:
-    """The plans and watches of a studio, by number."""
+    """The plans and watches of a studio, by number.
 
-    def __init__(self) -> None:
+    Args:
+        folder: The folder of the studio.
+    """
+
+    def __init__(self, folder: Folder) -> None:
+        self._folder = folder
         self._jobs: dict[str, Job] = {}
         self._lock = threading.Lock()
         self._next = 1
@@ -136,7 +148,7 @@ class Jobs:
         Raises:
             InputError: If this site is being planned or watched.
         """
-        return self._start(site)
+        return self._start("plan", site)
 
     def watch(self, site: Path, speed: float | None) -> str:
         """Start a watch and return its number; ``speed``: carry the plan out, so many times as fast as real time.
@@ -144,14 +156,14 @@ class Jobs:
         Raises:
             InputError: If this site is being planned or watched.
         """
-        return self._start(site, str(file_of(site)), *([] if speed is None else [f"{speed:g}"]))
+        return self._start("watch", site, "" if speed is None else f"{speed:g}")
 
-    def _start(self, site: Path, *more: str) -> str:
+    def _start(self, kind: str, site: Path, speed: str = "") -> str:
         with self._lock:
             if any(job.is_running and job.site == site for job in self._jobs.values()):
                 raise InputError(f"{site.name} is being planned or watched already", hint="wait for it, or end it")
             number, self._next = str(self._next), self._next + 1
-            self._jobs[number] = Job(site, *more)
+            self._jobs[number] = Job(kind, self._folder, site, speed)
             for old in [name for name, job in self._jobs.items() if not job.is_running][:-_KEPT]:
                 del self._jobs[old]
             return number

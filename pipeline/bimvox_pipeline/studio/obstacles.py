@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import os
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,6 +16,7 @@ from bimvox.site.config.validation import Point3, Table, Text
 from bimvox.site.nested import json_values
 from bimvox.site.obstructions.file import BoxEntry, parse_obstructions
 from bimvox.units import metres_per
+from bimvox_pipeline.studio.alone import ChangedMeanwhileError, alone_in
 from bimvox_pipeline.studio.opened import SITE_SUFFIX
 from bimvox_pipeline.studio.setup import impossible
 
@@ -45,20 +48,28 @@ def boxes_of(site: Path) -> dict[str, Any]:
     Raises:
         ObstructionFileError: If the file cannot be used.
     """
-    document = _document(file_of(site))
+    document, sha256 = _document(file_of(site))
     scale = metres_per(document["unit"])
     boxes = [
         {"id": one["id"], **{key: [round(value * scale, 6) for value in one["box"][key]] for key in ("min", "max")}}
         for one in document["obstructions"]
         if _is_box(one)
     ]
-    return {"obstructions": boxes, "others": len(document["obstructions"]) - len(boxes)}
+    found = {"obstructions": boxes, "others": len(document["obstructions"]) - len(boxes)}
+    return found if sha256 is None else {**found, "sha256": sha256}
 
 
-def write_boxes(site: Path, values: object) -> dict[str, Any]:
+def write_boxes(site: Path, values: object, *, insist: bool = False, sha256: object = None) -> dict[str, Any]:
     """Write the boxes of a site's obstruction file; what is no box stays in it.
 
+    Args:
+        site: The site file.
+        values: The boxes, as the page has them.
+        insist: Whether the file must be as the page knows it.
+        sha256: The hash of that; None: there was no file.
+
     Raises:
+        ChangedMeanwhileError: If the file must be as the page knows it, and is not.
         InputError: If a box is impossible, or an id is given twice; nothing is written.
         ObstructionFileError: If the file there cannot be used.
     """
@@ -69,29 +80,32 @@ def write_boxes(site: Path, values: object) -> dict[str, Any]:
     except ValidationError as error:
         raise impossible(error, Boxes, "the obstructions") from None
     file = file_of(site)
-    document = _document(file)
-    scale = metres_per(document["unit"])
-    own = [
-        {"id": one.id, "box": {"min": [v / scale for v in one.min], "max": [v / scale for v in one.max]}}
-        for one in boxes
-    ]
-    others = [one for one in document["obstructions"] if not _is_box(one)]
-    data = (json.dumps({**document, "obstructions": [*others, *own]}, indent=1) + "\n").encode()
-    parse_obstructions(data, file.name, file.parent)  # the ordinary reader: ids, reserved names, sizes
-    write_atomically(file, data)
-    return boxes_of(site)
+    with alone_in(site.parent):
+        document, found = _document(file)
+        if insist and sha256 != found:
+            raise ChangedMeanwhileError(file)
+        scale = metres_per(document["unit"])
+        own = [
+            {"id": one.id, "box": {"min": [v / scale for v in one.min], "max": [v / scale for v in one.max]}}
+            for one in boxes
+        ]
+        others = [one for one in document["obstructions"] if not _is_box(one)]
+        data = (json.dumps({**document, "obstructions": [*others, *own]}, indent=1) + "\n").encode()
+        parse_obstructions(data, file.name, file.parent)  # the ordinary reader: ids, reserved names, sizes
+        write_atomically(file, data)
+        return boxes_of(site)
 
 
-def _document(file: Path) -> dict[str, Any]:
-    """Return the content of an obstruction file; of one that is not there, no obstructions."""
-    if not file.exists():
-        return {"version": 1, "unit": "m", "obstructions": []}
+def _document(file: Path) -> tuple[dict[str, Any], str | None]:
+    """Return the content of an obstruction file and its hash; of one that is not there, no obstructions and None."""
+    if not os.path.lexists(file):
+        return {"version": 1, "unit": "m", "obstructions": []}, None
     data = read_input(file, ObstructionFileError)
     parse_obstructions(data, file.name, file.parent)
     found = json_values(data.decode("utf-8-sig"))
     if not isinstance(found, dict):
         raise ObstructionFileError(file, "is not an obstruction file")
-    return {"unit": "m", **found}
+    return {"unit": "m", **found}, hashlib.sha256(data).hexdigest()
 
 
 def _is_box(entry: dict[str, Any]) -> bool:

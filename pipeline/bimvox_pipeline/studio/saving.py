@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,21 +14,18 @@ from pydantic import BaseModel
 from tomlkit.items import AoT, Array, Table
 
 from bimvox.bim.building import Role
-from bimvox.errors import ConfigError, FileError, InputError
+from bimvox.errors import ConfigError, FileError
 from bimvox.files import write_atomically
 from bimvox.site.config.crane import CraneConfig
 from bimvox.site.config.file import load_site_config
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.config.template import site_toml
 from bimvox.site.guess import complete_config
+from bimvox_pipeline.studio.alone import ChangedMeanwhileError, alone_in
 from bimvox_pipeline.studio.opened import Opened, unchanged
 from bimvox_pipeline.studio.setup import Setup, origins_of
 
 _SAME_M = 1e-4
-
-
-class ChangedMeanwhileError(InputError):
-    """A site file that somebody else changed since it was opened."""
 
 
 def save(opened: Opened, wanted: Setup, target: Path | None = None) -> tuple[Opened, list[str]]:
@@ -47,17 +45,15 @@ def save(opened: Opened, wanted: Setup, target: Path | None = None) -> tuple[Ope
         FileError: If it cannot be written.
     """
     config = opened.with_setup(wanted)
-    if target is None:
-        if not unchanged(opened):
-            raise ChangedMeanwhileError(
-                f"{opened.site.name} was changed since it was opened; nothing was saved",
-                hint="open it again, or save this as a variant",
-            )
-    elif target.exists():
-        raise FileError(target, "exists already and may hold edits", hint="choose another name")
     site = target or opened.site
     text, changed, saved = as_text(opened, config, wanted, site)
-    write_atomically(site, text.encode(), inputs=[saved.given.model.path])
+    with alone_in(site.parent):
+        if target is None:
+            if not unchanged(opened):
+                raise ChangedMeanwhileError(site)
+        elif os.path.lexists(target):
+            raise FileError(target, "exists already and may hold edits", hint="choose another name")
+        write_atomically(site, text.encode(), inputs=[saved.given.model.path])
     return saved, changed
 
 

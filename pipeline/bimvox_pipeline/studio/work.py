@@ -1,4 +1,7 @@
-"""A plan or a watch in a process of its own: ``python -m bimvox_pipeline.studio.work SITE LOG [OBSTRUCTIONS [SPEED]]``.
+"""A plan or a watch in a process of its own: ``python -m bimvox_pipeline.studio.work plan|watch ...``.
+
+The further arguments are folder of the studio, site, log, obstruction file and, of a watch, its speed. The process
+reads and writes the files of a user in that folder alone.
 
 A line of JSON on stdout for each step: ``{"stage", "done", "of"}``. A plan ends with the ``document`` of ``bimvox plan
 --json``; a watch says each ``event`` of ``bimvox watch --json``, and ``clock`` when the site's clock starts. Either may
@@ -8,6 +11,7 @@ end with an ``error``.
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
 from contextlib import closing, suppress
@@ -15,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import BimvoxError
+from bimvox.files import keep_process_to
 from bimvox.progress import SilentProgress
 
 _EVERY_S = 0.1
@@ -41,29 +46,32 @@ def say(document: dict[str, Any]) -> None:
 
 def main() -> int:
     """Plan or watch a site and say how it goes."""
-    site, log, *watched = sys.argv[1:]
+    kind, folder, *files, speed = sys.argv[1:]
+    site, log, obstructions = map(Path, files)
+    keep_process_to(Path(folder))
     try:
-        if watched:
-            _watch(Path(site), Path(log), *watched)
+        if kind == "watch":
+            _watch(site, log, obstructions, speed)
         else:
             from bimvox_pipeline.plan import plan
 
-            say({"document": plan(Path(site), Path(log), progress=_Lines())})
+            given = obstructions if os.path.lexists(obstructions) else None
+            say({"document": plan(site, log, obstructions=given, progress=_Lines())})
     except BimvoxError as error:
         say({"error": {"error": error.message, "where": getattr(error, "key", None), "hint": error.hint}})
         return 1
     return 0
 
 
-def _watch(site: Path, log: Path, obstructions: str, speed: str | None = None) -> None:
+def _watch(site: Path, log: Path, obstructions: Path, speed: str) -> None:
     from bimvox_pipeline.watch.watch import watch
     from bimvox_pipeline.watch.wish import WatchWish
 
     def started(time_s: float) -> None:
         say({"event": {"event": "clock", "time_s": time_s, "speed": float(speed or 0.0)}})
 
-    wish = WatchWish(speed=None if speed is None else float(speed), clock_started=started)
-    changes = watch(Path(obstructions), site=site, out=log, how=wish, progress=_Lines())
+    wish = WatchWish(speed=float(speed) if speed else None, clock_started=started)
+    changes = watch(obstructions, site=site, out=log, how=wish, progress=_Lines())
     with suppress(KeyboardInterrupt), closing(changes):
         for change in changes:
             say({"event": change})
