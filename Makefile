@@ -35,7 +35,7 @@ $(UV): bootstrap.txt
 	$(VENV)/uv-bootstrap/bin/python -m pip install --quiet --require-hashes --only-binary :all: -r bootstrap.txt
 	@touch $@
 
-$(BIN)/bimvox: pyproject.toml constraints.txt constraints-cpu.txt | $(UV)
+$(BIN)/bimvox: pyproject.toml setup.py constraints.txt constraints-cpu.txt | $(UV)
 	test -x $(BIN)/python || $(PYTHON) -m venv --without-pip $(VENV)
 	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) -r pyproject.toml --group dev
 	$(UV) pip install --quiet --python $(BIN)/python $(OURSELVES)

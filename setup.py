@@ -1,12 +1,14 @@
-"""Makes the README's links absolute, because a package index shows it; everything else is in pyproject.toml."""
+"""What pyproject.toml cannot say: absolute links in the README for a package index, and plain paths in a checkout."""
 
 import re
 import tomllib
 from pathlib import Path
 
 from setuptools import setup
+from setuptools.command.editable_wheel import editable_wheel
 
 ROOT = Path(__file__).parent
+ROOMS = ("", "pipeline", "cli")
 LINK = re.compile(r"(?P<picture>!?)\[(?P<text>[^\]]*)\]\((?!https?:|#)(?P<path>[^)\s]+)\)")
 
 
@@ -20,10 +22,26 @@ def for_an_index(readme: str, repository: str, version: str) -> str:
     return LINK.sub(absolute, readme)
 
 
+class PlainPaths(editable_wheel):
+    """Installs a checkout as folders on the path.
+
+    Because the packages are in three folders, setuptools would install a finder. Every start of Python would import it
+    with a dozen modules, before ``bimvox`` begins and can answer Ctrl-C.
+    """
+
+    def _select_strategy(self, name, tag, build_lib):
+        try:
+            from setuptools.command.editable_wheel import _StaticPth
+        except ImportError:
+            return super()._select_strategy(name, tag, build_lib)
+        return _StaticPth(self.distribution, name, [ROOT / room for room in ROOMS])
+
+
 project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 version = re.search(r'__version__ = "(.+)"', (ROOT / "bimvox" / "version.py").read_text(encoding="utf-8"))
 assert version, "bimvox/version.py"
 setup(
+    cmdclass={"editable_wheel": PlainPaths},
     long_description=for_an_index(
         (ROOT / "README.md").read_text(encoding="utf-8"), project["urls"]["Repository"], version[1]
     ),

@@ -1,4 +1,4 @@
-"""Holds Ctrl-C back: the main thread has a lock that another one needs, or is in code that is not Python."""
+"""Holds Ctrl-C and its like back: the main thread has a lock that another one needs, or is in code that is not Python."""
 
 from __future__ import annotations
 
@@ -8,24 +8,30 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 
+STOPPING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""The signals that stop a command: Ctrl-C, an order to end, a terminal that closes."""
+
+
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Let a Ctrl-C take effect only at the end of the block.
+    """Let what stops a command, such as Ctrl-C, take effect only at the end of the block.
 
     Python raises ``KeyboardInterrupt`` between any two instructions, also inside the methods of locks and events. One
     of them is then held for ever, and the end of the watch waits for a thread that waits for it. Raised within a
     callback of LLVM, it is lost or ends the process with a segmentation fault.
     """
-    usual = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(usual):
+    usual = {number: handler for number in STOPPING if callable(handler := signal.getsignal(number))}
+    if threading.current_thread() is not threading.main_thread() or not usual:
         yield
         return
     came: list[int] = []
     try:
-        signal.signal(signal.SIGINT, lambda number, _frame: came.append(number))
+        for number in usual:
+            signal.signal(number, lambda number, _frame: came.append(number))
         yield
     finally:
-        signal.signal(signal.SIGINT, usual)
+        for number, handler in usual.items():
+            signal.signal(number, handler)
         if came:
             signal.raise_signal(came[0])
 

@@ -5,8 +5,13 @@
   1  no valid plan, or a check failed
   2  bad usage or bad input
  70  a fault of bimvox itself (``EX_SOFTWARE`` of sysexits.h)
+129  ended by SIGHUP: the terminal was closed
 130  interrupted (Ctrl-C)
+141  the reader of stdout has left (`bimvox ... | head -1`)
+143  ended by SIGTERM
 ==== ==========================================================
+
+From 129 on, the code is 128 plus the number of the signal, as for the commands of the system.
 """
 
 from __future__ import annotations
@@ -14,9 +19,11 @@ from __future__ import annotations
 import errno
 import os
 import re
+import signal
 import sys
 import traceback
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 import typer
@@ -24,6 +31,7 @@ import typer
 from bimvox.errors import BimvoxError, PlanningError, cut, shown
 from bimvox.files import reason_of
 from bimvox.rendering.plain import plain
+from bimvox_cli.streams import StdoutError
 
 DONE = 0
 NO_PLAN = 1
@@ -73,7 +81,9 @@ def report(error: BaseException, *, as_json: bool, verbose: bool = False) -> int
     if as_json:
         from bimvox_cli.output import print_json
 
-        print_json({"error": {"code": code, "message": message, "hint": hint, **evidence, "exit_code": exit_code}})
+        with suppress(StdoutError, SystemExit):  # the first error is the one to report
+            print_json({"error": {"code": code, "message": message, "hint": hint, **evidence, "exit_code": exit_code}})
+            sys.stdout.flush()
     print(f"error: {cut(plain(message), _MOST)}", file=sys.stderr)
     if hint:
         print(f"  hint: {cut(plain(hint), _MOST)}", file=sys.stderr)
@@ -95,6 +105,9 @@ def _described(error: BaseException) -> tuple[str, str, str | None, int, dict[st
         return "usage", _usage_message(error), _usage_hint(error), BAD_INPUT, {}
     if isinstance(error, KeyboardInterrupt):
         return "interrupted", "interrupted; every output file is complete or unchanged", None, INTERRUPTED, {}
+    if isinstance(error, SystemExit) and isinstance(error.code, int):
+        name = signal.Signals(error.code - 128).name
+        return "interrupted", f"ended by {name}; every output file is complete or unchanged", None, error.code, {}
     if isinstance(error, OSError) and error.errno in _BEYOND_US:
         where = f"{error.filename}: " if isinstance(error.filename, str) else ""
         hint = "free some space, or name another file or folder (TMPDIR is the one for temporary files)"

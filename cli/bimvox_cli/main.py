@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from collections.abc import Callable, Sequence
 from functools import cache
-from types import FrameType
 from typing import Annotated
 
 import typer
@@ -29,6 +27,8 @@ from bimvox_cli.policy import policy
 from bimvox_cli.render import render
 from bimvox_cli.report import report
 from bimvox_cli.schema import schema
+from bimvox_cli.stop import stoppable
+from bimvox_cli.streams import guard_streams
 from bimvox_cli.studio import studio
 from bimvox_cli.sweep import sweep
 from bimvox_cli.train import train
@@ -107,33 +107,19 @@ def run(arguments: Sequence[str] | None = None) -> int:
         arguments: Without the program's name; None: those of the process.
     """
     given = sys.argv[1:] if arguments is None else list(arguments)
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
+    guard_streams()
     verbose = bool({"-v", "--verbose"} & set(given)) or os.environ.get("BIMVOX_DEBUG", "") not in ("", "0")
     as_json = "--json" in given or os.environ.get("BIMVOX_JSON", "").lower() in ("1", "true", "yes", "on")
-    ended: list[int] = []  # a library may swallow the exit and fail with something else
-
-    def terminate(number: int, _frame: FrameType | None) -> None:
-        """Exit in the normal way, so that temporary files are removed."""
-        ended.append(128 + number)
-        raise SystemExit(ended[0])
-
-    previous = signal.signal(signal.SIGTERM, terminate)
-    try:
-        with interruptible():
-            code = _parser()(given, prog_name="bimvox", standalone_mode=False)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        # The reader of our stdout has closed it (``bimvox ... | head``), so nothing can be reported.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return failure.DONE
-    except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  (the last handler)
-        if ended:
-            return ended[0]
-        return failure.report(error, as_json=as_json, verbose=verbose)
-    finally:
-        signal.signal(signal.SIGTERM, previous)
-    if code == failure.INTERRUPTED:
-        return failure.report(KeyboardInterrupt(), as_json=as_json)
+    with stoppable() as stop:
+        try:
+            with interruptible():
+                code = _parser()(given, prog_name="bimvox", standalone_mode=False)
+            sys.stdout.flush()
+        except BaseException as error:
+            if stop.raised is None and isinstance(error, SystemExit):
+                raise
+            # A library may swallow what stops the command, and fail with something else.
+            return failure.report(stop.raised or error, as_json=as_json, verbose=verbose)
+        if code == failure.INTERRUPTED:
+            return failure.report(KeyboardInterrupt(), as_json=as_json)
     return code if isinstance(code, int) else failure.DONE

@@ -41,7 +41,10 @@ def command_pages() -> dict[str, str]:
         "",
         prose(base.epilog),
         "",
-        "A fault of bimvox itself ends with 70, Ctrl-C with 130 (`watch` and `render --follow`: 0).",
+        "A fault of bimvox itself ends with 70. What a signal ends has 128 plus its number: 130 after Ctrl-C (`watch`, "
+        "`studio` and `render --follow`: 0), 143 after SIGTERM, 129 if the terminal is closed, 141 without a word if "
+        "the reader of stdout leaves (`bimvox cranes | head -1`). If stdout is closed or its disk is full, the code is "
+        "2; messages that stderr does not take are dropped.",
         "",
         "Every command takes `--json` (`BIMVOX_JSON`: one document on stdout, messages on stderr) and `-h, --help`. "
         "All but `schema` take `-q, --quiet` (`BIMVOX_QUIET`: errors only) and `-v, --verbose` (`BIMVOX_VERBOSE`: "
