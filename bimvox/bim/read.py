@@ -9,6 +9,7 @@ from bimvox.bim.building import Building
 from bimvox.bim.ifc.geometry import GeometryPool
 from bimvox.bim.ifc.step_file import check_frame, step_bytes
 from bimvox.bim.options import MESH_SUFFIXES, ReadOptions
+from bimvox.bim.strays import without_strays
 from bimvox.errors import FileError, InputError
 from bimvox.files import read_input
 from bimvox.progress import Report
@@ -46,7 +47,7 @@ def read_building(path: Path, options: ReadOptions | None = None, progress: Repo
         with GeometryPool(path, timeout_s=options.timeout_s, processes=options.processes) as pool:
             from bimvox.bim.ifc.reader import read_ifc
 
-            return read_ifc(path, data, digest, options, report, pool)
+            return without_strays(read_ifc(path, data, digest, options, report, pool))
     from bimvox.bim.mesh.file import read_mesh_file
 
-    return read_mesh_file(path, data, digest, options, report)
+    return without_strays(read_mesh_file(path, data, digest, options, report))

@@ -27,7 +27,7 @@ from bimvox.proof.values import check_motion_values, check_values
 from bimvox.records.lift import LiftPlan, Method, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
-from bimvox.records.reasons import NOT_DRIVEN
+from bimvox.records.reasons import NOT_DRIVEN, NOT_PROVEN_TOGETHER
 from bimvox.records.steps import Steps
 from bimvox.site.part_names import names_by_id
 from bimvox.site.site import Site
@@ -137,13 +137,15 @@ def plan_and_prove(
 
     def attempt(refused: Refused) -> Planned | Refused:
         nonlocal previous, retraining, site, preparation, proven
-        made = planned(None, previous, refused)
+        kept = None if previous is None else _without(previous, _left_out(previous))
+        made = planned(None, kept, refused)
         insist_on_one_lift(made)
         failed = _left_to_search(made)
         if retraining is not None and propose is not None and failed:
             better, retraining = retraining(failed), None
             if better.network is not None and better.network is not policy.network:
                 made = planned(proposer(better.network, every_guard=True), _without(made, failed), refused)
+        made, preparation = _as_drawn(made, preparation, proven)
         previous = made
         found: Planned | Mapping[str, str]
         given_away: list[str] = []
@@ -169,12 +171,36 @@ def plan_and_prove(
             rest = attempt({**refused, **left})
         return rest if isinstance(rest, Planned) else {**left, **rest}
 
-    return proven_in_rounds(attempt, "written")
+    def lifts() -> list[str]:
+        return [
+            site.components[one.component].id
+            for one in (previous.lifts if previous else ())
+            if one.status is Status.PLANNED
+        ]
+
+    return proven_in_rounds(attempt, "written", lifts)
+
+
+def _as_drawn(made: LiftPlan, preparation: Preparation, proven: ProvenLifts) -> tuple[LiftPlan, Preparation]:
+    """Return a plan and its preparation without the clashes that the proof does not measure.
+
+    It measures in its own way. Such a pair keeps its moves, and the lifts of its parts are proven as all others are.
+    """
+    undrawn = proven.turn_to(made).refuted_clashes()
+    if not undrawn:
+        return made, preparation
+    contacts = preparation.contacts.listing([clash for clash in made.clashes if clash not in undrawn])
+    return replace(made, clashes=contacts.clashes), replace(preparation, contacts=contacts)
 
 
 def _left_to_search(made: LiftPlan) -> tuple[int, ...]:
     """Return the components whose lifts the policy did not find."""
     return tuple(lift.component for lift in made.lifts if lift.method is Method.SEARCH)
+
+
+def _left_out(made: LiftPlan) -> tuple[int, ...]:
+    """Return the components that were left out while others were proven: their own lifts may be good."""
+    return tuple(lift.component for lift in made.lifts if lift.reason == NOT_PROVEN_TOGETHER)
 
 
 def _without(made: LiftPlan, components: tuple[int, ...]) -> LiftPlan:

@@ -10,6 +10,7 @@ import numpy as np
 
 from bimvox.bim.building import Building
 from bimvox.bim.read import ReadOptions, read_building
+from bimvox.bim.strays import without_strays
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.files import require_regular
 from bimvox.grid.part_cells import all_part_cells
@@ -176,7 +177,8 @@ def guess_site(
         InputError: If ``building`` is not a building, the cell size is not positive, there is no such crane, or none
             can serve the site.
     """
-    told, building = progress_of(progress), insist("guess_site", building, Building, "building")
+    told = progress_of(progress)
+    building = without_strays(insist("guess_site", building, Building, "building"))
     voxel_size_m = size_m("voxel_size_m", voxel_size_m)
     crane = text("crane", crane, "give the name of a crane: hammerhead, luffing, mobile, or a machine of the catalogue")
     options = read_with or ReadOptions()

@@ -58,7 +58,7 @@ def prepare(site: Site, progress: Report | None = None, workers: Workers = ALONE
 
 def preparation_in(plan: LiftPlan) -> Preparation:
     """Return the inputs of a plan as they are in it: its sequence and its places in the yard."""
-    contacts = Contacts(plan.site)
+    contacts = Contacts(plan.site).listing(plan.clashes)
     lifts, ids = sorted(plan.lifts, key=lambda lift: lift.order), [part.id for part in plan.site.components]
     order, unheld = tuple(lift.component for lift in lifts), tuple(ids.index(name) for name in plan.unheld)
     places = {lift.component: lift.place for lift in lifts}

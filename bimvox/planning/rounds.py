@@ -5,14 +5,14 @@ The rest is planned and proven again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeVar
 
-from bimvox.errors import VerificationError
+from bimvox.errors import NoPlanError, VerificationError
 from bimvox.planning.insertion import Insertion
 from bimvox.records.lift import Lift, Status
 from bimvox.records.proof import Verification
-from bimvox.records.reasons import HOOK_CANNOT_LEAVE, NOT_PROVEN
+from bimvox.records.reasons import HOOK_CANNOT_LEAVE, NOT_PROVEN, NOT_PROVEN_TOGETHER
 from bimvox.site.site import Site
 
 T = TypeVar("T")
@@ -21,6 +21,8 @@ Refused = Mapping[str, str]
 """Ids of the components whose lifts are refused, with the reason."""
 
 _ROUNDS = 12
+_MOST_GROUPS = 24
+"""Most groups of lifts that are tried if no lift can be named whose refusal helps."""
 _MOST_OTHER_WAYS = 2
 """Most other ways that are tried for a lift ..."""
 _MOST_OTHER_ROUNDS = 4
@@ -72,30 +74,71 @@ class Refusals(dict[str, str]):
         self.avoided_by = other_ways.of
 
 
-def proven_in_rounds(attempt: Callable[[Refused], T | Refused], left: str) -> T:
+def proven_in_rounds(
+    attempt: Callable[[Refused], T | Refused], left: str, lifts: Callable[[], Sequence[str]] = tuple
+) -> T:
     """Return the first result of an attempt that is proven.
+
+    If no lift can be named whose refusal helps, the lifts are proven in ever smaller groups; what fails even alone is
+    refused. So one lift never takes the others with it.
 
     Args:
         attempt: Makes and proves all lifts except the refused ones; returns the result, or more lifts to refuse.
         left: What is not done if no result is found ("nothing was ..."), for the message.
+        lifts: Returns the ids of the components whose lifts the last attempt made, in order. Without it, they are not
+            proven in groups.
 
     Raises:
-        VerificationError: If lifts still fail after the last round.
+        VerificationError: If lifts still fail after the last round, and no group of them is proven.
     """
     refused: dict[str, str] = {}
-    for _ in range(_ROUNDS):
-        found = attempt(refused)
-        if not isinstance(found, Mapping):
-            return found
-        last = next(iter(found.items()))
-        if found.keys() <= refused.keys():
-            break  # only lifts that are refused already: another round would give the same result
-        refused |= found
-    raise VerificationError(
-        f"lifts still fail their proof, so nothing was {left}; the last one is {last[0]}: {last[1]}",
-        failures=[f"{component}: {reason}" for component, reason in refused.items()],
-        hint="try a finer [model] voxel_size_m, or other areas",
-    )
+    try:
+        for _ in range(_ROUNDS):
+            found = attempt(refused)
+            if not isinstance(found, Mapping):
+                return found
+            last = next(iter(found.items()))
+            if found.keys() <= refused.keys():
+                break  # only lifts that are refused already: another round would give the same result
+            refused |= found
+        failed = VerificationError(
+            f"lifts still fail their proof, so nothing was {left}; the last one is {last[0]}: {last[1]}",
+            failures=[f"{component}: {reason}" for component, reason in refused.items()],
+            hint="this is a bug in bimvox; please report it with the site file",
+        )
+    except VerificationError as error:
+        failed = error
+    proven = _proven_in_groups(attempt, refused, [name for name in lifts() if name not in refused])
+    if proven is None:
+        raise failed
+    return proven
+
+
+def _proven_in_groups(attempt: Callable[[Refused], T | Refused], refused: Refused, lifts: Sequence[str]) -> T | None:
+    """Return a result in which as many of the lifts as possible are proven together; None if none is."""
+    proven: T | None = None
+    good: set[str] = set()
+    groups = _halves(lifts)
+    for _ in range(_MOST_GROUPS):
+        if not groups:
+            break
+        group = groups.pop(0)
+        aside = {name: NOT_PROVEN_TOGETHER for name in lifts if name not in good and name not in group}
+        try:
+            found = attempt({**refused, **aside})
+        except (VerificationError, NoPlanError):
+            found = {}
+        if isinstance(found, Mapping):
+            groups[:0] = _halves(group)
+        else:
+            proven, good = found, good.union(group)
+    return proven
+
+
+def _halves(group: Sequence[str]) -> list[Sequence[str]]:
+    """Return the two halves of a group; nothing of a single lift, which is refused."""
+    half = len(group) // 2
+    return [group[:half], group[half:]] if half else []
 
 
 def refusals(proof: Verification) -> dict[str, str]:

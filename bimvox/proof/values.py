@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.names import check_names
-from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan
+from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, turn_to
 from bimvox.site.component import Component
@@ -31,6 +31,8 @@ _LONGEST_NS = 3652 * 86_400 * 10**9
 _FAR_M = 1e5
 _FAR_VOX = 2.0**20
 _HEAVY_KG = 1e8
+_MASSIVE_KG = 1e15
+"""Of a part that no crane lifts; its mass decides nothing."""
 _RIGID = 1e-9
 _FAST = (10.0, 100.0, 1e4)
 """Highest rate, acceleration and jerk of an axis, rad or m, that a crane could have."""
@@ -111,9 +113,11 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
     _check_rules(check, site.rules)
     for crane in site.cranes:
         _check_crane(check, crane)
+    lifted = {lift.component for lift in (*plan.lifts, *context) if lift.status is Status.PLANNED}
     for component in site.components:
         turn_to([check], component.id)
-        _check_component(check, component, f"lift {numbers.get(component.index, '-')} ({component.label})")
+        name = f"lift {numbers.get(component.index, '-')} ({component.label})"
+        _check_component(check, component, name, _HEAVY_KG if component.index in lifted else _MASSIVE_KG)
     turn_to([check], None)
     _check_ids(check, "part", (component.id for component in site.components))
     _check_ids(check, "fixed object", (blocker.id for blocker in site.blockers))
@@ -258,8 +262,8 @@ def _check_crane(check: Check, crane: TowerCrane) -> None:
         check.look(len(zone.polygon) > 2, f"{where}: slow zone, polygon: it has fewer than three corners")
 
 
-def _check_component(check: Check, component: Component, name: str) -> None:
-    _within(check, f"{name}: mass_kg", component.mass_kg, _Range(0.0, _HEAVY_KG, with_low=False))
+def _check_component(check: Check, component: Component, name: str, most_kg: float) -> None:
+    _within(check, f"{name}: mass_kg", component.mass_kg, _Range(0.0, most_kg, with_low=False))
     _within(check, f"{name}: sail_area_m2", component.sail_area_m2, _Range(0.0, 1e6))
     _within(check, f"{name}: lifting.sling_rise_vox", component.lifting.sling_rise_vox, _Range(0.0, 1e5))
     _finite(check, f"{name}: target_vox", component.target_vox, most=_FAR_VOX)

@@ -6,6 +6,7 @@ All other reasons come from the planner's search: they follow from the site, the
 from __future__ import annotations
 
 NOT_PROVEN = "its lift could not be proven: "
+NOT_PROVEN_TOGETHER = f"{NOT_PROVEN}together with the other lifts"
 NOT_DRIVEN = "the crane cannot drive its path: "
 HOOK_CANNOT_LEAVE = "the hook cannot leave where the last part was set: "
 HOOK_MET = (

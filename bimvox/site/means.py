@@ -69,15 +69,18 @@ def means_of(
         found = dict.fromkeys(found, LIFTED)  # somebody wants a plan of it: let the crane say no
     slabs = [element for element in elements if found[element.id].means is Means.IN_SITU and _is_ground_slab(element)]
     bounds_m = {element.id: element.mesh.bounds_m for element in (*elements, *slabs)}
+    under: dict[str, Reasoned] = {}
     for element in elements:
         over = next((slab for slab in slabs if _is_under(bounds_m[element.id], bounds_m[slab.id])), None)
         if over is None or found[element.id].means is not Means.CRANE or element.casting is Casting.PRECAST:
             continue
         if _is_light(element):  # an insulation strip
             why = f"it is too light for concrete, and laid before {over.label} is cast on it"
-            found[element.id] = Reasoned(Means.BY_HAND, why)
+            under[element.id] = Reasoned(Means.BY_HAND, why)
         else:
-            found[element.id] = Reasoned(Means.IN_SITU, f"it is under {over.label}, which is cast on the ground")
+            under[element.id] = Reasoned(Means.IN_SITU, f"it is under {over.label}, which is cast on the ground")
+    if any(one.means is Means.CRANE for one in {**found, **under}.values()):  # otherwise it is not a slab, but a whole
+        found |= under
     for element_id, entry in entries.items():
         if entry.means is not None and element_id in found:
             found[element_id] = (

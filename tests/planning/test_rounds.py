@@ -2,7 +2,7 @@
 
 import pytest
 
-from bimvox.errors import VerificationError
+from bimvox.errors import NoPlanError, VerificationError
 from bimvox.planning.rounds import proven_in_rounds, refusals
 from bimvox.records.proof import Check, Verification
 
@@ -49,3 +49,36 @@ def test_a_lift_is_not_refused_with_the_failure_of_another():
         "beam": "its lift could not be proven: motion_cells: beam: meets slab",
         "wall": "its lift could not be proven: motion_cells",
     }
+
+
+def _cast_by(wrong, names, *, names_it=False):
+    """Return an attempt that fails as long as any of some lifts is made, and the list of those made by each."""
+    made = []
+
+    def attempt(refused):
+        made.append([name for name in names if name not in refused])
+        if not made[-1]:
+            raise NoPlanError("no lift can be planned")
+        bad = [name for name in made[-1] if name in wrong]
+        if not bad:
+            return made[-1]
+        if names_it:
+            return {"another": "it fails"}
+        raise VerificationError("the plan could not be proven")
+
+    return attempt, made
+
+
+@pytest.mark.parametrize("wrong", [{"c"}, {"a", "h"}, set("abcdefg"), {"d", "e"}])
+@pytest.mark.parametrize("names_it", [False, True])
+def test_a_failure_that_names_no_lift_costs_only_the_lifts_that_cause_it(wrong, names_it):
+    names = "abcdefgh"
+    attempt, made = _cast_by(wrong, names, names_it=names_it)
+    assert proven_in_rounds(attempt, "written", lambda: list(names)) == [name for name in names if name not in wrong]
+    assert len(made) <= 24
+
+
+def test_if_no_lift_is_proven_alone_the_failure_is_told():
+    attempt, _ = _cast_by(set("abc"), "abc")
+    with pytest.raises(VerificationError, match="the plan could not be proven"):
+        proven_in_rounds(attempt, "written", lambda: list("abc"))

@@ -36,6 +36,11 @@ class Extent:
     high_m: NDArray[np.float64]
     volume_m3: float
 
+    @property
+    def box_m3(self) -> float:
+        """Volume of its box, each side of which is at least 50 mm."""
+        return float(np.prod(np.maximum(self.high_m - self.low_m, 0.05)))
+
 
 @dataclass(frozen=True, slots=True)
 class Group:

@@ -57,6 +57,7 @@ class ElementBuilder:
         self._made_unique: list[str] = []
         self._guessed = 0
         self._refused: list[str] = []
+        self._oversized: list[str] = []
         self._odd: list[str] = []
         self._tasks, self._task_notes = tasks_of_products(opened.file)
         self._element_of: dict[int, str] = {}
@@ -74,9 +75,12 @@ class ElementBuilder:
         masses = []
         for step_id in group.members:
             part = self._parts[step_id]
-            masses.append(self._masses.of(self._file.by_id(step_id), part.extent.volume_m3, part.exact))
+            masses.append(
+                self._masses.of(self._file.by_id(step_id), part.extent.volume_m3, part.exact, part.extent.box_m3)
+            )
             self._guessed += not part.exact
             self._refused += [label(owner.Name or owner.GlobalId)] * masses[-1].stated_refused
+            self._oversized += [label(owner.Name or owner.GlobalId)] * masses[-1].volume_refused
             self._odd += [label(owner.Name or owner.GlobalId)] * masses[-1].stated_odd
         material = self._properties.material(owner)
         if material is None:
@@ -127,6 +131,11 @@ class ElementBuilder:
             notes.append(
                 "stated weights that are impossible for the volume of the part, so not used: "
                 f"{len(self._refused)} ({_some(self._refused)})"
+            )
+        if self._oversized:
+            notes.append(
+                "stated volumes that are impossible for the box of the part, so its surface counts (check the unit): "
+                f"{len(self._oversized)} ({_some(self._oversized)})"
             )
         if self._odd:
             notes.append(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 import ifcopenshell.util.element as element_util
@@ -25,18 +26,30 @@ _PLAUSIBLE_KG_M3 = (5.0, 23000.0)
 """From insulation to above lead: a stated weight that gives a density outside this has a wrong number or unit."""
 _ODD_KG_M3 = (50.0, 12000.0)
 """A stated weight that gives a density outside this is used, with a note."""
+_LEAST_SHARE = 1e-3
+"""Least share of a guessed volume that a stated one is believed to be: a frame hardly fills its box, and a wrong unit
+is wrong by more."""
 SOURCES = ("quantity", "density", "default")
 """Where a mass comes from, most reliable first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mass:
-    """A mass, its source, and whether a stated weight was refused as impossible, or used although it is odd."""
+    """A mass, its source, and whether what is stated was refused as impossible, or used although it is odd.
+
+    Attributes:
+        kg: The mass.
+        source: Where it comes from.
+        stated_refused: Whether a stated weight was refused.
+        stated_odd: Whether a stated weight was used although it is odd.
+        volume_refused: Whether a stated volume was refused.
+    """
 
     kg: float
     source: str
     stated_refused: bool = False
     stated_odd: bool = False
+    volume_refused: bool = False
 
 
 class Masses:
@@ -59,34 +72,38 @@ class Masses:
                 if entry.MassDensity:
                     self._old_densities[entry.Material.id()] = float(entry.MassDensity)
 
-    def of(self, product: Any, volume_m3: float, exact: bool) -> Mass:
+    def of(self, product: Any, volume_m3: float, exact: bool, box_m3: float = inf) -> Mass:
         """Return the mass of one product.
 
-        A stated weight comes first, then volume times density of its material, then volume times default density.
+        A stated weight comes first, then volume times density of its material, then volume times default density. What
+        is stated must fit the mesh: its volume if that is exact, otherwise its box.
 
         Args:
             product: The ``IfcProduct``.
             volume_m3: Volume of its mesh.
             exact: Whether that volume is exact; if not, a stated volume replaces it.
+            box_m3: Volume of the box around its mesh, as thick as a part is.
         """
         stated = self._properties.sets_of(product)
+        least_m3, most_m3 = (volume_m3, volume_m3) if exact else (_LEAST_SHARE * volume_m3, max(volume_m3, box_m3))
         weight = _first(stated, _WEIGHTS)
-        refused = False
+        refused = wrong_volume = False
         if weight is not None:
             kg = weight * self._kg_per_unit
             low, high = _PLAUSIBLE_KG_M3
-            if volume_m3 == 0.0 or not exact:
-                return Mass(kg, "quantity")
-            if low <= kg / volume_m3 <= high:
-                return Mass(kg, "quantity", stated_odd=not _ODD_KG_M3[0] <= kg / volume_m3 <= _ODD_KG_M3[1])
+            if low * least_m3 <= kg <= high * most_m3:
+                odd = exact and not _ODD_KG_M3[0] * volume_m3 <= kg <= _ODD_KG_M3[1] * volume_m3
+                return Mass(kg, "quantity", stated_odd=odd)
             refused = True
-        if not exact:
-            volume = _first(stated, _VOLUMES)
-            volume_m3 = volume * self._m3_per_unit if volume is not None else volume_m3
+        volume = None if exact else _first(stated, _VOLUMES)
+        if volume is not None:
+            stated_m3 = volume * self._m3_per_unit
+            wrong_volume = not least_m3 <= stated_m3 <= most_m3
+            volume_m3 = volume_m3 if wrong_volume else stated_m3
         density = self._density(product)
-        if density is None:
-            return Mass(volume_m3 * DEFAULT_DENSITY_KG_M3, "default", refused)
-        return Mass(volume_m3 * density, "density", refused)
+        source = "default" if density is None else "density"
+        kg = volume_m3 * (DEFAULT_DENSITY_KG_M3 if density is None else density)
+        return Mass(kg, source, refused, volume_refused=wrong_volume)
 
     def _density(self, product: Any) -> float | None:
         """Return the mean density of the layers with a known density, weighted by thickness; None if there are none."""

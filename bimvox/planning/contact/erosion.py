@@ -6,8 +6,9 @@ part takes the rest, up to the same share. Every vertex moves so that each face 
 its normal (a mitred offset): for a vertex with unit normals n_f, the least-squares solution of ``n_f . d = -depth_m``,
 exact if at most three planes meet.
 
-A part may consist of several bodies (a column with its bearing pads, an assembly with its anchors). Each is eroded by
-no more than the same share of its own thickness: turned inside out, a thin body would be larger than it is.
+No face moves by more than that share of the thickness under it (:mod:`bimvox.planning.contact.local_thickness`): turned
+inside out, a sliver, a spike or a thin body would be larger than it is. A vertex moves by the least of what its faces
+allow. An open shell with more than small holes has no inside, so it stays as it is.
 """
 
 from __future__ import annotations
@@ -16,12 +17,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.bim.connected import connected_labels
+from bimvox.planning.contact.local_thickness import thicknesses_m
 
 _SHARE_OF_THICKNESS = 0.45
+_SMALL_GAP = 0.05
+"""Largest sum of area vectors, as a share of the area, of a shell that has an inside."""
 _LONGEST_MITRE = 3.0  # times the depth; without a limit, sharp edges would move their vertices far away
 
 
@@ -53,9 +56,8 @@ def eroded_triangles_m(mesh: TriangleMesh, depth_m: float) -> NDArray[np.float64
     """Return the mesh's triangles with the surface moved inward.
 
     Args:
-        mesh: Closed for an exact result; its orientation does not matter. If a body of it is thinner in one place than
-            twice the depth, faces pass each other; the result still lies within ``depth_m`` of the true surface.
-        depth_m: Depth, metres; less for bodies that are thin.
+        mesh: Closed for an exact result; its orientation does not matter.
+        depth_m: Depth, metres; less where the part is thin.
 
     Returns:
         (F, 3, 3) float64 triangles.
@@ -66,48 +68,53 @@ def eroded_triangles_m(mesh: TriangleMesh, depth_m: float) -> NDArray[np.float64
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
     proper = lengths > 1e-12
-    normals[proper] /= lengths[proper, None]
-    normals[~proper] = 0.0
-    outward = 1.0 if mesh.signed_volume_m3 >= 0.0 else -1.0
+    faces, lengths, normals = faces[proper], lengths[proper], normals[proper] / lengths[proper, None]
+    outward = _outward(vertices, faces, normals * lengths[:, None], 1.0 if mesh.signed_volume_m3 >= 0.0 else -1.0)
+    normals *= outward[:, None]
     squares = np.zeros((len(vertices), 3, 3))
     sums = np.zeros((len(vertices), 3))
     outer = normals[:, :, None] * normals[:, None, :]
     for corner in range(3):
         np.add.at(squares, faces[:, corner], outer)
         np.add.at(sums, faces[:, corner], normals)
-    depths_m = _depths_m(vertices, faces, outward, depth_m)
-    shift = -outward * np.einsum("vij,vj->vi", np.linalg.pinv(squares, rcond=1e-3, hermitian=True), sums)
+    reach_m = depth_m / _SHARE_OF_THICKNESS
+    thick_m = np.where(outward, thicknesses_m(vertices[faces], -normals, faces, reach_m), 0.0)
+    depths_m = np.full(len(vertices), depth_m)
+    np.minimum.at(depths_m, faces, _SHARE_OF_THICKNESS * thick_m[:, None])
+    shift = -np.einsum("vij,vj->vi", np.linalg.pinv(squares, rcond=1e-3, hermitian=True), sums)
     shift *= depths_m[:, None]
     length = np.linalg.norm(shift, axis=1)
     longest = _LONGEST_MITRE * depths_m
     too_long = length > longest
     shift[too_long] *= (longest[too_long] / length[too_long])[:, None]
-    moved: NDArray[np.float64] = (vertices + shift)[faces[proper]]
+    moved: NDArray[np.float64] = (vertices + shift)[faces]
     return moved
 
 
-def _depths_m(
-    vertices_m: NDArray[np.float64], faces: NDArray[np.int64], outward: float, depth_m: float
+def _outward(
+    vertices_m: NDArray[np.float64], faces: NDArray[np.int64], areas: NDArray[np.float64], of_mesh: float
 ) -> NDArray[np.float64]:
-    """Return (V,) how far each vertex's faces are moved: less if its body is thin.
+    """Return (F,) whether each triangle faces outward (1), inward (-1), or bounds nothing (0).
 
-    A piece of the surface turned the other way is a cavity, which grows; it has no thickness.
+    A connected piece that is closed faces as the whole mesh does: turned the other way, it is a cavity, which grows.
+    One with small holes faces by itself.
+
+    Args:
+        vertices_m: (V, 3) all vertices.
+        faces: (F, 3) numbers of their corners.
+        areas: (F, 3) area vectors, times 2.
+        of_mesh: How the whole mesh faces.
     """
-    ends = np.concatenate([faces[:, :2], faces[:, 1:]]).T
-    links = coo_array((np.ones(ends.shape[1], np.int8), tuple(ends)), shape=(len(vertices_m), len(vertices_m)))
-    count, body = connected_components(links, directed=False)
-    depths_m = np.full(count, depth_m)
-    of_face = body[faces[:, 0]]
-    for number in range(count) if count > 1 else ():
-        own = faces[of_face == number]
-        piece = TriangleMesh(*_alone(vertices_m, own))
-        if len(own) and outward * piece.signed_volume_m3 >= 0.0:
-            depths_m[number] = min(depth_m, _SHARE_OF_THICKNESS * thickness_m(piece))
-    found: NDArray[np.float64] = depths_m[body]
+    first, second = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    piece = connected_labels(len(vertices_m), first, second)[faces[:, 0]]
+    _, edge = np.unique(np.minimum(first, second) * len(vertices_m) + np.maximum(first, second), return_inverse=True)
+    is_open = np.bincount(edge.reshape(-1), weights=np.sign(second - first)) != 0
+    found = np.full(len(faces), of_mesh)
+    for number in np.unique(piece[is_open[edge].reshape(-1, 3).any(axis=1)]):
+        own = piece == number
+        triangles = vertices_m[faces[own]]
+        middle = (triangles.min(axis=(0, 1)) + triangles.max(axis=(0, 1))) / 2.0
+        gap = np.linalg.norm(areas[own].sum(axis=0)) / np.linalg.norm(areas[own], axis=1).sum()
+        volume = np.einsum("ij,ij->", triangles[:, 0] - middle, areas[own])
+        found[own] = np.sign(volume) if gap <= _SMALL_GAP else 0.0
     return found
-
-
-def _alone(vertices_m: NDArray[np.float64], faces: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Return the vertices that some faces use, and these faces with the vertices numbered anew."""
-    used, numbers = np.unique(faces, return_inverse=True)
-    return vertices_m[used], numbers.reshape(-1, 3).astype(np.int32)

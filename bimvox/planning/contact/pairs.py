@@ -11,8 +11,11 @@ clear. Such a pair is listed as a modelled clash.
 
 from __future__ import annotations
 
+from collections.abc import Container
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import fcl
 import numpy as np
@@ -90,6 +93,15 @@ class Contacts:
         self.neighbours: tuple[tuple[int, ...], ...] = self._find_neighbours()
         self._ways_out_m: dict[tuple[int, int], NDArray[np.float64] | None] = {}
         self.clashes: tuple[ModelledClash, ...] = self._find_clashes()
+
+    def listing(self, clashes: Container[ModelledClash]) -> Contacts:
+        """Return the same contacts, which list none but these of their clashes.
+
+        Only the list changes: the moves are still tested as the pairs are drawn, and the proof decides about each lift.
+        """
+        found = copy(self)
+        found.clashes = tuple(clash for clash in self.clashes if clash in clashes)
+        return found
 
     def triangles_m(self, solid: int) -> NDArray[np.float64]:
         """Return the true triangles of a solid, (F, 3, 3) float64."""
@@ -206,7 +218,7 @@ class Contacts:
                 way_m = self._way_out_as_drawn_m(first, second, part, other)
                 part.setTranslation(np.zeros(3))
                 self._ways_out_m[first, second] = way_m
-                if self._overlap(first, second):
+                if self._overlap(first, second, way_m):
                     clashes.append(_clash(self.solids[first].id, self.solids[second].id, way_m))
         self._bvhs.clear()
         return tuple(clashes)
@@ -221,15 +233,28 @@ class Contacts:
         a, b = self.bounds_m[first], self.bounds_m[second]
         return bool((a[0] < b[1]).all() and (b[0] < a[1]).all())
 
-    def _overlap(self, first: int, second: int) -> bool:
-        """Return whether two solids, eroded by no more than a millimetre, still meet.
+    def _overlap(self, first: int, second: int, way_m: NDArray[np.float64] | None) -> bool:
+        """Return whether two solids with a way out overlap by more than a millimetre, and do not merely touch.
 
-        The tolerance is more than some members of a part are thick: erosion turns them inside out, so that they meet
-        what they only touch or pass.
+        Eroded by that much they still meet, and no move by as little takes their surfaces apart: surfaces that are not
+        eroded, as their part has no inside, meet what they touch.
         """
         depths_m = pair_depths_m(first, second, self._thickness_m, min(self._tolerance_m, LEAST_GAP_M))
         one, other = (self.eroded_m(*solid) for solid in zip((first, second), depths_m, strict=True))
-        return bool(fcl.collide(self._bvh_of(one), self._bvh_of(other))) or enclosed(one, other)
+        if fcl.collide(self._bvh_of(one), self._bvh_of(other)):
+            return not self._apart_within(first, second, LEAST_GAP_M)
+        is_short = way_m is not None and np.abs(way_m).sum() <= LEAST_GAP_M
+        return not is_short and enclosed(one, other)
+
+    def _apart_within(self, first: int, second: int, reach_m: float) -> bool:
+        """Return whether a move to a side, an edge or a corner of a small cube takes two true surfaces apart."""
+        part, other = (self._bvh_of(self._triangles[number]) for number in (first, second))
+        is_apart = False
+        for move_m in product((0.0, -reach_m, reach_m), repeat=3):
+            part.setTranslation(np.array(move_m))
+            is_apart = is_apart or not fcl.collide(part, other)
+        part.setTranslation(_NOWHERE)
+        return is_apart
 
     def _way_out_as_drawn_m(
         self, first: int, second: int, part: fcl.CollisionObject, other: fcl.CollisionObject

@@ -181,8 +181,8 @@ def _mark_pairs(
             slope_b = _plane(other)
             if slope_b[3] == 0.0:
                 continue
-            corners = _overlap(one, other, polygon, clipped)
-            if corners < 3 or _area(polygon, corners) < _NO_AREA_M2:
+            corners = projected_overlap(one, other, polygon, clipped)
+            if corners < 3 or overlap_area(polygon, corners) < _NO_AREA_M2:
                 continue
             least, most = np.inf, -np.inf
             for c in range(corners):
@@ -219,7 +219,7 @@ def _plane(triangle: NDArray[np.float64]) -> tuple[float, float, float, float]:
 
 
 @kernel
-def _overlap(
+def projected_overlap(
     one: NDArray[np.float64], other: NDArray[np.float64], polygon: NDArray[np.float64], clipped: NDArray[np.float64]
 ) -> int:
     """Clip one projected triangle by the other (Sutherland and Hodgman 1974) and return the polygon's corner count.
@@ -259,7 +259,8 @@ def _overlap(
 
 
 @kernel
-def _area(polygon: NDArray[np.float64], corners: int) -> float:
+def overlap_area(polygon: NDArray[np.float64], corners: int) -> float:
+    """Return the area of a convex polygon of so many corners."""
     twice = 0.0
     for c in range(corners):
         d = (c + 1) % corners

@@ -23,7 +23,7 @@ from bimvox.proof.bodies.overlap import overlaps_m
 from bimvox.proof.bodies.solid import FINEST_M, Solid, solid_of
 from bimvox.proof.bodies.turned import turned
 from bimvox.records.guide import Guide, swept_box_m
-from bimvox.records.lift import LiftPlan
+from bimvox.records.lift import LiftPlan, ModelledClash
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
 
@@ -60,15 +60,8 @@ class TriangleCheck:
                 ids.append(blocker.id)
         numbers = {name: n for n, name in enumerate(ids)}
         self._ids = ids
-        self._clashes = {
-            (numbers[c.first], numbers[c.second]): None if c.way_out_m is None else np.array(c.way_out_m)
-            for c in plan.clashes
-            if c.first in numbers and c.second in numbers
-        }
-        self._depths_m = {
-            (numbers[c.first], numbers[c.second]): c.depth_m
-            for c in plan.clashes
-            if c.first in numbers and c.second in numbers
+        self._listed = {
+            (numbers[c.first], numbers[c.second]): c for c in plan.clashes if c.first in numbers and c.second in numbers
         }
         self._measured: dict[tuple[int, int], bool] = {}
         self._boxes = [_bounds_m(mesh) for mesh in self._meshes]
@@ -284,27 +277,35 @@ class TriangleCheck:
 
     def _way_out_m(self, check: Check, moving: int, fixed: int) -> NDArray[np.float64] | None:
         """Return the checked way out of a listed clash; zeros for any other pair, None if no way out works."""
-        if (moving, fixed) in self._clashes:
+        if (moving, fixed) in self._listed:
             pair, sign = (moving, fixed), 1.0
-        elif (fixed, moving) in self._clashes:
+        elif (fixed, moving) in self._listed:
             pair, sign = (fixed, moving), -1.0
         else:
             return np.zeros(3)
-        if pair not in self._measured:
-            self._measured[pair] = self._is_as_deep(*pair)
         check.look(
-            self._measured[pair],
+            self._is_measured(*pair),
             f"{self._ids[pair[0]]} and {self._ids[pair[1]]}: listed as drawn into each other deeper than they are",
         )
-        way_m = self._clashes[pair]
-        return None if way_m is None else way_m * sign
+        way_m = self._listed[pair].way_out_m
+        return None if way_m is None else np.array(way_m) * sign
 
     def check_clashes(self, check: Check) -> None:
         """Check that every listed clash is drawn, and as deep as it is listed."""
-        for first, second in self._clashes:
+        for first, second in self._listed:
             check.about = self._ids[first] if first < len(self._site.components) else None
             self._way_out_m(check, first, second)
         check.about = None
+
+    def refuted_clashes(self) -> tuple[ModelledClash, ...]:
+        """Return the listed clashes that are not drawn as deep as they are listed."""
+        return tuple(clash for pair, clash in self._listed.items() if not self._is_measured(*pair))
+
+    def _is_measured(self, first: int, second: int) -> bool:
+        """Return what ``_is_as_deep`` finds of a pair, once."""
+        if (first, second) not in self._measured:
+            self._measured[first, second] = self._is_as_deep(first, second)
+        return self._measured[first, second]
 
     def _is_as_deep(self, first: int, second: int) -> bool:
         """Return whether two solids overlap as deep as their clash is listed, by the proof's own measure.
@@ -312,7 +313,8 @@ class TriangleCheck:
         They must overlap, not merely touch, and just short of the listed way out they must still collide. If none is
         listed, there must be none: no short move along an axis takes even their boxes apart.
         """
-        way_m, depth_m = self._clashes[first, second], self._depths_m[first, second]
+        clash = self._listed[first, second]
+        way_m, depth_m = None if clash.way_out_m is None else np.array(clash.way_out_m), clash.depth_m
         crosses = self._crosses(first, second)
         if way_m is not None:
             length_m = float(np.abs(way_m).sum())

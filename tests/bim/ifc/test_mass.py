@@ -56,6 +56,26 @@ def test_net_weight_comes_before_gross_and_absurd_weights_are_refused() -> None:
     assert (absurd.source, absurd.stated_refused) == ("default", True)
 
 
+@pytest.mark.parametrize("stated_m3", [0.5, 1.9, 500.0, 0.5e-3, 5e8, 5e-10])
+def test_a_stated_volume_that_the_box_of_an_open_mesh_cannot_hold_gives_way_to_the_geometry(stated_m3: float) -> None:
+    made = IfcMaker()
+    wall = made.rooted("IfcWall")
+    made.properties(wall, "Qto_WallBaseQuantities", NetVolume=stated_m3)
+    mass = Masses(made.file, Properties()).of(wall, 1.0, exact=False, box_m3=2.0)
+    fits = 0.01 < stated_m3 < 2.0
+    assert mass == Mass(2400.0 * (stated_m3 if fits else 1.0), "default", volume_refused=not fits)
+
+
+@pytest.mark.parametrize("stated_kg", [3.0, 900.0, 9e6, 1e-3])
+def test_a_stated_weight_that_the_box_of_an_open_mesh_cannot_hold_gives_way_too(stated_kg: float) -> None:
+    made = IfcMaker()
+    wall = made.rooted("IfcWall")
+    made.properties(wall, "Qto_WallBaseQuantities", NetWeight=stated_kg)
+    mass = Masses(made.file, Properties()).of(wall, 1.0, exact=False, box_m3=2.0)
+    fits = 1.0 < stated_kg < 1e4
+    assert mass == Mass(stated_kg, "quantity") if fits else mass == Mass(2400.0, "default", stated_refused=True)
+
+
 def test_the_weakest_source() -> None:
     assert weakest(["quantity", "default", "density"]) == "default"
     assert weakest(["quantity"]) == "quantity"

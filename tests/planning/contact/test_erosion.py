@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from box_sites import box_mesh
+from hostile_bodies import sliver, sliver_in_one_piece, spike, turned_over, without
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -71,3 +72,29 @@ def test_a_cavity_grows_by_the_depth_however_small_it_is():
     inner = eroded_triangles_m(hollow, 0.01)[len(block.faces) :]
     assert inner.min(axis=(0, 1)) == pytest.approx([0.49] * 3)
     assert inner.max(axis=(0, 1)) == pytest.approx([0.514] * 3)
+
+
+@pytest.mark.parametrize("make", [sliver, sliver_in_one_piece, spike])
+@pytest.mark.parametrize("thick_m", [0.00027, 0.0006, 0.002, 0.015])
+def test_slivers_and_spikes_are_not_turned_inside_out(make, thick_m):
+    mesh = make(thick_m)
+    low, high = mesh.bounds_m
+    moved = eroded_triangles_m(mesh, 0.01)
+    assert (moved.min(axis=(0, 1)) >= low - 1e-9).all()
+    assert (moved.max(axis=(0, 1)) <= high + 1e-9).all()
+    thin = (mesh.triangles_m[:, :, 1] <= 0.0).all(axis=1) & (mesh.triangles_m[:, :, 0] < 0.3).any(axis=1)
+    assert (moved[thin][:, :, 1] <= 1e-9).all(), "it stays where it is thin"
+
+
+def test_an_open_shell_stays_where_it_is():
+    box = box_mesh((0, 0, 0), (1, 1, 1))
+    for shell in (without(box, 0, 1), turned_over(without(box, 4, 5)), without(box, 0, 1, 2, 3, 4)):
+        assert (eroded_triangles_m(shell, 0.01) == shell.triangles_m).all()
+
+
+def test_a_shell_with_a_small_hole_shrinks_however_it_faces():
+    box = box_mesh((0, 0, 0), (4, 0.2, 0.2))
+    for shell in (without(box, 8), turned_over(without(box, 8))):
+        eroded = eroded_triangles_m(shell, 0.01)
+        assert eroded[:, :, 1:].min(axis=(0, 1)) == pytest.approx([0.01, 0.01])
+        assert eroded[:, :, 1:].max(axis=(0, 1)) == pytest.approx([0.19, 0.19])

@@ -1,0 +1,52 @@
+"""Parts so far from all others that no crane serves both: a wrong coordinate, or another building."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Building, Role
+from bimvox.errors import listed
+
+FAR_M = 250.0
+"""Three times the longest jib: a gap as wide lies between two sites."""
+_BUILT = (Role.COMPONENT, Role.STRUCTURE)
+
+
+def without_strays(building: Building) -> Building:
+    """Return a building in which parts far from all others are not lifted and not in the way, with a note.
+
+    Parts belong together if no empty strip ``FAR_M`` wide lies between them on any axis. The largest group stays.
+    """
+    built = [n for n, element in enumerate(building.elements) if element.role in _BUILT]
+    if not built:
+        return building
+    bounds_m = np.stack([building.elements[n].mesh.bounds_m for n in built])
+    if (bounds_m[:, 1].max(axis=0) - bounds_m[:, 0].min(axis=0) <= FAR_M).all():
+        return building
+    groups = np.stack([_strips(bounds_m[:, 0, axis], bounds_m[:, 1, axis]) for axis in range(3)], axis=1)
+    _, first, group, sizes = np.unique(groups, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    if len(sizes) == 1:
+        return building
+    stays = min(range(len(sizes)), key=lambda n: (-sizes[n], first[n]))
+    strays = {built[n] for n in np.flatnonzero(group.reshape(-1) != stays)}
+    elements = tuple(
+        replace(element, role=Role.FITTING) if n in strays else element for n, element in enumerate(building.elements)
+    )
+    names = listed((building.elements[n].label for n in sorted(strays)), most=5)
+    note = (
+        f"{len(strays)} {'parts lie' if len(strays) > 1 else 'part lies'} more than {FAR_M:g} m from all others and "
+        f"{'are' if len(strays) > 1 else 'is'} left out; check the coordinates: {names}"
+    )
+    return replace(building, elements=elements, notes=(*building.notes, note))
+
+
+def _strips(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the number of the strip in which each range lies, between gaps that are at least ``FAR_M`` wide."""
+    order = np.argsort(low, kind="stable")
+    reached = np.maximum.accumulate(high[order])
+    found = np.empty(len(low), np.int64)
+    found[order] = np.concatenate([[0], np.cumsum(low[order][1:] - reached[:-1] >= FAR_M)])
+    return found

@@ -1,0 +1,31 @@
+"""Parts far from all others are left out by name."""
+
+import pytest
+from box_buildings import box_element, building_of
+
+from bimvox.bim.building import Role
+from bimvox.bim.strays import without_strays
+
+
+def _row(*places_m, **more):
+    return [box_element(f"part-{n}", (x, 0, 0), (x + 1, 1, 1), **more) for n, x in enumerate(places_m)]
+
+
+@pytest.mark.parametrize("at", [(900.0, 0.0, 0.0), (0.0, -4e5, 0.0), (3.0, 0.0, 5000.0), (-600.0, 600.0, 0.0)])
+def test_a_part_far_away_is_neither_lifted_nor_in_the_way(at):
+    far = box_element("far", at, [n + 1 for n in at])
+    found = without_strays(building_of(far, *_row(0.0, 100.0, 200.0)))
+    assert [element.role for element in found.elements] == [Role.FITTING, *[Role.COMPONENT] * 3]
+    (note,) = found.notes
+    assert "far" in note
+    assert "1 part lies more than 250 m" in note
+
+
+def test_a_long_site_without_a_gap_stays_whole():
+    building = building_of(*_row(0.0, 200.0, 400.0, 600.0), *_row(5e3, role=Role.GROUND))
+    assert without_strays(building) is building
+
+
+def test_the_larger_of_two_sites_stays():
+    found = without_strays(building_of(*_row(0.0, 10.0), *_row(5e3, 5010.0, 5020.0)))
+    assert [element.role for element in found.elements] == [Role.FITTING] * 2 + [Role.COMPONENT] * 3
