@@ -16,7 +16,6 @@ from bimvox.errors import BimvoxError, InputError
 from bimvox.files import scratch_folder
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
-from bimvox.library.attached_tracks import compare_tracks
 from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_rules
 from bimvox.library.completed_site_file import building_of, completed
 from bimvox.library.hand_over import as_assigned
@@ -24,6 +23,7 @@ from bimvox.library.held_loads import compare_held
 from bimvox.library.obstructions import KINDS, load_obstructions, rasterise
 from bimvox.library.site import LISTED, MACHINE, OBSTRUCTIONS
 from bimvox.library.site_file_parts import compare_parts, compare_pinned
+from bimvox.live.named_traffic import TRACKS
 from bimvox.log.dates import attached_programme
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
@@ -76,7 +76,8 @@ def check_attached_files(log: PlanLog) -> Check:
         check.look(blocker.kind != "obstruction", told)
     note = next(iter(site.obstruction_notes), "")
     check.look(bool(listed) or not note, f"it has a note about obstructions, but no obstruction file: {note}")
-    known |= compare_tracks(check, log)
+    if log.carried_out is not None or log.context or log.recovered:  # an extract may carry them too
+        known |= {name for name in log.attachments if name.startswith(TRACKS)}
     for name in sorted(log.attachments.keys() - known - set(listed)):
         check.look(False, f"attached {name}: it is not a file that bimvox attaches to the log of this site")
     compare_held(check, log)

@@ -6,11 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from bimvox.errors import InputError, MotionError, VerificationError
-from bimvox.library.attached_tracks import TRACKS
 from bimvox.library.plan import digests_of
+from bimvox.library.traffic import DECIDER, DECIDES, check_traffic
 from bimvox.library.verify import prove_plan
-from bimvox.live.deciders import Rules
 from bimvox.live.execution import Execution, Traffic, carried_out
+from bimvox.live.named_traffic import TRACKS
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.segments import FIRST_PLAN, NOW_NS, PENDING
 from bimvox.planning.preparation import Preparation
@@ -19,7 +19,6 @@ from bimvox.proof.carried_out import check_carried_out, planned_axes, tally_of
 from bimvox.records.carried_out import CarriedOut, Tally
 from bimvox.records.proof import Verification
 
-DECIDER = "a rule chooses the next lift and when to wait"
 _NOTHING = Tally(0, 0.0, 0, 0, None, 0)
 
 
@@ -60,9 +59,11 @@ def carry_out(
     samples = (done.time_ns, done.plan_ns, done.pace, axes, done.place_m, done.seen_m)
     found = CarriedOut(source, DECIDER, done.others, *samples, _NOTHING)
     found = replace(found, tally=tally_of(done.plan, done.motions, found))
-    checks = check_carried_out(done.plan, done.motions, found)
+    log, checks = replace(log, carried_out=found), check_carried_out(done.plan, done.motions, found)
+    if Verification(checks).verified:
+        checks += (check_traffic(log, found),)
     progress.finish()
-    return replace(log, carried_out=found), done, replace(verdict, checks=(*verdict.checks, *checks))
+    return log, done, replace(verdict, checks=(*verdict.checks, *checks))
 
 
 def _proven(
@@ -74,7 +75,7 @@ def _proven(
     while True:
         progress.stage("traffic")
         try:
-            done = carried_out(record.plan, preparation, record.motions, traffic, Rules(), pinned)
+            done = carried_out(record.plan, preparation, record.motions, traffic, DECIDES, pinned)
         except MotionError as error:
             if known[error.component] in pinned:
                 raise

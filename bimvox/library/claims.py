@@ -16,7 +16,8 @@ from bimvox.site.programme import ATTACHED
 from bimvox.site.site import HeadingRule
 from bimvox.site.weaker_rules import weaker_rules
 
-SITE, OBSTRUCTIONS, PROGRAMME, SEARCH = "--site", "--obstructions", "--programme", "--search"
+SITE, OBSTRUCTIONS, PROGRAMME, TRAFFIC = "--site", "--obstructions", "--programme", "--traffic"
+SEARCH = "--search"
 """Options of ``bimvox verify`` that prove a claim; ``--site`` reads the model too."""
 
 _NAMED = 3
@@ -88,8 +89,8 @@ CLAIMS = (
     ),
     ClaimRow(
         "site",
-        "cranes, load charts, rules, zones, areas, ground, georeference, calendar, costs and who checks and approves are "
-        "those of the site",
+        "cranes, load charts, rules, zones, areas, ground, georeference, calendar, costs and who checks and approves "
+        "are those of the site",
         SITE,
         _always,
     ),
@@ -159,8 +160,8 @@ CLAIMS = (
     ),
     ClaimRow(
         "traffic",
-        "people and vehicles were where the log shows them",
-        None,
+        "people and vehicles are those of the seed or of the tracks that the log names",
+        TRAFFIC,
         lambda log, checks: log.carried_out is not None,
     ),
     ClaimRow(

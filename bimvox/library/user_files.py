@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,8 @@ from bimvox.library.hand_over import as_assigned
 from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.plan import georeference_of
 from bimvox.library.site import MACHINE, LoadedSite, load_site
+from bimvox.library.traffic import compare_traffic
+from bimvox.live.named_traffic import traffic_named
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.progress import Progress
 from bimvox.records.proof import Check
@@ -30,40 +32,54 @@ _YOURS = "your files"
 _OF_THE_SITE = ("shape", "yard", "access", "prohibited", "no_load", "site_to_ifc")
 
 
-def check_user_files(
-    log: PlanLog,
-    site: Path | None,
-    model: Path | None,
-    obstructions: Path | None,
-    progress: Progress,
-    *,
-    programme: Path | None = None,
-) -> Check:
-    """Check that the site of a log is that of the given files: parts, shapes, masses, frame, rules, cranes.
+@dataclass(frozen=True, slots=True)
+class Given:
+    """What a user holds, and a log must be of; None: not compared.
+
+    Attributes:
+        site: The site file; its model is read too.
+        model: The model, if it is not where the site file says.
+        obstructions: The obstruction file.
+        programme: The programme, if it is not the one that the site file names.
+        traffic: The traffic of the execution: a seed, or a file with tracks.
+    """
+
+    site: Path | None = None
+    model: Path | None = None
+    obstructions: Path | None = None
+    programme: Path | None = None
+    traffic: str | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What is given, by name."""
+        return tuple(one.name for one in fields(self) if getattr(self, one.name) is not None)
+
+
+def check_user_files(log: PlanLog, given: Given, progress: Progress) -> Check:
+    """Check that a log is of what the user holds: parts, shapes, masses, frame, rules, cranes, whole files.
 
     Args:
         log: The log.
-        site: The site file; its model is read too. None: only the obstructions are compared.
-        model: The model, if it is not where the site file says.
-        obstructions: The obstruction file; None: obstructions are not compared.
+        given: What the user holds.
         progress: Receives the stages.
-        programme: The programme, if it is not the one that the site file names.
 
     Raises:
-        InputError: If a model or a programme is given without a site file.
+        InputError: If a model or a programme is given without a site file, or there is no such traffic.
         FileError: If a file is missing or cannot be used.
     """
     check, found = Check("bound"), log.plan.site
-    if model is not None and site is None:
+    if given.model is not None and given.site is None:
         raise InputError("--model needs --site", hint="the site file says how the model is read")
-    if programme is not None and site is None:
+    if given.programme is not None and given.site is None:
         raise InputError("--programme needs --site", hint="the programme is compared with the log through the site")
-    if obstructions is not None:
-        wanted = obstructed(found, load_obstructions(require_input(obstructions), found), progress)
+    if given.obstructions is not None:
+        wanted = obstructed(found, load_obstructions(require_input(given.obstructions), found), progress)
         _compare_blockers(check, found, wanted, ("obstruction",))
-    if site is None:
-        return check
-    _compare_site(check, log, load_site(site, progress, model=model, programme=programme))
+    if given.traffic is not None:
+        compare_traffic(check, log, traffic_named(given.traffic))
+    if given.site is not None:
+        _compare_site(check, log, load_site(given.site, progress, model=given.model, programme=given.programme))
     return check
 
 

@@ -12,7 +12,8 @@ from bimvox.library.claims import claims_of
 from bimvox.library.plan_value import Plan
 from bimvox.library.search import with_search
 from bimvox.library.sharing import constants_of, workers_of
-from bimvox.library.user_files import check_user_files
+from bimvox.library.traffic import check_traffic
+from bimvox.library.user_files import Given, check_user_files
 from bimvox.log import schema as topics
 from bimvox.log.check import check_commands, check_digests, check_load_poses
 from bimvox.log.check_joints import check_joint_states
@@ -42,6 +43,7 @@ def verify(
     model: Path | str | None = None,
     obstructions: Path | str | None = None,
     programme: Path | str | None = None,
+    traffic: Path | str | None = None,
     search: bool = False,
     progress: Listener = None,
 ) -> Verification:
@@ -56,6 +58,7 @@ def verify(
         model: The model, if it is not where the site file says.
         obstructions: The user's obstruction file.
         programme: The programme that was given to ``bimvox plan``, if any.
+        traffic: The traffic that was given to ``bimvox watch``: a seed, such as ``heavy:7``, or a file of tracks.
         search: Whether to search again that infeasible lifts are infeasible and that no path has fewer moves than
             stated. This uses the planner's search, and takes about as long as planning without a policy.
         progress: A ``Progress``, or a function that takes a line of text.
@@ -71,22 +74,16 @@ def verify(
     else:
         contents, record = read_whole(path_of("verify", plan, "a log, or a plan"), told)
         verdict = prove(contents, record, told)
-    files = (None if file is None else path_of("verify", file) for file in (site, model, obstructions, programme))
-    verdict = prove_further(verdict, record, *files, search=search, progress=told)
+    files = {"site": site, "model": model, "obstructions": obstructions, "programme": programme}
+    paths = {name: None if file is None else path_of("verify", file) for name, file in files.items()}
+    given = Given(**paths, traffic=None if traffic is None else str(traffic))
+    verdict = prove_further(verdict, record, given, search=search, progress=told)
     told.finish()
     return verdict
 
 
 def prove_further(
-    verdict: Verification,
-    record: PlanLog,
-    site: Path | None,
-    model: Path | None,
-    obstructions: Path | None,
-    programme: Path | None,
-    *,
-    search: bool,
-    progress: Progress,
+    verdict: Verification, record: PlanLog, given: Given, *, search: bool, progress: Progress
 ) -> Verification:
     """Return a verdict with what a proof from the log alone cannot have: the files of the user, and the search.
 
@@ -95,20 +92,16 @@ def prove_further(
     Args:
         verdict: The verdict from the log alone.
         record: The plan.
-        site: See :func:`verify`; so for the others.
-        model: The model.
-        obstructions: The obstruction file.
-        programme: The programme.
+        given: What the user holds.
         search: Whether to search.
         progress: Receives the stages.
     """
-    if any(file is not None for file in (site, model, obstructions, programme)):
-        bound = check_user_files(record, site, model, obstructions, progress, programme=programme)
-        verdict = replace(verdict, checks=(*verdict.checks, bound))
+    if given.names:
+        verdict = replace(verdict, checks=(*verdict.checks, check_user_files(record, given, progress)))
     if search:
         verdict = with_search(verdict, record, progress)
-    given = {"--site": site, "--obstructions": obstructions, "--programme": programme, "--search": search or None}
-    return with_claims(verdict, record, [option for option, value in given.items() if value is not None])
+    options = [*given.names, *(["search"] if search else []), *(["programme"] if given.site is not None else [])]
+    return with_claims(verdict, record, [f"--{option}" for option in options])
 
 
 def with_claims(verdict: Verification, record: PlanLog, bound: Collection[str] = ()) -> Verification:
@@ -164,6 +157,8 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
             check_commands(contents, record),
         )
         found = replace(proven, checks=(*proven.checks, *own))
+        if found.verified and record.carried_out is not None:
+            found = replace(found, checks=(*found.checks, check_traffic(record, record.carried_out)))
         if found.verified:  # what is shown of a plan that is refused need not be made again
             found = replace(found, checks=(*found.checks, check_shown(contents, record)))
         return with_claims(found, record)

@@ -46,6 +46,7 @@ class Episode:
         habits: How others behave.
         sight: How they are seen.
         taped: Whether every tick is recorded.
+        limit: After how many ticks it is cut; None: after a multiple of the time without traffic.
 
     Attributes:
         tape: (T, 2 + 4 N) what ``carry`` records, a row a tick, if it is ``taped``.
@@ -60,6 +61,7 @@ class Episode:
         habits: Habits = _HABITS,
         sight: Sight = _SIGHT,
         taped: bool = False,
+        limit: int | None = None,
     ) -> None:
         self.job, self.habits, self.sight = job, habits, sight
         self.crowd: Crowd = crowd_of(job.ground, density, sight, seed)
@@ -67,7 +69,7 @@ class Episode:
         self.ticks, self.waited, self.before = 0, 0, -1
         self.done: list[int] = []
         self.hooked: int | None = None
-        self.limit = ticks_of(_GIVE_UP * job.undisturbed_s)
+        self.limit = ticks_of(_GIVE_UP * job.undisturbed_s) if limit is None else limit
         self.tape = NO_TAPE
         if taped:
             longest_s = max(map(job.usual_s, range(len(job.lifts))))  # the last lift may begin just before the limit

@@ -6,7 +6,7 @@ So what was carried out is a plan of its own, in the order in which it happened,
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -104,9 +104,9 @@ def carried_out(
     job = job_of(plan, preparation, motions, 0, max(1, len(motions)))
     job = replace(job, lifts=_kept_apart(job, plan, lifts, pinned))
     job = replace(job, ground=with_tracks(job.ground, traffic.tracks))
-    run = _Run(plan, preparation, lifts, Episode(job, traffic.density, traffic.seed, taped=True))
+    run = _TimedRun(plan, preparation, lifts, Episode(job, traffic.density, traffic.seed, taped=True))
     run.to_the_end(decide)
-    return run.execution(traffic)
+    return run.execution(run.plan_as_carried_out(), traffic.tracks)
 
 
 def _kept_apart(job: LiveJob, plan: LiftPlan, lifts: list[Lift], pinned: Collection[int]) -> tuple[LiveLift, ...]:
@@ -120,47 +120,59 @@ def _kept_apart(job: LiveJob, plan: LiftPlan, lifts: list[Lift], pinned: Collect
     )
 
 
-class _Run:
-    """An execution under way."""
+class Run:
+    """An execution under way, in which somebody decides which lift is next.
 
-    def __init__(self, plan: LiftPlan, preparation: Preparation, lifts: list[Lift], episode: Episode) -> None:
+    Args:
+        plan: The plan.
+        lifts: Its planned lifts, in order; the episode's job has the same ones.
+        episode: The episode, at its start and taped.
+
+    Attributes:
+        motions: The motions of the lifts that were begun, in the order in which they were.
+        positions: Their positions in the job.
+    """
+
+    def __init__(self, plan: LiftPlan, lifts: Sequence[Lift], episode: Episode) -> None:
         self.plan, self.lifts, self.episode = plan, lifts, episode
-        self.assembly = Assembly(plan.site, preparation)
-        self.others = [lift for lift in plan.lifts if lift.status is not Status.PLANNED]
         self.positions: list[int] = []
-        self.in_order: list[Lift] = []
         self.motions: list[LiftMotion] = []
-        self.clock_ns: list[NDArray[np.int64]] = [np.zeros(1, np.int64)]
-        self.pace: list[NDArray[np.float64]] = [np.zeros(1)]
-        self.start_m = np.stack([episode.crowd.state[:, :2], episode.crowd.seen_m], axis=1)[None]
+        self._clock_ns: list[NDArray[np.int64]] = [np.zeros(1, np.int64)]
+        self._pace: list[NDArray[np.float64]] = [np.zeros(1)]
+        self._start_m = np.stack([episode.crowd.state[:, :2], episode.crowd.seen_m], axis=1)[None]
+
+    def begin(self, position: int) -> int:
+        """Begin the lift at a position in the job, or another one if the crane cannot execute it now; return which."""
+        raise NotImplementedError
 
     def to_the_end(self, decide: Decider) -> None:
-        """Carry out the lifts; those for which there is no time are timed after the others, so the plan is whole."""
+        """Carry out the lifts; those for which there is no time are begun after the others, so the plan is whole."""
         episode = self.episode
         while episode.stage is not Stage.OVER:
             before, stage, choice = episode.ticks, episode.stage, decide(episode)
             if choice != WAIT and stage is Stage.LIFT:
-                choice = self._next(choice)
+                choice = self.begin(choice)
             episode.decide(choice)
             self._note(np.arange(1, episode.ticks - before + 1) * _TICK_NS, before, None if choice == WAIT else stage)
         while len(self.positions) < len(self.lifts):
-            self._next(episode.job.ready(self.positions)[0])
+            self.begin(episode.job.ready(self.positions)[0])
 
-    def execution(self, traffic: Traffic) -> Execution:
-        """Return the execution, at its end."""
+    def execution(self, plan: LiftPlan, tracks: tuple[Track, ...]) -> Execution:
+        """Return the execution, at its end.
+
+        Args:
+            plan: The plan in the order in which it was carried out.
+            tracks: The recorded tracks among those who moved.
+        """
         episode, ticks = self.episode, self.episode.ticks
-        there = np.concatenate([self.start_m, episode.tape[:ticks, 2:].reshape(ticks, -1, 2, 2)])
-        lifts = sorted(
-            (*self.in_order, *(one for one in self.plan.lifts if one.status is not Status.PLANNED)),
-            key=lambda lift: lift.order,
-        )
+        there = np.concatenate([self._start_m, episode.tape[:ticks, 2:].reshape(ticks, -1, 2, 2)])
         return Execution(
-            replace(self.plan, lifts=tuple(lifts)),
+            plan,
             tuple(self.motions),
-            _others(episode, traffic.tracks),
+            _others(episode, tracks),
             np.arange(ticks + 1, dtype=np.int64) * _TICK_NS,
-            np.concatenate(self.clock_ns),
-            np.concatenate(self.pace),
+            np.concatenate(self._clock_ns),
+            np.concatenate(self._pace),
             np.ascontiguousarray(there[:, :, 0]),
             np.ascontiguousarray(there[:, :, 1]),
             sum(position != n for n, position in enumerate(self.positions)),
@@ -168,17 +180,52 @@ class _Run:
             episode.violations,
         )
 
-    def _next(self, choice: int) -> int:
+    def _note(self, since_ns: NDArray[np.int64], before: int, stage: Stage | None) -> None:
+        """Note where the crane is on the plan's clock at the ticks of a decision; stage None: it waited."""
+        last_ns = self._clock_ns[-1][-1:]
+        own = self.episode.tape[before : before + len(since_ns)]
+        at_ns = np.repeat(last_ns, len(since_ns))
+        is_on_its_way = np.zeros(len(at_ns), np.bool_)
+        if stage is not None:
+            motion = self.motions[-1]
+            raises_ns = next(phase.start_ns for phase in motion.phases if phase.name is PhaseName.RAISE)
+            at_ns = np.minimum(last_ns + since_ns, raises_ns)
+        if stage is Stage.WAY:
+            rows = np.arange(len(self.episode.job.lifts[self.positions[-1]].ways[0].rests))
+            row_ns = np.minimum(rows * _TICK_NS, motion.set_ns - raises_ns)
+            at_ns = np.round(raises_ns + np.interp(own[:, 0], rows, row_ns)).astype(np.int64)
+            arrived = int(np.searchsorted(own[:, 0], rows[-1]))
+            at_ns[arrived:] = np.minimum(motion.set_ns + since_ns[: len(at_ns) - arrived] - _TICK_NS, motion.end_ns)
+            is_on_its_way = own[:, 0] < rows[-2]
+        self._clock_ns.append(at_ns)
+        self._pace.append(np.where(is_on_its_way, own[:, 1], np.diff(at_ns, prepend=last_ns) / _TICK_NS))
+
+
+class _TimedRun(Run):
+    """An execution that times each lift anew when it is chosen."""
+
+    def __init__(self, plan: LiftPlan, preparation: Preparation, lifts: list[Lift], episode: Episode) -> None:
+        super().__init__(plan, lifts, episode)
+        self.assembly = Assembly(plan.site, preparation)
+        self.others = [lift for lift in plan.lifts if lift.status is not Status.PLANNED]
+        self.in_order: list[Lift] = []
+
+    def plan_as_carried_out(self) -> LiftPlan:
+        """Return the plan in the order in which it was carried out."""
+        lifts = (*self.in_order, *(one for one in self.plan.lifts if one.status is not Status.PLANNED))
+        return replace(self.plan, lifts=tuple(sorted(lifts, key=lambda lift: lift.order)))
+
+    def begin(self, position: int) -> int:
         """Time the chosen lift as the next one and return it; if the crane cannot execute it now, another one."""
         ready = self.episode.job.ready(self.positions)
         refused: list[MotionError] = []
-        for position in (choice, *(n for n in ready if n != choice)):
+        for one in (position, *(n for n in ready if n != position)):
             try:
-                self._time(position)
+                self._time(one)
             except MotionError as error:
                 refused.append(error)
                 continue
-            return position
+            return one
         raise refused[0]
 
     def _time(self, position: int) -> None:
@@ -213,26 +260,6 @@ class _Run:
             one = self.others.pop(0)
             self.assembly.skip(one.component)
             self.assembly.finish(one.component, placed=one.is_set)
-
-    def _note(self, since_ns: NDArray[np.int64], before: int, stage: Stage | None) -> None:
-        """Note where the crane is on the plan's clock at the ticks of a decision; stage None: it waited."""
-        last_ns = self.clock_ns[-1][-1:]
-        own = self.episode.tape[before : before + len(since_ns)]
-        at_ns = np.repeat(last_ns, len(since_ns))
-        is_on_its_way = np.zeros(len(at_ns), np.bool_)
-        if stage is not None:
-            motion = self.motions[-1]
-            raises_ns = next(phase.start_ns for phase in motion.phases if phase.name is PhaseName.RAISE)
-            at_ns = np.minimum(last_ns + since_ns, raises_ns)
-        if stage is Stage.WAY:
-            rows = np.arange(len(self.episode.job.lifts[self.positions[-1]].ways[0].rests))
-            row_ns = np.minimum(rows * _TICK_NS, motion.set_ns - raises_ns)
-            at_ns = np.round(raises_ns + np.interp(own[:, 0], rows, row_ns)).astype(np.int64)
-            arrived = int(np.searchsorted(own[:, 0], rows[-1]))
-            at_ns[arrived:] = np.minimum(motion.set_ns + since_ns[: len(at_ns) - arrived] - _TICK_NS, motion.end_ns)
-            is_on_its_way = own[:, 0] < rows[-2]
-        self.clock_ns.append(at_ns)
-        self.pace.append(np.where(is_on_its_way, own[:, 1], np.diff(at_ns, prepend=last_ns) / _TICK_NS))
 
 
 def _others(episode: Episode, tracks: tuple[Track, ...]) -> tuple[Other, ...]:

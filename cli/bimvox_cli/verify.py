@@ -32,6 +32,10 @@ def verify(
     programme: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The programme that was given to plan, if any.")
     ] = None,
+    traffic: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|SEED", help="The tracks or the seed that were given to watch --traffic."),
+    ] = None,
     search: Annotated[
         bool,
         typer.Option(
@@ -56,6 +60,7 @@ def verify(
             model=model,
             obstructions=obstructions,
             programme=programme,
+            traffic=traffic,
             search=search,
             progress=output.progress,
         )

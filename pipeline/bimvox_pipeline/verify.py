@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.crane.identity import identity
+from bimvox.library.user_files import Given
 from bimvox.library.verify import prove, prove_further, read_whole
 from bimvox.log.dates import all_remarks
 from bimvox.log.mcap.reader import Contents
@@ -28,26 +29,28 @@ def verify(
     model: Path | None = None,
     obstructions: Path | None = None,
     programme: Path | None = None,
+    traffic: str | None = None,
     search: bool = False,
     progress: Progress,
 ) -> dict[str, Any]:
     """Prove a log again, as :func:`bimvox.verify` does, and return the document of ``bimvox verify --json``.
 
-    ``site``, ``model``, ``obstructions`` and ``programme`` are files that one holds: the log must be of
-    them. With ``search``, what is called infeasible is searched again, and so are the fewest moves.
+    ``site``, ``model``, ``obstructions`` and ``programme`` are files that one holds, ``traffic`` is what was given to
+    ``bimvox watch``: the log must be of them. With ``search``, what is called infeasible is searched again, and so are
+    the fewest moves.
 
     Raises:
         LogFileError: If it is damaged or not a bimvox log.
     """
     contents, record = read_whole(log, progress)
-    given = {"site": site, "model": model, "obstructions": obstructions, "programme": programme}
+    given = Given(site, model, obstructions, programme, traffic)
     proof = prove(contents, record, progress)
-    proof = prove_further(proof, record, **given, search=search, progress=progress)
+    proof = prove_further(proof, record, given, search=search, progress=progress)
     progress.finish()
     return {
         "log": str(log),
         "verified": proof.verified,
-        "bound_to": [name for name, file in given.items() if file is not None],
+        "bound_to": list(given.names),
         "cranes": [identity(crane) for crane in record.plan.site.cranes],
         "checks": _as_json(proof.checks),
         "verdict": _in_words(proof, record),

@@ -15,7 +15,7 @@ from bimvox.errors import ObstructionFileError
 from bimvox.library.attached_files import check_attached_files
 from bimvox.library.obstructions import obstructed
 from bimvox.library.plan import obstructions_of
-from bimvox.library.user_files import check_user_files
+from bimvox.library.user_files import Given, check_user_files
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
@@ -169,4 +169,4 @@ def test_a_log_agrees_with_the_file_that_it_was_planned_with(record: PlanLog, tm
     file = FILES[name](tmp_path)
     made = with_file(record, file)
     assert check_attached_files(made).failures == []
-    assert check_user_files(made, None, None, file, SilentProgress()).failures == []
+    assert check_user_files(made, Given(obstructions=file), SilentProgress()).failures == []

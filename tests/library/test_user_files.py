@@ -15,7 +15,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.grid.labels import Label
 from bimvox.library.plan import georeference_of
 from bimvox.library.site import LoadedSite, load_site
-from bimvox.library.user_files import check_user_files
+from bimvox.library.user_files import Given, check_user_files
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import LiftPlan
@@ -101,7 +101,7 @@ FORGED: dict[str, tuple[Callable[[Site], Site], str]] = {
 
 def test_a_log_of_these_files_is_bound_to_them(loaded: tuple[Path, LoadedSite]):
     path, found = loaded
-    check = check_user_files(log_of(found, found.site), path, None, None, SilentProgress())
+    check = check_user_files(log_of(found, found.site), Given(path), SilentProgress())
     assert check.passed, check.failures
 
 
@@ -109,14 +109,14 @@ def test_a_log_of_these_files_is_bound_to_them(loaded: tuple[Path, LoadedSite]):
 def test_what_differs_from_the_files_is_named(loaded: tuple[Path, LoadedSite], name: str):
     path, found = loaded
     forge, says = FORGED[name]
-    check = check_user_files(log_of(found, forge(found.site)), path, None, None, SilentProgress())
+    check = check_user_files(log_of(found, forge(found.site)), Given(path), SilentProgress())
     assert any(says in failure for failure in check.failures), check.failures
 
 
 def test_a_georeference_is_that_of_the_model(loaded: tuple[Path, LoadedSite]):
     path, found = loaded
     forged = log_of(found, found.site, **{GEOREFERENCE: '{"crs": "EPSG:25832"}'})
-    (failure,) = check_user_files(forged, path, None, None, SilentProgress()).failures
+    (failure,) = check_user_files(forged, Given(path), SilentProgress()).failures
     assert failure.startswith('the model\'s georeference is {"crs": "EPSG:25832"} in the log, ')
 
 
@@ -124,7 +124,7 @@ def bound(log: PlanLog, path: Path, **files: bytes) -> Check:
     forged = replace(
         log, attachments={**log.attachments, **{name.replace("__", "."): data for name, data in files.items()}}
     )
-    return check_user_files(forged, path, None, None, SilentProgress())
+    return check_user_files(forged, Given(path), SilentProgress())
 
 
 @pytest.mark.parametrize(
@@ -175,9 +175,9 @@ def test_dates_of_a_programme_are_those_of_yours(loaded: tuple[Path, LoadedSite]
     held = load_site(path, programme=ours)
     log, name = log_of(held, held.site), "programme.ours.xer"
     given = {"programme": ours}
-    assert check_user_files(log, path, None, None, SilentProgress(), **given).passed
+    assert check_user_files(log, Given(path, **given), SilentProgress()).passed
     later = replace(log, attachments={**log.attachments, name: log.attachments[name].replace(b"2026-", b"2027-")})
-    failures = check_user_files(later, path, None, None, SilentProgress(), **given).failures
+    failures = check_user_files(later, Given(path, **given), SilentProgress()).failures
     assert any("rows[" in one and "2027-03-02 07:00:00 in the log, 2026-03-02 07:00:00" in one for one in failures), (
         failures
     )
@@ -187,6 +187,6 @@ def test_only_a_log_of_an_earlier_version_may_lack_what_this_one_writes(loaded: 
     path, found = loaded
     rules = replace(found.site.rules, casting=None, transit_clearance_m=0.0, rope_clearance_m=0.0, gives_way=())
     old = log_of(found, replace(found.site, rules=replace(rules, wind_speed_m_s=0.0)))
-    check = check_user_files(replace(old, version="0.1.0"), path, None, None, SilentProgress())
+    check = check_user_files(replace(old, version="0.1.0"), Given(path), SilentProgress())
     assert check.passed, check.failures
-    assert not check_user_files(old, path, None, None, SilentProgress()).passed
+    assert not check_user_files(old, Given(path), SilentProgress()).passed

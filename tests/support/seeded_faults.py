@@ -44,8 +44,7 @@ from bimvox.crane.working_range import SlowZone, WorkingRange
 from bimvox.grid.labels import Label
 from bimvox.library.carry_out import carry_out
 from bimvox.library.plan import digests_of
-from bimvox.live.execution import Traffic
-from bimvox.live.traffic import DENSITIES
+from bimvox.live.named_traffic import traffic_named
 from bimvox.log import schema as topics
 from bimvox.log.archive import pack, unpack
 from bimvox.log.plan_log import PlanLog
@@ -2132,7 +2131,8 @@ TURNING: dict[str, tuple[Forge, str]] = {
 def log_among_others() -> PlanLog:
     """Return the log of the portal, carried out among two crews and a lorry."""
     log = good_log()
-    done, _, _ = carry_out(log, prepare(log.plan.site), Traffic(DENSITIES["medium"], 3), "test", None, SilentProgress())
+    named = traffic_named("3")
+    done, _, _ = carry_out(log, prepare(log.plan.site), named.traffic, named.source, None, SilentProgress())
     return done
 
 

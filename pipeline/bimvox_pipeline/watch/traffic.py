@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +13,8 @@ from bimvox.errors import InputError
 from bimvox.files import check_output
 from bimvox.library.carry_out import carry_out as carry_out_plan
 from bimvox.library.log import write_log_file
-from bimvox.live.execution import Execution, Traffic
-from bimvox.live.tracks import read_tracks
-from bimvox.live.traffic import DENSITIES, Density
+from bimvox.live.execution import Execution
+from bimvox.live.named_traffic import NamedTraffic, traffic_named
 from bimvox.log.plan_log import PlanLog
 from bimvox.planning.preparation import Preparation
 from bimvox.progress import Progress
@@ -25,29 +23,10 @@ from bimvox.site.site import Site
 from bimvox_pipeline.watch.simulate import PlanClock, changes_of, state_document
 from bimvox_pipeline.watch.wish import WatchWish
 
-_USUAL = "medium"
-_LONGEST_SEED = 18
 _LOOK_S = 0.1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class WishedTraffic:
-    """The traffic of a watch.
-
-    Attributes:
-        traffic: What moves.
-        source: Where it comes from, in words.
-        file: The file with its tracks; None if it is drawn.
-        speed: Seconds on the site's clock per second on the wall clock.
-    """
-
-    traffic: Traffic
-    source: str
-    file: Path | None
-    speed: float
-
-
-def traffic_of(how: WatchWish) -> WishedTraffic:
+def traffic_of(how: WatchWish) -> NamedTraffic:
     """Return the traffic that a watch asks for.
 
     Raises:
@@ -60,21 +39,7 @@ def traffic_of(how: WatchWish) -> WishedTraffic:
     for option, is_given in (("--retrain", how.retrain), ("--serve", how.serve)):
         if is_given:
             raise InputError(f"--traffic does not go with {option}", hint=f"leave {option} out")
-    amount, _, seed = text.rpartition(":")
-    is_seed = seed.isascii() and seed.isdigit() and len(seed) <= _LONGEST_SEED and amount in ("", *DENSITIES)
-    file = Path(text)
-    if is_seed and not file.exists():
-        amount = amount or _USUAL
-        return WishedTraffic(
-            Traffic(DENSITIES[amount], int(seed)), f"random, {amount}, seed {int(seed)}", None, how.speed
-        )
-    if not text or not file.exists():
-        raise InputError(
-            f"--traffic {text}: it is not a seed, and there is no such file",
-            hint=f"for example --traffic 7, --traffic tracks.csv; kinds of random traffic: {', '.join(DENSITIES)}",
-        )
-    traffic = Traffic(Density(0, 0), 0, read_tracks(file))
-    return WishedTraffic(traffic, f"tracks of {file.name}", file, how.speed)
+    return traffic_named(text)
 
 
 def insist_on_one_crane(site: Site) -> None:
@@ -87,7 +52,7 @@ def insist_on_one_crane(site: Site) -> None:
 
 
 def carry_out(
-    record: PlanLog, preparation: Preparation, wished: WishedTraffic, target: Path, progress: Progress
+    record: PlanLog, preparation: Preparation, wished: NamedTraffic, speed: float, target: Path, progress: Progress
 ) -> Iterator[dict[str, Any]]:
     """Carry a plan out in traffic, write its log, and yield what happens at the times at which it happens.
 
@@ -95,6 +60,7 @@ def carry_out(
         record: The plan.
         preparation: What it was made from.
         wished: The traffic.
+        speed: Seconds on the site's clock per second on the wall clock.
         target: The log of the plan; the log of the execution is next to it.
         progress: Receives the stages.
 
@@ -105,11 +71,11 @@ def carry_out(
     check_output(path, inputs=[target, *([] if wished.file is None else [wished.file])])
     log, done, verdict = carry_out_plan(record, preparation, wished.traffic, wished.source, wished.file, progress)
     write_log_file(path, log)
-    clock = PlanClock(wished.speed)
+    clock = PlanClock(speed)
     clock.start()
     for at_ns, document in _states(log, done):
         while (left_ns := at_ns - clock.now_ns) > 0:
-            time.sleep(min(_LOOK_S, left_ns / 1e9 / wished.speed))
+            time.sleep(min(_LOOK_S, left_ns / 1e9 / speed))
         yield document | {"revision": log.revision, "log": str(path)}
     assert log.carried_out is not None
     tally = log.carried_out.tally

@@ -25,6 +25,7 @@ from bimvox.library.prove import plan_and_prove, prepared
 from bimvox.library.sharing import constants_of, workers_of
 from bimvox.library.site import LoadedSite, load_site
 from bimvox.library.verify import prove_plan
+from bimvox.live.named_traffic import NamedTraffic
 from bimvox.log.held import HELD_CRANES_FILE
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.planning.preparation import Preparation, preparation_in
@@ -47,7 +48,7 @@ from bimvox_pipeline.watch.reader import ObstructionReader
 from bimvox_pipeline.watch.retrain import Retraining
 from bimvox_pipeline.watch.revise import Change, Reviser
 from bimvox_pipeline.watch.simulate import Execution, PlanClock
-from bimvox_pipeline.watch.traffic import WishedTraffic, carry_out, insist_on_one_crane, traffic_of
+from bimvox_pipeline.watch.traffic import carry_out, insist_on_one_crane, traffic_of
 from bimvox_pipeline.watch.warm import warm_up, warm_workers
 from bimvox_pipeline.watch.wish import WatchWish
 
@@ -95,8 +96,8 @@ def watch(
         plan = WatchedPlan(loaded, chosen, target, seed_of(loaded, wish.seed))
         watcher = Watcher(plan, preparation, obstructions, progress, clock, workers)
         with workers.knowing(*constants_of(loaded.site, preparation)):
-            if traffic is not None:
-                yield from among_others(watcher, preparation, traffic)
+            if traffic is not None and how.speed is not None:
+                yield from among_others(watcher, preparation, traffic, how.speed)
                 return
             watcher.retrain(how.retrain)
             if server is not None:
@@ -119,12 +120,14 @@ def _prepared(target: Path, loaded: LoadedSite, progress: Progress, workers: Wor
     return replace(loaded, site=site), preparation
 
 
-def among_others(watcher: Watcher, preparation: Preparation, traffic: WishedTraffic) -> Iterator[dict[str, Any]]:
+def among_others(
+    watcher: Watcher, preparation: Preparation, traffic: NamedTraffic, speed: float
+) -> Iterator[dict[str, Any]]:
     """Make the plan or take it from the disk, then carry it out among people and vehicles; see ``watch``."""
     try:
         with interruptible():
             yield from watcher.take_up(state_of(watcher.file))
-            yield from carry_out(watcher.whole_log(), preparation, traffic, watcher.target, watcher.progress)
+            yield from carry_out(watcher.whole_log(), preparation, traffic, speed, watcher.target, watcher.progress)
     except KeyboardInterrupt:
         watcher.told.note("stopped; the plan is complete")
     finally:

@@ -15,11 +15,11 @@ from planned_frame import copy_to
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.errors import FileError, InputError
-from bimvox.library.attached_tracks import TRACKS
 from bimvox.library.log import write_log_file
 from bimvox.library.plan import digests_of
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.site import load_site
+from bimvox.live.named_traffic import TRACKS
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 
@@ -81,9 +81,9 @@ def test_recorded_tracks_are_followed_attached_and_proven(site: Path) -> None:
     assert [other.id for other in log.carried_out.others] == ["van", "bob"]
     other = TRACK.replace("0,2,2", "0,2,3", 1)
     for text, says in (
-        (other, "bob is not on its track at 0.0 s"),
-        (TRACK.replace("bob", "eve"), "it has the tracks of others than the log"),
-        ("nothing", "cannot be used"),
+        (other, "at 0.0 s bob is 1.00 m from where the stated traffic (tracks of tracks.csv) has it"),
+        (TRACK.replace("bob", "eve"), "there move van (vehicle), bob (person); in the stated traffic"),
+        ("nothing", "column id is missing"),
     ):
         files = {TRACKS + "tracks.csv": text.encode()}
         forged = dataclasses.replace(
@@ -93,7 +93,7 @@ def test_recorded_tracks_are_followed_attached_and_proven(site: Path) -> None:
         write_log_file(path, forged)
         document = verify(path, progress=SilentProgress())
         assert not document["verified"]
-        assert any(says in failure for failure in document["checks"]["own_files"]["failures"])
+        assert any(says in failure for failure in document["checks"]["traffic"]["failures"])
 
 
 def test_the_crane_waits_for_people_at_every_pick(site: Path) -> None:
