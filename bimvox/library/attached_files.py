@@ -36,7 +36,7 @@ from bimvox.site.config.file import SITE_FILE, named_files, parse_site_config
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.crew_times import UNIFORM_TIMES, times_of
 from bimvox.site.default_rules import DEFAULT_RULES
-from bimvox.site.extent import site_extent
+from bimvox.site.extent import site_extent, with_room_for_slings
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import map_of_model, on_site
 from bimvox.site.obstructions.cells import outside_note
@@ -165,7 +165,8 @@ def compare_config(
     assert wanted_m is not None
     own = source if given.model.ground_m is not None else chosen
     check.look(abs(height_m - wanted_m) <= 1e-6, f"model.ground_m is {height_m:g} in the log, {wanted_m:g} in {own}")
-    _compare_extent(check, site, site_extent(config, building, *cranes), source)
+    frame, shape = site_extent(config, building, *cranes)
+    _compare_extent(check, site, (frame, with_room_for_slings(config, shape, site.components)), source)
     compare_parts(check, site, config, building, source, with_ranks=is_of_now)
 
 

@@ -20,11 +20,11 @@ from bimvox.library.obstructions import rasterise
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.site import guess
 from bimvox.site.build import PlacedModel, build_site
-from bimvox.site.component import Component
+from bimvox.site.component import Component, IntVec
 from bimvox.site.config.file import SITE_FILE, load_site_config, read_site_file
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
 from bimvox.site.config.template import site_toml
-from bimvox.site.extent import site_extent
+from bimvox.site.extent import site_extent, with_room_for_slings
 from bimvox.site.machine import cranes_of
 from bimvox.site.machine_names import machines_called
 from bimvox.site.placement import place_building
@@ -210,24 +210,21 @@ def built_site(config: SiteConfig, building: Building, files: Mapping[str, bytes
     placed, site_to_ifc = place_building(config, building)
     cranes = cranes_of(config)
     frame, shape = site_extent(config, placed, *cranes)
-    low = np.round(np.array(frame.origin_m) / frame.voxel_size_m).astype(np.int64)
-    grid = voxelize_building(
-        placed, frame.voxel_size_m, low_vox=low, high_vox=low + np.array(shape), progress=progress.report
-    )
-    progress.stage("site")
-    site = build_site(
-        config,
-        PlacedModel(
-            list(zip(placed.elements, all_part_cells(grid), strict=True)),
-            frame,
-            shape,
-            site_to_ifc,
-            grid.source,
-            placed.connections,
-        ),
-        cranes=cranes,
-        rasterise=rasterise,
-    )
+
+    def on_grid(shape: IntVec) -> Site:
+        low = np.round(np.array(frame.origin_m) / frame.voxel_size_m).astype(np.int64)
+        grid = voxelize_building(
+            placed, frame.voxel_size_m, low_vox=low, high_vox=low + np.array(shape), progress=progress.report
+        )
+        progress.stage("site")
+        parts = list(zip(placed.elements, all_part_cells(grid), strict=True))
+        model = PlacedModel(parts, frame, shape, site_to_ifc, grid.source, placed.connections)
+        return build_site(config, model, cranes=cranes, rasterise=rasterise)
+
+    site = on_grid(shape)
+    higher = with_room_for_slings(config, shape, site.components)
+    if higher != shape:
+        site = on_grid(higher)
     for note in site.notes:
         progress.note(note)
     progress.finish()

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.errors import PlanningError
 from bimvox.motion.guided import guided
-from bimvox.motion.load_frame import HookEnd, in_cell, pose_next_to
+from bimvox.motion.load_frame import HookEnd, axes_of_cells, in_cell, pose_next_to
 from bimvox.motion.move import Line, Move, axes_of
 from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.shortcut import Route, along_the_path, check_path, follow, joined, over_the_top
@@ -193,8 +193,10 @@ def drive_free(
         first, last = in_cell(start_vox), in_cell(end_vox)
         found = shortest_path(space, first, last).path_vox
         if found is None:
+            (_, from_m, high_m), (_, to_m, to_high_m) = axes_of_cells(rigged.load, [first, last]).tolist()
             raise PlanningError(
-                f"no free path for the empty hook from cell {list(first)} to cell {list(last)}",
+                f"no free path for the empty hook from {high_m:.1f} m above z = 0 at a radius of {from_m:.1f} m "
+                f"to {to_high_m:.1f} m at {to_m:.1f} m",
                 hint="something is in the way over the set point or the pick point; look at the lift in the log",
             )
         check_path(rigged, space, found)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import permutations
 
 import numpy as np
@@ -14,8 +14,9 @@ from bimvox.crane.outline import highest_point_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError
 from bimvox.grid.frame import GridFrame, whole_cells
-from bimvox.site.component import IntVec
+from bimvox.site.component import Component, IntVec
 from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.means import Means
 from bimvox.site.placement import built_bounds_m
 
 MAX_CELLS = 50_000_000
@@ -57,6 +58,28 @@ def site_extent(config: SiteConfig, building: Building, *cranes: TowerCrane | No
         fitting_m = size_m * (cells / MAX_CELLS) ** (1 / 3)
         raise GridTooLargeError(cells, MAX_CELLS, size_m, float(np.ceil(fitting_m * 20) / 20))
     return frame, (nx, ny, nz)
+
+
+def with_room_for_slings(config: SiteConfig, shape: IntVec, components: Iterable[Component]) -> IntVec:
+    """Return the shape of the grid, raised if the empty hook does not fit above a part on long slings.
+
+    After a part is set, the hook begins where the usual slings of the crane end, below it: above a long part of a low
+    building, or above its stack, that may be higher than any load is carried. An explicit extent stays.
+
+    Args:
+        config: The site file, with ``model.voxel_size_m``.
+        shape: (X, Y, Z) of the grid, from ``site_extent``.
+        components: The components, on their slings.
+    """
+    if config.grid is not None or config.model.voxel_size_m is None:
+        return shape
+    stack_vox = 1 + whole_cells(config.yard.stack_height_m if config.yard else 0.0, config.model.voxel_size_m)
+    ends = (
+        max(one.target_vox[2], stack_vox) + one.shape.size_vox[2] + one.lifting.sling_rise_vox + MARGIN_VOX
+        for one in components
+        if one.means is Means.CRANE and one.lifting.sling_rise_vox
+    )
+    return (*shape[:2], max(shape[2], *ends, 0))
 
 
 def top_m(building: Building) -> float:

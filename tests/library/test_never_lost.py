@@ -1,10 +1,11 @@
 """A whole plan is never lost to one part, whatever its body is like."""
 
 import pytest
+from box_buildings import box_element, building_of
 from hostile_bodies import BODIES, NAME, hostile_frame
 
 import bimvox
-from bimvox.bim.building import Casting
+from bimvox.bim.building import Casting, Role
 from bimvox.library import prove
 from bimvox.records.lift import Status
 from bimvox.records.proof import Check, Verification
@@ -88,3 +89,16 @@ def test_a_clash_that_the_proof_does_not_measure_is_not_listed(monkeypatch):
     assert [(clash.first, clash.second) for clash in plan.clashes] == [("column-0", NAME)]
     assert plan.preparation is not None
     assert plan.preparation.contacts.clashes == plan.clashes
+
+
+def test_long_planks_of_a_low_building_get_a_grid_as_high_as_their_slings():
+    strips = [
+        box_element(f"strip-{n}", (0, y, 0), (9, y + 0.4, 0.4), role=Role.STRUCTURE) for n, y in enumerate((0, 17.6))
+    ]
+    planks = [box_element(f"plank-{n}", (3 * n, 0, 0.4), (3 * n + 3, 18, 0.46), ifc_class="IfcSlab") for n in range(3)]
+    site = bimvox.guess_site(building_of(*strips, *planks), voxel_size_m=0.25)
+    highest = max(part.target_vox[2] + part.lifting.sling_rise_vox for part in site.components)
+    assert highest < site.site.shape[2]
+    plan = bimvox.plan(site, jobs=1)
+    assert plan.verified
+    assert not plan.infeasible
