@@ -1,4 +1,4 @@
-"""Fields that are written and hashed only if they differ from their default, or from another value.
+"""Fields that are written and hashed only if they differ from their default.
 
 A new field of this kind changes neither the bytes nor the digests of values that do not use it.
 """
@@ -11,17 +11,6 @@ from typing import Any
 
 SPARSE = {"sparse": True}
 """``metadata`` of a sparse field; its default must compare by value."""
-
-
-def absent_means(value: object) -> dict[str, object]:
-    """Return the ``metadata`` of a sparse field that is left out at ``value`` instead of at its default.
-
-    It is for a field that older files lack: read from such a file, it has this value.
-    """
-    return SPARSE | {ABSENT: value}
-
-
-ABSENT = "absent"
 
 
 def names_to_write(value: Any) -> tuple[str, ...]:
@@ -47,4 +36,4 @@ def _names_of(kind: type[Any]) -> tuple[tuple[str, ...], tuple[tuple[str, Any], 
 
 def _default(one: Field[Any]) -> Any:
     assert one.default is not MISSING
-    return one.metadata.get(ABSENT, one.default)
+    return one.default

@@ -14,11 +14,8 @@ from bimvox.crane.luffing import LuffingJib
 from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m
 from bimvox.crane.tower_crane import TowerCrane
 
-_EARLIER_COUNTER_JIB_SHARE = 0.25
-"""In logs of 0.1.0."""
 
-
-def urdf(crane: TowerCrane, prefix: str = "", *, earlier: bool = False) -> str:
+def urdf(crane: TowerCrane, prefix: str = "") -> str:
     """Return the crane's URDF, an XML text that ends with a line break.
 
     Frames: ``site`` (the site's frame), ``crane_base`` (foot of the slewing axis), ``jib`` (on the axis at the height
@@ -27,17 +24,15 @@ def urdf(crane: TowerCrane, prefix: str = "", *, earlier: bool = False) -> str:
     Args:
         crane: The crane.
         prefix: Prefix of the names of its links and joints, except ``site``, if the site has several cranes.
-        earlier: Draw it as logs of 0.1.0 do, so that they can be proven.
     """
-    counter_m = _EARLIER_COUNTER_JIB_SHARE * crane.jib_length_m if earlier else counter_jib_m(crane)
-    robot = _luffing_robot(crane, crane.luffing) if crane.luffing is not None else _hammerhead_robot(crane, counter_m)
+    robot = _hammerhead_robot(crane) if crane.luffing is None else _luffing_robot(crane, crane.luffing)
     _put_before(robot, prefix)
     return _text(robot)
 
 
-def _hammerhead_robot(crane: TowerCrane, counter: float) -> ET.Element:
+def _hammerhead_robot(crane: TowerCrane) -> ET.Element:
     robot = ET.Element("robot", name=crane.name)
-    mast = crane.mast_size_m
+    mast, counter = crane.mast_size_m, counter_jib_m(crane)
     deck = mast / 2.0
     height = crane.jib_height_m - crane.base_m[2]
     ET.SubElement(robot, "link", name="site")

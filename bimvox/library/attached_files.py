@@ -8,7 +8,6 @@ Ground and masts follow from the site itself.
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 
@@ -34,16 +33,13 @@ from bimvox.site.build import ground_and_masts, id_on_site, labels_of, with_obst
 from bimvox.site.component import IntVec
 from bimvox.site.config.file import SITE_FILE, named_files, parse_site_config
 from bimvox.site.config.site_config import SiteConfig
-from bimvox.site.crew_times import UNIFORM_TIMES, times_of
-from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.extent import site_extent, with_room_for_slings
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import map_of_model, on_site
 from bimvox.site.obstructions.cells import outside_note
 from bimvox.site.obstructions.file import without_references
 from bimvox.site.programme import ATTACHED
-from bimvox.site.site import HookHeights, Rules, Site
-from bimvox.site.work import Work
+from bimvox.site.site import HookHeights, Site
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 
 _SAME = 1e-9
@@ -61,9 +57,7 @@ def check_attached_files(log: PlanLog) -> Check:
     else:
         try:
             config = _config_of(log, text)
-            # Logs of earlier versions may change a machine without saying so; remarks say it.
-            own = f"the attached {SITE_FILE}"
-            compare_config(check, as_assigned(log.plan), config, own, undeclared=True, is_of_now=log.is_of_now)
+            compare_config(check, as_assigned(log.plan), config, f"the attached {SITE_FILE}")
             known |= {MACHINE + name for name in named_files(config)}
             known |= {ATTACHED + name for name in (config.programme_name,) if name is not None}
         except (BimvoxError, UnicodeDecodeError) as error:
@@ -114,9 +108,7 @@ def _machine_files(log: PlanLog) -> dict[str, bytes]:
     return {name.removeprefix(MACHINE): data for name, data in log.attachments.items() if name.startswith(MACHINE)}
 
 
-def compare_config(
-    check: Check, site: Site, config: SiteConfig, source: str, *, undeclared: bool = False, is_of_now: bool = True
-) -> None:
+def compare_config(check: Check, site: Site, config: SiteConfig, source: str) -> None:
     """Compare a site with its site file, and what the file leaves to be chosen with the choice for the site's parts.
 
     Args:
@@ -124,22 +116,19 @@ def compare_config(
         site: The site.
         config: The site file.
         source: What to call the file.
-        undeclared: Whether its cranes may differ from their machines without saying so.
-        is_of_now: Whether this version made the plan, so that its site lacks nothing.
 
     Raises:
         BimvoxError: If the file does not fit the site, or its crane is not consistent.
     """
-    config = config if is_of_now else _of_its_time(site, config)
-    same_rules(check, site.rules, rules_for(site, config, is_of_now=is_of_now), source)
+    same_rules(check, site.rules, config.rules_in_force, source)
     if config.name is not None:
         same(check, "name", site.name, config.name, source)
     config = compare_pinned(check, site, config, source)
     building = building_of(site, config)
     given, config = config, completed(config, site, building)
     chosen = f"{source}, which leaves it to be chosen"
-    cranes = cranes_of(config, undeclared=undeclared)
-    same_cranes(check, site.cranes, cranes, source if given.crane is not None else chosen, with_machine=is_of_now)
+    cranes = cranes_of(config)
+    same_cranes(check, site.cranes, cranes, source if given.crane is not None else chosen)
     columns = site.shape[:2]
     for name, found, kinds in (("prohibited", site.prohibited, NO_HOOK), ("no_load", site.no_load, NO_LOAD)):
         wanted = columns_without(kinds, config.zone, site.frame, columns)
@@ -167,7 +156,7 @@ def compare_config(
     check.look(abs(height_m - wanted_m) <= 1e-6, f"model.ground_m is {height_m:g} in the log, {wanted_m:g} in {own}")
     frame, shape = site_extent(config, building, *cranes)
     _compare_extent(check, site, (frame, with_room_for_slings(config, shape, site.components)), source)
-    compare_parts(check, site, config, building, source, with_ranks=is_of_now)
+    compare_parts(check, site, config, building, source)
 
 
 def _compare_extent(check: Check, site: Site, wanted: tuple[GridFrame, IntVec], source: str) -> None:
@@ -177,48 +166,6 @@ def _compare_extent(check: Check, site: Site, wanted: tuple[GridFrame, IntVec], 
         bool(off_m <= 1e-6) and site.shape == shape,
         f"the site is {site.shape} cells from {site.frame.origin_m} m in the log, "
         f"{shape} cells from {frame.origin_m} m in {source}",
-    )
-
-
-def _of_its_time(site: Site, config: SiteConfig) -> SiteConfig:
-    """Return a site file with 0 for what it does not give and the log does not call a default.
-
-    So earlier versions took such a file. What the log then lacks is a remark and a condition of the verdict.
-    """
-    earlier = {key: 0.0 for key in DEFAULT_RULES if getattr(config.rules, key) is None}
-    earlier = {key: none for key, none in earlier.items() if key not in site.rules.gives_way}
-    return config.model_copy(update={"rules": config.rules.model_copy(update=earlier)})
-
-
-def rules_for(site: Site, config: SiteConfig, *, is_of_now: bool) -> Rules:
-    """Return the rules of a site file as the site of a log must have them.
-
-    A log that was made before crew times by class has one time for all parts. It fits a file that says nothing about
-    times by class; the conditions of the verdict name these times. The same holds for the times of work that the crane
-    does not do, and for tag lines. A log that this version made has all of them.
-    """
-    if is_of_now:
-        return config.rules_in_force
-    rules = _of_its_time(site, config).rules_in_force
-    if "search" not in config.sequence.model_fields_set:  # it may be made before such a search
-        rules = replace(rules, order_search=site.rules.order_search)
-    if site.rules.casting is None and "casting" not in config.rules.model_fields_set:
-        rules = replace(rules, casting=None)
-    if not site.exact_hook and rules.times is not None:  # made before tag lines took time
-        given = config.rules.times
-        own = {
-            work.value: replace(times_of(rules.times, work), tag_line_s=0.0)
-            for work in Work
-            if work.value not in given.model_fields_set or getattr(given, work.value).tag_line_s is None
-        }
-        rules = replace(rules, times=replace(rules.times, **own))
-    if site.rules.times is not None or "times" in config.rules.model_fields_set:
-        return rules
-    return replace(
-        rules,
-        times=None,
-        bracing_s=UNIFORM_TIMES.brace_s if rules.bracing_s is None else rules.bracing_s,
-        release_s=UNIFORM_TIMES.release_s if rules.release_s is None else rules.release_s,
     )
 
 
@@ -251,10 +198,9 @@ def _compare_obstructions(check: Check, log: PlanLog, name: str) -> None:
         elif outside_note(lost, site.frame, site.shape) not in site.obstruction_notes:
             check.look(False, f"fixed object {lost!r} is not in the log, but in {source}")
     same_blockers(check, found, given, source)
-    if log.is_of_now:
-        about = tuple(f"obstruction {lost!r} " for lost in refers)
-        notes = tuple(note for note in site.obstruction_notes if not note.startswith(about))
-        same(check, "obstruction_notes", notes, wanted.obstruction_notes, source)
+    about = tuple(f"obstruction {lost!r} " for lost in refers)
+    notes = tuple(note for note in site.obstruction_notes if not note.startswith(about))
+    same(check, "obstruction_notes", notes, wanted.obstruction_notes, source)
 
 
 def _same_labels(check: Check, site: Site) -> None:

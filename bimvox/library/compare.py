@@ -69,17 +69,11 @@ def same_rules(check: Check, found: Rules, wanted: Rules, source: str) -> None:
                 same(check, f"rules.{name}.{key.name}", one, wished, source)
 
 
-def same_cranes(
-    check: Check, found: Sequence[TowerCrane], wanted: Sequence[TowerCrane], source: str, *, with_machine: bool = True
-) -> None:
-    """Check the names of the cranes, and everything about those that both have.
-
-    Without ``with_machine``, they need not say which machine a crane with a name of its own is, as in earlier logs.
-    """
+def same_cranes(check: Check, found: Sequence[TowerCrane], wanted: Sequence[TowerCrane], source: str) -> None:
+    """Check the names of the cranes, and everything about those that both have."""
     same(check, "the list of cranes", [crane.name for crane in found], [crane.name for crane in wanted], source)
     for one, other in zip(found, wanted, strict=False):
-        but = () if with_machine or one.machine else ("machine",)
-        same_fields(check, f"crane {one.name!r}: ", one, other, source, but=but)
+        same_fields(check, f"crane {one.name!r}: ", one, other, source)
 
 
 def same_blockers(check: Check, found: Sequence[Blocker], wanted: Sequence[Blocker], source: str) -> None:

@@ -50,9 +50,7 @@ def compare_pinned(check: Check, site: Site, config: SiteConfig, source: str) ->
     return config.model_copy(update={"component": tuple(kept)})
 
 
-def compare_parts(
-    check: Check, site: Site, config: SiteConfig, building: Building, source: str, *, with_ranks: bool
-) -> None:
+def compare_parts(check: Check, site: Site, config: SiteConfig, building: Building, source: str) -> None:
     """Check how parts are stored, in which order the site file wants them, and which crane lifts each.
 
     Args:
@@ -61,7 +59,6 @@ def compare_parts(
         config: The site file, complete.
         building: The building of the site, see ``bimvox.library.completed_site_file``.
         source: What to call the file.
-        with_ranks: Whether parts must have the ranks of their classes and their gear; logs made before have none.
 
     Raises:
         ConfigError: If the file names a part or a crane that the site does not have.
@@ -77,20 +74,18 @@ def compare_parts(
         wanted = stored_as(element, entries.get(part.id), site.frame)
         same_fields(check, f"{part.label}: ", part, wanted, source)
         _compare_hints(check, part, hints[part.id], config, source)
-        if with_ranks or part.hints.rank is not None:
-            same(check, f"{part.label}: hints.rank", part.hints.rank, hints[part.id].rank, source)
+        same(check, f"{part.label}: hints.rank", part.hints.rank, hints[part.id].rank, source)
     parts = [replace(part, crane=0) for part in site.components]
     lifted_by = assigned(config, parts, site.cranes, site.yard, site.frame, site.rules)
     for part, other in zip(site.components, lifted_by, strict=True):
         check.about = part.id
         same(check, f"{part.label}: crane", part.crane, other.crane, f"what follows from {source}")
-    if with_ranks:
-        gear = gear_by_crane(config, len(site.cranes))
-        for part in site.components if any(gear) else ():
-            check.about = part.id
-            has_gear = part.lifting.rig is not None or bool(part.lifting.no_gear)
-            good = has_gear or part.means is not Means.CRANE or gear[part.crane] is None
-            check.look(good, f"{part.label}: {source} has gear chosen for it, but it has none")
+    gear = gear_by_crane(config, len(site.cranes))
+    for part in site.components if any(gear) else ():
+        check.about = part.id
+        has_gear = part.lifting.rig is not None or bool(part.lifting.no_gear)
+        good = has_gear or part.means is not Means.CRANE or gear[part.crane] is None
+        check.look(good, f"{part.label}: {source} has gear chosen for it, but it has none")
     check.about = None
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.errors import BimvoxError, InputError
 from bimvox.files import require_input
 from bimvox.grid.labels import Label
-from bimvox.library.attached_files import equal_heights, rules_for
+from bimvox.library.attached_files import equal_heights
 from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_fields, same_rules, same_values
 from bimvox.library.hand_over import as_assigned
 from bimvox.library.obstructions import load_obstructions, obstructed
@@ -84,11 +84,11 @@ def check_user_files(log: PlanLog, given: Given, progress: Progress) -> Check:
 
 
 def _compare_site(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
-    """Compare everything but the obstructions; what only logs of earlier versions lack is not compared with these."""
-    found, held, is_of_now = as_assigned(log.plan), loaded.site, log.is_of_now
+    """Compare everything but the obstructions."""
+    found, held = as_assigned(log.plan), loaded.site
     _compare_files(check, log, loaded)
-    same_rules(check, found.rules, rules_for(found, loaded.config, is_of_now=is_of_now), _YOURS)
-    same_cranes(check, found.cranes, held.cranes, _YOURS, with_machine=is_of_now)
+    same_rules(check, found.rules, loaded.config.rules_in_force, _YOURS)
+    same_cranes(check, found.cranes, held.cranes, _YOURS)
     same(check, "the frame of the grid", found.frame, held.frame, _YOURS)
     if (name := toml_values(loaded.files[SITE_FILE].decode("utf-8-sig")).get("name")) is not None:
         same(check, "the name of the site", found.name, name, _YOURS)
@@ -98,19 +98,12 @@ def _compare_site(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
     check.look(heights, "zones: the hook's limits are not those of your files")
     built, wanted = (one.labels[:, :, 0] == Label.CONSTRUCTION_AREA for one in (found, held))
     check.look(equal(built, wanted), "areas.construction is not that of your files")
-    keys = found.source.keys() | held.source.keys() if is_of_now else {"sha256"}
-    for key in sorted(keys - {"name"}):  # the same file may have another name
+    for key in sorted((found.source.keys() | held.source.keys()) - {"name"}):  # the same file may have another name
         same(check, f"the model's {key}", found.source.get(key), held.source.get(key), _YOURS)
-    if is_of_now:
-        same(check, "notes", found.notes, held.notes, _YOURS)
-    if is_of_now or GEOREFERENCE in log.metadata:
-        said, own = (given.get(GEOREFERENCE, "none") for given in (log.metadata, georeference_of(loaded)))
-        same(check, "the model's georeference", said, own, _YOURS)
-    # Logs made before crew times by class do not have predefined types.
-    but = ("index", "shape", "mesh") if found.rules.times else ("index", "shape", "mesh", "predefined_type")
-    if not is_of_now and all(part.lifting.rig is None for part in found.components):
-        but = (*but, "lifting")  # made before gear was chosen
-    _compare_parts(check, found.components, held.components, but)
+    same(check, "notes", found.notes, held.notes, _YOURS)
+    said, own = (given.get(GEOREFERENCE, "none") for given in (log.metadata, georeference_of(loaded)))
+    same(check, "the model's georeference", said, own, _YOURS)
+    _compare_parts(check, found.components, held.components)
     _compare_blockers(check, found, held, ("ground", "crane", "structure"))
     surfaces = {blocker.id: blocker.mesh for blocker in held.blockers}
     for blocker in found.blockers:
@@ -155,7 +148,7 @@ def _programme_values(data: bytes, name: str) -> dict[str, Any]:
     return asdict(programme_table(data, name.removeprefix(ATTACHED), None))
 
 
-def _compare_parts(check: Check, found: Sequence[Component], held: Sequence[Component], but: Collection[str]) -> None:
+def _compare_parts(check: Check, found: Sequence[Component], held: Sequence[Component]) -> None:
     theirs, ours = ({part.id: part for part in parts} for parts in (found, held))
     for name in sorted(ours.keys() - theirs.keys()):
         check.look(False, f"{ours[name].label}: this part of your model is not in the log")
@@ -163,7 +156,7 @@ def _compare_parts(check: Check, found: Sequence[Component], held: Sequence[Comp
         if (own := ours.get(name)) is None:
             check.look(False, f"{part.label}: this part is not in your model")
             continue
-        same_fields(check, f"{part.label}: ", part, own, _YOURS, but=but)
+        same_fields(check, f"{part.label}: ", part, own, _YOURS, but=("index", "shape", "mesh"))
         check.look(equal(part.shape.cells, own.shape.cells), f"{part.label}: its cells are not those of your model")
         check.look(_same_surface(part.mesh, own.mesh), f"{part.label}: its surface is not that of your model")
 

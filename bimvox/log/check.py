@@ -11,6 +11,7 @@ from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from numpy.typing import NDArray
 
 from bimvox.crane.rigging import pose_limits
+from bimvox.errors import enumerated
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.messages import nanoseconds
@@ -65,8 +66,9 @@ def check_digests(contents: Contents, log: PlanLog) -> Check:
         fault = "the metadata does not have its digest" if is_missing else "digest mismatch with the metadata"
         check.look(metadata.get(SHA256 + name) == hashlib.sha256(data).hexdigest(), f"attached {name}: {fault}")
     check.look(
-        site.exact_hook or not log.is_of_now,
-        "site.exact_hook is missing: only logs of 0.1.0 have hooks above the middle of a cell",
+        log.version in topics.WRITERS,
+        f"metadata bimvox is {log.version!r}: this bimvox proves logs of {enumerated(topics.WRITERS)} only; "
+        "if such a version exists, verify the log with it",
     )
     for key in metadata:
         if key.startswith(SHA256):

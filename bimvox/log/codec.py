@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.sparse import ABSENT, names_to_write
+from bimvox.sparse import names_to_write
 
 DTYPES = ("bool", "uint8", "int32", "int64", "float32", "float64")
 
@@ -180,8 +180,7 @@ def _decode_dataclass(hint: Any, value: Any, arrays: ArrayReader, where: str) ->
     for name, field in fields.items():
         if name not in value and field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
             raise DecodeError(f"{where}: {name!r} is missing")
-    older = {name: field.metadata[ABSENT] for name, field in fields.items() if ABSENT in field.metadata}
-    return hint(**older | {name: decode(hints[name], item, arrays, f"{where}.{name}") for name, item in value.items()})
+    return hint(**{name: decode(hints[name], item, arrays, f"{where}.{name}") for name, item in value.items()})
 
 
 @cache

@@ -15,7 +15,7 @@ from bimvox.log.mcap.form import Form
 from bimvox.log.mcap.messages import stamp
 from bimvox.log.mcap.rows import Rows
 from bimvox.log.proto import TIMESTAMP, Field, class_of, descriptor_of, text_of
-from bimvox.log.rate import LogRate
+from bimvox.log.rate import shown_values
 from bimvox.motion.commands import PHASES, Commands
 from bimvox.records.motion import PhaseName
 
@@ -92,7 +92,6 @@ def command_rows(
     component_ids: Sequence[str],
     crane: TowerCrane,
     *,
-    rate: LogRate,
     topic: str = COMMAND,
     named: bool = False,
 ) -> Rows:
@@ -102,7 +101,6 @@ def command_rows(
         commands: The commands.
         component_ids: Id of every component, by its index.
         crane: The crane, for the rope's length and the luff angle.
-        rate: The rate of the log.
         topic: Their topic.
         named: Whether they name the crane.
     """
@@ -123,7 +121,7 @@ def command_rows(
     values = np.concatenate([commands.rates, commands.targets, machine], axis=1)
     numbers = np.stack([_NUMBER_OF_PHASE[commands.phase], commands.loaded], axis=1)
     form = Form(command, len(_VALUES), _NUMBERS)
-    return Rows(commands.time_ns, topic, form.serialized(commands.time_ns, rate.values(values), numbers))
+    return Rows(commands.time_ns, topic, form.serialized(commands.time_ns, shown_values(values), numbers))
 
 
 def _of_machine(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -31,7 +31,7 @@ class _Part:
 
 @dataclass(frozen=True, slots=True)
 class _Record:
-    """A motion without its samples; of schema version 1 with their place among the joint states."""
+    """A motion without its samples."""
 
     order: int
     component: int
@@ -41,62 +41,38 @@ class _Record:
     approach: _Part | None
     raising: _Part
     loaded: _Part
-    first_sample: int | None = field(default=None, metadata=SPARSE)
-    samples: int | None = field(default=None, metadata=SPARSE)
     crane: int = field(default=0, metadata=SPARSE)
     departure: _Part | None = field(default=None, metadata=SPARSE)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class JointSamples:
-    """The joint states of a crane in a log of schema version 1.
-
-    Attributes:
-        sequence: (N,) int64 message numbers, ascending; without gaps unless messages were lost.
-        time_ns: (N,) int64.
-        axes: (N, 3) float64 slew (rad), radius (m), height (m).
-    """
-
-    sequence: NDArray[np.int64]
-    time_ns: NDArray[np.int64]
-    axes: NDArray[np.float64]
-
-
-def motions_to_json(motions: Sequence[LiftMotion], *, earlier: bool = False) -> bytes:
-    """Return everything about motions except their samples; optionally as in schema version 1."""
-    records = []
-    firsts: dict[int, int] = {}
-    for motion in motions:
-        first = firsts.get(motion.crane, 0)
-        count = len(motion.samples()[0]) if earlier else 0
-        records.append(
-            _Record(
-                order=motion.order,
-                component=motion.component,
-                start_ns=motion.start_ns,
-                end_ns=motion.end_ns,
-                first_sample=first if earlier else None,
-                samples=count if earlier else None,
-                phases=motion.phases,
-                approach=None if motion.approach is None else _part_of(motion.approach),
-                raising=_part_of(motion.raising),
-                loaded=_part_of(motion.loaded),
-                crane=motion.crane,
-                departure=None if motion.departure is None else _part_of(motion.departure),
-            )
+def motions_to_json(motions: Sequence[LiftMotion]) -> bytes:
+    """Return everything about motions except their samples."""
+    records = [
+        _Record(
+            order=motion.order,
+            component=motion.component,
+            start_ns=motion.start_ns,
+            end_ns=motion.end_ns,
+            phases=motion.phases,
+            approach=None if motion.approach is None else _part_of(motion.approach),
+            raising=_part_of(motion.raising),
+            loaded=_part_of(motion.loaded),
+            crane=motion.crane,
+            departure=None if motion.departure is None else _part_of(motion.departure),
         )
-        firsts[motion.crane] = first + count
+        for motion in motions
+    ]
     return lines_of("motions", encode(records, ArrayWriter()))
 
 
 def motions_from_json(
-    data: bytes, samples: SamplesByLift | Sequence[JointSamples], name: str, *, partial: bool = False
+    data: bytes, samples: SamplesByLift, name: str, *, partial: bool = False
 ) -> tuple[LiftMotion, ...]:
     """Return the motions of a log.
 
     Args:
         data: What :func:`motions_to_json` returned.
-        samples: The samples by lift; of a log of schema version 1 the joint states of every crane.
+        samples: The samples by lift.
         name: Its source, for messages.
         partial: Leave out motions whose samples were lost, instead of raising an error.
 
@@ -108,7 +84,7 @@ def motions_from_json(
         if not isinstance(document, dict):
             document = {}
         records = decode(tuple[_Record, ...], document.get("motions"), ArrayReader({}), "motions")
-        found = (_motion(record, _samples_of(record, samples), partial) for record in records)
+        found = (_motion(record, samples.get(record.order, _LOST), partial) for record in records)
         return tuple(motion for motion in found if motion is not None)
     except (ValueError, RecursionError) as error:
         raise LogFileError(name, f"the motions in it cannot be read: {error}") from error
@@ -121,21 +97,6 @@ def _part_of(trajectory: Trajectory) -> _Part:
         bound_s=float(trajectory.bound_s),
         corner=tuple(int(n) for n in trajectory.corner),
     )
-
-
-def _samples_of(record: _Record, samples: SamplesByLift | Sequence[JointSamples]) -> Samples:
-    """Return the samples of a record; fewer than two if they were lost."""
-    if isinstance(samples, Mapping):
-        return samples.get(record.order, _LOST)
-    if not 0 <= record.crane < len(samples):
-        raise DecodeError(f"lift {record.order + 1}: there is no crane {record.crane}")
-    if record.first_sample is None or record.samples is None:
-        raise DecodeError(f"lift {record.order + 1}: its place among the joint states is missing")
-    joints = samples[record.crane]
-    low, high = np.searchsorted(joints.sequence, [record.first_sample, record.first_sample + record.samples])
-    if high - low != record.samples:
-        return _LOST
-    return joints.time_ns[low:high] - record.start_ns, joints.axes[low:high]
 
 
 _LOST = np.zeros(0, np.int64), np.zeros((0, 3))

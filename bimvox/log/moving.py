@@ -28,7 +28,7 @@ from bimvox.log.mcap.rows import Rows, Timed, rows_of
 from bimvox.log.motion_message import MOTIONS, motion_message
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.planned_path import path_message
-from bimvox.log.rate import LogRate
+from bimvox.log.rate import LogRate, shown_values
 from bimvox.log.track import crane_track, lift_times, nominal_track
 from bimvox.log.transforms import CraneTransforms, load_transforms
 from bimvox.motion.commands import commands, commands_at
@@ -84,7 +84,7 @@ def lift_streams(record: PlanLog, workers: Workers = ALONE) -> Iterator[Iterator
         tracks = tracks_of(record)
         yield (path_message(site, track.lift, track.start_ns) for track in tracks)
         yield (rows for track in tracks for rows in load_transforms(track, site.components[track.lift.component].id))
-        yield (_load_rows(track, 0, record.rate) for track in tracks)
+        yield (_load_rows(track, 0) for track in tracks)
         yield iter(())
         return
     cranes = range(len(site.cranes))
@@ -137,7 +137,7 @@ def _messages(site: Site, rate: LogRate, lifts: Sequence[tuple[Lift, LiftMotion]
             motion.crane,
             [rows_of([path_message(site, lift, motion.start_ns)])],
             _moving_rows(site, rate, lift, motion),
-            [] if rate is LogRate.EARLIER else [rows_of([(motion.start_ns, MOTIONS, motion_message(site, motion))])],
+            [rows_of([(motion.start_ns, MOTIONS, motion_message(site, motion))])],
         )
         for lift, motion in lifts
     ]
@@ -163,23 +163,23 @@ def _makers(site: Site, number: int, rate: LogRate) -> tuple[Maker, ...]:
     form = _joints_form(crane)
 
     def load(lift: Driven) -> Iterable[Rows]:
-        return [_load_rows(lift.track, number, rate, lift.load_shown)]
+        return [_load_rows(lift.track, number, lift.load_shown)]
 
     def joints(lift: Driven) -> Iterable[Rows]:
         positions = joints_of(crane, lift.axes[lift.shown])
-        return [Rows(lift.shown_ns, joints_topic, form.serialized(lift.shown_ns, rate.values(positions)))]
+        return [Rows(lift.shown_ns, joints_topic, form.serialized(lift.shown_ns, shown_values(positions)))]
 
     def told(lift: Driven) -> Iterable[Rows]:
         found = commands_at(lift.motion, lift.shown_ns) if rate is LogRate.MOTION else commands(lift.motion, period_s)
-        return [command_rows(found, ids, crane, topic=command_topic, named=named, rate=rate)]
+        return [command_rows(found, ids, crane, topic=command_topic, named=named)]
 
-    return CraneTransforms(crane, number, rate).rows, load, joints, told
+    return CraneTransforms(crane, number).rows, load, joints, told
 
 
-def _load_rows(track: LoadTrack, number: int, rate: LogRate, shown: NDArray[np.bool_] | slice = slice(None)) -> Rows:
+def _load_rows(track: LoadTrack, number: int, shown: NDArray[np.bool_] | slice = slice(None)) -> Rows:
     """Return the poses of a load; optionally only those that are shown."""
     time_ns, rows = track.time_ns[shown], np.concatenate([track.corner_m, track.tilt], axis=1)[shown]
-    return Rows(time_ns, topics.of_crane(topics.LOAD, number), _load_form().serialized(time_ns, rate.values(rows)))
+    return Rows(time_ns, topics.of_crane(topics.LOAD, number), _load_form().serialized(time_ns, shown_values(rows)))
 
 
 @cache

@@ -51,7 +51,7 @@ class PlanLog:
         events: Spans other than lifts and phases.
         context: Lifts of the same plan that the log, an extract, does not carry; they have no paths.
         recovered: Whether it was recovered from a damaged log, of which something was lost.
-        version: The version of bimvox that made the plan. One of an earlier version may lack what is required now.
+        version: The version of bimvox that made the plan.
         carried_out: How the plan was carried out among people and vehicles; None if it was not. An extract has none.
         rate: Which samples its topics for viewers have.
     """
@@ -67,11 +67,6 @@ class PlanLog:
     version: str = __version__
     carried_out: CarriedOut | None = field(default=None, repr=False)
     rate: LogRate = LogRate.MOTION
-
-    @property
-    def is_of_now(self) -> bool:
-        """Whether this version made the plan, so that it has everything that this version writes."""
-        return self.version == __version__
 
     @property
     def all_lifts(self) -> tuple[Lift, ...]:

@@ -18,11 +18,8 @@ class LogRate(StrEnum):
     """Those that the motion needs: :mod:`bimvox.log.needed` says which."""
     FULL = "full"
     """Every sample; commands once a period of the site's rules."""
-    EARLIER = "earlier"
-    """As ``FULL``, in a log of schema version 1: its joint states are the exact samples. Never written anew."""
 
-    def values(self, exact: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return values as viewers are shown them."""
-        if self is LogRate.EARLIER:
-            return exact
-        return np.round(exact * _STEPS) / _STEPS + 0.0  # no negative zero
+
+def shown_values(exact: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return values as viewers are shown them."""
+    return np.round(exact * _STEPS) / _STEPS + 0.0  # no negative zero

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from foxglove_schemas_protobuf.Event_pb2 import Event
-from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from google.protobuf.message import DecodeError as ProtobufError
 from numpy.typing import NDArray
 
-from bimvox.crane.kinematics import axes_of_joints, joint_names
-from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import LogFileError
 from bimvox.log import schema as topics
 from bimvox.log.bundle import site_from_bytes
 from bimvox.log.carried_out import carried_out_of
 from bimvox.log.mcap.messages import nanoseconds
 from bimvox.log.mcap.reader import Contents, LogMessage, read_contents, read_file
-from bimvox.log.motion_json import JointSamples, motions_from_json
+from bimvox.log.motion_json import motions_from_json
 from bimvox.log.motion_message import Samples, SamplesByLift, add_samples
 from bimvox.log.narration import CRANE_FIELD, LIFT_EVENT, PHASE_EVENT
 from bimvox.log.plan_json import plan_from_json
@@ -36,7 +32,6 @@ _NEEDED = frozenset(
     (
         topics.PLANNED,
         topics.MOTIONS,
-        topics.JOINTS,  # of schema version 1
         topics.EVENTS,
         topics.CARRIED_OUT,
         topics.OTHERS,
@@ -70,11 +65,10 @@ def log_of(contents: Contents, path: Path) -> PlanLog:
     metadata = contents.metadata.get(topics.METADATA)
     if metadata is None:
         raise LogFileError(path, f"is not a bimvox log: it has no metadata record {topics.METADATA!r}")
-    if metadata.get("schema_version") not in (str(topics.EARLIER_VERSION), str(topics.SCHEMA_VERSION)):
+    if (version := metadata.get("schema_version")) != str(topics.SCHEMA_VERSION):
         raise LogFileError(
             path,
-            f"has schema version {metadata.get('schema_version')}, this bimvox reads {topics.EARLIER_VERSION} and "
-            f"{topics.SCHEMA_VERSION}",
+            f"has schema version {version}, this bimvox reads {topics.SCHEMA_VERSION}",
             hint="use the bimvox version that wrote it",
         )
     for name in (topics.SITE_FILE, topics.PLAN_FILE):
@@ -98,7 +92,7 @@ def _assemble(contents: Contents, metadata: dict[str, str], path: Path, *, parti
     motions: tuple[LiftMotion, ...] = ()
     rate = _rate_of(metadata, path)
     if (data := contents.attachments.get(topics.MOTION_FILE)) is not None:
-        motions = motions_from_json(data, _samples(contents.messages, site, rate, path), name, partial=partial)
+        motions = motions_from_json(data, _samples(contents.messages, site, path), name, partial=partial)
         planned = {lift.order for lift in (*plan.lifts, *context) if lift.status is Status.PLANNED}
         for motion in motions:
             if motion.order not in planned:
@@ -173,47 +167,18 @@ def _cells(data: bytes, site: Site, path: Path) -> NDArray[np.int32]:
 
 
 def _rate_of(metadata: dict[str, str], path: Path) -> LogRate:
-    if metadata["schema_version"] == str(topics.EARLIER_VERSION):
-        return LogRate.EARLIER
     rate = metadata.get(topics.RATE)
     if rate not in (LogRate.MOTION, LogRate.FULL):
         raise LogFileError(path, f"its rate is {rate!r}, not {LogRate.MOTION} or {LogRate.FULL}")
     return LogRate(rate)
 
 
-def _samples(
-    messages: list[LogMessage], site: Site, rate: LogRate, path: Path
-) -> SamplesByLift | tuple[JointSamples, ...]:
-    """Return the exact samples of every lift; of schema version 1 the joint states of every crane."""
+def _samples(messages: list[LogMessage], site: Site, path: Path) -> SamplesByLift:
+    """Return the exact samples of every lift."""
     if not site.cranes:
         raise LogFileError(path, "it holds motions, but its site has no crane")
-    if rate is not LogRate.EARLIER:
-        found: dict[int, Samples] = {}
-        for message in messages:
-            if message.topic == topics.MOTIONS:
-                add_samples(found, message.data)
-        return found
-    return tuple(
-        _joints_of(messages, crane, topics.of_crane(topics.JOINTS, number), path)
-        for number, crane in enumerate(site.cranes)
-    )
-
-
-def _joints_of(messages: list[LogMessage], crane: TowerCrane, topic: str, path: Path) -> JointSamples:
-    found = [message for message in messages if message.topic == topic]
-    found.sort(key=lambda message: message.sequence)
-    names = joint_names(crane)
-    positions = np.array([_positions(message.data, names, path) for message in found], np.float64).reshape(-1, 3)
-    return JointSamples(
-        sequence=np.array([message.sequence for message in found], np.int64),
-        time_ns=np.array([message.time_ns for message in found], np.int64),
-        axes=axes_of_joints(crane, positions),
-    )
-
-
-def _positions(data: bytes, names: tuple[str, ...], path: Path) -> list[float]:
-    states: dict[str, Any] = {joint.name: joint for joint in JointStates.FromString(data).joints}
-    try:
-        return [float(states[name].position) for name in names]
-    except KeyError as error:
-        raise LogFileError(path, f"a joint state in it lacks the joint {error}") from error
+    found: dict[int, Samples] = {}
+    for message in messages:
+        if message.topic == topics.MOTIONS:
+            add_samples(found, message.data)
+    return found

@@ -20,7 +20,6 @@ from bimvox.log.moving import lift_streams, times_of
 from bimvox.log.narration import OWN_EVENTS, event_messages, log_messages
 from bimvox.log.plan_json import plan_to_json
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.rate import LogRate
 from bimvox.log.scene import scene_messages
 from bimvox.log.segments import is_segment
 from bimvox.log.steps_json import steps_to_json
@@ -54,7 +53,7 @@ def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None
     with_remarks = not is_segment(record) and record.remarks is not None
     cranes, traffic = max(1, len(record.plan.site.cranes)), record.carried_out is not None
     blocks = blocks_of(record, with_remarks=with_remarks, workers=workers)  # workers begin
-    with LogWriter(stream, cranes, traffic=traffic, rate=record.rate) as writer:
+    with LogWriter(stream, cranes, traffic=traffic) as writer:
         writer.metadata(topics.METADATA, metadata_of(record))
         for name, data in own_attachments(record, site_bytes, with_remarks=with_remarks):
             writer.attachment(name, data)
@@ -125,7 +124,7 @@ def metadata_of(record: PlanLog) -> dict[str, str]:
     site = record.plan.site
     frame = site.frame
     own = {
-        "schema_version": topics.EARLIER_VERSION if record.rate is LogRate.EARLIER else topics.SCHEMA_VERSION,
+        "schema_version": topics.SCHEMA_VERSION,
         "bimvox": record.version,
         "revision": record.revision,
         "site": site.name,
@@ -140,9 +139,8 @@ def metadata_of(record: PlanLog) -> dict[str, str]:
         "path_pose": "lowest corner of the component's reference cell, site frame, metres",
         "clock": "since the start of the first lift" if record.motions else "nominal, 1 s a unit move",
         "extract": str(bool(record.context)).lower(),
+        topics.RATE: record.rate,
     }
-    if record.rate is not LogRate.EARLIER:
-        own[topics.RATE] = record.rate
     if record.recovered:
         own[topics.RECOVERED] = "true"
     return {key: str(value) for key, value in own.items()} | dict(record.metadata)
@@ -157,7 +155,7 @@ def own_attachments(
         yield topics.REMARKS_FILE, json.dumps(remarks, ensure_ascii=False, indent=1).encode()
     yield topics.PLAN_FILE, plan_to_json(record.plan, record.context)
     if record.motions:
-        yield topics.MOTION_FILE, motions_to_json(record.motions, earlier=record.rate is LogRate.EARLIER)
+        yield topics.MOTION_FILE, motions_to_json(record.motions)
     if record.steps != Steps():
         yield topics.STEPS_FILE, steps_to_json(record.steps)
     if record.carried_out is not None:
@@ -173,7 +171,7 @@ def own_attachments(
             "gears": crane.gears,
             "max_wind_m_s": crane.max_wind_m_s,
         }
-        robot = urdf(crane, topics.of_crane("", number), earlier=not record.plan.site.exact_hook)
+        robot = urdf(crane, topics.of_crane("", number))
         yield topics.of_crane(topics.URDF_FILE, number), robot.encode()
         yield topics.of_crane(topics.CHART_FILE, number), json.dumps(chart, ensure_ascii=False, indent=1).encode()
     yield topics.LAYOUT_FILE, layout_bytes(record.plan.site)

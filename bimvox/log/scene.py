@@ -121,8 +121,6 @@ class SceneUpdates:
     def _crane_entities(self, crane: TowerCrane, number: int, time_ns: int) -> list[Any]:
         """Return jib, trolley and hook block as boxes in the frames that move with them."""
         boxes = _hammerhead_boxes(crane) if crane.luffing is None else _luffing_boxes(crane.luffing)
-        if not self.site.exact_hook:
-            boxes |= _earlier_boxes(crane)
         return [
             SceneEntity(
                 timestamp=stamp(time_ns),
@@ -175,17 +173,6 @@ def _hammerhead_boxes(crane: TowerCrane) -> Boxes:
         "jib": ((-back_m, -width_m / 4, width_m / 4), (back_m + crane.jib_length_m, width_m / 2, width_m / 2)),
         "trolley": ((-width_m / 4, -width_m / 4, 0.0), (width_m / 2, width_m / 2, width_m / 4)),
         "hook": _HOOK_BLOCK,
-    }
-
-
-def _earlier_boxes(crane: TowerCrane) -> Boxes:
-    """Return the boxes that logs of 0.1.0 draw otherwise, so that they can be proven."""
-    if crane.luffing is not None:
-        return {"hook": ((-0.3, -0.3, 0.0), (0.6, 0.6, 1.0))}
-    width_m, jib_m = crane.mast_size_m, crane.jib_length_m
-    return {
-        "jib": ((-0.2 * jib_m, -width_m / 4, width_m / 4), (1.2 * jib_m, width_m / 2, width_m / 2)),
-        "hook": ((-width_m / 8, -width_m / 8, 0.0), (width_m / 4, width_m / 4, width_m / 2)),
     }
 
 

@@ -22,11 +22,12 @@ from bimvox.log.motion_message import LiftMotionMessage, motion_text
 from bimvox.log.needed import APART_S, OFF_M
 from bimvox.log.proto import head_text
 from bimvox.log.rate import LogRate
+from bimvox.version import __version__
 
 SCHEMA_VERSION = 2
 """Version of the whole log; fields and topics are only ever added. Since 2 the exact samples are on ``/motions``."""
-EARLIER_VERSION = 1
-"""The version whose joint states are the exact samples; it is read and proven."""
+WRITERS = (__version__,)
+"""The versions of bimvox whose logs have this schema and all that it demands: no others are proven."""
 
 TF = "/tf"
 VOXELS = "/site/voxels"
@@ -73,7 +74,7 @@ OWN_ATTACHMENTS = frozenset(MEDIA_TYPES)
 
 METADATA = "bimvox"
 RATE = "rate"
-"""Metadata key, since schema version 2: the ``LogRate``."""
+"""Metadata key: the ``LogRate``."""
 RECOVERED = "recovered"
 """Metadata key of a recovered log: some messages may be missing."""
 OWN_METADATA = frozenset(
@@ -206,7 +207,7 @@ MOTION_TOPIC = Topic(
     f"which a straight line is within {1000 * OFF_M:g} mm of hook and load, at most {APART_S:g} s apart while anything "
     "moves, and where phases begin and end.",
 )
-"""Topic of logs since schema version 2."""
+"""Topic of the exact samples, which are nothing for viewers."""
 
 
 def of_crane(name: str, number: int) -> str:
@@ -227,13 +228,12 @@ def of_first_crane(name: str) -> str:
     return name
 
 
-def topics_of(cranes: int, *, traffic: bool = False, samples: bool = True) -> tuple[Topic, ...]:
+def topics_of(cranes: int, *, traffic: bool = False) -> tuple[Topic, ...]:
     """Return the topics of a log of a site with that many cranes.
 
     Args:
         cranes: Number of cranes.
         traffic: Whether with those of ``watch --traffic``.
-        samples: Whether with the exact samples; not of schema version 1, and nothing for viewers.
     """
     further = (
         replace(topic, name=of_crane(topic.name, number), meaning=f"The same for crane {number + 1}.")
@@ -241,7 +241,7 @@ def topics_of(cranes: int, *, traffic: bool = False, samples: bool = True) -> tu
         for topic in TOPICS
         if topic.name in OF_A_CRANE
     )
-    return (*TOPICS, *further, *(TRAFFIC_TOPICS if traffic else ()), *((MOTION_TOPIC,) if samples else ()))
+    return (*TOPICS, *further, *(TRAFFIC_TOPICS if traffic else ()), MOTION_TOPIC)
 
 
 def proto_file() -> str:

@@ -18,7 +18,6 @@ from bimvox.log.check import SHA256
 from bimvox.log.mcap.merge import Block
 from bimvox.log.mcap.reader import Contents, LogMessage
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
-from bimvox.log.rate import LogRate
 from bimvox.log.recorder import blocks_of, metadata_of, own_attachments
 from bimvox.log.schema import topics_of
 from bimvox.log.segments import FIRST_PLAN, NOW_NS, PENDING, REPLAN_EVENT, pending_of
@@ -26,31 +25,18 @@ from bimvox.records.lift import Status
 from bimvox.records.proof import Check
 from bimvox.site.nested import json_values
 from bimvox.stop.brake_axes import STOP_EVENT
-from bimvox.version import __version__
 
 _SAME = 1e-6
 """Numbers that differ by less, relative or absolute, are the same: an axis is read from a joint and written again."""
-_PAIR = "foxglove.KeyValuePair"
 _EVENTS = frozenset((REPLAN_EVENT, STOP_EVENT))
 """Kinds of events of a watch; what they say is a claim."""
-_OF_THE_PROGRAM = frozenset(("bimvox",))
-"""Metadata about the program that wrote the log."""
 
 _OF_THE_PLAN = frozenset(("seed", "policy", "policy_steps", GEOREFERENCE, FIRST_PLAN, PENDING, NOW_NS))
 """Metadata about how the plan was made, next to the digests of the files that it was made from."""
 
 
-def other_version(contents: Contents) -> str | None:
-    """Return the version of bimvox that a log names as its writer; None if it is this one."""
-    version = contents.metadata.get(topics.METADATA, {}).get("bimvox", "")
-    return None if version == __version__ else version
-
-
 def check_shown(contents: Contents, log: PlanLog) -> Check:
     """Check that every message, own attachment and own metadata of a log is what its plan and motions give.
-
-    The words of a log of another version (:func:`other_version`) are not compared. Such a log may lack keys that this
-    version writes, because keys are only ever added; it may not have others.
 
     Args:
         contents: The log with all its topics.
@@ -73,21 +59,19 @@ def check_shown(contents: Contents, log: PlanLog) -> Check:
             f"{topics.EVENTS}: the event {event.kind!r} at {event.start_ns / 1e9:.3f} s ends before, at "
             f"{event.end_ns / 1e9:.3f} s",
         )
-    # A log without remarks is a segment or of an earlier build: `verify` makes and shows them all the same.
+    # A log without remarks is a segment: `verify` makes and shows them all the same.
     with_remarks = topics.REMARKS_FILE in contents.attachments
     for name, wanted in own_attachments(log, with_remarks=with_remarks):
         if name == topics.SITE_FILE:
-            _check_site_file(check, contents.attachments[name], wanted, strict=log.is_of_now)
-        elif name != topics.REMARKS_FILE or other_version(contents) is None:
-            _check_attachment(
-                check, name, contents.attachments.get(name), wanted, strict=other_version(contents) is None
-            )
+            _check_site_file(check, contents.attachments[name], wanted)
+        else:
+            _check_attachment(check, name, contents.attachments.get(name), wanted)
     _check_messages(check, contents, log, with_remarks)
     return check
 
 
 def _check_metadata(check: Check, found: Mapping[str, str], wanted: Mapping[str, str]) -> None:
-    for key in sorted(topics.OWN_METADATA - _OF_THE_PROGRAM):
+    for key in sorted(topics.OWN_METADATA):
         if key in found or key in wanted:
             same = found.get(key) == wanted.get(key)
             check.look(same, f"metadata {key} is {_short(found.get(key))}, the plan gives {_short(wanted.get(key))}")
@@ -107,35 +91,33 @@ def _check_pending(check: Check, log: PlanLog) -> None:
 
 def _check_own_keys(check: Check, contents: Contents) -> None:
     """Check that a log has no metadata that this version does not write: nobody compares it with anything."""
-    version = other_version(contents)
-    hint = "" if version is None else f" (it may be one of bimvox {version}: verify it with that version)"
     for name in sorted(contents.metadata.keys() - {topics.METADATA}):
-        check.look(False, f"metadata record {name!r}: bimvox writes no such record{hint}")
+        check.look(False, f"metadata record {name!r}: bimvox writes no such record")
     for key in sorted(contents.metadata.get(topics.METADATA, {}).keys() - topics.OWN_METADATA - _OF_THE_PLAN):
-        check.look(key.startswith(SHA256), f"metadata {_short(key)}: bimvox writes no such key{hint}")
+        check.look(key.startswith(SHA256), f"metadata {_short(key)}: bimvox writes no such key")
 
 
-def _check_site_file(check: Check, found: bytes, wanted: bytes, *, strict: bool) -> None:
+def _check_site_file(check: Check, found: bytes, wanted: bytes) -> None:
     """Check that the site's archive holds the site, and nothing that another reader could take for it."""
     if found == wanted:
         check.samples += 1
         return
     own, site = unpack(found), unpack(wanted)
-    for name in sorted(own.keys() | site.keys() if strict else own.keys() - site.keys()):
+    for name in sorted(own.keys() | site.keys()):
         same = own.get(name) == site.get(name)
         check.look(same, f"attached {topics.SITE_FILE}: its {_short(name)} is not what bimvox writes for its site")
     told = f"attached {topics.SITE_FILE}: it has bytes that bimvox does not write; other readers may show another site"
     check.look(is_as_packed(found), told)
 
 
-def _check_attachment(check: Check, name: str, found: bytes | None, wanted: bytes, *, strict: bool) -> None:
+def _check_attachment(check: Check, name: str, found: bytes | None, wanted: bytes) -> None:
     if found is None:
         check.look(False, f"attached {name} is missing")
     elif name == topics.REMARKS_FILE:
         check.look(_same_json(found, wanted), f"attached {name} is not what a reader of the plan must be told")
     elif name.endswith(".json"):
         try:
-            place = _difference(json_values(found.decode()), json.loads(wanted), strict=strict)
+            place = _difference(json_values(found.decode()), json.loads(wanted))
         except ValueError as error:
             place = str(error)
         check.look(not place, f"attached {name} is not what the plan gives: {place}")
@@ -158,13 +140,8 @@ def _check_messages(check: Check, contents: Contents, log: PlanLog, with_remarks
     for topic in sorted(left.keys() - kinds.keys()):
         check.look(False, f"{topic}: bimvox writes no such topic for this site")
         del left[topic]
-    any_words = other_version(contents) is not None
-    if any_words:
-        left.pop(topics.LOG, None)
     for block in blocks_of(log, with_remarks=with_remarks):
-        passed = {topics.LOG} if any_words else set()
-        passed |= _equal_topics(check, left, block)
-        _check_block(check, log, left, block, passed, strict=not any_words)
+        _check_block(check, log, left, block, _equal_topics(check, left, block))
     for topic, rest in left.items():
         if rest:
             check.look(
@@ -174,9 +151,7 @@ def _check_messages(check: Check, contents: Contents, log: PlanLog, with_remarks
 
 def _kinds(log: PlanLog) -> dict[str, Any]:
     """Return the protobuf class of every topic of a log."""
-    topics = topics_of(
-        max(1, len(log.plan.site.cranes)), traffic=log.carried_out is not None, samples=log.rate is not LogRate.EARLIER
-    )
+    topics = topics_of(max(1, len(log.plan.site.cranes)), traffic=log.carried_out is not None)
     return {topic.name: topic.message for topic in topics}
 
 
@@ -197,9 +172,7 @@ def _equal_topics(check: Check, left: dict[str, list[LogMessage]], block: Block)
     return equal
 
 
-def _check_block(
-    check: Check, log: PlanLog, left: dict[str, list[LogMessage]], block: Block, passed: Set[str], *, strict: bool
-) -> None:
+def _check_block(check: Check, log: PlanLog, left: dict[str, list[LogMessage]], block: Block, passed: Set[str]) -> None:
     """Check the messages of a block one by one, but for topics that have passed."""
     kinds = _kinds(log)
     for number, time_ns, wanted in zip(block.topic.tolist(), block.time_ns.tolist(), block.data, strict=True):
@@ -210,9 +183,7 @@ def _check_block(
             check.look(False, f"{topic}: the message at {time_ns / 1e9:.3f} s is missing")
             continue
         found = left[topic].pop()
-        if found.time_ns == time_ns and (
-            found.data == wanted or _same_message(kinds[topic], found.data, wanted, strict=strict)
-        ):
+        if found.time_ns == time_ns and (found.data == wanted or _same_message(kinds[topic], found.data, wanted)):
             check.samples += 1
             continue
         check.look(
@@ -230,14 +201,14 @@ def _lift_at(log: PlanLog, time_ns: int) -> str:
     return ""
 
 
-def _same_message(kind: Any, found: bytes, wanted: bytes, *, strict: bool) -> bool:
+def _same_message(kind: Any, found: bytes, wanted: bytes) -> bool:
     try:
-        return _same_fields(kind.FromString(found), kind.FromString(wanted), strict)
+        return _same_fields(kind.FromString(found), kind.FromString(wanted))
     except ProtobufError:
         return False
 
 
-def _same_fields(found: Any, wanted: Any, strict: bool) -> bool:
+def _same_fields(found: Any, wanted: Any) -> bool:
     """Return whether two messages are equal except for rounding; unknown fields are not looked at by viewers."""
     if type(found) is float:
         return isclose(found, wanted, rel_tol=_SAME, abs_tol=_SAME)
@@ -246,37 +217,31 @@ def _same_fields(found: Any, wanted: Any, strict: bool) -> bool:
     for field in found.DESCRIPTOR.fields:
         one, other = getattr(found, field.name), getattr(wanted, field.name)
         if field.is_repeated:
-            if not strict and field.message_type is not None and field.message_type.full_name == _PAIR:
-                keys = {pair.key for pair in one}
-                other = [pair for pair in other if pair.key in keys]
-            if len(one) != len(other) or not all(_same_fields(*pair, strict) for pair in zip(one, other, strict=True)):
+            if len(one) != len(other) or not all(_same_fields(*pair) for pair in zip(one, other, strict=True)):
                 return False
         elif (field.message_type is not None and found.HasField(field.name) != wanted.HasField(field.name)) or (
-            not _same_fields(one, other, strict)
+            not _same_fields(one, other)
         ):
             return False
     return True
 
 
-def _difference(found: Any, wanted: Any, where: str = "", *, strict: bool) -> str:
+def _difference(found: Any, wanted: Any, where: str = "") -> str:
     """Return the first place where two documents differ.
 
     Args:
         found: The one of the log.
         wanted: The one that the plan gives.
         where: The place of both in their documents.
-        strict: Both have the same keys; otherwise the one of the log may lack some, because it is of another version.
     """
     if isinstance(found, dict) and isinstance(wanted, dict):
-        if differ := found.keys() ^ wanted.keys() if strict else found.keys() - wanted.keys():
+        if differ := found.keys() ^ wanted.keys():
             return f"{where}.{min(differ)} is in one of them only".lstrip(".")
-        places = (
-            _difference(found[key], wanted[key], f"{where}.{key}", strict=strict) for key in wanted if key in found
-        )
+        places = (_difference(found[key], wanted[key], f"{where}.{key}") for key in wanted)
         return next(filter(None, places), "")
     if isinstance(found, list) and isinstance(wanted, list) and len(found) == len(wanted):
         pairs = enumerate(zip(found, wanted, strict=True))
-        places = (_difference(one, other, f"{where}[{n}]", strict=strict) for n, (one, other) in pairs)
+        places = (_difference(one, other, f"{where}[{n}]") for n, (one, other) in pairs)
         return next(filter(None, places), "")
     if isinstance(found, float) and isinstance(wanted, int | float):
         return "" if isclose(found, wanted, rel_tol=_SAME, abs_tol=_SAME) else f"{where} is {found:g}"

@@ -18,7 +18,7 @@ from bimvox.log.driven import Driven
 from bimvox.log.mcap.form import Form
 from bimvox.log.mcap.messages import stamp
 from bimvox.log.mcap.rows import Rows
-from bimvox.log.rate import LogRate
+from bimvox.log.rate import shown_values
 from bimvox.log.scene import component_frame
 from bimvox.log.schema import TF, of_crane
 from bimvox.records.track import LoadTrack
@@ -30,11 +30,10 @@ class CraneTransforms:
     Args:
         crane: The crane.
         number: Its index; the frames of further cranes begin with ``crane_2/``.
-        rate: The rate of the log.
     """
 
-    def __init__(self, crane: TowerCrane, number: int, rate: LogRate) -> None:
-        self._crane, self._number, self._rate = crane, number, rate
+    def __init__(self, crane: TowerCrane, number: int) -> None:
+        self._crane, self._number = crane, number
         # Made once and updated for each sample: a message copies them.
         frames, move, doubles = _luffing_frames(crane) if crane.luffing else _trolley_frames(crane)
         _rename(frames, number)
@@ -62,7 +61,7 @@ class CraneTransforms:
             shown = lift.shown[span]
             if shown.any():
                 times_ns = lift.time_ns[span][shown]
-                yield Rows(times_ns, TF, form.serialized(times_ns, self._rate.values(values[shown])))
+                yield Rows(times_ns, TF, form.serialized(times_ns, shown_values(values[shown])))
 
     def _of_load(self, component_id: str) -> Form:
         load = _frame(of_crane("hook", self._number), component_frame(component_id), Vector3())

@@ -37,7 +37,7 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
     """
     by_order = {motion.order: motion for motion in motions}
     casting = site.rules.casting
-    works = casting is not None and any(lift.is_set_otherwise for lift in lifts)
+    works = any(lift.is_set_otherwise for lift in lifts)
     if not by_order or not (works or site.rules.curing is not None):
         return Steps()
     resting = Resting(site, lifts)
@@ -64,7 +64,7 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
             last_ns = max(last_ns or 0, motion.released_ns)
             if (carries_at_ns := cured_ns(site, Steps((), tuple(pauses)), motion)) is not None:
                 carries_ns[lift.component] = carries_at_ns
-        elif lift.is_set_otherwise and casting is not None:
+        elif lift.is_set_otherwise:
             means = component.means
             work_s, wait_s = work_and_wait_s(casting, component, means, component.mass_kg)
             begins_ns = max(ready_ns, 0 if last_ns is None else so_far.ending_ns(last_ns))
@@ -96,7 +96,7 @@ def may_pause(plan: LiftPlan) -> frozenset[int]:
     later = {
         lift.component
         for lift in lifts
-        if (rules.casting is not None and lift.order > first and lift.is_set_otherwise)
+        if (lift.order > first and lift.is_set_otherwise)
         or (lift.status is Status.PLANNED and curing_s(rules.curing, parts[lift.component]))
     }
     if not later:

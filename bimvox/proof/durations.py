@@ -9,8 +9,6 @@ from bimvox.site.site import HeadingRule, Rules
 from bimvox.site.work import work_of
 
 _TRIAL_LIFT_S = 10.0
-_WITHOUT_CLASSES_S = (60.0, 120.0, 30.0)
-"""What a log without times by class asks for slinging, setting and releasing, unless its rules say otherwise."""
 
 
 def least_ns(rules: Rules, component: Component) -> int:
@@ -28,7 +26,6 @@ def check_durations(
     with the jib.
     """
     hook_on_s, brace_s, hook_off_s = _asked_s(rules, component, tag_lines=tag_lines)
-    what = "" if rules.times is None else f" ({work_of(component)})"
     given_ns = {
         phase: sum(p.end_ns - p.start_ns for p in motion.phases if p.name is phase)
         for phase in (PhaseName.HOOK_ON, PhaseName.RAISE, PhaseName.SET, PhaseName.RELEASE)
@@ -42,7 +39,8 @@ def check_durations(
     ):
         check.look(
             given_ns[phase] >= round(wanted_s * 1e9),
-            f"{name}: {act} takes {given_ns[phase] / 1e9:.6g} s; the rules ask for {wanted_s:g} s{what}",
+            f"{name}: {act} takes {given_ns[phase] / 1e9:.6g} s; the rules ask for {wanted_s:g} s "
+            f"({work_of(component)})",
         )
 
 
@@ -51,12 +49,8 @@ def _asked_s(rules: Rules, component: Component, *, tag_lines: bool) -> tuple[fl
 
     Tag lines are fixed while the part is hooked on, and taken off with the slings.
     """
-    sling_s, brace_s, release_s = _WITHOUT_CLASSES_S
-    tag_line_s = 0.0
-    if rules.times is not None:
-        own = getattr(rules.times, work_of(component))
-        sling_s, brace_s, release_s, tag_line_s = own.sling_s, own.brace_s, own.release_s, own.tag_line_s
-    brace_s = brace_s if rules.bracing_s is None else rules.bracing_s
-    release_s = release_s if rules.release_s is None else rules.release_s
-    tag_line_s = tag_line_s if tag_lines else 0.0
-    return sling_s + tag_line_s, brace_s, release_s + tag_line_s
+    own = getattr(rules.times, work_of(component))
+    brace_s = own.brace_s if rules.bracing_s is None else rules.bracing_s
+    release_s = own.release_s if rules.release_s is None else rules.release_s
+    tag_line_s = own.tag_line_s if tag_lines else 0.0
+    return own.sling_s + tag_line_s, brace_s, release_s + tag_line_s

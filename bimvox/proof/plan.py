@@ -188,7 +188,7 @@ class _Verifier:
                 if lift.status is Status.PLANNED:
                     self._check_shape(component)
                 elif component.index not in self.known_shapes and not (lift.reason or "").startswith(NOT_ITS_CELLS):
-                    check_shape(self.checks["shapes"], component, self.site.frame, exact_hook=self.site.exact_hook)
+                    check_shape(self.checks["shapes"], component, self.site.frame)
                 if lift.is_set:
                     self.supports.check(self.checks["support"], component, placed)
             if lift.is_set:
@@ -257,7 +257,7 @@ class _Verifier:
             return
         own = [self.checks[name] for name in _OF_THE_PART]
         failed = sum(check.failed for check in own)
-        check_shape(own[0], component, self.site.frame, exact_hook=self.site.exact_hook)
+        check_shape(own[0], component, self.site.frame)
         check_mass(own[1], component, self.site.frame.voxel_size_m)
         check_slings(own[2], self.site, component)
         check_rigging(own[3], self.site, component, self.with_gear)

@@ -23,11 +23,10 @@ _HOOK_M = 1e-3
 _NO_VOLUME = 1e-3  # of its box; the volume of an open mesh means nothing
 
 
-def check_shape(check: Check, component: Component, frame: GridFrame, *, exact_hook: bool = True) -> None:
+def check_shape(check: Check, component: Component, frame: GridFrame) -> None:
     """Check that a part's cells cover its surface and reach no further, and that it hangs above its centre of mass.
 
     A part that the crane does not lift has no hook; if its mesh is open, it is undecided whether this fills its cells.
-    Without ``exact_hook``, the hook is in the middle of the cell above it, as in logs made before that rule.
     """
     cells, is_lifted = component.shape.cells + np.array(component.target_vox), component.means is Means.CRANE
     _check_cells(check, component.id, component.mesh, cells, frame, may_be_open=not is_lifted)
@@ -44,12 +43,7 @@ def check_shape(check: Check, component: Component, frame: GridFrame, *, exact_h
     at = (centre_m - np.array(frame.origin_m)) / frame.voxel_size_m - component.target_vox
     off_vox = np.clip(at[:2], 0.0, size[:2]) - np.array(component.hook_line_vox[:2]) - 0.5
     off_m = float(np.hypot(*off_vox)) * frame.voxel_size_m
-    if exact_hook:
-        check.look(off_m <= _HOOK_M, f"{name} is {off_m:.3f} m away from the vertical above its centre of mass")
-        return
-    around = np.clip(at[:2], 0.5, size[:2] - 0.5) - (x + 0.5, y + 0.5)
-    middle = component.hook_aside_vox == (0.0, 0.0) and bool((np.abs(around) <= 1.0 + _OFF_VOX).all())
-    check.look(middle, f"{name} is not in the middle of the cell above its centre of mass")
+    check.look(off_m <= _HOOK_M, f"{name} is {off_m:.3f} m away from the vertical above its centre of mass")
 
 
 def check_structure(check: Check, blocker: Blocker, frame: GridFrame, shape: IntVec) -> None:

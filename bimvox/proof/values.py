@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import astuple, fields
-from math import isfinite, nan
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -204,13 +204,13 @@ def _check_clashes(check: Check, plan: LiftPlan) -> None:
 def _check_rules(check: Check, rules: Rules) -> None:
     for key in fields(Rules):
         value = getattr(rules, key.name)
-        if key.name in _RULES and not (value is None and rules.times is not None):
-            _within(check, f"site.rules.{key.name}", nan if value is None else value, _RULES[key.name])
+        if key.name in _RULES and value is not None:
+            _within(check, f"site.rules.{key.name}", value, _RULES[key.name])
     check.look(
         set(rules.gives_way) <= DEFAULT_RULES.keys(),
         f"site.rules.gives_way is {list(rules.gives_way)}: only {', '.join(DEFAULT_RULES)} can give way",
     )
-    for work in () if rules.times is None else fields(rules.times):
+    for work in fields(rules.times):
         own = getattr(rules.times, work.name)
         for key in fields(own):
             _within(check, f"site.rules.times.{work.name}.{key.name}", getattr(own, key.name), _Range(0.0, _DAY_S))
@@ -223,15 +223,14 @@ def _check_rules(check: Check, rules: Rules) -> None:
     if rules.curing is not None:
         for own_h in fields(rules.curing):
             _within(check, f"site.rules.curing.{own_h.name}", getattr(rules.curing, own_h.name), _Range(0.0, 2e4))
-    if rules.casting is not None:
-        _within(check, "site.rules.casting.people", rules.casting.people, _Range(0.0, 1e4, with_low=False))
-        _within(check, "site.rules.casting.hand_s", rules.casting.hand_s, _Range(0.0, _DAY_S))
-        _within(check, "site.rules.casting.bundle_kg", rules.casting.bundle_kg, _Range(0.0, _HEAVY_KG))
-        _within(check, "site.rules.casting.bundle_s", rules.casting.bundle_s, _Range(0.0, _DAY_S))
-        for work in fields(rules.casting)[4:]:
-            own = getattr(rules.casting, work.name)
-            _within(check, f"site.rules.casting.{work.name}.hours_m3", own.hours_m3, _Range(0.0, 1e4))
-            _within(check, f"site.rules.casting.{work.name}.wait_h", own.wait_h, _Range(0.0, 2e4))
+    _within(check, "site.rules.casting.people", rules.casting.people, _Range(0.0, 1e4, with_low=False))
+    _within(check, "site.rules.casting.hand_s", rules.casting.hand_s, _Range(0.0, _DAY_S))
+    _within(check, "site.rules.casting.bundle_kg", rules.casting.bundle_kg, _Range(0.0, _HEAVY_KG))
+    _within(check, "site.rules.casting.bundle_s", rules.casting.bundle_s, _Range(0.0, _DAY_S))
+    for work in fields(rules.casting)[4:]:
+        own = getattr(rules.casting, work.name)
+        _within(check, f"site.rules.casting.{work.name}.hours_m3", own.hours_m3, _Range(0.0, 1e4))
+        _within(check, f"site.rules.casting.{work.name}.wait_h", own.wait_h, _Range(0.0, 2e4))
 
 
 def _check_crane(check: Check, crane: TowerCrane) -> None:

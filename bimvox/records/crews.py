@@ -66,9 +66,9 @@ def unloading_crew(calendar: CalendarConfig) -> Crew | None:
     return None if people is None else Crew("Unloading crew", float(people))
 
 
-def casting_crew(site: Site) -> Crew | None:
-    """Return the crew that casts in place; None if the rules give no times for such work."""
-    return None if site.rules.casting is None else Crew("Casting crew", site.rules.casting.people)
+def casting_crew(site: Site) -> Crew:
+    """Return the crew that casts in place."""
+    return Crew("Casting crew", site.rules.casting.people)
 
 
 def crew_hours(

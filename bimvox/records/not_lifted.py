@@ -103,8 +103,8 @@ def not_lifted_groups(
 def _crane_s(site: Site, means: Means, mass_kg: float) -> float | None:
     """Return the crane time of the material lift of a bundle; None if people carry it."""
     casting = site.rules.casting
-    is_load = casting is not None and site.cranes and means is Means.BY_HAND and mass_kg > casting.bundle_kg
-    return casting.bundle_s if casting is not None and is_load else None
+    is_load = site.cranes and means is Means.BY_HAND and mass_kg > casting.bundle_kg
+    return casting.bundle_s if is_load else None
 
 
 def _seconds(at_ns: int | None) -> float | None:

@@ -106,13 +106,13 @@ def _crew_times(subject: Subject) -> Iterator[Remark]:
     own = subject.site.rules
     by_work: dict[str, list[Component]] = {}
     for component in subject.lifted:
-        by_work.setdefault("" if own.times is None else f" ({work_of(component)})", []).append(component)
+        by_work.setdefault(work_of(component), []).append(component)
     for work in sorted(by_work):
         crew = crew_times(own, by_work[work][0])
         tags = f"twice {crew.tag_line_s:g} s for tag lines, " if crew.tag_line_s else ""
         yield _note(
             ASSUMED_TIMES,
-            f"each lift{work} takes a crew {crew.sling_s:g} s to sling, {tags}{TRIAL_LIFT_S:g} s of trial lift, "
+            f"each lift ({work}) takes a crew {crew.sling_s:g} s to sling, {tags}{TRIAL_LIFT_S:g} s of trial lift, "
             f"{crew.brace_s:g} s to align and brace, and {crew.release_s:g} s to take the slings off: nominal values, "
             "not measured",
         )

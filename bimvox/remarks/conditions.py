@@ -8,11 +8,10 @@ from typing import TypeAlias
 import numpy as np
 
 from bimvox.proof.over_time import not_current
-from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status
+from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.reasons import NOT_ITS_CELLS
 from bimvox.remarks.subject import name_of
-from bimvox.site.crew_times import crew_times
 from bimvox.site.governing_wind import needs_less_wind
 from bimvox.site.site import Site, SwingRule
 
@@ -35,7 +34,7 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
     lifts = plan.lifts_with(context)
     every = [*_of_the_obstructions(plan, motions), *_of_the_parts(plan, lifts, labels)]
     if plan.site.cranes:
-        every += [*_of_the_rules(plan.site, lifts), *_of_the_lifts(plan, motions)]
+        every += _of_the_lifts(plan, motions)
     return tuple(
         text if about is None else f"{text}: {_names([labels.get(one, one) for one in about])}"
         for about, text in every
@@ -72,23 +71,6 @@ def _of_the_parts(plan: LiftPlan, lifts: Sequence[Lift], labels: Mapping[str, st
     yield plan.unheld, "parts are held by something that is not in the model until their neighbours are set"
     pairs = [f"{labels.get(one.first, one.first)} and {labels.get(one.second, one.second)}" for one in plan.clashes]
     yield pairs, "parts may overlap as deep as they are drawn into each other"
-
-
-def _of_the_rules(site: Site, lifts: Sequence[Lift]) -> Iterator[Condition]:
-    """Yield what logs of earlier versions lack."""
-    own = site.rules
-    if not site.exact_hook:
-        away_m = site.frame.voxel_size_m / 2**0.5
-        yield None, f"hooks are up to {away_m:.2f} m away from the centre of mass: in the middle of a cell"
-    if own.times is None:
-        crew = crew_times(own, site.components[0])
-        yield (
-            None,
-            f"every part takes {crew.sling_s:g} s to sling, {crew.brace_s:g} s to set and {crew.release_s:g} s to "
-            "release: the rules of this log give no times by class of work",
-        )
-    if own.casting is None and any(lift.status in NOT_LIFTED for lift in lifts):
-        yield None, "work cast in place and set by hand takes no time: the rules of this log give no times for it"
 
 
 def _of_the_lifts(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Iterator[Condition]:

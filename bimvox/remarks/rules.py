@@ -114,8 +114,6 @@ def _of_casting(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about each class of concrete work in the plan that takes, or carries after, too short a time."""
     casting = subject.site.rules.casting
     cast = {work_of(component) for component in subject.in_place if component.means is Means.IN_SITU} - {Work.STEEL}
-    if casting is None:
-        return
     for work in sorted(cast):
         own = getattr(casting, work.value)
         if own.hours_m3 < LEAST_HOURS_M3 or own.wait_h < LEAST_WAIT_H or casting.people > MOST_PEOPLE:

@@ -17,10 +17,12 @@ from bimvox.grid.labels import Label
 from bimvox.site.access import check_access, ground_of
 from bimvox.site.areas import columns_centred_in
 from bimvox.site.assign import assigned
+from bimvox.site.casting import FIELD_CASTING
 from bimvox.site.checks import check_component, check_mast, check_samples, check_yard
 from bimvox.site.component import Component, IntVec
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.crane_checks import check_cranes, crane_key
+from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.digest import digest_of
 from bimvox.site.lifting import hung
 from bimvox.site.means import Means, means_of, nothing_to_lift
@@ -255,7 +257,7 @@ def _with_fixed_digests(site: Site) -> Site:
         [(c.shape.cells, c.target_vox, c.hook_offset_vox, c.erected, c.mass_kg) for c in site.components],
         replace(first, name="") if first else None,
         *([[replace(crane, name="") for crane in others], lifted_by] if others else []),
-        *([[c.hook_aside_vox for c in site.components]] if site.exact_hook else []),
+        [c.hook_aside_vox for c in site.components],
         # A policy does not depend on log sampling, crew times, truck loads or stacks.
         replace(
             site.rules,
@@ -263,8 +265,8 @@ def _with_fixed_digests(site: Site) -> Site:
             bracing_s=0.0,
             release_s=0.0,
             turn_s=0.0,
-            times=None,
-            casting=None,
+            times=FIELD_TIMES,
+            casting=FIELD_CASTING,
             truckload_kg=0.0,
             wind_speed_m_s=0.0,
             gives_way=(),
@@ -295,8 +297,7 @@ def _with_fixed_digests(site: Site) -> Site:
             ]
             for c in site.components
         ],
-        # What decides the crew's times. Logs made before times by class keep their digests.
-        *([[work_of(component) for component in site.components]] if site.rules.times else []),
+        [work_of(component) for component in site.components],  # decides the crew's times
         [(blocker.id, blocker.kind, blocker.mesh) for blocker in blockers],
         site.site_to_ifc,
         *([] if site.access is None else [site.access]),

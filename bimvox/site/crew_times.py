@@ -71,9 +71,6 @@ class TimesByWork:
     other: CrewTimes
 
 
-UNIFORM_TIMES = CrewTimes(60.0, 120.0, 30.0)
-"""The times of every part in logs that were made before times by class, unless their rules say otherwise."""
-
 FIELD_TIMES = TimesByWork(
     footing=CrewTimes(120.0, 300.0, 60.0, 30.0),
     column=CrewTimes(120.0, 720.0, 120.0, 30.0),
@@ -89,7 +86,7 @@ FIELD_TIMES = TimesByWork(
 
 class _Rules(Protocol):
     @property
-    def times(self) -> TimesByWork | None: ...
+    def times(self) -> TimesByWork: ...
 
     @property
     def bracing_s(self) -> float | None: ...
@@ -103,7 +100,7 @@ def crew_times(rules: _Rules, part: Part, *, tag_lines: bool = True) -> CrewTime
 
     A load without tag lines turns with the jib.
     """
-    own = UNIFORM_TIMES if rules.times is None else times_of(rules.times, work_of(part))
+    own = times_of(rules.times, work_of(part))
     brace_s = own.brace_s if rules.bracing_s is None else rules.bracing_s
     release_s = own.release_s if rules.release_s is None else rules.release_s
     return CrewTimes(own.sling_s, brace_s, release_s, own.tag_line_s if tag_lines else 0.0)

@@ -38,27 +38,25 @@ _MACHINE_KEYS = {"jib_length_m", "min_radius_m", "mast_size_m", "hook_block_kg",
 _AXES = ("slewing", "trolley", "hoist")
 
 
-def cranes_of(config: SiteConfig, *, undeclared: bool = False) -> tuple[TowerCrane, ...]:
+def cranes_of(config: SiteConfig) -> tuple[TowerCrane, ...]:
     """Return the cranes of a site file; empty if it has none.
 
     The data of a machine of the catalogue, or of a machine's file, come from there.
 
     Args:
         config: The site file.
-        undeclared: Whether keys outside of ``[crane.override]`` may differ from the machine, as in logs of earlier
-            versions.
 
     Raises:
         ConfigError: If a key is missing and the name is not a machine's, if a key differs from the machine, or if the
             crane is not consistent.
     """
     if len(config.cranes) < 2:
-        crane = crane_of(config, undeclared=undeclared)
+        crane = crane_of(config)
         return () if crane is None else (crane,)
     cranes = []
     for number, given in enumerate(config.cranes):
         try:
-            crane = crane_of(config.model_copy(update={"crane": given}), undeclared=undeclared)
+            crane = crane_of(config.model_copy(update={"crane": given}))
         except ConfigError as error:
             if error.path != config.file:
                 raise
@@ -70,13 +68,13 @@ def cranes_of(config: SiteConfig, *, undeclared: bool = False) -> tuple[TowerCra
     return tuple(cranes)
 
 
-def crane_of(config: SiteConfig, *, undeclared: bool = False) -> TowerCrane | None:
+def crane_of(config: SiteConfig) -> TowerCrane | None:
     """Return the (first) crane of a site file, None if it has none; see :func:`cranes_of`."""
     given = config.one_crane
     if given is None or given.kind == "none":
         return None
     machine = _machine(config, given)
-    crane = _described(config, given) if machine is None else _of_machine(config, given, machine, undeclared=undeclared)
+    crane = _described(config, given) if machine is None else _of_machine(config, given, machine)
     crane = replace(crane, slow_zones=_slow_zones(config))
     if crane.min_radius_m >= crane.jib_length_m:
         raise config.error("crane.min_radius_m", f"must be smaller than the jib of {crane.jib_length_m:g} m")
@@ -139,7 +137,7 @@ def _unknown(config: SiteConfig, given: CraneConfig) -> ConfigError:
     )
 
 
-def _of_machine(config: SiteConfig, given: CraneConfig, machine: Machine, *, undeclared: bool) -> TowerCrane:
+def _of_machine(config: SiteConfig, given: CraneConfig, machine: Machine) -> TowerCrane:
     """Return a crane that is a machine of the catalogue or of a file, with what the site changes."""
     if given.base_m is None:
         raise config.error("crane.base_m", "is missing", hint="add the crane's position, or leave [crane] out")
@@ -150,8 +148,8 @@ def _of_machine(config: SiteConfig, given: CraneConfig, machine: Machine, *, und
         # The mast of a luffing tower crane carries the pivot and the counterweight: their height is the site's.
         heights = given.jib.model_dump(include={"pivot_height_m", "tail_low_m"}, exclude_none=True)
         entry = with_jib(config, entry, LuffingConfig(**heights) if machine.kind == "luffing" else None, None)
-    crane = _changed(config, entry, given, anew=undeclared)
-    if not undeclared and (found := differences(crane, entry)):
+    crane = _changed(config, entry, given)
+    if found := differences(crane, entry):
         raise _contradicted(config, machine, entry, found)
     if given.override is None:
         return crane
@@ -196,9 +194,7 @@ def _contradicted(config: SiteConfig, machine: Machine, entry: TowerCrane, found
     )
 
 
-def _changed(
-    config: SiteConfig, crane: TowerCrane, table: OverrideConfig, *, falls: int | None = None, anew: bool = False
-) -> TowerCrane:
+def _changed(config: SiteConfig, crane: TowerCrane, table: OverrideConfig, *, falls: int | None = None) -> TowerCrane:
     """Return a crane with the machine's keys that a table gives.
 
     Args:
@@ -206,7 +202,6 @@ def _changed(
         crane: The crane.
         table: ``[crane]`` or ``[crane.override]``.
         falls: The parts of rope, which select one of several reevings.
-        anew: Whether a chart without hook block and gears has none, as in logs of earlier versions.
     """
     if isinstance(table, CraneConfig):
         falls = table.falls
@@ -220,7 +215,7 @@ def _changed(
     if (reeving := _reeving_of(table, falls)) is not None:
         crane = with_reeving(crane, reeving)
     elif table.chart is not None:
-        values = ({"hook_block_kg": 0.0, "gears": ()} if anew else {}) | {"chart": chart_of(table.chart)}
+        values = {"chart": chart_of(table.chart)}
         values |= {} if falls is None else {"falls": falls}
     values |= table.model_dump(include=_MACHINE_KEYS, exclude_none=True)
     if crane.luffing is None:

@@ -17,7 +17,7 @@ from bimvox.site.casting import FIELD_CASTING, Casting, Curing
 from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
 from bimvox.site.yard_rules import YardRules
-from bimvox.sparse import SPARSE, absent_means
+from bimvox.sparse import SPARSE
 
 GROUND_ID = "ground"
 CRANE_ID = "crane"
@@ -75,11 +75,10 @@ class Rules:
         by_other_means: Whether a part that the crane cannot set counts as set by other means from its turn on.
             Otherwise it is missing, and so is everything that rests on it.
         gives_way: Names of the rules that are defaults: a lift that cannot keep them is planned with what it can keep.
-        times: The crew's times by class of work; None: the same for every part, as in logs made before such times.
-        casting: The times of work that the crane does not do; None: not known, as in logs made before such times.
+        times: The crew's times by class of work.
+        casting: The times of work that the crane does not do.
         curing: How long the joints of lifted parts cure until they carry what rests on these; None: they carry at once.
-        order_search: Whether a faster erection sequence than the greedy one is searched; logs made before such a search
-            have the greedy one.
+        order_search: Whether a faster erection sequence than the greedy one is searched.
         heading: What keeps the heading of a load while the jib turns. A load with no room to turn keeps its heading.
         yard: How parts lie in the yard; None: a cell apart and never on each other.
     """
@@ -104,12 +103,12 @@ class Rules:
     crane_separation_m: float = field(default=2.0, metadata=SPARSE)
     by_other_means: bool = field(default=True, metadata=SPARSE)
     gives_way: tuple[str, ...] = field(default=(), metadata=SPARSE)
-    times: TimesByWork | None = field(default=FIELD_TIMES, metadata=absent_means(None))
-    casting: Casting | None = field(default=FIELD_CASTING, metadata=absent_means(None))
+    times: TimesByWork = FIELD_TIMES
+    casting: Casting = FIELD_CASTING
     heading: HeadingRule = field(default=HeadingRule.KEPT, metadata=SPARSE)
     yard: YardRules | None = field(default=None, metadata=SPARSE)
     curing: Curing | None = field(default=None, metadata=SPARSE)
-    order_search: bool = field(default=True, metadata=absent_means(False))
+    order_search: bool = True
 
     def kept_m(self, rule: str, clearance_m: float | None) -> float:
         """Return a clearance of these rules for a lift that keeps ``clearance_m`` if the rule gives way; None: all."""
@@ -169,8 +168,6 @@ class Site:
         source: Plain values about the model (``name``, ``sha256`` ...).
         notes: Remarks on the site, one sentence each.
         obstruction_notes: Remarks on the obstructions (clipped, outside).
-        exact_hook: Whether hooks are above the centre of mass; otherwise in the middle of the cell above it, as in logs
-            made before that.
         geometry_digest: Hash of grid, component shapes and crane: the policy's key.
         fixed_digest: Hash of everything that a plan depends on, except obstructions.
         digest: Hash of everything that a plan depends on, including obstructions: the plan's key.
@@ -192,7 +189,6 @@ class Site:
     source: Mapping[str, str | float | bool] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     obstruction_notes: tuple[str, ...] = ()
-    exact_hook: bool = field(default=True, metadata=absent_means(False))
     geometry_digest: str = ""
     fixed_digest: str = ""
     digest: str = ""

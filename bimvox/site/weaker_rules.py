@@ -47,7 +47,6 @@ def weaker_rules(rules: Rules, *, has_crane: bool) -> list[str]:
         has_crane: Whether it has a crane: some defaults are for cranes only.
     """
     default = RulesConfig().rules(has_crane=has_crane)
-    assert default.times is not None
     found = [
         f"{key} = {_written(own)} (default: {_written(usual)})"
         for key, own, usual in _pairs("", rules, default)
@@ -70,7 +69,7 @@ def _pairs(prefix: str, own: Any, usual: Any) -> Iterator[tuple[str, Any, Any]]:
         key, one, other = f"{prefix}{field.name}", getattr(own, field.name), getattr(usual, field.name)
         if field.name in NONE_IS_WEAKER:
             continue
-        if is_dataclass(other) and one is not None:
+        if is_dataclass(other):
             yield from _pairs(f"{key}.", one, other)
         else:
             yield key, one, other
@@ -78,7 +77,7 @@ def _pairs(prefix: str, own: Any, usual: Any) -> Iterator[tuple[str, Any, Any]]:
 
 def _is_weaker(key: str, own: Any, usual: Any) -> bool:
     """Return whether a value asks for less than the default; one that cannot be compared does if it differs."""
-    if isinstance(usual, StrEnum) or own is None or usual is None:
+    if isinstance(usual, StrEnum):
         return bool(own != usual)
     return bool(own > usual if key in MORE_IS_WEAKER else own < usual)
 
@@ -86,10 +85,4 @@ def _is_weaker(key: str, own: Any, usual: Any) -> bool:
 def _written(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
-    return (
-        f"{value:g}"
-        if isinstance(value, int | float)
-        else "nothing"
-        if value is None or is_dataclass(value)
-        else str(value)
-    )
+    return f"{value:g}" if isinstance(value, int | float) else str(value)

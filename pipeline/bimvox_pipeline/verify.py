@@ -11,9 +11,7 @@ from bimvox.crane.identity import identity
 from bimvox.library.user_files import Given
 from bimvox.library.verify import prove, prove_further, read_whole
 from bimvox.log.dates import all_remarks
-from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.shown import other_version
 from bimvox.progress import Progress
 from bimvox.records.lift import infeasible_among
 from bimvox.records.not_lifted import not_lifted_groups
@@ -55,7 +53,7 @@ def verify(
         "checks": _as_json(proof.checks),
         "verdict": _in_words(proof, record),
         "claims": [claim.to_dict() for claim in proof.claims],
-        "conditions": _conditions(contents, record),
+        "conditions": _conditions(record),
         "remarks": [remark.to_dict() for remark in all_remarks(record)],
         "not_current": _lifts_as_json(record, proof.not_current),
         "lifts": len(record.planned),
@@ -71,14 +69,11 @@ def verify(
     }
 
 
-def _conditions(contents: Contents, record: PlanLog) -> list[str]:
+def _conditions(record: PlanLog) -> list[str]:
     """Return the conditions under which the verdict holds; none if the values of the plan make no sense."""
     if record.remarks is None:
         return []
-    found = list(conditions_of(record.plan, record.motions, record.context))
-    if (version := other_version(contents)) is not None:
-        found.append(f"the words of /log are those of bimvox {version}: they are not compared")
-    return found
+    return list(conditions_of(record.plan, record.motions, record.context))
 
 
 def _in_words(proof: Verification, record: PlanLog) -> str:

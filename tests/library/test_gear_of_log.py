@@ -27,5 +27,3 @@ def test_a_log_whose_site_file_has_gear_chosen_must_have_it():
         return dataclasses.replace(part.lifting, rig=None)
 
     assert "has gear chosen for it, but it has none" in about_gear(with_lifting(log, without))[0]
-    # A log of an earlier version has none.
-    assert about_gear(dataclasses.replace(with_lifting(log, without), version="0.1.0")) == []

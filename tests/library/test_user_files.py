@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from weakened_rules import DEFAULT, EVERY
 from xer_files import xer_text
 
 import sample_models
 from bimvox.bim.building import TriangleMesh
 from bimvox.grid.labels import Label
+from bimvox.library.compare import same_rules
 from bimvox.library.plan import georeference_of
 from bimvox.library.site import LoadedSite, load_site
 from bimvox.library.user_files import Given, check_user_files
@@ -88,10 +90,6 @@ FORGED: dict[str, tuple[Callable[[Site], Site], str]] = {
         lambda site: replace(site, notes=("the ground was tested",)),
         "notes is ('the ground was tested',)",
     ),
-    "casting": (
-        lambda site: replace(site, rules=replace(site.rules, casting=None)),
-        "rules.casting is None in the log",
-    ),
     "clearances": (
         lambda site: replace(site, rules=replace(site.rules, transit_clearance_m=0.0, gives_way=())),
         "rules.transit_clearance_m is 0.0 in the log, 2.0 in your files",
@@ -111,6 +109,13 @@ def test_what_differs_from_the_files_is_named(loaded: tuple[Path, LoadedSite], n
     forge, says = FORGED[name]
     check = check_user_files(log_of(found, forge(found.site)), Given(path), SilentProgress())
     assert any(says in failure for failure in check.failures), check.failures
+
+
+@pytest.mark.parametrize("key", [key for key in EVERY if key.count(".") < 2])
+def test_each_rule_that_asks_for_less_is_named(key: str):
+    check = Check("bound")
+    same_rules(check, EVERY[key], DEFAULT, "your files")
+    assert any(failure.startswith(f"rules.{key} is ") for failure in check.failures), check.failures
 
 
 def test_a_georeference_is_that_of_the_model(loaded: tuple[Path, LoadedSite]):
@@ -181,12 +186,3 @@ def test_dates_of_a_programme_are_those_of_yours(loaded: tuple[Path, LoadedSite]
     assert any("rows[" in one and "2027-03-02 07:00:00 in the log, 2026-03-02 07:00:00" in one for one in failures), (
         failures
     )
-
-
-def test_only_a_log_of_an_earlier_version_may_lack_what_this_one_writes(loaded: tuple[Path, LoadedSite]):
-    path, found = loaded
-    rules = replace(found.site.rules, casting=None, transit_clearance_m=0.0, rope_clearance_m=0.0, gives_way=())
-    old = log_of(found, replace(found.site, rules=replace(rules, wind_speed_m_s=0.0)))
-    check = check_user_files(replace(old, version="0.1.0"), Given(path), SilentProgress())
-    assert check.passed, check.failures
-    assert not check_user_files(old, Given(path), SilentProgress()).passed

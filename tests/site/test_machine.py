@@ -82,11 +82,6 @@ def test_the_requested_reeving_is_used_otherwise_the_one_that_carries_most():
     assert (built_in.falls, built_in.chart.capacity_kg[0]) == (2, 5000.0)
 
 
-def test_in_logs_of_earlier_versions_a_chart_brings_no_gears_or_hook_block_of_the_machine():
-    own = crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), chart=((10.0, 3000.0),)), undeclared=True)
-    assert (own.gears, own.hook_block_kg, own.tackle_kg) == ((), 0.0, own.rigging_mass_kg)
-
-
 @pytest.mark.parametrize("name", ["hammerhead-45", "hammerhead-65", "flat-top-120"])
 @pytest.mark.parametrize("falls", [2, 4])
 def test_the_full_table_of_another_machine_contradicts_a_name(name, falls):

@@ -3,44 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
-from typing import Any
 
 import pytest
+from weakened_rules import DEFAULT, EVERY
 
 from bimvox.site.casting import Curing
 from bimvox.site.config.rules import RulesConfig
 from bimvox.site.crew_times import FIELD_TIMES
-from bimvox.site.site import Rules, SwingRule
+from bimvox.site.site import Rules
 from bimvox.site.weaker_rules import MORE_IS_WEAKER, NONE_IS_WEAKER, weaker_rules
-
-DEFAULT = RulesConfig().rules(has_crane=True)
-
-
-def less_of(value: Any, key: str) -> Any:
-    """Return a value that asks for less."""
-    if isinstance(value, bool):
-        return not value
-    if isinstance(value, SwingRule):
-        return SwingRule.OFF
-    return value + 1.0 if key in MORE_IS_WEAKER else value - 0.25
-
-
-def weakened(rules: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield rules in which one value asks for less, with its key."""
-    for field in dataclasses.fields(rules):
-        value = getattr(rules, field.name)
-        if field.name in NONE_IS_WEAKER:
-            continue
-        if dataclasses.is_dataclass(value):
-            for key, inner in weakened(value, f"{prefix}{field.name}."):
-                yield key, dataclasses.replace(rules, **{field.name: inner})
-        else:
-            other = less_of(value, field.name)
-            yield f"{prefix}{field.name}", dataclasses.replace(rules, **{field.name: other})
-
-
-EVERY = dict(weakened(DEFAULT))
 
 
 def test_the_defaults_are_not_weaker_than_themselves() -> None:
@@ -61,8 +32,7 @@ def test_values_that_ask_for_more_are_not_named() -> None:
     assert weaker_rules(more, has_crane=True) == []
 
 
-def test_rules_that_lack_a_table_and_times_of_all_classes_are_weaker() -> None:
-    assert weaker_rules(dataclasses.replace(DEFAULT, casting=None), has_crane=True)[0].startswith("casting = nothing")
+def test_shorter_times_of_all_classes_are_weaker() -> None:
     (told,) = weaker_rules(dataclasses.replace(DEFAULT, bracing_s=60.0), has_crane=True)
     assert told == "bracing_s = 60 (default: by class of work, up to 900)"
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import re
 import struct
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -857,14 +856,6 @@ def no_crane_at_all(log: PlanLog) -> PlanLog:
     return dataclasses.replace(with_site(log, cranes=()), motions=())
 
 
-def with_no_word_about_casting(log: PlanLog) -> PlanLog:
-    """The forger takes the times of casting out of the rules, and the table out of the site file."""
-    forged = with_rules(log, casting=None)
-    text = re.sub(r"(?m)^\[rules\.casting\][^\[]*", "", forged.attachments["site.toml"].decode())
-    assert "casting" not in text
-    return with_files(forged, {**forged.attachments, "site.toml": text.encode()})
-
-
 NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
     "stronger": (keeping_its_files(a_stronger_crane), "crane 'test': chart"),
     "faster": (keeping_its_files(lambda log: faster_by(log, 5.0)), "crane 'test': slewing"),
@@ -895,21 +886,9 @@ NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
         keeping_its_files(lambda log: with_rules(log, casting=dataclasses.replace(FIELD_CASTING, people=80.0))),
         "rules.casting.people is 80.0 in the log, 8.0 in the attached site.toml",
     ),
-    "no times of casting": (
-        keeping_its_files(lambda log: with_rules(log, casting=None)),
-        "rules.casting is None in the log",
-    ),
-    "posing as an old log": (
-        keeping_its_files(lambda log: with_rules(log, times=None, bracing_s=120.0, release_s=30.0)),
-        "rules.times is None in the log",
-    ),
     "name": (
         keeping_its_files(lambda log: with_site(log, name="the palace")),
         "name is the palace in the log, boxes in the attached site.toml",
-    ),
-    "a file that gives no times of casting": (
-        with_no_word_about_casting,
-        "rules.casting is None in the log",
     ),
     "a note about obstructions": (
         lambda log: with_site(log, obstruction_notes=("truck: outside the site",)),
@@ -1032,11 +1011,6 @@ def no_time_to_set(log: PlanLog) -> PlanLog:
 
 def every_part_set_like_a_slab(log: PlanLog) -> PlanLog:
     return with_phase_of(log, PhaseName.SET, 180 * 10**9)
-
-
-def no_times_at_all(log: PlanLog) -> PlanLog:
-    """The log poses as one from before crew times by class, and gives no other times."""
-    return with_rules(log, times=None)
 
 
 def no_time_to_release(log: PlanLog) -> PlanLog:
@@ -1266,10 +1240,6 @@ def a_hook_5_mm_aside(log: PlanLog) -> PlanLog:
 
 def a_hook_in_another_cell(log: PlanLog) -> PlanLog:
     return with_component(log, "slab", hook_aside_vox=(float("nan"), 0.6))
-
-
-def posing_as_a_log_with_hooks_above_cells(log: PlanLog) -> PlanLog:
-    return with_site(log, exact_hook=False)
 
 
 def a_mirrored_model(log: PlanLog) -> PlanLog:

@@ -100,7 +100,8 @@ class LiveServer:
 
     def advertise(self, cranes: int) -> None:
         """Announce the topics of a log of a site with this many cranes."""
-        named = list(enumerate(topics.topics_of(cranes, samples=False), start=1))
+        shown = (topic for topic in topics.topics_of(cranes) if topic is not topics.MOTION_TOPIC)
+        named = list(enumerate(shown, start=1))
         channels = [
             {
                 "id": number,

@@ -11,15 +11,14 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from bimvox.log.mcap.merge import Block
 from bimvox.log.mcap.writer import McapFile
-from bimvox.log.rate import LogRate
-from bimvox.log.schema import EARLIER_VERSION, MEDIA_TYPES, OTHER_MEDIA_TYPE, SCHEMA_VERSION, channel_numbers, topics_of
+from bimvox.log.schema import MEDIA_TYPES, OTHER_MEDIA_TYPE, SCHEMA_VERSION, channel_numbers, topics_of
 
 # A killed process loses the chunk in progress. Small chunks lose little and cost 0.5 % of the size.
 CHUNK_BYTES = 64 * 1024
 RECORD_HEAD = struct.Struct("<BQ")
 """Before every record: kind, length."""
-LIBRARIES = {version: f"bimvox log {version}" for version in (EARLIER_VERSION, SCHEMA_VERSION)}
-"""What a log calls its writer, by schema version: its bytes do not depend on the version of the MCAP library."""
+LIBRARY = f"bimvox log {SCHEMA_VERSION}"
+"""What a log calls its writer: its bytes do not depend on the version of the MCAP library."""
 
 
 class LogWriter:
@@ -31,18 +30,14 @@ class LogWriter:
         stream: The output; must support ``tell``.
         cranes: Number of cranes.
         traffic: Whether the log also holds how its plan was carried out.
-        rate: Its rate.
     """
 
-    def __init__(
-        self, stream: BinaryIO, cranes: int = 1, *, traffic: bool = False, rate: LogRate = LogRate.MOTION
-    ) -> None:
-        version = EARLIER_VERSION if rate is LogRate.EARLIER else SCHEMA_VERSION
-        self._file = McapFile(stream, LIBRARIES[version], CHUNK_BYTES)
+    def __init__(self, stream: BinaryIO, cranes: int = 1, *, traffic: bool = False) -> None:
+        self._file = McapFile(stream, LIBRARY, CHUNK_BYTES)
         schemas: dict[str, int] = {}
         self._channels = channel_numbers()
         self._sequence: dict[str, int] = {}
-        for topic in topics_of(cranes, traffic=traffic, samples=rate is not LogRate.EARLIER):
+        for topic in topics_of(cranes, traffic=traffic):
             if topic.schema not in schemas:
                 descriptors = topic.descriptor_set_for(several_cranes=cranes > 1)
                 schemas[topic.schema] = self._file.schema(topic.schema, SchemaEncoding.Protobuf, descriptors)

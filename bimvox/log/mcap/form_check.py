@@ -34,7 +34,7 @@ from mcap.records import (
 from mcap.stream_reader import MAGIC_SIZE
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
-from bimvox.log.mcap.channels import LIBRARIES, RECORD_HEAD
+from bimvox.log.mcap.channels import LIBRARY, RECORD_HEAD
 from bimvox.log.mcap.reader import chunk_body, chunk_records
 from bimvox.log.schema import MEDIA_TYPES, MOST_CRANES, OTHER_MEDIA_TYPE, topics_of
 
@@ -147,7 +147,7 @@ class _File:
             self._insist(opcode == Opcode.HEADER and at == MAGIC_SIZE, f"a record of the kind {opcode} is out of place")
             if opcode == Opcode.HEADER:
                 one = _parsed(Header, body)
-                own = one.profile == "" and one.library in LIBRARIES.values()
+                own = one.profile == "" and one.library == LIBRARY
                 self._insist(own, "its header names another writer")
 
     def _insist(self, good: bool, fault: str) -> None:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from bimvox.errors import LogFileError
 from bimvox.files import read_input
-from bimvox.log.mcap.channels import LIBRARIES, RECORD_HEAD
+from bimvox.log.mcap.channels import LIBRARY, RECORD_HEAD
 from bimvox.log.schema import channel_numbers, of_first_crane
 
 RECOVER_HINT = "bimvox export --recover FILE saves every complete part of a damaged log"
@@ -106,7 +106,7 @@ class Contents:
         """Add a record; unknown kinds are ignored."""
         if isinstance(record, Header):
             self.library = record.library
-            if record.library in LIBRARIES.values():
+            if record.library == LIBRARY:
                 # The writer registers every topic first, in this order, so it is known even if the first chunk is lost.
                 self.channels |= {number: name for name, number in channel_numbers().items()}
         elif isinstance(record, Attachment):

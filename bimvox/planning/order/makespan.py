@@ -132,10 +132,7 @@ def order_times(
             spans_s[k, 1:, i] = up_s, across_s[i], down_s
     carry_s = _OVER * np.maximum(spans_s[:, 2], spans_s[:, 1] + spans_s[:, 3])
     crew = [crew_times(rules, part) for part in parts]
-    works = [
-        (0.0, 0.0) if rules.casting is None else work_and_wait_s(rules.casting, part, part.means, part.mass_kg)
-        for part in parts
-    ]
+    works = [work_and_wait_s(rules.casting, part, part.means, part.mass_kg) for part in parts]
     lead_s[lifted] = np.array([one.hook_on_s + TRIAL_LIFT_S for one in crew])[lifted]
     hold_s = np.where(lifted, [curing_s(rules.curing, part) for part in parts], [wait_s for _, wait_s in works])
     # What carries at once holds nothing up.
