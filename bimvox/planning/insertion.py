@@ -32,6 +32,7 @@ from bimvox.grid.summed_area import summed_area_table
 from bimvox.planning.contact.pairs import LEAST_GAP_M, Contacts
 from bimvox.planning.contact.sweep import rope_meets
 from bimvox.planning.guided import NoGuide, Pair, find_guide
+from bimvox.planning.known_guides import GuideSought
 from bimvox.planning.search import room_around
 from bimvox.records.guide import MOST_ASIDE_M, MOST_FORCE_N, MOST_TILT_RAD, Guide, side_force_n, swept_box_m
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
@@ -306,45 +307,37 @@ class _Inserter:
         if any(self._rope_wrong_at(place) is not None for place in places):
             return None
         top_m, around = rise * self.step_m, self._around()
-        present, searched = frozenset((*self.near, *around)), self.contacts.guides.setdefault(self.component.index, [])
-        found = next((one for there, one in searched if self._still_holds(one, there, top_m, present)), None)
-        if found is None:
-            found = self._guide(top_m, around)
-            searched.append((present, found))
-        if isinstance(found, NoGuide) or self._meets_cells(found):
-            return None
-        return replace(self._insertion(places), guide=found)
+        sought = GuideSought(self.component.index, self._most_aside_m(), top_m, self._met_from_m(around))
+        guide = self.contacts.guides.of(sought, lambda: self._guide(sought))
+        return None if guide is None or self._meets_cells(guide) else replace(self._insertion(places), guide=guide)
 
-    def _guide(self, top_m: float, around: tuple[int, ...]) -> Guide | NoGuide:
+    def _guide(self, sought: GuideSought) -> Guide | NoGuide:
+        top_m, around = sought.top_m, sorted(sought.met_below(sought.top_m) - set(self.near))
         centre_m = centre_of_mass_m(self.component.mesh)
         if centre_m is None:
             return NoGuide(top_m, 0.0)
-        own, gap_m = self.component.index, max(self.gap_m, LEAST_GAP_M)
+        own, gap_m = self.component.index, self._guided_gap_m
+        part_m = self.contacts.triangles_m(own)
         pairs = [Pair(*self.contacts.guided_pair_m(own, n), self._way_out_m(n)) for n in self.near]
         if around:
             asides_m = np.concatenate([np.zeros((1, 3)), gap_m * np.eye(3), -gap_m * np.eye(3)])
-            wide_m = (self.contacts.triangles_m(own)[None] + asides_m[:, None, None]).reshape(-1, 3, 3)
+            wide_m = (part_m[None] + asides_m[:, None, None]).reshape(-1, 3, 3)
             pairs += [Pair(wide_m, self.contacts.triangles_m(n), np.zeros(3)) for n in around]
         if not pairs:
-            return NoGuide(top_m, 0.0)  # cells of things without triangles are in the way
-        searched = (one for found in self.contacts.guides.values() for _, one in found)
-        known = list(dict.fromkeys(one.poses[1:] for one in searched if isinstance(one, Guide)))
+            return NoGuide(top_m, np.inf)  # cells of things without triangles are in the way
         size_m = np.ptp(self.contacts.bounds_m[own], axis=0)
         along = 0.0 if size_m[0] >= size_m[1] else np.pi / 2.0
-        return find_guide(pairs, centre_m, (along, np.pi / 2.0 - along), top_m, self._most_aside_m(), known)
+        return find_guide(part_m, pairs, centre_m, (along, np.pi / 2.0 - along), top_m, sought.aside_m)
 
-    def _still_holds(
-        self, found: Guide | NoGuide, there: frozenset[int], top_m: float, present: frozenset[int]
-    ) -> bool:
-        """Return whether what a search found while others were there holds from a height with what is present.
+    def _met_from_m(self, around: tuple[int, ...]) -> dict[int, float]:
+        """Return the least height of the part, tilted, at which each solid may be in its way."""
+        highest_m = self.contacts.bounds_m[self.component.index, 1, 2] + self._tilted_m() + self._guided_gap_m
+        from_m = {n: float(self.contacts.bounds_m[n, 0, 2] - highest_m) for n in around}
+        return from_m | dict.fromkeys(self.near, -np.inf)
 
-        A way stays one if nothing comes, and none stays none if nothing that the search could meet goes.
-        """
-        if isinstance(found, Guide):
-            return found.top_m == top_m and present <= there
-        highest_m = self.contacts.bounds_m[self.component.index, 1, 2] + found.reached_m + self._tilted_m() + self.gap_m
-        met = {n for n in there if self.contacts.bounds_m[n, 0, 2] <= highest_m}
-        return (found.top_m == top_m or found.reached_m < top_m) and met <= present
+    @property
+    def _guided_gap_m(self) -> float:
+        return max(self.gap_m, LEAST_GAP_M)
 
     def _tilted_m(self) -> float:
         """Return how far a point of the part moves by its tilt, and more than that."""

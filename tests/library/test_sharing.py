@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import os
 import time
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from box_sites import box_site, test_crane
+from guided_sites import bays_of_slabs
 from two_cranes import two_crane_site
 
 from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import plan_and_prove, prepared
 from bimvox.library.sharing import constants_of, workers_of
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.ahead import foretold
+from bimvox.planning.ahead import LiftSearches, foretold
+from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.planner import plan_lifts
 from bimvox.policy.choice import NO_POLICY
 from bimvox.progress import SilentProgress
@@ -43,18 +45,25 @@ def site():
     return with_digests(replace(made, rules=replace(made.rules, by_other_means=False)))
 
 
-@pytest.fixture(scope="module")
-def two():
-    workers = Workers(2, (plan_lifts, time_plan))
-    begun = workers.begin(os.getpid, [()])
+@contextmanager
+def processes(count):
+    """So many processes, all of them ready."""
+    workers = Workers(count, (plan_lifts, time_plan))
+    begun = workers.begin(time.sleep, [(0.2,)] * (count - 1))
     until_s = time.monotonic() + 60.0
     while not begun.is_finished and time.monotonic() < until_s:
         time.sleep(0.02)
-    assert begun.finished() != [os.getpid()], "the other process is ready"
-    assert workers.count == 2
+    assert begun.is_finished, "the other processes are ready"
+    begun.finished()
     yield workers
-    assert workers.count == 2, "no task failed"
+    assert workers.count == count, "no task failed"
     workers.close()
+
+
+@pytest.fixture(scope="module")
+def two():
+    with processes(2) as workers:
+        yield workers
 
 
 def blocked(site):
@@ -67,8 +76,8 @@ def alike(one, other):
     """Whether two plans with their motions are the same, to the bit."""
     lifts = zip(one.plan.lifts, other.plan.lifts, strict=True)
     for a, b in lifts:
-        assert (a.component, a.status, a.reason, a.blocked_by, a.method) == (
-            b.component, b.status, b.reason, b.blocked_by, b.method,
+        assert (a.component, a.status, a.reason, a.blocked_by, a.method, a.guide) == (
+            b.component, b.status, b.reason, b.blocked_by, b.method, b.guide,
         )  # fmt: skip
         assert (a.path_vox is None) == (b.path_vox is None)
         assert a.path_vox is None or np.array_equal(a.path_vox, b.path_vox)
@@ -93,6 +102,40 @@ def test_two_processes_plan_what_one_does(site, two, place):
     assert bool(refused) == (place == "blocked")
     places = {id(place) for place in preparation.places}
     assert all(id(lift.place) in places for lift in shared.plan.lifts if lift.place is not None)
+
+
+@pytest.fixture(scope="module")
+def guided():
+    """Slabs that crews guide to their places, as one process plans them."""
+    own, preparation = prepared(with_digests(bays_of_slabs()), QUIET)
+    return own, preparation, plan_and_prove(own, preparation, NO_POLICY, progress=QUIET)
+
+
+def test_any_number_of_processes_plans_the_same_guides(guided, two):
+    own, _, alone = guided
+    assert sum(lift.guide is not None for lift in alone.plan.lifts) >= 10
+    with processes(3) as three:
+        for workers in (two, three):
+            own, preparation = prepared(own, QUIET, workers)
+            with workers.knowing(*constants_of(own, preparation)):
+                shared = plan_and_prove(own, preparation, NO_POLICY, progress=QUIET, workers=workers)
+            assert alike(alone, shared)
+            assert shared.verdict == alone.verdict
+
+
+@pytest.mark.parametrize("backward", [False, True])
+def test_guides_do_not_depend_on_which_lifts_are_searched_first(guided, backward):
+    """Whoever searches a chunk has searched others before it, or none."""
+    own, preparation, alone = guided
+    anew = replace(preparation, contacts=Contacts(own))
+    told = tuple(lift.is_set for lift in alone.plan.lifts)
+    chunks = [range(first, first + 3) for first in range(0, len(told), 3)]
+    found = {}
+    for chunk in reversed(chunks) if backward else chunks[1::2]:
+        for lift in LiftSearches(own, anew, (), told).lifts(chunk):
+            found[lift.order] = lift
+    assert {n: lift.guide for n, lift in found.items()} == {n: alone.plan.lifts[n].guide for n in found}
+    assert all(np.array_equal(lift.path_vox, alone.plan.lifts[n].path_vox) for n, lift in found.items())
 
 
 def test_two_processes_plan_two_cranes_as_one_does(two):

@@ -37,3 +37,18 @@ def slab_between_beams(aside_m: float = 0.0, **more) -> Site:
     beams = beam(site.frame, "west", 3.91 - aside_m), beam(site.frame, "east", 9.09)
     site = dataclasses.replace(site, blockers=(*site.blockers, *beams))
     return dataclasses.replace(site, labels=labels_of(site))
+
+
+def bays_of_slabs(bays: int = 3, rows: int = 6) -> Site:
+    """Return a site with slabs side by side in bays between beams; a crew guides each of them to its place."""
+    webs_m = [3.91 + 5.18 * n for n in range(bays + 1)]
+    slabs = [
+        (f"slab {n} {row}", (west + 0.09, 0.4 + 1.4 * row, 3.42), (west + 5.09, 1.6 + 1.4 * row, 3.57))
+        for n, west in enumerate(webs_m[:-1])
+        for row in range(rows)
+    ]
+    crane = test_crane(base=(12.0, -3.0, 0.0), jib=60.0, height=14.0)
+    site = box_site(slabs, crane=crane, shape=(120, 40, 24), yard=((50.0, 0.0), (118.0, 40.0)))
+    beams = [beam(site.frame, f"beam {n}", web_m) for n, web_m in enumerate(webs_m)]
+    site = dataclasses.replace(site, blockers=(*site.blockers, *beams))
+    return dataclasses.replace(site, labels=labels_of(site))

@@ -26,8 +26,7 @@ from bimvox.planning.contact.enclosed import enclosed
 from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m, thickness_m
 from bimvox.planning.contact.sweep import blocked_steps, crossings_above
 from bimvox.planning.contact.triangle_object import collision_object
-from bimvox.planning.guided import NoGuide
-from bimvox.records.guide import Guide
+from bimvox.planning.known_guides import KnownGuides
 from bimvox.records.lift import ModelledClash
 from bimvox.site.site import Site
 from bimvox.site.transit_clearance import grown_cells
@@ -65,7 +64,7 @@ class Contacts:
         bounds_vox: (N, 2, 3) the lowest and the highest cell of each on every axis; the highest is lower without cells.
         neighbours: Per component, the numbers of the solids that share or touch cells with it in the finished building.
         clashes: Pairs that overlap in the model.
-        guides: By part, what searches for its guide found, with the solids that were around it then.
+        guides: What searches for guides have found.
     """
 
     def __init__(self, site: Site) -> None:
@@ -88,7 +87,7 @@ class Contacts:
         self._triangles = [solid.mesh.triangles_m for solid in self.solids]
         self._thickness_m = [thickness_m(solid.mesh) for solid in self.solids]
         self._eroded: dict[tuple[int, float], NDArray[np.float64]] = {}
-        self.guides: dict[int, list[tuple[frozenset[int], Guide | NoGuide]]] = {}
+        self.guides = KnownGuides()
         self._bvhs: dict[int, fcl.CollisionObject] = {}
         self.neighbours: tuple[tuple[int, ...], ...] = self._find_neighbours()
         self._ways_out_m: dict[tuple[int, int], NDArray[np.float64] | None] = {}

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import inline_kernel, kernel
+from bimvox.compiled import inline_kernel, kernel, leaf_kernel
 
 _NO_AREA_M2 = 1e-10
 _TOUCH_M = 1e-6
@@ -152,45 +152,12 @@ def _mark_pairs(
     moving: NDArray[np.float64], fixed: NDArray[np.float64], step_m: float, blocked: NDArray[np.bool_]
 ) -> None:
     count = blocked.shape[0]
-    polygon, clipped = np.empty((9, 2)), np.empty((9, 2))
-    far = step_m * count
+    corners = np.empty((2, 9, 2))
     for a in range(moving.shape[0]):
-        one = moving[a]
-        slope_a = _plane(one)
-        if slope_a[3] == 0.0:
-            continue
-        low_x, high_x = _span(one, 0)
-        low_y, high_y = _span(one, 1)
-        low_z, high_z = _span(one, 2)
+        plane = plane_of(moving[a])
         for b in range(fixed.shape[0]):
-            other = fixed[b]
-            if (
-                max(other[0, 0], other[1, 0], other[2, 0]) <= low_x
-                or min(other[0, 0], other[1, 0], other[2, 0]) >= high_x
-            ):
-                continue
-            if (
-                max(other[0, 1], other[1, 1], other[2, 1]) <= low_y
-                or min(other[0, 1], other[1, 1], other[2, 1]) >= high_y
-            ):
-                continue
-            if max(other[0, 2], other[1, 2], other[2, 2]) <= low_z:
-                continue
-            if min(other[0, 2], other[1, 2], other[2, 2]) >= high_z + far:
-                continue
-            slope_b = _plane(other)
-            if slope_b[3] == 0.0:
-                continue
-            corners = projected_overlap(one, other, polygon, clipped)
-            if corners < 3 or overlap_area(polygon, corners) < _NO_AREA_M2:
-                continue
-            least, most = np.inf, -np.inf
-            for c in range(corners):
-                x, y = polygon[c, 0], polygon[c, 1]
-                gap = (slope_b[0] * x + slope_b[1] * y + slope_b[2]) - (slope_a[0] * x + slope_a[1] * y + slope_a[2])
-                least, most = min(least, gap), max(most, gap)
-            least, most = max(least, 0.0), min(most, far)
-            if most <= _TOUCH_M or least >= far - _TOUCH_M or most < least:
+            least, most = contact(moving[a], plane, fixed[b], step_m * count, corners)
+            if most < least:
                 continue
             k0 = min(count - 1, int((least + _TOUCH_M) / step_m))
             k1 = max(k0, min(count - 1, int((most - _TOUCH_M) / step_m)))
@@ -200,14 +167,61 @@ def _mark_pairs(
                 return
 
 
-@kernel
+@leaf_kernel
+def contact(
+    one: NDArray[np.float64],
+    plane: tuple[float, float, float, float],
+    other: NDArray[np.float64],
+    far_m: float,
+    corners: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the interval of a move along z in which a triangle meets another; the second value is less if it is empty.
+
+    Args:
+        one: (3, 3) the triangle that moves.
+        plane: ``plane_of`` it.
+        other: (3, 3) the other one.
+        far_m: Length of the move.
+        corners: (2, 9, 2) for its own use.
+    """
+    nothing = 1.0, 0.0
+    if plane[3] == 0.0:
+        return nothing
+    for k in range(2):
+        low, high = _span(one, k)
+        other_low, other_high = _span(other, k)
+        if other_high <= low or other_low >= high:
+            return nothing
+    low, high = _span(one, 2)
+    other_low, other_high = _span(other, 2)
+    if other_high <= low or other_low >= high + far_m:
+        return nothing
+    over = plane_of(other)
+    if over[3] == 0.0:
+        return nothing
+    polygon = corners[0]
+    count = projected_overlap(one, other, polygon, corners[1])
+    if count < 3 or overlap_area(polygon, count) < _NO_AREA_M2:
+        return nothing
+    least, most = np.inf, -np.inf
+    for c in range(count):
+        x, y = polygon[c, 0], polygon[c, 1]
+        gap = (over[0] * x + over[1] * y + over[2]) - (plane[0] * x + plane[1] * y + plane[2])
+        least, most = min(least, gap), max(most, gap)
+    least, most = max(least, 0.0), min(most, far_m)
+    if most <= _TOUCH_M or least >= far_m - _TOUCH_M:
+        return nothing
+    return least, most
+
+
+@leaf_kernel
 def _span(triangle: NDArray[np.float64], axis: int) -> tuple[float, float]:
     a, b, c = triangle[0, axis], triangle[1, axis], triangle[2, axis]
     return min(a, b, c), max(a, b, c)
 
 
-@kernel
-def _plane(triangle: NDArray[np.float64]) -> tuple[float, float, float, float]:
+@leaf_kernel
+def plane_of(triangle: NDArray[np.float64]) -> tuple[float, float, float, float]:
     """Return (p, q, r, 1) with z = p x + q y + r on the triangle, or zeros if it is seen edge-on."""
     ux, uy, uz = triangle[1, 0] - triangle[0, 0], triangle[1, 1] - triangle[0, 1], triangle[1, 2] - triangle[0, 2]
     vx, vy, vz = triangle[2, 0] - triangle[0, 0], triangle[2, 1] - triangle[0, 1], triangle[2, 2] - triangle[0, 2]
@@ -218,7 +232,7 @@ def _plane(triangle: NDArray[np.float64]) -> tuple[float, float, float, float]:
     return p, q, triangle[0, 2] - p * triangle[0, 0] - q * triangle[0, 1], 1.0
 
 
-@kernel
+@leaf_kernel
 def projected_overlap(
     one: NDArray[np.float64], other: NDArray[np.float64], polygon: NDArray[np.float64], clipped: NDArray[np.float64]
 ) -> int:
@@ -258,7 +272,7 @@ def projected_overlap(
     return size
 
 
-@kernel
+@leaf_kernel
 def overlap_area(polygon: NDArray[np.float64], corners: int) -> float:
     """Return the area of a convex polygon of so many corners."""
     twice = 0.0
