@@ -11,8 +11,8 @@ from bimvox.library.traffic import DECIDER, DECIDES, check_traffic
 from bimvox.library.verify import prove_plan
 from bimvox.live.execution import Execution, Traffic, carried_out
 from bimvox.live.named_traffic import TRACKS
-from bimvox.log.plan_log import PlanLog
-from bimvox.log.segments import FIRST_PLAN, NOW_NS, PENDING
+from bimvox.log.plan_log import PENDING, PlanLog
+from bimvox.log.segments import FIRST_PLAN, NOW_NS
 from bimvox.planning.preparation import Preparation
 from bimvox.progress import Progress
 from bimvox.proof.carried_out import check_carried_out, planned_axes, tally_of

@@ -10,6 +10,7 @@ from bimvox.errors import listed
 from bimvox.library.attached_files import only_as_cells
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.segments import FIRST_PLAN
+from bimvox.proof.over_time import not_current
 from bimvox.records.lift import Lift, Status, infeasible_among
 from bimvox.records.proof import Check, Claim
 from bimvox.site.programme import ATTACHED
@@ -72,6 +73,11 @@ def _weaker(log: PlanLog, checks: Sequence[Check]) -> list[str]:
 
 def _undecided(name: str) -> Callable[[PlanLog, Sequence[Check]], list[str]]:
     return lambda log, checks: [said for check in checks if check.name == name for said in check.undecided]
+
+
+def _set_before(log: PlanLog, checks: Sequence[Check]) -> list[str]:
+    labels = {part.id: part.label for part in log.plan.site.components}
+    return [labels[part] for part in not_current(log.plan, log.motions)]
 
 
 def _elsewhere(log: PlanLog, checks: Sequence[Check]) -> list[str]:
@@ -159,6 +165,12 @@ CLAIMS = (
         _lifts(lambda log, lift: bool(lift.left)),
     ),
     ClaimRow(
+        "done_before",
+        "the obstructions changed, and parts were set before that, when the log says",
+        None,
+        _set_before,
+    ),
+    ClaimRow(
         "traffic",
         "people and vehicles are those of the seed or of the tracks that the log names",
         TRAFFIC,
@@ -166,9 +178,9 @@ CLAIMS = (
     ),
     ClaimRow(
         "revisions",
-        "revision number, events and clock of the watch are as the log says",
+        "the number of the revision, its time, and what it changed since the one before are as the log says",
         None,
-        lambda log, checks: FIRST_PLAN in log.metadata,
+        lambda log, checks: FIRST_PLAN in log.metadata or log.revision > 0,
     ),
     ClaimRow(
         "how_found",

@@ -21,6 +21,7 @@ from bimvox.library.traffic import compare_traffic
 from bimvox.live.named_traffic import traffic_named
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.progress import Progress
+from bimvox.proof.over_time import check_under_way
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
 from bimvox.site.config.file import SITE_FILE, parse_site_config
@@ -76,6 +77,7 @@ def check_user_files(log: PlanLog, given: Given, progress: Progress) -> Check:
     if given.obstructions is not None:
         wanted = obstructed(found, load_obstructions(require_input(given.obstructions), found), progress)
         _compare_blockers(check, found, wanted, ("obstruction",))
+        check_under_way(check, log.plan, log.motions, log.context)
     if given.traffic is not None:
         compare_traffic(check, log, traffic_named(given.traffic))
     if given.site is not None:

@@ -20,6 +20,9 @@ from bimvox.version import __version__
 GEOREFERENCE = "georeference"
 """Metadata key: the model's map conversion, as JSON."""
 
+PENDING = "pending_lifts"
+"""Metadata key of a segment: orders of planned lifts that are proven only in a later segment, as a JSON list."""
+
 
 @dataclass(frozen=True, slots=True)
 class LogEvent:
@@ -96,7 +99,7 @@ class PlanLog:
     def extract(self, orders: Collection[int]) -> PlanLog:
         """Return the extract with the lifts of those orders; the others become context.
 
-        Events outside the motions of those lifts are left out.
+        A segment of a watch of which lifts are left out is not a segment: what it says about itself goes too.
         """
         left = tuple(lift for lift in self.plan.lifts if lift.order not in orders)
         motions = tuple(motion for motion in self.motions if motion.order in orders)
@@ -105,7 +108,8 @@ class PlanLog:
             plan=dataclasses.replace(self.plan, lifts=tuple(lift for lift in self.plan.lifts if lift.order in orders)),
             motions=motions,
             carried_out=None,
-            events=tuple(event for event in self.events if _meets(event, motions)),
+            metadata={key: value for key, value in self.metadata.items() if not left or key != PENDING},
+            events=() if left else self.events,
             context=tuple(
                 sorted(
                     (*self.context, *(dataclasses.replace(lift, path_vox=None) for lift in left)),
@@ -118,7 +122,3 @@ class PlanLog:
 def with_full_rate(log: PlanLog) -> PlanLog:
     """Return the log that shows every sample of its motions."""
     return dataclasses.replace(log, rate=LogRate.FULL)
-
-
-def _meets(event: LogEvent, motions: tuple[LiftMotion, ...]) -> bool:
-    return not motions or any(event.start_ns <= m.end_ns and m.start_ns <= event.end_ns for m in motions)

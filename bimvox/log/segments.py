@@ -14,7 +14,7 @@ from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 
 from bimvox.log.plan_json import LIFTS_KEPT
-from bimvox.log.plan_log import LogEvent, PlanLog
+from bimvox.log.plan_log import PENDING, LogEvent, PlanLog
 from bimvox.motion.shift import chained
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
@@ -26,9 +26,6 @@ REPLAN_EVENT = "replan"
 
 FIRST_PLAN = "first_plan"
 """Metadata key: digest of the plan that the watch began with; segments with the same digest belong together."""
-
-PENDING = "pending_lifts"
-"""Metadata key: orders of planned lifts that are proven only in a later segment, as a JSON list."""
 
 NOW_NS = "simulated_ns"
 """Metadata key: the time on the site's clock when a revision of a plan that is carried out was made."""

@@ -17,19 +17,16 @@ from bimvox.log.archive import is_as_packed, unpack
 from bimvox.log.check import SHA256
 from bimvox.log.mcap.merge import Block
 from bimvox.log.mcap.reader import Contents, LogMessage
-from bimvox.log.plan_log import GEOREFERENCE, PlanLog
+from bimvox.log.plan_log import GEOREFERENCE, PENDING, PlanLog
 from bimvox.log.recorder import blocks_of, metadata_of, own_attachments
 from bimvox.log.schema import topics_of
-from bimvox.log.segments import FIRST_PLAN, NOW_NS, PENDING, REPLAN_EVENT, pending_of
-from bimvox.records.lift import Status
+from bimvox.log.segments import FIRST_PLAN, NOW_NS
+from bimvox.log.watched import check_watched
 from bimvox.records.proof import Check
 from bimvox.site.nested import json_values
-from bimvox.stop.brake_axes import STOP_EVENT
 
 _SAME = 1e-6
 """Numbers that differ by less, relative or absolute, are the same: an axis is read from a joint and written again."""
-_EVENTS = frozenset((REPLAN_EVENT, STOP_EVENT))
-"""Kinds of events of a watch; what they say is a claim."""
 
 _OF_THE_PLAN = frozenset(("seed", "policy", "policy_steps", GEOREFERENCE, FIRST_PLAN, PENDING, NOW_NS))
 """Metadata about how the plan was made, next to the digests of the files that it was made from."""
@@ -47,18 +44,7 @@ def check_shown(contents: Contents, log: PlanLog) -> Check:
         check.look(False, f"{fault}: other readers show something else")
     _check_metadata(check, contents.metadata.get(topics.METADATA, {}), metadata_of(log))
     _check_own_keys(check, contents)
-    _check_pending(check, log)
-    check.look(log.revision >= 0, f"metadata revision is {log.revision}; revisions count from 0")
-    for event in log.events:
-        known = event.kind in _EVENTS and FIRST_PLAN in log.metadata
-        told = f"{topics.EVENTS}: bimvox writes no event {_short(event.kind)} into a log"
-        check.look(known, told + (" of a plan that no watch revised" if event.kind in _EVENTS else ""))
-        good = event.end_ns >= event.start_ns
-        check.look(
-            good,
-            f"{topics.EVENTS}: the event {event.kind!r} at {event.start_ns / 1e9:.3f} s ends before, at "
-            f"{event.end_ns / 1e9:.3f} s",
-        )
+    check_watched(check, log)
     # A log without remarks is a segment: `verify` makes and shows them all the same.
     with_remarks = topics.REMARKS_FILE in contents.attachments
     for name, wanted in own_attachments(log, with_remarks=with_remarks):
@@ -75,18 +61,6 @@ def _check_metadata(check: Check, found: Mapping[str, str], wanted: Mapping[str,
         if key in found or key in wanted:
             same = found.get(key) == wanted.get(key)
             check.look(same, f"metadata {key} is {_short(found.get(key))}, the plan gives {_short(wanted.get(key))}")
-
-
-def _check_pending(check: Check, log: PlanLog) -> None:
-    """Check that what a segment leaves to a later one are planned lifts that it does not carry."""
-    if (said := log.metadata.get(PENDING)) is None:
-        return
-    planned = {lift.order for lift in log.context if lift.status is Status.PLANNED}
-    try:
-        good = pending_of(log) <= planned
-    except (ValueError, TypeError):
-        good = False
-    check.look(good, f"metadata {PENDING} is {_short(said)}; these are not lifts that it leaves to a later log")
 
 
 def _check_own_keys(check: Check, contents: Contents) -> None:

@@ -116,12 +116,11 @@ def _check_epochs(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], c
                 "obstructions do not change then",
             )
     check.about = None
-    last = max(motions, key=lambda motion: motion.end_ns, default=None)
-    if last is None:
+    if not motions:
         check.look(
             bool(context) or not ends_ns, "the plan has past obstructions, but no motion shows when they counted"
         )
-    elif not any(_may_be_later(plan.site, lift, last) for lift in _left(plan, motions, context)):
+    elif (last := _last_of_all(plan, motions, context)) is not None:
         # With nothing left to lift, nobody notices a change after the last motion.
         is_done = all(lift.status is Status.PLANNED for lift in (*plan.lifts, *context))
         for until_ns in ends_ns:
@@ -130,6 +129,14 @@ def _check_epochs(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], c
                 f"lift {last.number} ({plan.site.components[last.component].label}): the last motion ends at "
                 f"{last.end_ns / 1e9:.3f} s, but past obstructions are claimed until {until_ns / 1e9:.3f} s",
             )
+
+
+def _last_of_all(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift]) -> LiftMotion | None:
+    """Return the last motion; None if a lift without a motion in the log may be under way after it."""
+    last = max(motions, key=lambda motion: motion.end_ns, default=None)
+    if last is None or any(_may_be_later(plan.site, lift, last) for lift in _left(plan, motions, context)):
+        return None
+    return last
 
 
 def _left(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift]) -> list[Lift]:
@@ -146,15 +153,53 @@ def _may_be_later(site: Site, lift: Lift, last: LiftMotion) -> bool:
 
 
 def not_current(plan: LiftPlan, motions: Sequence[LiftMotion]) -> tuple[str, ...]:
-    """Return the ids of the parts whose lifts ended before the obstructions became the current ones, in order.
+    """Return the ids of the parts that were set before the obstructions became the current ones, in order.
 
     Their lifts are proven against the obstructions at that time, but not against the current ones.
     """
     if not plan.history:
         return ()
     until_ns = plan.history[-1].until_ns
-    ended = {motion.order for motion in motions if motion.end_ns <= until_ns}
-    return tuple(plan.site.components[lift.component].id for lift in plan.lifts if lift.order in ended)
+    done = {motion.order for motion in motions if motion.set_ns <= until_ns}
+    return tuple(plan.site.components[lift.component].id for lift in plan.lifts if lift.order in done)
+
+
+def check_under_way(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift]) -> None:
+    """Check that the paths of the lifts under way when the obstructions became the current ones meet none of these.
+
+    Only the log shows how far such a lift was then. The path of a load that was stopped counts from there. A lift is
+    done when its part is set, the last one when it ends: nothing is left that a change could affect before that.
+
+    Args:
+        check: Receives the result.
+        plan: The plan; assumed to be proven.
+        motions: Its motions.
+        context: Lifts of the same plan that it does not carry.
+    """
+    if not plan.history:
+        return
+    until_ns = plan.history[-1].until_ns
+    done_ns = {motion.order: motion.set_ns for motion in motions}
+    last = _last_of_all(plan, motions, context)
+    if last is not None:
+        done_ns[last.order] = last.end_ns
+    under_way = {one.order for one in motions if one.start_ns < until_ns < done_ns[one.order]}
+    for lift in plan.lifts:
+        if lift.order not in under_way:
+            continue
+        others = [one for one in (*plan.lifts, *context) if one.order != lift.order]
+        alone = replace(plan, lifts=(replace(lift, left=()),), history=())
+        met = [told for one in verify_plan(alone, others).checks if one.name in _MEETS for told in one.failures]
+        part = plan.site.components[lift.component]
+        check.look(
+            not met,
+            f"lift {lift.number} ({part.label}): it is not done before the obstructions become the current ones, at "
+            f"{until_ns / 1e9:.3f} s, but at {done_ns[lift.order] / 1e9:.3f} s; with them: {next(iter(met), '')}",
+        )
+
+
+_MEETS = frozenset(("boundary", "cells", "triangles", "rope", "margin", "rope_margin"))
+"""The checks of a path that fail if it meets an obstruction."""
 
 
 def epochs_of(plan: LiftPlan) -> Iterator[tuple[int, int, Site]]:

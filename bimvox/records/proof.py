@@ -98,7 +98,7 @@ class Verification:
 
     Attributes:
         checks: The checks.
-        not_current: Ids of the parts whose lifts ended before the obstructions became the current ones: they are
+        not_current: Ids of the parts that were set before the obstructions became the current ones: their lifts are
             proven against the obstructions at that time only.
         claims: What a log states and these checks did not prove; none of a plan that was made in the same call.
     """

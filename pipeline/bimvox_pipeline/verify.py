@@ -18,6 +18,7 @@ from bimvox.records.not_lifted import not_lifted_groups
 from bimvox.records.other_means import by_other_means, proven_in_words
 from bimvox.records.proof import Check, Verification
 from bimvox.remarks.conditions import conditions_of
+from bimvox.units import clock
 
 
 def verify(
@@ -56,6 +57,7 @@ def verify(
         "conditions": _conditions(record),
         "remarks": [remark.to_dict() for remark in all_remarks(record)],
         "not_current": _lifts_as_json(record, proof.not_current),
+        "current_since_s": record.plan.history[-1].until_ns / 1e9 if record.plan.history else None,
         "lifts": len(record.planned),
         "infeasible_lifts": len(infeasible_among(record.plan.lifts)),
         "not_lifted": [
@@ -83,7 +85,8 @@ def _in_words(proof: Verification, record: PlanLog) -> str:
     if not proof.verified:
         return "NO: a check failed"
     earlier, undecided = len(proof.not_current), sum(len(check.undecided) for check in proof.checks)
-    against = f" (for {earlier:,} lifts against earlier obstructions only)" if earlier else ""
+    before = f": done before {clock(record.plan.history[-1].until_ns / 1e9)}" if earlier else ""
+    against = f" (for {earlier:,} lifts against earlier obstructions only{before})" if earlier else ""
     left = f"; {undecided:,} lifts could not be decided" if undecided else ""
     words = proven_in_words(len(by_other_means(record.all_lifts)), len(proof.claims))
     return f"yes: every check passed{against}{left}: {words}"

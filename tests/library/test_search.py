@@ -137,7 +137,7 @@ def test_a_refused_path_that_is_refused_again_is_not_decided(good: PlanLog) -> N
 
 def test_a_lift_held_when_the_obstructions_changed_is_not_decided(good: PlanLog) -> None:
     forged = faults.called_infeasible(good, "slab", "it is held on the hook (braked): nothing leads on")
-    held = faults.with_plan(forged, history=(Epoch(forged.motions[-1].end_ns, ()),))
+    held = faults.carried_out_until(forged, Epoch(forged.motions[-1].end_ns, ()))
     check = searched(held)
     assert check.passed
     assert [sentence.split(": ")[1] for sentence in check.undecided] == [
@@ -158,7 +158,7 @@ def test_another_order_or_yard_than_the_planners_is_not_decided() -> None:
 def test_each_lift_is_searched_with_the_obstructions_of_its_time(good: PlanLog) -> None:
     place = faults.lift_of(good, "beam").place
     crated = faults.with_blocker(good, "crate", place.shape.cells[:1] + np.array(place.cell_vox))
-    check = searched(faults.with_plan(crated, history=(Epoch(good.motions[-1].start_ns, ()),)))
+    check = searched(faults.carried_out_until(crated, Epoch(good.motions[-1].start_ns, ())))
     assert (check.failures, check.undecided, check.samples) == ([], [], 4)
     assert any("(beam): the search takes other last moves" in sentence for sentence in searched(crated).undecided)
 

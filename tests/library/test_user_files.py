@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import seeded_faults as faults
 from weakened_rules import DEFAULT, EVERY
 from xer_files import xer_text
 
@@ -15,12 +17,13 @@ import sample_models
 from bimvox.bim.building import TriangleMesh
 from bimvox.grid.labels import Label
 from bimvox.library.compare import same_rules
+from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.plan import georeference_of
 from bimvox.library.site import LoadedSite, load_site
 from bimvox.library.user_files import Given, check_user_files
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.progress import SilentProgress
-from bimvox.records.lift import LiftPlan
+from bimvox.records.lift import Epoch, LiftPlan
 from bimvox.records.proof import Check
 from bimvox.site.site import HookHeights, Site
 
@@ -171,6 +174,25 @@ def test_a_file_that_only_the_log_has_is_named(loaded: tuple[Path, LoadedSite]):
     path, found = loaded
     check = bound(log_of(found, found.site), path, programme__ours_xml=b"<Project/>")
     assert check.failures == ["programme.ours_xml is in the log, but not in your files"]
+
+
+@pytest.mark.parametrize(("name", "refused"), [("slab", True), ("left", False)])
+def test_what_meets_the_obstructions_and_is_not_done_before_is_refused(tmp_path: Path, name: str, refused: bool):
+    """The history sets a box aside until 1 ns before the end: the last lift is not done by then, the others are."""
+    log = faults.good_log()
+    lift = faults.lift_of(log, name)
+    middle = log.plan.site.frame.corner_of(lift.path_vox[len(lift.path_vox) // 2]).tolist()
+    entry = {"id": "truck", "box": {"min": middle, "max": [n + 0.2 for n in middle]}}
+    file = tmp_path / "obstructions.json"
+    file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": [entry]}))
+    site = obstructed(log.plan.site, load_obstructions(file, log.plan.site), SilentProgress())
+    late = faults.carried_out_until(
+        faults.with_site(log, blockers=site.blockers), Epoch(log.motions[-1].end_ns - 1, ())
+    )
+    failures = check_user_files(late, Given(obstructions=file), SilentProgress()).failures
+    assert bool(failures) is refused
+    if refused:
+        assert "lift 4 (slab): it is not done before the obstructions become the current ones" in failures[0]
 
 
 def test_dates_of_a_programme_are_those_of_yours(loaded: tuple[Path, LoadedSite], tmp_path: Path):

@@ -47,6 +47,7 @@ from bimvox.live.named_traffic import traffic_named
 from bimvox.log import schema as topics
 from bimvox.log.archive import pack, unpack
 from bimvox.log.plan_log import PlanLog
+from bimvox.log.segments import FIRST_PLAN, NOW_NS, first_plan_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import prepare
@@ -1026,6 +1027,14 @@ def with_plan(log: PlanLog, **changes) -> PlanLog:
     return dataclasses.replace(log, plan=dataclasses.replace(log.plan, **changes))
 
 
+def carried_out_until(log: PlanLog, *history: Epoch) -> PlanLog:
+    """Return a log that a watch carries out while obstructions change, as its metadata says too."""
+    watched = {FIRST_PLAN: first_plan_of(log), NOW_NS: str(history[-1].until_ns)}
+    return dataclasses.replace(
+        with_plan(log, history=history), revision=log.revision + 1, metadata={**log.metadata, **watched}
+    )
+
+
 def nothing_carried(log: PlanLog) -> PlanLog:
     return log.extract([])
 
@@ -1050,7 +1059,7 @@ def a_path_left_by_a_stop_that_never_was(log: PlanLog) -> PlanLog:
 def the_same_with_an_epoch(log: PlanLog) -> PlanLog:
     forged = a_path_left_by_a_stop_that_never_was(log)
     until_ns = lift_of(forged, "beam").left[0].until_ns
-    return with_plan(forged, history=(Epoch(until_ns, ()),))
+    return carried_out_until(forged, Epoch(until_ns, ()))
 
 
 def without_a_crane(log: PlanLog) -> PlanLog:
@@ -1069,7 +1078,7 @@ def one_cell_without_a_crane(log: PlanLog) -> PlanLog:
 def an_epoch_that_never_ends(log: PlanLog) -> PlanLog:
     """The obstruction is in the path; the plan claims that it came after everything was set."""
     until_ns = log.motions[-1].end_ns + 1
-    return with_plan(a_box_on_the_path(log), history=(Epoch(until_ns, ()),))
+    return carried_out_until(a_box_on_the_path(log), Epoch(until_ns, ()))
 
 
 def a_structure_with_another_surface(log: PlanLog) -> PlanLog:
@@ -1274,12 +1283,12 @@ def a_clash_with_nobody(log: PlanLog) -> PlanLog:
 
 
 def an_epoch_to_the_last_moment(log: PlanLog) -> PlanLog:
-    return with_plan(a_box_on_the_path(log), history=(Epoch(log.motions[-1].end_ns, ()),))
+    return carried_out_until(a_box_on_the_path(log), Epoch(log.motions[-1].end_ns, ()))
 
 
 def an_obstruction_called_like_the_wall(log: PlanLog) -> PlanLog:
     cells = box_cells(log.plan.site.frame, (9.0, 0.0, 0.0), (9.5, 1.0, 1.0))
-    return with_plan(log, history=(Epoch(log.motions[-1].start_ns, (Blocker("wall", "obstruction", cells),)),))
+    return carried_out_until(log, Epoch(log.motions[-1].start_ns, (Blocker("wall", "obstruction", cells),)))
 
 
 def with_labels(log: PlanLog, label: Label, low: tuple[int, int, int], high: tuple[int, int, int]) -> PlanLog:
@@ -1306,7 +1315,7 @@ def an_epoch_before_the_last_lift(log: PlanLog) -> PlanLog:
     path = lift_of(log, "left").path_vox
     middle = log.plan.site.frame.corner_of(path[2])
     crated = with_blocker(log, "crate", box_cells(log.plan.site.frame, middle, middle + 0.5))
-    return with_plan(crated, history=(Epoch(log.motions[-1].start_ns, ()),))
+    return carried_out_until(crated, Epoch(log.motions[-1].start_ns, ()))
 
 
 def at_time(motion: LiftMotion, start_ns: int) -> LiftMotion:
@@ -1331,7 +1340,7 @@ def a_pause_at_a_change(log: PlanLog) -> PlanLog:
     """The obstructions change after the third lift, and nothing moves until an hour later."""
     last = log.motions[-1]
     motions = (*log.motions[:-1], at_time(last, last.start_ns + 3600 * 10**9))
-    return with_plan(dataclasses.replace(log, motions=motions), history=(Epoch(last.start_ns + 1, ()),))
+    return carried_out_until(dataclasses.replace(log, motions=motions), Epoch(last.start_ns + 1, ()))
 
 
 def an_epoch_after_an_infeasible_end(until_ns: int | None = None) -> Forge:
@@ -1340,7 +1349,7 @@ def an_epoch_after_an_infeasible_end(until_ns: int | None = None) -> Forge:
     def forge(log: PlanLog) -> PlanLog:
         shorter = called_infeasible(log, "slab", "it is blocked at its place", ("wall",))
         ends_ns = shorter.motions[-1].end_ns
-        return with_plan(a_box_on_the_path(shorter), history=(Epoch(until_ns or ends_ns + 1, ()),))
+        return carried_out_until(a_box_on_the_path(shorter), Epoch(until_ns or ends_ns + 1, ()))
 
     return forge
 
@@ -1348,7 +1357,7 @@ def an_epoch_after_an_infeasible_end(until_ns: int | None = None) -> Forge:
 def an_epoch_while_a_load_is_held(log: PlanLog) -> PlanLog:
     """The crate came later than the last motion: a load is said to hang on the hook meanwhile."""
     held = called_infeasible(log, "slab", f"{LOAD_IS_HELD}on the hook (stopped): nothing is free")
-    return with_plan(a_box_on_the_path(held), history=(Epoch(held.motions[-1].end_ns + 1, ()),))
+    return carried_out_until(a_box_on_the_path(held), Epoch(held.motions[-1].end_ns + 1, ()))
 
 
 # What a viewer shows, changed after the plan was written: by topic, a function from bytes of a message to others.

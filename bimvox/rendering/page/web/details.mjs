@@ -335,10 +335,10 @@ export class Details {
     ];
   }
 
-  /** The lifts that ended before the obstructions became the current ones. */
+  /** The lifts whose parts were set before the obstructions became the current ones. */
   _earlier(lifts) {
     if (!lifts.length) return [];
-    return [el("div", { class: "aside minor" }, el("p", {}, `Proven against earlier obstructions only, not against the current ones: ${counted(lifts.length, "lift")} that ended before the last change.`), el("div", { class: "links" }, ...lifts.map((lift) => this._link(lift.component))))];
+    return [el("div", { class: "aside minor" }, el("p", {}, `Proven against earlier obstructions only, not against the current ones: ${counted(lifts.length, "lift")} whose parts were set before the last change.`), el("div", { class: "links" }, ...lifts.map((lift) => this._link(lift.component))))];
   }
 
   _sentences(title, sentences) {
