@@ -1,4 +1,4 @@
-"""Parts so far from all others that no crane serves both: a wrong coordinate, or another building."""
+"""Parts that are not of the site: too far from all others for any crane, or too large (a wrong coordinate or unit)."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ from bimvox.errors import listed
 
 FAR_M = 250.0
 """Three times the longest jib: a gap as wide lies between two sites."""
+_TOO_LARGE = 3.0
+"""A part as long as that many times the rest of the building, and longer than ``FAR_M``, has a wrong unit."""
 _BUILT = (Role.COMPONENT, Role.STRUCTURE)
 
 
 def without_strays(building: Building) -> Building:
-    """Return a building in which parts far from all others are not lifted and not in the way, with a note.
+    """Return a building in which strays are not lifted and not in the way, with a note.
 
     Parts belong together if no empty strip ``FAR_M`` wide lies between them on any axis. The largest group stays.
     """
@@ -26,19 +28,26 @@ def without_strays(building: Building) -> Building:
     bounds_m = np.stack([building.elements[n].mesh.bounds_m for n in built])
     if (bounds_m[:, 1].max(axis=0) - bounds_m[:, 0].min(axis=0) <= FAR_M).all():
         return building
+    fits = np.ptp(bounds_m, axis=1).max(axis=1) <= FAR_M
+    if fits.any() and not fits.all():
+        rest_m = np.ptp([bounds_m[fits, 0].min(axis=0), bounds_m[fits, 1].max(axis=0)], axis=0).max()
+        fits |= np.ptp(bounds_m, axis=1).max(axis=1) <= _TOO_LARGE * rest_m
+    else:
+        fits[:] = True
     groups = np.stack([_strips(bounds_m[:, 0, axis], bounds_m[:, 1, axis]) for axis in range(3)], axis=1)
-    _, first, group, sizes = np.unique(groups, axis=0, return_index=True, return_inverse=True, return_counts=True)
-    if len(sizes) == 1:
-        return building
+    _, first, group, sizes = np.unique(groups[fits], axis=0, return_index=True, return_inverse=True, return_counts=True)
     stays = min(range(len(sizes)), key=lambda n: (-sizes[n], first[n]))
-    strays = {built[n] for n in np.flatnonzero(group.reshape(-1) != stays)}
+    fits[fits] = group.reshape(-1) == stays
+    if fits.all():
+        return building
+    strays = {built[n] for n in np.flatnonzero(~fits)}
     elements = tuple(
         replace(element, role=Role.FITTING) if n in strays else element for n, element in enumerate(building.elements)
     )
     names = listed((building.elements[n].label for n in sorted(strays)), most=5)
     note = (
-        f"{len(strays)} {'parts lie' if len(strays) > 1 else 'part lies'} more than {FAR_M:g} m from all others and "
-        f"{'are' if len(strays) > 1 else 'is'} left out; check the coordinates: {names}"
+        f"{len(strays)} {'parts are' if len(strays) > 1 else 'part is'} left out, more than {FAR_M:g} m from all "
+        f"others or too large for them; check coordinates and units: {names}"
     )
     return replace(building, elements=elements, notes=(*building.notes, note))
 

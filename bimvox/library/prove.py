@@ -258,11 +258,12 @@ def insist_on_one_lift(made: LiftPlan) -> None:
     """Raise an error if no lift of a plan is planned.
 
     Raises:
-        NoPlanError: With the first lift's reason, and all of them as evidence.
+        NoPlanError: With the reason of the first lift that is infeasible, and all of them as evidence.
     """
     if any(lift.status is Status.PLANNED for lift in made.lifts):
         return
-    site, first, labels = made.site, made.lifts[0], names_by_id(made.site)
+    site, labels = made.site, names_by_id(made.site)
+    first = next((lift for lift in made.lifts if lift.status is Status.INFEASIBLE), made.lifts[0])
     blockers = listed(labels.get(blocker, blocker) for blocker in first.blocked_by)
     raise NoPlanError(
         f"no lift can be planned; {site.components[first.component].label}: {first.reason}"

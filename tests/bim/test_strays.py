@@ -18,7 +18,21 @@ def test_a_part_far_away_is_neither_lifted_nor_in_the_way(at):
     assert [element.role for element in found.elements] == [Role.FITTING, *[Role.COMPONENT] * 3]
     (note,) = found.notes
     assert "far" in note
-    assert "1 part lies more than 250 m" in note
+    assert "1 part is left out, more than 250 m" in note
+
+
+@pytest.mark.parametrize("low", [(0.0, 0.0, 0.0), (-2e3, -10.0, 0.0), (5e3, 0.0, 0.0)])
+def test_a_part_in_a_wrong_unit_is_left_out(low):
+    large = box_element("large", low, (low[0] + 4e3, low[1] + 300.0, low[2] + 300.0))
+    found = without_strays(building_of(*_row(0.0, 100.0), large))
+    assert [element.role for element in found.elements] == [Role.COMPONENT] * 2 + [Role.FITTING]
+
+
+def test_a_long_deck_stays():
+    deck = box_element("deck", (0.0, 0.0, 5.0), (600.0, 9.0, 6.0))
+    building = building_of(*_row(0.0, 200.0, 400.0, 590.0), deck)
+    assert without_strays(building) is building
+    assert without_strays(building_of(deck)).elements[0].role is Role.COMPONENT
 
 
 def test_a_long_site_without_a_gap_stays_whole():

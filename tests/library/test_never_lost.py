@@ -10,7 +10,7 @@ from bimvox.library import prove
 from bimvox.records.lift import Status
 from bimvox.records.proof import Check, Verification
 
-_REFUSED = ("tiny", "below the ground", "far away")
+_REFUSED = ("tiny", "below the ground", "far away", "in a wrong unit")
 """Bodies that no crane can lift: the part is named with a reason, or left out with a note."""
 _EVERY_TIME = (
     "sliver of 0.27 mm in one piece",
@@ -20,6 +20,7 @@ _EVERY_TIME = (
     "flat",
     "as the slab",
     "far away",
+    "in a wrong unit",
     "tiny",
 )
 _IN_THE_WAY = ("drawn into everything",)

@@ -132,6 +132,7 @@ BODIES: dict[str, Callable[[], TriangleMesh]] = {
     "drawn into everything": lambda: box_mesh((-0.2, -0.2, 0.2), (6.2, 4.2, 4.2)),
     "as the slab": lambda: box_mesh((0.0, 0.0, 3.5), (6.0, 4.0, 3.7)),
     "far away": lambda: box_mesh((900.0, 900.0, 0.5), (901.0, 901.0, 1.5)),
+    "in a wrong unit": lambda: box_mesh((-300.0, 0.0, 3.0), (5100.0, 300.0, 503.0)),
     "tiny": lambda: box_mesh((3.0, 2.0, 3.7), (3.0004, 2.0004, 3.7004)),
     "below the ground": lambda: box_mesh((1.0, 1.0, -3.0), (1.4, 1.4, -1.0)),
 }
