@@ -27,17 +27,18 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from bimvox.errors import BimvoxError, InputError
-from bimvox.files import kept_to, reason_of
+from bimvox.files import kept_to, reason_of, sha256_of
 from bimvox.progress import SilentProgress
 from bimvox.rendering.studio.assets import POLICY, START, media_type, web_files
 from bimvox_pipeline.render.page import page_of_log
 from bimvox_pipeline.studio.alone import ChangedMeanwhileError
 from bimvox_pipeline.studio.folder import Folder
-from bimvox_pipeline.studio.jobs import Job, Jobs
+from bimvox_pipeline.studio.jobs import Jobs
 from bimvox_pipeline.studio.obstacles import boxes_of, file_of, write_boxes
 from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_model, open_site, unchanged
 from bimvox_pipeline.studio.saving import save
 from bimvox_pipeline.studio.setup import read_setup
+from bimvox_pipeline.studio.standing import PlanOnDisk, plan_on_disk, sha256_or_none
 
 _MOST_BYTES = 8 << 20
 _KEPT = 6
@@ -63,7 +64,9 @@ class Studio:
     def __init__(self, folder: Path, token: str) -> None:
         self.folder, self.token = Folder(folder), token
         self.jobs = Jobs(self.folder)
-        self._lock = threading.Lock()
+        self._lock, self._reading = threading.Lock(), threading.Lock()
+        self._plans: OrderedDict[tuple[tuple[Path, int, int], ...], PlanOnDisk | None] = OrderedDict()
+        self._hashes: dict[tuple[Path, int, int], str] = {}
         self._opened: OrderedDict[Path, Opened] = OrderedDict()
         self._pages: OrderedDict[tuple[tuple[Path, int, int], ...], bytes] = OrderedDict()
 
@@ -74,11 +77,24 @@ class Studio:
             beside = path.with_name(path.stem + SITE_SUFFIX)
             path = self.folder.inside(beside) if os.path.lexists(beside) else path
         found = self._opened.get(path) or self._opened.get(path.with_name(path.stem + SITE_SUFFIX))
-        if found is None or (anew and not unchanged(found)):
+        if found is None or (anew and not (unchanged(found) and self._has_its_model(found))):
             is_site = path.name.lower().endswith(SITE_SUFFIX)
             found = open_site(path) if is_site else open_model(path)
         self._keep(found)
         return found
+
+    def _has_its_model(self, opened: Opened) -> bool:
+        """Return whether the model on disk is the one that was read; its hash is kept until the file changes."""
+        model = opened.given.model.path
+        model = model if model.is_absolute() else opened.site.parent / model
+        if not model.exists():
+            return False
+        status = model.stat()
+        key = (model, status.st_mtime_ns, status.st_size)
+        if key not in self._hashes:
+            self._hashes = {key: sha256_of(model)}
+        # The hash of a glTF is also of its other files.
+        return model.suffix.lower() == ".gltf" or self._hashes[key] == opened.building.source.sha256
 
     def _keep(self, opened: Opened) -> None:
         with self._lock:
@@ -110,7 +126,7 @@ class Studio:
 
     def save(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Save a set-up."""
-        opened = self.opened(asked.get("path"))
+        opened = self.opened(asked.get("path"), anew=True)
         if asked.get("sha256") != opened.sha256:
             raise ChangedMeanwhileError(opened.site)
         return self._saved(*save(opened, read_setup(asked.get("setup"))))
@@ -138,7 +154,7 @@ class Studio:
         if job.is_running:
             return {"state": "running", **found}
         if "document" in job.end:
-            return {"state": "done", **found, **self.folder.told(job.end), "page": self._page_of(job)}
+            return {"state": "done", **found, **self.folder.told(job.end), "page": self._page_of(job.log)}
         if job.is_cancelled:
             return {"state": "cancelled", **found}
         return {"state": "failed", **found, **self.folder.told(job.error)}
@@ -164,7 +180,7 @@ class Studio:
             state = "failed" if job.has_failed else "ended"
         error = job.error if state == "failed" else {}
         found = {"state": state, "stage": job.now["stage"], "events": events, "next": after + len(events)}
-        return {**self.folder.told({**found, **error}), "page": self._page_of(job)}
+        return {**self.folder.told({**found, **error}), "page": self._page_of(job.log)}
 
     def end_watch(self, number: str) -> dict[str, Any]:
         """End a watch."""
@@ -183,14 +199,49 @@ class Studio:
         written = write_boxes(site, asked.get("obstructions"), insist=insist, sha256=sha256)
         return {"file": self.folder.relative(file_of(site)), **written}
 
+    def standing(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Return the plan on disk of a site, and what differs from what the page shows.
+
+        Without a set-up, it is compared with the site file as it is saved.
+        """
+        site = self.folder.path(asked.get("path"), SITE_SUFFIX)
+        obstructions = self.folder.inside(file_of(site))
+        there = {"sha256": sha256_or_none(site), "obstructions_sha256": sha256_or_none(obstructions), "plan": None}
+        log = self.folder.log_of(site)
+        if there["sha256"] is None or (found := self._plan_on_disk(log)) is None:
+            return there
+        by_page = "setup" in asked
+        opened = self.opened(asked.get("path"), anew=not by_page)
+        wanted = read_setup(asked["setup"]) if by_page else opened.setup
+        differs = found.differences(opened, wanted, obstructions)
+        if by_page and not asked.get("sha256") == opened.sha256 == there["sha256"]:
+            differs = ["the site file on disk", *differs]
+        if not self._has_its_model(opened):
+            differs = ["the model on disk", *differs]
+        plan = {**found.document, "page": self._page_of(log), "is_current": not differs, "differs": differs}
+        return {**there, "plan": plan}
+
+    def _plan_on_disk(self, log: Path) -> PlanOnDisk | None:
+        """Return the newest plan of a log, read again if one of its files has changed."""
+        files = [file for file in self.folder.with_revisions(log) if file.exists()]
+        if not files:
+            return None
+        key = tuple((file, status.st_mtime_ns, status.st_size) for file in files if (status := file.stat()))
+        with self._reading:
+            if key not in self._plans:
+                self._plans[key] = plan_on_disk(log)
+                while len(self._plans) > _KEPT:
+                    self._plans.popitem(last=False)
+            return self._plans[key]
+
     def _saved_site(self, asked: dict[str, Any]) -> Path:
         site = self.folder.path(asked.get("path"), SITE_SUFFIX)
         if not site.exists():
             raise InputError(f"{site.name} is not saved yet", hint="save it first")
         return site
 
-    def _page_of(self, job: Job) -> str:
-        return f"/page/{self.folder.relative(job.log)}"
+    def _page_of(self, log: Path) -> str:
+        return f"/page/{self.folder.relative(log)}"
 
     def page(self, relative: str) -> bytes:
         """Return the page of a log and its later revisions, proven now."""
@@ -240,6 +291,7 @@ def application(studio: Studio, port: int) -> ASGIApp:
         Route("/api/picture", api(studio.picture), methods=["POST"]),
         Route("/api/save", api(studio.save), methods=["POST"]),
         Route("/api/variant", api(studio.variant), methods=["POST"]),
+        Route("/api/standing", api(studio.standing), methods=["POST"]),
         Route("/api/plan", api(studio.plan), methods=["POST"]),
         Route("/api/plan/{job}", by_path(lambda ask: studio.job(ask.path_params["job"]))),
         Route("/api/plan/{job}", by_path(lambda ask: studio.cancel(ask.path_params["job"])), methods=["DELETE"]),

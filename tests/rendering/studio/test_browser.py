@@ -425,6 +425,121 @@ def test_a_file_that_changed_is_not_overwritten_and_nothing_is_lost(studio):
     assert studio.base() == [5.0, 9.5]
 
 
+def test_two_pages_that_save_at_once_lose_nothing(studio, address):
+    other = Studio(studio.page.context.new_page(), studio.folder)
+    other.page.goto(f"{address}&open=hall.site.toml")
+    other.settled()
+    for page, key in ((studio, "ArrowRight"), (other, "ArrowLeft")):
+        page.page.focus(CRANE)
+        page.page.keyboard.press(key)
+    both = (studio, other)
+    for page in both:
+        page.page.evaluate("() => void window.studio.save()")
+    for page in both:
+        page.wait("!window.studio.isSaving")
+    (loser,) = [page for page in both if page.page.evaluate("() => window.studio.isChanged")]
+    (winner,) = [page for page in both if page is not loser]
+    assert studio.saved()["crane"][0]["base_m"][:2] == winner.base()
+    mine = loser.base()
+    assert mine in ([5.0, 9.5], [4.0, 9.5])
+    assert mine != winner.base()
+    assert "changed since" in loser.page.inner_text("#told")
+    assert loser.page.locator("#told button", has_text="variant").count() == 1
+    loser.page.click("#told button:has-text('Save mine over it')")
+    loser.wait("!window.studio.isChanged")
+    assert studio.saved()["crane"][0]["base_m"][:2] == mine
+    winner.wait("document.querySelector('#told').textContent.includes('changed on disk')")
+    winner.page.click("#told button:has-text('Open it again')")
+    winner.wait(f"window.studio.setup.cranes[0].base_m[0] === {mine[0]}")
+    assert other.complaints == []
+
+
+def test_two_pages_that_drop_obstructions_at_once_lose_nothing(studio, address):
+    other = Studio(studio.page.context.new_page(), studio.folder)
+    other.page.goto(f"{address}&open=hall.site.toml")
+    other.settled()
+    both = (studio, other)
+    for page, x in zip(both, (3, 30), strict=True):
+        box = f"{{ id: 'at {x}', min: [{x}, 12, 0], max: [{x + 1}, 13, 1] }}"
+        page.page.evaluate(f"() => window.studio.change({{ ...window.studio.setup, boxes: [{box}] }}, 'new')")
+    for page in both:
+        page.wait("!window.studio.placing.busy")
+    (loser,) = [page for page in both if not page.page.evaluate("() => window.studio.isPlaced")]
+    names = [box["id"] for box in loser.setup()["boxes"]]
+    assert [box["id"] for box in boxes(studio)] != names
+    assert "changed since" in loser.page.inner_text("#told")
+    loser.page.click("#told button:has-text('Write mine over it')")
+    loser.wait("window.studio.isPlaced")
+    assert [box["id"] for box in boxes(studio)] == names
+    (winner,) = [page for page in both if page is not loser]
+    winner.wait(f"window.studio.setup.boxes[0].id === '{names[0]}'")
+
+
+def test_a_plan_of_an_earlier_state_is_marked(studio, address):
+    studio.page.click("#start-plan")
+    studio.wait("document.querySelector('#pane-result iframe')")
+    shown = "Plan of the set-up and the obstructions that are shown here: 33 lifts planned, 0 refused."
+    assert studio.page.inner_text("#standing") == shown
+
+    def marked(what: str) -> None:
+        studio.wait(f"document.getElementById('standing').textContent.includes('Changed since: {what}')")
+        assert studio.page.inner_text("#tab-result") == "Result, earlier"
+        assert "earlier state" in studio.page.inner_text("#served")
+        assert studio.page.evaluate("() => getComputedStyle(document.getElementById('shown')).filter") != "none"
+
+    def proven() -> None:
+        studio.wait(f"document.getElementById('standing').textContent === '{shown}'")
+        assert studio.page.inner_text("#tab-result") == "Result"
+        assert "earlier" not in studio.page.inner_text("#served")
+        assert studio.page.evaluate("() => getComputedStyle(document.getElementById('shown')).filter") == "none"
+
+    studio.page.evaluate("() => window.studio.nudge('cranes/0', [0.5, 0], false)")
+    marked("the crane")
+    studio.page.keyboard.press("Control+z")
+    proven()
+    file = studio.folder / "hall.obstructions.json"
+    truck = {"id": "truck", "box": {"min": [0, 0, 0], "max": [2, 5, 3]}}
+    file.write_text(json.dumps({"version": 1, "obstructions": [truck]}))
+    marked("the obstructions")
+    assert [box["id"] for box in studio.setup()["boxes"]] == ["truck"]
+    file.unlink()
+    proven()
+    # Another page finds the plan next to its site, and the figures of it in the table.
+    other = Studio(studio.page.context.new_page(), studio.folder)
+    other.page.goto(f"{address}&open=hall.site.toml")
+    other.settled()
+    other.wait("window.studio.standing.state === 'current'")
+    assert not other.page.is_disabled("#tab-result")
+    other.page.click("#tab-variants")
+    assert float(figures(other, "Hours")[0]) > 0
+    other.page.click("#tab-plan")
+    site = studio.folder / "hall.site.toml"
+    site.write_text(site.read_text() + "\n[rules]\nhighest_utilisation = 0.9\n")
+    marked("the site file on disk")
+
+
+def test_what_obstructions_refuse_is_still_said_after_a_watch(studio):
+    truck = {"id": "truck", "box": {"min": [0, 0, 0], "max": [2, 5, 3]}}
+    (studio.folder / "hall.obstructions.json").write_text(json.dumps({"version": 1, "obstructions": [truck]}))
+    studio.wait("window.studio.setup.boxes.length === 1")
+    studio.page.click("#start-watch")
+    studio.page.keyboard.press("Enter")
+    studio.wait("document.getElementById('stage')?.textContent.startsWith('Watching')")
+    studio.wait("window.studio.standing.state === 'current'")
+    assert "1 refused in the plan" in studio.page.inner_text("#served")
+    studio.page.evaluate("() => window.studio.nudge('cranes/0', [0.5, 0], false)")
+    studio.wait("window.studio.standing.state === 'earlier'")
+    studio.page.keyboard.press("Control+z")
+    studio.wait("window.studio.standing.state === 'current'")
+    studio.page.click("#job button")
+    studio.wait("document.getElementById('job').hidden")
+    studio.wait("window.studio.standing.state === 'current'")
+    assert "1 refused in the plan" in studio.page.inner_text("#served")
+    assert "refused" in studio.page.get_attribute("#served", "class")
+    studio.page.click("#tab-result")
+    assert "32 lifts planned, 1 refused" in studio.page.inner_text("#standing")
+
+
 def test_leaving_with_unsaved_changes_asks(studio):
     studio.page.focus(CRANE)
     studio.page.keyboard.press("ArrowRight")

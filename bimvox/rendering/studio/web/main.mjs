@@ -13,9 +13,10 @@ import { List } from "./list.mjs";
 import { Panes } from "./panes.mjs";
 import { Picture } from "./picture.mjs";
 import { Planning } from "./planning.mjs";
+import { Standing } from "./standing.mjs";
 import { handleOf, moved, saved, withCorner, withoutCorner } from "./setup.mjs";
 import { matching, meansOf, stateOf } from "./use.mjs";
-import { Variants } from "./variants.mjs";
+import { figuresOf, Variants } from "./variants.mjs";
 import { Watching } from "./watching.mjs";
 
 class App {
@@ -36,8 +37,10 @@ class App {
     this.carried = null;
     this.speed = null;
     this.result = null;
-    this.plans = 0;
+    this.other = null;
     this.placed = "[]";
+    this.boxesSha256 = null;
+    this.isSaving = false;
     this.figures = new Map();
     this.drawing = new Drawing(this);
     this.list = new List(this);
@@ -46,6 +49,7 @@ class App {
     this.table = new Variants(this);
     this.planning = new Planning(this);
     this.watching = new Watching(this);
+    this.standing = new Standing(this);
     this.panes = new Panes(this);
     this.picture = new Picture(this);
     this.trying = new Latest(
@@ -54,11 +58,15 @@ class App {
       (error) => this.fail(error),
     );
     this.placing = new Latest(
-      ({ opened, boxes }) => call("POST", "/api/obstructions", { path: opened.path, obstructions: boxes }),
-      () => {},
+      ({ opened, boxes }) => call("POST", "/api/obstructions", { path: opened.path, obstructions: boxes, sha256: this.boxesSha256 }),
+      ({ sha256 }, { opened }) => {
+        if (opened === this.opened) this.boxesSha256 = sha256;
+        this.standing.look();
+      },
       (error) => {
         this.placed = null;
-        this.fail(error);
+        if (error.status === 409) this.sayBoxesChanged(error.message);
+        else this.fail(error);
       },
     );
     watchHands(this);
@@ -115,7 +123,7 @@ class App {
 
   async chooseFile() {
     const found = await this.files(["site", "model", "log"], "Open");
-    if (found?.kind === "log") this.showResult(`/page/${encodeURI(found.path)}`);
+    if (found?.kind === "log") this.showOther(`/page/${encodeURI(found.path)}`, `The log ${found.path} as it was written; it is not compared with what is open here.`);
     else if (found) await this.openFile(found.path);
   }
 
@@ -129,16 +137,19 @@ class App {
     }
   }
 
-  async openFile(path) {
-    if (!(await this.mayLeave())) return;
+  /** Open a file; `discarding`: what is not saved is not asked about. */
+  async openFile(path, discarding = false) {
+    if (!discarding && !(await this.mayLeave())) return;
     byId("path").textContent = `Opening ${plain(path)} …`;
     document.body.setAttribute("aria-busy", "true");
     try {
       const opened = await call("POST", "/api/open", { path });
       this.unsay();
       this.remember();
-      const boxes = opened.exists ? await this.obstructionsOf(opened.path) : [];
-      Object.assign(this, { opened, history: new History({ ...opened.setup, boxes }, saved), placed: JSON.stringify(boxes), changes: null, changedBy: null, carried: null, draft: null, moving: null, answer: null, chosen: null, onMap: false });
+      const { obstructions: boxes, sha256 = null } = opened.exists ? await this.obstructionsOf(opened.path) : { obstructions: [] };
+      this.standing.reset();
+      this.panes.allowResult(false);
+      Object.assign(this, { result: null, other: null, boxesSha256: sha256, opened, history: new History({ ...opened.setup, boxes }, saved), placed: JSON.stringify(boxes), changes: null, changedBy: null, heard: opened.sha256, carried: null, draft: null, moving: null, answer: null, chosen: null, onMap: false });
       this.legend.reset();
       this.list.open();
       this.picture.open();
@@ -146,6 +157,7 @@ class App {
       this.drawing.open();
       this.render();
       this.try();
+      this.standing.look();
     } catch (error) {
       this.fail(error);
     } finally {
@@ -154,13 +166,74 @@ class App {
     }
   }
 
-  /** The obstructions of a site that are boxes; none, and a message, if their file cannot be read. */
+  /** The obstructions of a site that are boxes, and the hash of their file; none, and a message, if it cannot be read. */
   async obstructionsOf(path) {
     try {
-      return (await call("GET", `/api/obstructions?path=${encodeURIComponent(path)}`)).obstructions;
+      return await call("GET", `/api/obstructions?path=${encodeURIComponent(path)}`);
     } catch (error) {
       this.fail(error);
-      return [];
+      return { obstructions: [] };
+    }
+  }
+
+  /** Whether the obstructions on screen are those that were read from their file, or written to it. */
+  get isPlaced() {
+    return JSON.stringify(this.history.state?.boxes) === this.placed && !this.placing.busy;
+  }
+
+  /** Hear how the files on disk are: what other programs wrote is shown, or asked about if it would replace an edit. */
+  hear({ sha256, obstructions_sha256: boxesSha256 }) {
+    const { opened } = this;
+    if (!this.isSaving && sha256 !== opened.sha256 && sha256 !== this.heard) {
+      this.heard = sha256;
+      this.sayChanged(`${opened.path} was changed on disk since it was opened here.`);
+    }
+    if (this.placing.busy || boxesSha256 === this.boxesSha256) return;
+    if (this.isPlaced) this.takeBoxes();
+    else if (byId("told").hidden) this.sayBoxesChanged("The obstructions were changed by another program.");
+  }
+
+  /** Show the obstructions of the file; those that were on screen can be had back with undo. */
+  async takeBoxes() {
+    const { opened } = this;
+    const { obstructions: boxes, sha256 = null } = await this.obstructionsOf(opened.path);
+    if (opened !== this.opened || this.placing.busy) return;
+    Object.assign(this, { boxesSha256: sha256, placed: JSON.stringify(boxes) });
+    this.change({ ...this.history.state, boxes }, "obstructions changed by another program");
+    this.standing.look();
+  }
+
+  /** Write the obstructions on screen over those of the file. */
+  async placeOver() {
+    this.boxesSha256 = (await this.obstructionsOf(this.opened.path)).sha256 ?? null;
+    this.placed = null;
+    this.unsay();
+    this.place();
+  }
+
+  sayBoxesChanged(sentence) {
+    const take = () => {
+      this.unsay();
+      this.takeBoxes();
+    };
+    this.say(sentence, "What you drew is still here.", "warn", [["Write mine over it", () => this.placeOver()], ["Take theirs", take]]);
+  }
+
+  /** Say that the site file is not what was opened; what was entered stays until the person decides. */
+  sayChanged(sentence) {
+    const { opened } = this;
+    const again = () => this.openFile(opened.path, true);
+    const mine = [["Save mine as a variant…", () => this.saveVariant()], ["Save mine over it", () => this.saveOver()], ["Open theirs", again]];
+    this.say(sentence, this.isChanged ? "What you entered is still here." : null, "warn", this.isChanged ? mine : [["Open it again", again]]);
+  }
+
+  /** Save the set-up on screen over what somebody else saved. */
+  async saveOver() {
+    try {
+      this.opened.sha256 = (await call("POST", "/api/standing", { path: this.opened.path })).sha256;
+      await this.save();
+    } catch (error) {
+      this.fail(error);
     }
   }
 
@@ -185,19 +258,23 @@ class App {
     if (!this.opened) return false;
     const { opened, history } = this;
     const setup = history.state;
+    this.isSaving = true;
     try {
       const { path, sha256, changed } = await call("POST", "/api/save", { path: opened.path, setup: saved(setup), sha256: opened.sha256 });
       Object.assign(opened, { path, sha256, exists: true });
       history.markSaved(setup);
-      this.figures.delete(path);
       this.unsay();
       this.place();
+      this.standing.look();
       this.announce(changed.length ? `Saved ${path}: ${changed.join(", ")}` : `Saved ${path}`);
       this.render();
       return true;
     } catch (error) {
-      this.fail(error);
+      if (error.status === 409) this.sayChanged(error.message);
+      else this.fail(error);
       return false;
+    } finally {
+      this.isSaving = false;
     }
   }
 
@@ -222,6 +299,19 @@ class App {
   enter(variant) {
     this.variants = [...this.variants.filter((one) => one.path !== variant.path), variant];
     this.table.render();
+    this.compare(variant.path);
+  }
+
+  /** Note the figures of a saved set-up's plan, and whether it is a plan of what is saved. */
+  async compare(path) {
+    try {
+      const { plan } = await call("POST", "/api/standing", { path });
+      if (plan) this.figures.set(path, figuresOf(plan));
+      else this.figures.delete(path);
+      this.table.render();
+    } catch (error) {
+      this.fail(error);
+    }
   }
 
   /** Keep what was open in the table of variants, as it is saved. */
@@ -276,6 +366,8 @@ class App {
     this.drawing.drawParts();
     this.renderSetup();
     this.place();
+    this.standing.render();
+    this.standing.look();
     this.try();
   }
 
@@ -426,7 +518,9 @@ class App {
   }
 
   openResult() {
-    if (this.result) this.planning.open(this.result.page, this.result.mark, this.carried?.time_s ?? null);
+    const { page, mark } = this.other ?? this.result ?? {};
+    if (page) this.planning.open(page, mark, this.carried?.time_s ?? null);
+    this.standing.render();
   }
 
   /** Plan a saved site. */
@@ -438,9 +532,9 @@ class App {
     }
   }
 
-  showResult(page) {
-    if (!page) return;
-    this.setResult(page, this.plans || "");
+  /** Show a plan that is not of what is open, until another pane is shown. */
+  showOther(page, words) {
+    this.other = { page, mark: "", words };
     this.panes.show("result");
   }
 
@@ -463,8 +557,7 @@ class App {
   /** Show what the server refused. Nothing that was entered is lost. */
   fail(error) {
     const where = error.where && !error.message.includes(error.where) ? `${error.where}: ` : "";
-    const acts = error.status === 409 && this.opened?.exists ? [["Save mine as a variant…", () => this.saveVariant()]] : [];
-    this.say(where + error.message, error.hint, "warn", acts);
+    this.say(where + error.message, error.hint);
     this.renderHead();
     if (error.status === undefined) throw error;
   }
@@ -503,12 +596,14 @@ class App {
     const chip = byId("served");
     chip.hidden = !answer;
     if (!answer) return;
-    const refused = [...(this.changes?.values() ?? [])].filter(({ kind }) => kind === "refused").length;
+    const now = [...(this.changes?.values() ?? [])].filter(({ kind }) => kind === "refused").length;
+    const refused = Math.max(now, this.standing.refused);
+    const isEarlier = this.standing.state === "earlier";
     const bad = answer.served < answer.of || answer.problems.length > 0 || refused > 0;
-    const words = `${bad ? "✕" : "✓"} ${whole(answer.served)} of ${whole(answer.of)} can be lifted · highest ${percent(answer.highest)}${refused ? ` · ${whole(refused)} refused in the plan` : ""}${answer.problems.length ? ` · ${counted(answer.problems.length, "problem")}` : ""}`;
+    const words = `${bad ? "✕" : "✓"} ${whole(answer.served)} of ${whole(answer.of)} can be lifted · highest ${percent(answer.highest)}${refused ? ` · ${whole(refused)} refused in the plan` : ""}${answer.problems.length ? ` · ${counted(answer.problems.length, "problem")}` : ""}${isEarlier ? " · plan of an earlier state" : ""}`;
     const problem = answer.problems.length ? `: ${answer.problems[0]}` : ""; // where the set-up is another pane
     if (chip.textContent !== words + problem) fill(chip, words, el("span", { class: "narrow" }, problem));
-    chip.className = `chip ${bad ? "refused" : "clean"}`;
+    chip.className = `chip ${bad ? "refused" : isEarlier ? "remarked" : "clean"}`;
   }
 }
 

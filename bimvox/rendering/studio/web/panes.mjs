@@ -26,13 +26,14 @@ export class Panes {
     this.show("plan");
   }
 
-  allowResult() {
-    byId("tab-result").disabled = false;
+  allowResult(isThere = true) {
+    byId("tab-result").disabled = !isThere;
   }
 
   /** Show a pane; a wide window shows parts and set-up anyway. */
   show(name) {
     const wide = !this.narrow.matches;
+    if (name !== "result") this.app.other = null;
     if (wide && ALWAYS.has(name)) name = ALWAYS.has(this.now) ? "plan" : this.now === "result" ? "plan" : this.now;
     this.now = name;
     document.body.dataset.pane = name;

@@ -2,7 +2,6 @@
 import { byId, el, fill } from "../page/dom.mjs";
 import { whole } from "../page/words.mjs";
 import { call, token } from "./api.mjs";
-import { figuresOf } from "./variants.mjs";
 
 const PERIOD_MS = 400;
 
@@ -34,12 +33,12 @@ export class Planning {
     try {
       for (;;) {
         const now = await call("GET", `/api/plan/${job}`);
-        if (now.state !== "running") return this.ended(path, now);
+        if (now.state !== "running") return await this.ended(path, now);
         this.show(now);
         await new Promise((done) => setTimeout(done, PERIOD_MS));
       }
     } catch (error) {
-      this.ended(path, { state: "failed" });
+      if (this.job) await this.ended(path, { state: "failed" });
       this.app.fail(error);
     }
   }
@@ -64,18 +63,18 @@ export class Planning {
     }
   }
 
-  ended(path, now) {
+  async ended(path, now) {
     const { app } = this;
     this.job = null;
     this.bar.hidden = true;
     app.render();
     if (now.state === "done") {
-      const figures = figuresOf(now.document);
-      app.figures.set(path, { ...figures, page: now.page ?? (figures.log ? `/page/${encodeURI(figures.log)}` : null) });
-      app.render();
-      app.plans += 1;
       // The result of what is open is shown at once, that of another variant on request.
-      if (path === app.opened?.path) app.showResult(app.figures.get(path).page);
+      if (path !== app.opened?.path) await app.compare(path);
+      else {
+        await app.standing.settled();
+        app.panes.show("result");
+      }
       app.announce(`The plan of ${path} is ready.`);
     } else if (now.state === "cancelled") app.say("Planning was cancelled; nothing was written.", null, "aside");
     else if (now.error) app.say(typeof now.error === "string" ? now.error : now.error.error, now.hint ?? now.error.hint);
@@ -84,7 +83,7 @@ export class Planning {
   /** Put the page of a log into the pane of the result; it begins at a time if one is given, in seconds. */
   open(page, mark = "", time_s = null) {
     const address = `${page}?token=${encodeURIComponent(token)}${mark === "" ? "" : `&revision=${mark}`}`;
-    const pane = byId("pane-result");
+    const pane = byId("shown");
     if (pane.querySelector("iframe")?.getAttribute("src").split("#")[0] === address) return;
     const wait = el("p", { class: "aside", role: "status" }, "The plan is read and proven again …");
     const src = address + (time_s === null ? "" : `#t=${Math.round(time_s)}`);

@@ -3,14 +3,17 @@ import { byId, el, fill } from "../page/dom.mjs";
 import { fixed, percent, whole } from "../page/words.mjs";
 
 /**
- * @typedef Variant {path, name, setup, answer: of `try`, figures: {hours, critical, highest, refused} of its plan or null, log}
+ * @typedef Variant {path, name, setup, answer: of `try`, figures: {hours, critical, highest, refused, page, isCurrent} of its plan or null}
  */
 
-/** The figures of a plan's document that the table has. */
-export function figuresOf(document) {
-  const { crane_hours: hours, critical_lifts: critical, highest_utilisation: highest } = document.figures ?? {};
-  return { hours: hours ?? null, critical: critical ?? null, highest: highest ?? null, refused: document.infeasible?.length ?? null, log: document.log ?? null };
+/** The figures of a plan that the table has. */
+export function figuresOf({ figures, infeasible, page, is_current: isCurrent }) {
+  const { crane_hours: hours, critical_lifts: critical, highest_utilisation: highest } = figures;
+  return { hours, critical, highest, refused: infeasible.length, page, isCurrent };
 }
+
+/** The words of a figure, marked if the plan is of an earlier state; "not planned" without a plan. */
+const planned = (figures, words) => (figures ? `${words(figures)}${figures.isCurrent ? "" : " (earlier state)"}` : "not planned");
 
 const ROWS = [
   ["Machine", ({ setup }) => each(setup.cranes, (crane) => crane.machine || "own")],
@@ -19,10 +22,10 @@ const ROWS = [
   ["Can be lifted", ({ answer }) => (answer ? `${whole(answer.served)} of ${whole(answer.of)}` : "…")],
   ["Highest utilisation", ({ answer }) => (answer ? percent(answer.highest) : "…")],
   ["Problems", ({ answer }) => (answer ? whole(answer.problems.length) : "…")],
-  ["Hours of crane time", ({ figures }) => (figures ? (figures.hours === null ? "–" : fixed(figures.hours, 1)) : "not planned")],
-  ["Highest in the plan", ({ figures }) => (figures ? percent(figures.highest) : "not planned")],
-  ["Critical lifts", ({ figures }) => (figures ? whole(figures.critical ?? 0) : "not planned")],
-  ["Refused parts", ({ figures }) => (figures ? whole(figures.refused ?? 0) : "not planned")],
+  ["Hours of crane time", ({ figures }) => planned(figures, ({ hours }) => (hours === null ? "–" : fixed(hours, 1)))],
+  ["Highest in the plan", ({ figures }) => planned(figures, ({ highest }) => percent(highest))],
+  ["Critical lifts", ({ figures }) => planned(figures, ({ critical }) => whole(critical ?? 0))],
+  ["Refused parts", ({ figures }) => planned(figures, ({ refused }) => whole(refused))],
 ];
 
 export class Variants {
@@ -35,7 +38,7 @@ export class Variants {
     const { app } = this;
     if (!app.opened || this.pane.hidden) return;
     const focused = this.pane.contains(document.activeElement) && document.activeElement.dataset.key;
-    const now = { path: app.opened.path, name: `${app.opened.name}${app.history.isChanged ? ", unsaved" : ""}`, setup: app.setup, answer: app.answer, figures: app.history.isChanged ? null : app.figures.get(app.opened.path) ?? null, current: true };
+    const now = { path: app.opened.path, name: `${app.opened.name}${app.history.isChanged ? ", unsaved" : ""}`, setup: app.setup, answer: app.answer, figures: app.standing.figures, current: true };
     const all = [now, ...app.variants.filter((variant) => variant.path !== now.path).map((variant) => ({ ...variant, figures: app.figures.get(variant.path) ?? null }))];
     const head = all.map(({ name, path, current }) => el("th", { scope: "col", class: current ? "current" : null }, el("span", {}, name), el("small", {}, current ? "shown here" : path)));
     const rows = ROWS.map(([title, read]) => el("tr", {}, el("th", { scope: "row" }, title), ...all.map((variant) => el("td", { class: variant.current ? "current" : null }, ...[].concat(read(variant)).map((words) => el("span", {}, words))))));
@@ -49,7 +52,7 @@ export class Variants {
           { class: current ? "current" : null },
           current ? null : el("button", { type: "button", "data-key": `show ${path}`, onclick: () => app.openFile(path), "aria-label": `Show ${name}` }, "Show"),
           current ? null : el("button", { type: "button", "data-key": `plan ${path}`, disabled: app.isBusy, onclick: () => app.planOf(path), "aria-label": `Plan ${name}` }, "Plan"),
-          figures?.page ? el("button", { type: "button", "data-key": `result ${path}`, onclick: () => app.showResult(figures.page), "aria-label": `Show the result of ${name}` }, "Result") : null,
+          figures?.page ? el("button", { type: "button", "data-key": `result ${path}`, onclick: () => (current ? app.panes.show("result") : app.showOther(figures.page, otherWords(path, figures))), "aria-label": `Show the result of ${name}` }, "Result") : null,
           current ? null : el("button", { type: "button", "data-key": `drop ${path}`, onclick: () => app.dropVariant(path), "aria-label": `Take ${name} out of the table` }, "Remove"),
         ),
       ),
@@ -64,5 +67,7 @@ export class Variants {
     if (focused) this.pane.querySelector(`[data-key="${CSS.escape(focused)}"]`)?.focus();
   }
 }
+
+const otherWords = (path, { isCurrent }) => `Plan of ${path}, not of what is open here${isCurrent ? "" : "; that file or its obstructions have changed since"}.`;
 
 const each = (list, words) => (list.length ? list.map(words) : ["–"]);

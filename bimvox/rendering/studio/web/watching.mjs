@@ -41,7 +41,7 @@ export class Watching {
         const now = await call("GET", `/api/watch/${watch}?after=${next}`);
         next = now.next;
         if (now.state === "starting" && now.stage) this.status.textContent = `The watch starts: ${now.stage}`;
-        for (const event of now.events) this.take(event, now.page, path);
+        for (const event of now.events) this.take(event, path);
         if (this.carried && now.events.length && path === this.app.opened?.path) this.app.setCarried(this.carried);
         if (now.state === "ended" || now.state === "failed") return this.ended(now);
       }
@@ -51,7 +51,7 @@ export class Watching {
     }
   }
 
-  take(event, page, path) {
+  take(event, path) {
     const { app } = this;
     this.carried?.take(event);
     if (event.event === "state" || event.event === "clock") return;
@@ -64,7 +64,10 @@ export class Watching {
     const words = isFirst ? `Watching ${path}` : [revisionWords(event), stopWords(event, (id) => app.nameOf(id))].filter(Boolean).join(" · ");
     this.status.textContent = words;
     if (path === app.opened?.path) app.setChanges(isFirst ? null : changesOf(event, (id) => app.nameOf(id)), words);
-    app.setResult(page, event.revision);
+    if (path === app.opened?.path) {
+      app.panes.allowResult();
+      app.standing.look();
+    }
     app.announce(words);
   }
 
@@ -89,6 +92,7 @@ export class Watching {
     this.bar.hidden = true;
     this.app.setCarried(null);
     this.app.setChanges(null, null);
+    this.app.standing.look();
     if (now.state === "failed") this.app.say(now.error ?? "The watch failed.", now.hint);
   }
 }
