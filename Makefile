@@ -87,7 +87,7 @@ samples: setup ## write the sample models again (they are byte-identical each ti
 	$(BIN)/python -m sample_models.write
 
 bench: setup ## plan and prove every sample model: docs/data/measured.txt
-	$(BIN)/python benchmarks/samples.py
+	$(BIN)/python -m benchmarks.samples $(ARGS)
 
 bench-real-files: setup ## files planned unedited: parts, machine, processor time by stage, proof (ARGS="FOLDER ..."): docs/measured.md
 	$(BIN)/python -m benchmarks.real_files $(ARGS)
@@ -125,7 +125,7 @@ bench-planning: setup ## what the chosen order and yard save, and the share of t
 	$(BIN)/python -m benchmarks.planning $(ARGS)
 
 bench-yard: setup ## what smaller truckloads save: docs/data/measured.txt
-	$(BIN)/python -m benchmarks.yard
+	$(BIN)/python -m benchmarks.yard $(ARGS)
 
 bench-watch: setup ## from a changed obstruction file to the new plan on disk: docs/watching.md
 	$(BIN)/python -m benchmarks.watch $(ARGS)

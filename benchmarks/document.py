@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+MEASURED = Path(__file__).parents[1] / "docs" / "data" / "measured.txt"
+"""Has the tables of several benchmarks, behind docs/measured.md."""
+
 
 def put_into(document: Path, name: str, text: str) -> None:
     """Replace the text between a benchmark's two markers in a document.

@@ -230,7 +230,7 @@ def _tables(text: _Text, splits: Mapping[str, Sequence[Row]]) -> None:
     asked = list(product(WAYS[1:3], NAMES[1:]))
     text.head("\nproblems", "number", *(f"{way}: {name}" for way, name in asked))
     for title, rows in _groups(splits, everything):
-        shares = (f"{_share(rows, name, way):.1%}" for way, name in asked)
+        shares = (f"{share_of(rows, name, way):.1%}" for way, name in asked)
         text.line(title, str(len(rows)), *shares)
 
 
@@ -261,19 +261,21 @@ def _arrived(rows: Sequence[Row], name: str, way: str) -> list[tuple[Row, int]]:
     return [(row, moves) for row in _tried(rows, name, way) if (moves := row.tried[name, way].moves) is not None]
 
 
-def _rate(rows: Sequence[Row], name: str, way: str) -> str:
+def rate_of(rows: Sequence[Row], name: str, way: str) -> str:
+    """Return the share of the rows that arrived, with its interval."""
     return rate(len(_arrived(rows, name, way)), len(_tried(rows, name, way)))
 
 
-def _share(rows: Sequence[Row], name: str, way: str) -> float:
+def share_of(rows: Sequence[Row], name: str, way: str) -> float:
+    """Return the share of the rows that arrived."""
     return len(_arrived(rows, name, way)) / len(_tried(rows, name, way))
 
 
 def _summary(splits: Mapping[str, Sequence[Row]], name: str, way: str) -> Iterator[str]:
     """Return the cells of one line of the first table."""
     rows = [row for family in FAMILIES for row in splits[family]]
-    yield _rate(rows, name, way)
-    yield f"{min(_share(splits[family], name, way) for family in FAMILIES):.1%}"
+    yield rate_of(rows, name, way)
+    yield f"{min(share_of(splits[family], name, way) for family in FAMILIES):.1%}"
     ratios = [moves / row.shortest for row, moves in _arrived(rows, name, way)]
     yield f"{np.mean(ratios):.4f}" if ratios else "-"
     yield f"{np.mean([row.tried[name, way].made / row.manhattan for row in _tried(rows, name, way)]):.1f}"
@@ -286,13 +288,13 @@ def _missed(splits: Mapping[str, Sequence[Row]], name: str, way: str) -> str:
     arrived = _arrived(rows, name, way)
     held = {
         "success": len(arrived) / len(rows) >= LEAST_SUCCESS,
-        "worst family": min(_share(splits[one], name, way) for one in FAMILIES) >= LEAST_SUCCESS_OF_A_FAMILY,
+        "worst family": min(share_of(splits[one], name, way) for one in FAMILIES) >= LEAST_SUCCESS_OF_A_FAMILY,
         "moves / shortest": float(np.mean([moves / row.shortest for row, moves in arrived])) <= LONGEST,
     }
     return " and ".join(bar for bar, is_met in held.items() if not is_met)
 
 
-def _share_within(rows: Sequence[Row], name: str, way: str, budget: float) -> float | None:
+def share_within(rows: Sequence[Row], name: str, way: str, budget: float) -> float | None:
     """Return the share that arrived within so many moves made per cell of distance; None beyond the way's limit."""
     if way == "bare" and budget > PLAN_LIMIT.factor:
         return None
@@ -308,7 +310,7 @@ def _curve_csv(splits: Mapping[str, Sequence[Row]]) -> str:
     for split, rows in groups.items():
         for name, way in _curves(rows[0]):
             for budget in np.arange(1.0, 8.01, 0.25):
-                share = _share_within(rows, name, way, float(budget))
+                share = share_within(rows, name, way, float(budget))
                 if share is not None:
                     lines.append(f"{split},{name},{way},{len(_tried(rows, name, way))},{budget:g},{share:.4f}")
     return "\n".join(lines) + "\n"

@@ -3,8 +3,8 @@
 Each model is planned by complete search: lowest first with the first free places in the yard, in the greedy order, and
 as ``bimvox plan`` does it. Crane times are those of the timed motions, the same on every machine; shares are CPU time
 of one thread. Other models can be named on the command line. A second table compares ways to search the order, by the
-estimate, at the greedy order's places: each looks at as many parts as one round of the search. A site file of several
-cranes gets a row of a third table.
+estimate, at the greedy order's places: each looks at as many parts as one round of the search. Site files of several
+cranes get a third table instead. ``--write`` renews the tables in docs/data/measured.txt.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from benchmarks.document import MEASURED, put_into
 from benchmarks.scale.building import write_site
 
 SAMPLES = Path(__file__).parents[1] / "sample_models"
@@ -125,25 +126,29 @@ def ways_row(name: str, site: Any) -> str:
 
 def cranes_row(site_file: Path) -> str:
     """Return the row of the third table: hours by the schedule of several cranes, and lifts refused in that time."""
-    from bimvox.library.faster import waiting_and_end
     from bimvox.library.site import load_site
     from bimvox.planning.preparation import faster, prepare
     from bimvox.progress import SilentProgress
-    from bimvox.site.crew_times import crew_times
     from bimvox.site.means import Means
 
     site = load_site(site_file, SilentProgress()).site
     greedy, ids = prepare(site), [part.id for part in site.components]
-    ways = [(site, greedy), faster(site, greedy), faster(site, greedy, free=ids)]
-    ends = [None if way is None else waiting_and_end(*way, free=ids) for way in ways]
-    hours = " | ".join("-" if end is None else f"{end[1] / 3.6e12:.2f} / {end[0]}" for end in ends)
-    last = ways[-1]
+    last = faster(site, greedy, free=ids)
+    ways = [(site, greedy), faster(site, greedy), last]
+    hours = " | ".join(map(schedule_hours, ways))
     moved = (
         0 if last is None else sum(a.crane != b.crane for a, b in zip(site.components, last[0].components, strict=True))
     )
-    lifted = [part for part in site.components if part.means is Means.CRANE and greedy.places[part.index] is not None]
-    least_s = sum(crew.brace_s + crew.hook_off_s for crew in (crew_times(site.rules, part) for part in lifted))
-    return f"| {site_file.name.partition('.')[0]} | {len(lifted)} | {hours} | {moved} | {least_s / 3600.0:.2f} |"
+    lifted = sum(part.means is Means.CRANE and greedy.places[part.index] is not None for part in site.components)
+    return f"| {site_file.name.partition('.')[0]} | {lifted} | {hours} | {moved} |"
+
+
+def schedule_hours(way: tuple[Any, Any] | None) -> str:
+    """Return the hours of the schedule of several cranes, and the lifts refused in that time."""
+    from bimvox.library.faster import waiting_and_end
+
+    end = None if way is None else waiting_and_end(*way, free=[part.id for part in way[0].components])
+    return "-" if end is None else f"{end[1] / 3.6e12:.2f} / {end[0]}"
 
 
 def any_order(fixed: NDArray[np.bool_], random: np.random.Generator) -> tuple[int, ...]:
@@ -172,7 +177,11 @@ def crane_hours(site: Any, preparation: Any, plan: Any) -> tuple[int, float, flo
     """Return planned lifts, crane hours, and hours in which the crane moves."""
     from bimvox.motion.time_plan import time_plan
 
-    motions = time_plan(plan, preparation)
+    return hours_of(time_plan(plan, preparation))
+
+
+def hours_of(motions: Sequence[Any]) -> tuple[int, float, float]:
+    """Return lifts, crane hours, and hours in which the crane moves."""
     driven_ns = sum(p.end_ns - p.start_ns for m in motions for p in m.phases if p.name.value in _DRIVEN)
     return len(motions), motions[-1].end_ns / 3.6e12, driven_ns / 3.6e12
 
@@ -184,15 +193,16 @@ def main() -> None:
     from bimvox.library.site import load_site
     from bimvox.progress import SilentProgress
 
-    given = sys.argv[1:] or MODELS
+    given = [name for name in sys.argv[1:] if name != "--write"] or list(MODELS)
     if several := [Path(name) for name in given if name.endswith(".site.toml")]:
-        print("| site | lifts | greedy, h / refused | searched | with other cranes | parts moved | at least |")
-        print("|---|---:|---:|---:|---:|---:|---:|", *map(cranes_row, several), sep="\n")
+        head = ["| site | lifts | greedy, h / refused | searched | with other cranes | parts moved |"]
+        _say("bench-planning-cranes", [*head, "|---|---:|---:|---:|---:|---:|", *map(cranes_row, several)])
         return
     narrow = NarrowPhase()
-    print("| model | lifts | plain: crane / moving | greedy | searched | moving saved | of greedy | narrow phase |")
-    print("|---|---|---|---|---|---|---|---|")
-    ways = []
+    lines = ["| model | lifts | plain: crane / moving | greedy | searched | moving saved | of greedy | narrow phase |"]
+    lines += ["|---|---|---|---|---|---|---|---|"]
+    ways = ["| model | search, s | descent | restarts | annealing | at most | empty hook |"]
+    ways += ["|---|---:|---:|---:|---:|---:|---:|"]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for model in given:
@@ -202,10 +212,17 @@ def main() -> None:
                 source = Path(model) if Path(model).exists() else SAMPLES / model
                 site_file = folder / f"{source.stem}.site.toml"
                 init(source, site_file, progress=SilentProgress())
-            print(row(Path(model).name, site_file, narrow), flush=True)
+            lines.append(row(Path(model).name, site_file, narrow))
+            sys.stderr.write(f"{lines[-1]}\n")
             ways.append(ways_row(Path(model).name, load_site(site_file, SilentProgress()).site))
-    print("\n| model | search, s | descent | restarts | annealing | at most | empty hook |")
-    print("|---|---:|---:|---:|---:|---:|---:|", *ways, sep="\n")
+    _say("bench-planning", lines)
+    _say("bench-planning-ways", ways)
+
+
+def _say(name: str, lines: list[str]) -> None:
+    print(*lines, sep="\n")
+    if "--write" in sys.argv:
+        put_into(MEASURED, name, "\n".join(lines))
 
 
 if __name__ == "__main__":

@@ -1,14 +1,17 @@
 """Plans and proves every sample model from scratch, and prints the results as a Markdown table.
 
-``make bench``: a table of docs/data/measured.txt; it does not depend on the machine.
+``make bench``: a table of docs/data/measured.txt (ARGS=--write renews it); it does not depend on the machine.
 """
 
 from __future__ import annotations
 
 import os
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
+
+from benchmarks.document import MEASURED, put_into
 
 SAMPLES = Path(__file__).parents[1] / "sample_models"
 MODELS = ("paper.ifc", "frame.ifc", "frame_georeferenced.ifc", "prefab.ifc", "yard.glb")
@@ -48,15 +51,17 @@ def row(name: str, found: dict[str, Any]) -> str:
 
 def main() -> None:
     """Measure every sample, with one policy store that is empty at the start."""
-    print(
+    lines = [
         "| model | lifts planned | greedy / by search | moves / shortest | crane time / bound "
-        "| proven (samples) | log |"
-    )
-    print("|---|---|---|---|---|---|---|")
+        "| proven (samples) | log |",
+        "|---|---|---|---|---|---|---|",
+    ]
     with tempfile.TemporaryDirectory() as folder:
         os.environ["BIMVOX_POLICIES"] = str(Path(folder) / "policies")
-        for name in MODELS:
-            print(row(name, measure(SAMPLES / name, Path(folder))), flush=True)
+        lines += [row(name, measure(SAMPLES / name, Path(folder))) for name in MODELS]
+    print(*lines, sep="\n")
+    if "--write" in sys.argv:
+        put_into(MEASURED, "bench", "\n".join(lines))
 
 
 if __name__ == "__main__":

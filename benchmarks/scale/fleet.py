@@ -35,7 +35,7 @@ _CORE_HOUR, _GB_MONTH = 0.05, 0.02
 def main() -> int:
     """Measure, print the tables, and write them."""
     found = json.loads((_DOCS / "data" / "scale.json").read_bytes())["ways"][0]["sizes"]
-    text = "\n".join([*_once_for_all(), "", *_on_paper(found)]) + "\n"
+    text = "\n".join([*_once_for_all(), "", *on_paper(found)]) + "\n"
     print(text)
     put_into(_DOCS / "scale.md", "bench-fleet", text)
     return 0
@@ -44,7 +44,7 @@ def main() -> int:
 def _once_for_all() -> list[str]:
     """Return the table of what a fleet does once for all runs, and the time to hash a log when it is called again."""
     lines = ["| runs | read records | tables | page | its size | one look |", "|---:|---:|---:|---:|---:|---:|"]
-    lines += [_of_runs(count) for count in _RUNS]
+    lines += [row(count) for count in _RUNS]
     with tempfile.TemporaryDirectory(prefix="bimvox-fleet-") as scratch:
         log = Path(scratch) / "log"
         log.write_bytes(bytes(_HASHED_BYTES))
@@ -52,7 +52,7 @@ def _once_for_all() -> list[str]:
     return [*lines, "", f"Called again, a fleet hashes every log: {_HASHED_BYTES / 1e9 / hash_s:.1f} GB a second."]
 
 
-def _of_runs(count: int) -> str:
+def row(count: int) -> str:
     """Return the row of a number of runs; the look is the one that follows their progress."""
     with tempfile.TemporaryDirectory(prefix="bimvox-fleet-") as scratch:
         folder = Path(scratch)
@@ -68,7 +68,8 @@ def _of_runs(count: int) -> str:
     return f"| {count:,} | {read_s:.2f} s | {tables_s:.2f} s | {page_s:.2f} s | {size} | {1e3 * look_s:.0f} ms |"
 
 
-def _on_paper(found: list[dict[str, Any]]) -> list[str]:
+def on_paper(found: list[dict[str, Any]]) -> list[str]:
+    """Return the table of a million lifts, from the sizes of ``scale.json``."""
     lines = [
         f"| {_LIFTS:,} lifts as | core hours | at {_CORE_HOUR:g} $ | logs | a month at {_GB_MONTH:g} $ a GB |",
         "|---|---:|---:|---:|---:|",

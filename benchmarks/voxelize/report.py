@@ -10,6 +10,7 @@ from typing import Any
 
 from benchmarks.voxelize.bars import Bar
 from benchmarks.voxelize.result import CaseResult, Row
+from benchmarks.voxelize.score import Score
 
 
 def as_json(cases: Sequence[CaseResult], bars: Sequence[Bar]) -> str:
@@ -97,7 +98,12 @@ def _cell(case: CaseResult, key: str) -> str:
         found = f"x{ratio:.2g}" if ratio < 10 else f"x{ratio:,.0f}"
     if row.score is None:
         return found
-    return f"{found}, {100 * row.score.missed_share:.2g}/{100 * row.score.extra_share:.2g}"
+    return f"{found}, {missed_and_extra(row.score)}"
+
+
+def missed_and_extra(score: Score) -> str:
+    """Return missed and extra cells in per cent."""
+    return f"{100 * score.missed_share:.2g}/{100 * score.extra_share:.2g}"
 
 
 def duration(seconds: float) -> str:
