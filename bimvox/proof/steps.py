@@ -12,6 +12,7 @@ from bimvox.records.proof import Check
 from bimvox.records.steps import Pause, Step, Steps
 from bimvox.site.casting import Casting
 from bimvox.site.component import Component
+from bimvox.site.limits import MOST_WORK_S
 from bimvox.site.means import Means
 from bimvox.site.work import Work, work_of
 
@@ -171,5 +172,6 @@ def _asked_s(casting: Casting, part: Component) -> tuple[float, float]:
         if work in _SPANNING and part.mesh.vertices_m[part.mesh.faces.ravel(), 2].min() <= _ON_GROUND_M:
             work = Work.FOOTING
         own = getattr(casting, work.value)
-        return part.mass_kg / 2400.0 * own.hours_m3 / casting.people * 3600.0, own.wait_h * 3600.0
+        work_s = part.mass_kg / 2400.0 * own.hours_m3 / casting.people * 3600.0
+        return min(work_s, MOST_WORK_S), own.wait_h * 3600.0
     return 0.0, 0.0

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bimvox.site.limits import ON_GROUND_M
+from bimvox.site.limits import MOST_WORK_S, ON_GROUND_M
 from bimvox.site.means import Means
 from bimvox.site.work import Part, Work, work_of
 
@@ -104,7 +104,8 @@ def work_and_wait_s(casting: Casting, part: Part, means: Means, mass_kg: float) 
     if means is Means.CRANE:
         return 0.0, 0.0
     own = times_of(casting, cast_work(part))
-    return 3600.0 * own.hours_m3 * mass_kg / CONCRETE_KG_M3 / casting.people, 3600.0 * own.wait_h
+    work_s = 3600.0 * own.hours_m3 * mass_kg / CONCRETE_KG_M3 / casting.people
+    return min(work_s, MOST_WORK_S), 3600.0 * own.wait_h
 
 
 def curing_s(curing: Curing | None, part: Part) -> float:

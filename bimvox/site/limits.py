@@ -7,6 +7,9 @@ MOST_CONTACT_TOLERANCE_M = 0.1
 MOST_SUPPORT_GAP_M = 1.0
 MOST_SAMPLE_PERIOD_S = 60.0
 
+MOST_WORK_S = 365 * 86_400.0
+"""The longest work at a part that is cast in place; only a mass that makes no sense asks for more."""
+
 ROAD_KG = 70_000.0
 """The heaviest precast girders that go by road as a single load (professional judgement)."""
 ROAD_LENGTH_M = 40.0

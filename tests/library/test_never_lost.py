@@ -53,8 +53,9 @@ def test_an_absurd_mass_costs_its_own_lift_at_most(mass_kg):
     assert {lift.name for lift in plan.lifts if lift.lift.status is Status.INFEASIBLE} <= {NAME}
 
 
-def test_a_part_cast_in_place_needs_no_mass_that_makes_sense():
-    plan = _plan(hostile_frame(BODIES["open shell"](), mass_kg=2.1546e12, casting=Casting.IN_SITU))
+@pytest.mark.parametrize("mass_kg", [1e-9, 2.1546e12])
+def test_a_part_cast_in_place_needs_no_mass_that_makes_sense(mass_kg):
+    plan = _plan(hostile_frame(BODIES["open shell"](), mass_kg=mass_kg, casting=Casting.IN_SITU))
     assert plan.verified
     assert [lift.name for lift in plan.lifts if lift.lift.status is Status.IN_SITU] == [NAME]
     assert not plan.infeasible or all(lift.name == NAME for lift in plan.infeasible)
