@@ -19,12 +19,15 @@ from bimvox.errors import FileError, InputError
 
 MOST_BYTES = 4 << 30
 """The largest input file that is read into memory."""
+NO_CURRENT_FOLDER = "the current folder has been deleted"
+HINT_FOR_NO_FOLDER = "change to a folder that exists (cd)"
 ErrorKind = Callable[..., InputError]
 """Makes an error of (path, message, hint=...)."""
 
 _CHUNK_BYTES = 1 << 20
 _BINARY: int = getattr(os, "O_BINARY", 0)
 """On Windows a descriptor without it changes line ends."""
+_OF_THE_SYSTEM = ("/proc/", "/sys/")
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 _root: ContextVar[Path | None] = ContextVar("root", default=None)
 _root_of_process: Path | None = None
@@ -73,15 +76,13 @@ def require_input(path: Path, error_kind: ErrorKind = FileError) -> Path:
     Raises:
         FileError: If it is missing, a folder, a pipe, a device, unreadable or empty; of the kind ``error_kind``.
     """
-    require_regular(path, error_kind, MOST_BYTES)
+    if not require_regular(path, error_kind, MOST_BYTES):
+        raise _empty(path, error_kind)
     try:
-        with path.open("rb") as stream:
-            first = stream.read(1)
+        with path.open("rb"):
+            return path
     except OSError as error:
         raise error_kind(path, f"cannot be read: {reason_of(error)}", hint="check the file's permissions") from error
-    if not first:
-        raise error_kind(path, "the file is empty", hint="write, export or copy it again")
-    return path
 
 
 def read_input(
@@ -105,14 +106,17 @@ def read_input(
     except OSError as error:
         raise error_kind(path, f"cannot be read: {reason_of(error)}", hint="check the file's permissions") from error
     if not data and not may_be_empty:
-        raise error_kind(path, "the file is empty", hint="write, export or copy it again")
+        raise _empty(path, error_kind)
     if len(data) > most_bytes:
         raise _too_large(path, error_kind, most_bytes)
     return data
 
 
-def require_regular(path: Path, error_kind: ErrorKind = FileError, most_bytes: int = MOST_BYTES) -> None:
-    """Raise an error if ``path`` is not a regular file of at most ``most_bytes``; nothing is opened."""
+def require_regular(path: Path, error_kind: ErrorKind = FileError, most_bytes: int = MOST_BYTES) -> int:
+    """Return the size of a regular file of at most ``most_bytes``, otherwise raise an error; nothing is opened.
+
+    What /proc and /sys show is called regular by the system, but its size is none and reading it may never end.
+    """
     _insist_on_root(path, error_kind)
     status = status_of(path, error_kind)
     if status is None:
@@ -121,7 +125,7 @@ def require_regular(path: Path, error_kind: ErrorKind = FileError, most_bytes: i
         raise error_kind(
             path, "cannot be read: this is a folder, a file is needed", hint=f"name one of the files in {path}"
         )
-    if not stat.S_ISREG(status.st_mode):
+    if not stat.S_ISREG(status.st_mode) or os.path.realpath(path).startswith(_OF_THE_SYSTEM):
         raise error_kind(
             path,
             f"cannot be read: this is {_kind_in_words(status.st_mode)}, not a regular file",
@@ -129,6 +133,11 @@ def require_regular(path: Path, error_kind: ErrorKind = FileError, most_bytes: i
         )
     if status.st_size > most_bytes:
         raise _too_large(path, error_kind, most_bytes)
+    return status.st_size
+
+
+def _empty(path: Path, error_kind: ErrorKind) -> InputError:
+    return error_kind(path, "the file is empty", hint="write, export or copy it again")
 
 
 def _too_large(path: Path, error_kind: ErrorKind, most_bytes: int) -> InputError:
@@ -141,11 +150,13 @@ def status_of(path: Path, error_kind: ErrorKind = FileError) -> os.stat_result |
     """Return what the system knows about a file, links followed; None if there is no such file.
 
     Raises:
-        FileError: If the path itself is impossible: too long, a loop of links, a NUL in it; a closed folder.
+        FileError: If the path is impossible: too long, a loop of links, a NUL in it, in a closed or deleted folder.
     """
     try:
         return path.stat()
     except (FileNotFoundError, NotADirectoryError):
+        if not path.is_absolute() and current_folder_is_gone():
+            raise error_kind(path, NO_CURRENT_FOLDER, hint=HINT_FOR_NO_FOLDER) from None
         return None
     except OSError as error:
         raise error_kind(path, f"the path cannot be used: {reason_of(error)}", hint="name another file") from error
@@ -167,9 +178,20 @@ def resolved(path: Path, error_kind: ErrorKind = FileError) -> Path:
         raise error_kind(path, "the path cannot be used: a loop of links", hint="name another file") from error
 
 
+def current_folder_is_gone() -> bool:
+    """Return whether the folder that this process works in has been deleted."""
+    try:
+        os.getcwd()  # noqa: PTH109  (Path.cwd is the same, with an object)
+    except FileNotFoundError:
+        return True
+    return False
+
+
 def _kind_in_words(mode: int) -> str:
     """Return what a file that is not regular is."""
     kinds = ((stat.S_ISFIFO, "a pipe"), (stat.S_ISSOCK, "a socket"), (stat.S_ISCHR, "a device"))
+    if stat.S_ISREG(mode):
+        return "a view into the system"
     return next((words for is_kind, words in kinds if is_kind(mode)), "a device")
 
 
@@ -194,6 +216,22 @@ def check_output(path: Path, *, inputs: Iterable[Path] = ()) -> Path:
         raise FileError(path, f"the folder {folder} does not exist", hint=f"mkdir -p {folder}")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise FileError(path, f"the folder {folder} cannot be written to", hint="name another output file (-o)")
+    return path
+
+
+def check_folder(path: Path) -> Path:
+    """Return ``path`` if it is a folder that can be written to, or one can be made; called before the work.
+
+    Raises:
+        FileError: If the path, or the nearest one above it that exists, is not a folder or cannot be written to.
+    """
+    there = path
+    while (status := status_of(there)) is None:
+        there = there.parent
+    if not stat.S_ISDIR(status.st_mode):
+        raise FileError(path, f"{there} is not a folder", hint="name another folder (-o)")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise FileError(path, f"the folder {there} cannot be written to", hint="name another folder (-o)")
     return path
 
 
@@ -349,6 +387,8 @@ def default_output(source: Path, suffix: str) -> Path:
 
 def reason_of(error: OSError) -> str:
     """Return the operating system's reason in its own words, without numbers and paths."""
+    if error.errno == errno.ENOENT and current_folder_is_gone():
+        return NO_CURRENT_FOLDER
     return (error.strerror or str(error)).lower()
 
 

@@ -1,4 +1,4 @@
-"""Holds Ctrl-C and its like back: the main thread has a lock that another one needs, or is in code that is not Python."""
+"""Holds back what stops a command: the main thread has a lock that others need, or is in code that is not Python."""
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@ import errno
 import hashlib
 import io
 import os
+import sys
 from pathlib import Path
 from typing import BinaryIO
 
@@ -9,12 +10,16 @@ import pytest
 
 from bimvox.errors import FileError, InputError
 from bimvox.files import (
+    check_folder,
+    check_new_folder,
     check_output,
     default_output,
     kept_to,
     put_in_place,
     read_input,
+    reason_of,
     require_input,
+    resolved,
     scratch_folder,
     sha256_of,
     write_atomically,
@@ -207,3 +212,46 @@ def test_a_thread_that_is_kept_to_a_folder_touches_no_file_outside(tmp_path: Pat
     assert read_input(outside / "a") == b"one"
     assert names(outside) == ["a"]
     assert not [name for name in names(inside) if name.endswith(".part")]
+
+
+@pytest.mark.skipif(not Path("/proc/kmsg").exists(), reason="needs /proc")
+@pytest.mark.parametrize("name", ["/proc/kmsg", "/proc/self/mem", "/proc/self/environ", "link"])
+def test_a_view_into_the_system_is_not_read(name: str, tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to("/proc/kmsg")
+    for read in (require_input, read_input):
+        with pytest.raises(FileError, match="a view into the system, not a regular file"):
+            read(tmp_path / name)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a folder in use cannot be deleted")
+def test_a_deleted_current_folder_is_called_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "gone").mkdir()
+    (tmp_path / "there").write_bytes(b"x")
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    acts = (
+        require_input,
+        read_input,
+        check_output,
+        lambda path: write_atomically(path, b""),
+        resolved,
+        check_new_folder,
+        check_folder,
+    )
+    for act in acts:
+        with pytest.raises(FileError, match="the current folder has been deleted"):
+            act(Path("file"))
+    with pytest.raises(FileNotFoundError) as caught:
+        Path("folder").mkdir()
+    assert reason_of(caught.value) == "the current folder has been deleted"
+    assert read_input(tmp_path / "there") == b"x"
+
+
+def test_a_folder_for_outputs_is_checked_before_the_work(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"x")
+    assert check_folder(tmp_path) == tmp_path
+    assert check_folder(tmp_path / "new" / "deeper") == tmp_path / "new" / "deeper"
+    assert not (tmp_path / "new").exists()
+    for path in (tmp_path / "file", tmp_path / "file" / "new", Path(os.devnull)):
+        with pytest.raises(FileError, match="not a folder"):
+            check_folder(path)

@@ -27,7 +27,7 @@ from safetensors.numpy import load as arrays_from_bytes
 from safetensors.numpy import save as bytes_from_arrays
 
 from bimvox.errors import PolicyError
-from bimvox.files import status_of
+from bimvox.files import read_input, status_of
 from bimvox.policy.manifest import (
     PolicyManifest,
     canonical_json,
@@ -309,12 +309,11 @@ def _read(file: Path) -> bytes:
     Raises:
         PolicyError: It cannot be read, or is too large for a policy.
     """
-    try:
-        if file.stat().st_size > LARGEST_FILE_BYTES:
-            raise PolicyError(f"{file}: {file.stat().st_size:,} bytes, more than a policy can have")
-        return file.read_bytes()
-    except OSError as error:
-        raise PolicyError(f"{file}: it cannot be read: {error.strerror}") from error
+    return read_input(file, _unreadable, most_bytes=LARGEST_FILE_BYTES, may_be_empty=True)
+
+
+def _unreadable(file: Path, message: str, *, hint: str | None = None) -> PolicyError:
+    return PolicyError(f"{file}: {message}", hint=hint)
 
 
 def _write(file: Path, content: bytes) -> None:

@@ -29,7 +29,7 @@ from typing import Any
 import typer
 
 from bimvox.errors import BimvoxError, PlanningError, cut, shown
-from bimvox.files import reason_of
+from bimvox.files import HINT_FOR_NO_FOLDER, NO_CURRENT_FOLDER, current_folder_is_gone, reason_of
 from bimvox.rendering.plain import plain
 from bimvox_cli.streams import StdoutError
 
@@ -112,6 +112,8 @@ def _described(error: BaseException) -> tuple[str, str, str | None, int, dict[st
         where = f"{error.filename}: " if isinstance(error.filename, str) else ""
         hint = "free some space, or name another file or folder (TMPDIR is the one for temporary files)"
         return "file", f"{where}{reason_of(error)}; no output was changed", hint, BAD_INPUT, {}
+    if isinstance(error, FileNotFoundError) and current_folder_is_gone():
+        return "file", NO_CURRENT_FOLDER, HINT_FOR_NO_FOLDER, BAD_INPUT, {}
     if isinstance(error, MemoryError):
         said = "this needs more memory than there is"
         return "memory", said, "take larger cells, or a smaller site or model", BAD_INPUT, {}

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.files import default_output, require_input, seen_from, write_together
+from bimvox.files import check_folder, default_output, require_input, seen_from, write_together
 from bimvox.library.set_up_search.choose import search_set_ups
 from bimvox.library.set_up_search.front import front_of, proven_front, why_beaten
 from bimvox.library.set_up_search.search import Search
@@ -74,7 +74,7 @@ def optimise(
     effort = effort or Effort()
     machines = catalogue() if crane is None else machines_called(crane)
     opened = open_site(require_input(site))
-    folder = out or default_output(site, "-set-ups")
+    folder = check_folder(out or default_output(site, "-set-ups"))
     searched = search_set_ups(opened, str(site), machines, effort, folder, progress)
     search = searched.search
     plans = _Plans(opened, search, folder, Plant(backend, jobs, fresh), progress)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import InputError, PolicyError
-from bimvox.files import check_output, require_input, write_atomically
+from bimvox.files import check_output, read_input, write_atomically
 
 if TYPE_CHECKING:
     from bimvox.policy.store import StoredPolicy
@@ -62,10 +62,7 @@ def import_policy(source: Path, *, trust: bool = False) -> dict[str, Any]:
     from bimvox.policy import store
     from bimvox.policy.bundle import unpack
 
-    require_input(source)
-    if source.stat().st_size > 2 * store.LARGEST_FILE_BYTES:
-        raise PolicyError(f"{source}: {source.stat().st_size:,} bytes, more than a policy can have")
-    content = source.read_bytes()
+    content = read_input(source, most_bytes=2 * store.LARGEST_FILE_BYTES)
     try:
         if _is_sb3(content):
             identity = _from_sb3(content, trust)

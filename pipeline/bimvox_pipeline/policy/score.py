@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import InputError, MissingPackageError, PolicyError
-from bimvox.files import require_input
+from bimvox.files import read_input
 
 if TYPE_CHECKING:
     from bimvox.planning.rollout import TowardsTarget, Values
@@ -65,12 +65,11 @@ def _loaded(policy: str) -> tuple[str, Values | TowardsTarget]:
 
 
 def _from_onnx(file: Path) -> tuple[str, Values]:
-    require_input(file)
+    content = read_input(file)
     try:
         runtime = importlib.import_module("onnxruntime")
     except ImportError as error:
         raise MissingPackageError("onnxruntime", "scoring an ONNX file") from error
-    content = file.read_bytes()
     try:
         session = runtime.InferenceSession(content, providers=["CPUExecutionProvider"])
         (name,) = [one.name for one in session.get_inputs()]

@@ -11,12 +11,16 @@ from __future__ import annotations
 
 import hashlib
 import os
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+
+from bimvox.errors import FileError
+from bimvox.files import require_regular
 
 MOST_DIGESTED_BYTES = 512 << 20
 """The largest file whose content is read: no larger obstruction file is accepted."""
@@ -142,8 +146,10 @@ class _Looks:
         return FileState(digest.hexdigest(), seen_s)
 
     def _digest(self, path: Path, may_trust_size: bool) -> bytes:
-        if not path.is_file():
-            raise FileNotFoundError(path)  # a pipe would block
+        try:
+            require_regular(path, most_bytes=sys.maxsize)  # a pipe would block
+        except FileError as error:
+            raise FileNotFoundError(path) from error
         with path.open("rb") as stream:
             status = os.fstat(stream.fileno())
             attributes = (status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino, status.st_dev)
