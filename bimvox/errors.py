@@ -33,8 +33,15 @@ from typing import Any
 
 
 def shown(value: object, most: int = 80) -> str:
-    """Return a value as a message repeats it: a text in quotes, and at most ``most`` characters."""
-    return cut(repr(value), most)
+    """Return a value as a message repeats it: a text in quotes, numbers as people write them, cut to ``most``."""
+    return cut(repr(_of_python(value)), most)
+
+
+def _of_python(value: object) -> object:
+    """Return a value with Python's numbers for numpy's: ``(17, 3)``, not ``(np.int32(17), np.int32(3))``."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return type(value)(map(_of_python, value)) if type(value) in (tuple, list) else value
 
 
 def cut(text: str, most: int = 80) -> str:

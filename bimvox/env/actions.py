@@ -8,7 +8,7 @@ from operator import index
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.errors import ActionError
+from bimvox.errors import ActionError, shown
 
 
 class Action(IntEnum):
@@ -48,7 +48,7 @@ def checked_action(action: object) -> int:
     except TypeError:
         chosen = -1
     if not 0 <= chosen < ACTION_COUNT:
-        raise ActionError(f"action {action!r}: an integer from 0 to {ACTION_COUNT - 1} is needed", actions=action)
+        raise ActionError(f"action {shown(action)}: an integer from 0 to {ACTION_COUNT - 1} is needed", actions=action)
     return chosen
 
 

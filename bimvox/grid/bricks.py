@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bimvox.errors import shown
 from bimvox.grid import brick_kernels as kernels
 from bimvox.grid.brick_kernels import BRICK as BRICK  # re-exported
 
@@ -148,7 +149,9 @@ class BrickBuilder:
         high = [start + size for start, size in zip(low, owners.shape, strict=True)]
         for start, stop, size in zip(low, high, self._shape, strict=True):
             if start % BRICK or start < 0 or stop > size or (stop % BRICK and stop != size):
-                raise ValueError(f"the box from {list(low)} to {high} is not made of whole bricks of {self._shape}")
+                raise ValueError(
+                    f"the box from {shown(low)} to {shown(high)} is not made of whole bricks of {self._shape}"
+                )
         self._reserve(int(np.prod([-(-n // BRICK) for n in owners.shape])))
         at = np.array(low, np.int64) // BRICK
         rows: int = kernels.enter_owners(owners, at, self._index, self._cells, self._rows, self._parts)

@@ -6,6 +6,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from bimvox.errors import shown
 from bimvox.live.carry import carry, idle
 from bimvox.live.job import LiveJob, LiveLift
 from bimvox.live.shield import LOAD_COLUMNS, prediction_room
@@ -147,7 +148,7 @@ class Episode:
             self.waited += 1
             return
         if choice not in self.candidates:
-            raise ValueError(f"decision {choice}: the candidates are {list(self.candidates)}, and {WAIT} to wait")
+            raise ValueError(f"decision {choice}: the candidates are {shown(self.candidates)}, and {WAIT} to wait")
         self.waited = 0
         if self.hooked is None:
             self._pass(ticks_of(self.lead_s(choice)))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.errors import PolicyError
+from bimvox.errors import PolicyError, shown
 
 _ROWS_AT_ONCE = 8
 
@@ -137,7 +137,7 @@ def norms_from_arrays(
         )
     if len(arrays) != 2 * len(hidden) or any(len(kept) != len(hidden) for kept in pairs):
         raise PolicyError(
-            f"the normalised layers {sorted(arrays)} do not fit hidden layers of {list(hidden)} units",
+            f"the normalised layers {sorted(arrays)} do not fit hidden layers of {shown(hidden)} units",
             differs={"arrays": sorted(arrays)},
         )
     return pairs[0], pairs[1]

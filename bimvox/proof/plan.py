@@ -327,7 +327,9 @@ class _Verifier:
         for n in np.flatnonzero(hits_far)[:1]:
             cells = own + path[n]
             names = [t.name for t in far if len(cells_in_common(cells, t.cells))]
-            check.look(False, f"{component.id}: at placement {n}, cell {tuple(path[n])}, it meets {', '.join(names)}")
+            check.look(
+                False, f"{component.id}: at placement {n}, cell {tuple(path[n].tolist())}, it meets {', '.join(names)}"
+            )
         check.look(True, "", samples=len(path) * len(own))
         self.near_marks.move_to(near)
         hits_near = self.near_marks.hits(own, path)

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import shown
 from bimvox.proof.names import check_names
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
@@ -208,7 +209,7 @@ def _check_rules(check: Check, rules: Rules) -> None:
             _within(check, f"site.rules.{key.name}", value, _RULES[key.name])
     check.look(
         set(rules.gives_way) <= DEFAULT_RULES.keys(),
-        f"site.rules.gives_way is {list(rules.gives_way)}: only {', '.join(DEFAULT_RULES)} can give way",
+        f"site.rules.gives_way is {shown(rules.gives_way)}: only {', '.join(DEFAULT_RULES)} can give way",
     )
     for work in fields(rules.times):
         own = getattr(rules.times, work.name)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import Building
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import shown
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.placement import built_bounds_m, place_building
 from bimvox.units import METRES_PER_UNIT
@@ -97,7 +98,7 @@ def read_from_map(config: SiteConfig, building: Building) -> SiteConfig:
         off_m = float(np.hypot(*(np.array(at[:2]) - middle)))
         if off_m > _FAR_M:
             hint = 'coordinates = "map" takes [easting, northing] in metres'
-            raise config.error(key, f"{list(given)} is {off_m / 1000.0:,.0f} km from the building", hint=hint)
+            raise config.error(key, f"{shown(given)} is {off_m / 1000.0:,.0f} km from the building", hint=hint)
     return found
 
 
