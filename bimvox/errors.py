@@ -41,7 +41,9 @@ def _of_python(value: object) -> object:
     """Return a value with Python's numbers for numpy's: ``(17, 3)``, not ``(np.int32(17), np.int32(3))``."""
     if hasattr(value, "tolist"):
         return value.tolist()
-    return type(value)(map(_of_python, value)) if type(value) in (tuple, list) else value
+    if type(value) is list:
+        return [_of_python(one) for one in value]
+    return tuple(_of_python(one) for one in value) if type(value) is tuple else value
 
 
 def cut(text: str, most: int = 80) -> str:

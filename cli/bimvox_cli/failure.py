@@ -50,6 +50,7 @@ _VARIABLES = {
 """How a library refuses the value of an environment variable, and what that should be."""
 _MOST = 4000
 """Characters of a message that are printed; a file may contain a name of any length."""
+_CODES_WITHOUT_PLAN = frozenset([PlanningError.code, *(kind.code for kind in PlanningError.__subclasses__())])
 _CODE_OF_EVENT = {"rejected": BAD_INPUT, "failed": NO_PLAN}
 
 
@@ -58,12 +59,42 @@ def exit_code_of(document: Mapping[str, Any]) -> int:
 
     Args:
         document: The result: 1 if a proof failed or a lift is infeasible; for an event of a watch, 2 if the file was
-            rejected and 1 if there is no plan for it.
+            rejected and 1 if there is no plan for it; for many runs, the worst that one of them alone would have.
     """
+    failed = [_code_of_run(code) for _, code, _ in failed_runs(document)]
+    if failed:
+        return max(failed)
     event = _CODE_OF_EVENT.get(str(document.get("event")))
     if event is not None:
         return event
     return NO_PLAN if document.get("verified") is False or document.get("infeasible") else DONE
+
+
+def failed_runs(document: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    """Return name, code and message of each run, or site of ``optimise``, that failed; none for any other document."""
+    if not document.get("failed"):
+        return []
+    runs = [
+        (run["run"], run["error"]["code"], run["error"]["message"]) for run in document.get("runs", ()) if run["error"]
+    ]
+    sites = [(one["name"], one["error_code"], one["error"]) for one in document.get("sites", ()) if one["error"]]
+    return [*runs, *sites]
+
+
+def report_runs(document: Mapping[str, Any]) -> None:
+    """Print on stderr that runs failed, with the first reason; the table and the document have all."""
+    failed = failed_runs(document)
+    if failed:
+        name, _, message = failed[0]
+        count = len(document.get("runs") or document["sites"])
+        print(f"error: {len(failed):,} of {count:,} failed; {name}: {cut(plain(message), _MOST)}", file=sys.stderr)
+
+
+def _code_of_run(code: str) -> int:
+    """Return the exit code of one run by the code of its error; a run whose process died has no plan."""
+    if code == "fault":
+        return FAULT
+    return NO_PLAN if code == "died" or code in _CODES_WITHOUT_PLAN else BAD_INPUT
 
 
 def report(error: BaseException, *, as_json: bool, verbose: bool = False) -> int:

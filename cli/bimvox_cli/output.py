@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from bimvox.rendering.plain import plain
-from bimvox_cli.failure import exit_code_of
+from bimvox_cli.failure import exit_code_of, report_runs
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -53,6 +53,7 @@ class Output:
             print_json(document)
         elif not self.quiet:
             show(console_on(sys.stdout), document)
+        report_runs(document)
         return exit_code_of(document)
 
     def answer(self, document: Mapping[str, Any], show: Callable[[Console, Mapping[str, Any]], None]) -> int:

@@ -1,9 +1,24 @@
 import json
 
 import pytest
-from bimvox_cli.failure import exit_code_of, report
+from bimvox_cli.failure import exit_code_of, report, report_runs
 
 from bimvox.errors import ConfigError, GridTooLargeError, InputError, NoPlanError, PolicyError, VerificationError
+
+_FAILED = {
+    ("config",): 2,
+    ("no-plan",): 1,
+    ("no-order", "file"): 2,
+    ("verification", "motion", "planning"): 1,
+    ("died",): 1,
+    ("file", "fault"): 70,
+}
+"""Codes of the errors of runs, and the exit code of all of them."""
+
+
+def _runs(*codes: str) -> list[dict[str, object]]:
+    good = {"run": "good", "error": None}
+    return [good, *({"run": code, "error": {"code": code, "message": f"{code}!"}} for code in codes)]
 
 
 @pytest.mark.parametrize(
@@ -13,6 +28,8 @@ from bimvox.errors import ConfigError, GridTooLargeError, InputError, NoPlanErro
         ({"verified": True, "infeasible": []}, 0),
         ({"verified": False}, 1),
         ({"verified": True, "infeasible": [{"component": "b"}]}, 1),
+        *(({"verified": False, "failed": len(codes), "runs": _runs(*codes)}, code) for codes, code in _FAILED.items()),
+        ({"verified": True, "failed": 1, "sites": [{"name": "a", "error": "ifc: no", "error_code": "ifc"}]}, 2),
     ],
 )
 def test_exit_code_of_a_finished_command(document: dict[str, object], code: int) -> None:
@@ -101,3 +118,10 @@ def test_an_environment_variable_that_a_library_refuses_is_bad_input(name, said,
     monkeypatch.setenv(name, "x")
     assert report(ValueError(said), as_json=False) == 2
     assert f"{name} is 'x'" in capsys.readouterr().err
+
+
+def test_runs_that_failed_are_told_on_stderr(capsys: pytest.CaptureFixture[str]) -> None:
+    report_runs({"verified": True, "runs": _runs()})
+    assert capsys.readouterr().err == ""
+    report_runs({"failed": 2, "runs": _runs("config", "no-plan")})
+    assert capsys.readouterr().err == "error: 2 of 3 failed; config: config!\n"

@@ -16,6 +16,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
+from bimvox.errors import BimvoxError
 from bimvox.processes import ONE_THREAD, end_with, python_module
 from bimvox_pipeline.fleet.runs import Run
 from bimvox_pipeline.fleet.work import RECORDS
@@ -23,8 +24,6 @@ from bimvox_pipeline.fleet.work import RECORDS
 Work = Callable[[Run, Path], None]
 
 WORKER_ENDED = "its worker ended"
-
-_DONE = b"."
 
 _child: subprocess.Popen[bytes] | None = None
 _one_at_a_time = threading.Lock()
@@ -34,6 +33,9 @@ def carry_out_apart(work: Work, run: Run, folder: Path) -> None:
     """Execute a run with ``work``, a module-level function, in this worker's separate process.
 
     If the process dies, the mark of the run says how.
+
+    Raises:
+        FileError: If the run's record cannot be written, for example because the disk is full.
     """
     global _child
     mark = begun_file(folder, run.name)
@@ -47,14 +49,15 @@ def carry_out_apart(work: Work, run: Run, folder: Path) -> None:
         try:
             pickle.dump((work, run, folder), child.stdin)
             child.stdin.flush()
-            done = child.stdout.read(len(_DONE)) == _DONE
-        except BrokenPipeError:
-            done = False
+            failure = pickle.load(child.stdout)  # from our own process
+        except (BrokenPipeError, EOFError, pickle.UnpicklingError):
+            mark.write_text(f"its process ended ({_reason(child.wait())})", encoding="utf-8")
+            return
         except BaseException:
             end_child()
             raise
-        if not done:
-            mark.write_text(f"its process ended ({_reason(child.wait())})", encoding="utf-8")
+        if failure is not None:
+            raise failure
 
 
 def begun_file(folder: Path, name: str) -> Path:
@@ -96,8 +99,12 @@ def _serve() -> None:
             work, run, folder = pickle.load(sys.stdin.buffer)  # from our own worker, over a pipe
         except EOFError:
             return
-        work(run, folder)
-        told.write(_DONE)
+        failure: BimvoxError | None = None
+        try:
+            work(run, folder)
+        except BimvoxError as error:
+            failure = error
+        told.write(pickle.dumps(failure))
 
 
 if __name__ == "__main__":

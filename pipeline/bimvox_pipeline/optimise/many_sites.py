@@ -65,7 +65,12 @@ def optimise_all(
         progress.finish()
     return {
         "sites": [
-            {**row, "kept": record["run"] in kept, "found": record.get("found")}
+            {
+                **row,
+                "kept": record["run"] in kept,
+                "found": record.get("found"),
+                "error_code": record["error"] and record["error"]["code"],
+            }
             for record, row in zip(records, rows, strict=True)
         ],
         "folder": str(folder),

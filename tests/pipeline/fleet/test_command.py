@@ -18,6 +18,7 @@ from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish
 from bimvox_pipeline.fleet.table import COLUMNS
 from bimvox_pipeline.fleet.work import RECORDS
+from full_disk import full_disk
 
 from bimvox.errors import FileError
 from bimvox.progress import SilentProgress
@@ -50,6 +51,19 @@ def test_finished_runs_are_kept_until_something_changes(sites: Path):
     (out / RECORDS / "paper.json").write_text("{")
     assert [run["kept"] for run in planned(sites, paper, beside)["runs"]] == [False, True]
     assert planned(sites, paper, fresh=True)["kept"] == 0
+
+
+@pytest.mark.usefixtures("in_process")
+@pytest.mark.parametrize("quiet", [[], ["-q"], ["--json"]])
+def test_a_bad_site_among_others_is_bad_input(sites: Path, quiet: list[str], capsys: pytest.CaptureFixture[str]):
+    file = sites / "some.toml"
+    file.write_text('sites = ["gone.site.toml", "paper.site.toml"]\npolicy = "none"\n')
+    assert command(["sweep", str(file), "-o", str(sites / "out"), "--jobs", "1", *quiet]) == 2
+    out, err = capsys.readouterr()
+    assert err.splitlines()[-1].startswith("error: 1 of 2 failed; gone: ")
+    assert "no such file" in err
+    assert (sites / "out" / "paper.mcap").exists()
+    assert quiet != ["--json"] or json.loads(out)["failed"] == 1
 
 
 @pytest.mark.usefixtures("in_process")
@@ -146,3 +160,17 @@ def test_a_stopped_sweep_resumes(sites: Path, backend: str, number: signal.Signa
     document = json.loads(capsys.readouterr().out)
     assert [run["kept"] for run in document["runs"]] == [True, False]
     assert record.read_bytes() == before
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="limits the size of files")
+def test_a_full_disk_is_one_sentence(sites: Path, capfd: pytest.CaptureFixture[str]):
+    (sites / "some.toml").write_text('sites = ["paper.site.toml"]\npolicy = "none"\nseeds = [1, 2]\n')
+    with full_disk(320):
+        code = command(["sweep", str(sites / "some.toml"), "-o", str(sites / "out"), "--jobs", "2", "-q"])
+    said = capfd.readouterr().err
+    assert code == 2
+    assert "file too large; nothing was changed" in said
+    assert "Traceback" not in said
+    assert len(said.splitlines()) == 2
+    assert not list((sites / "out").rglob("*.part"))
