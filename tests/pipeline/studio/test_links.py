@@ -14,6 +14,8 @@ from bimvox_pipeline.studio.app import Studio, application
 from planned_frame import copy_to
 from starlette.testclient import TestClient
 
+from bimvox.processes import python_module, run_to_end
+
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="links need a right there")
 
 TOKEN = "a-token"
@@ -202,3 +204,14 @@ def test_a_loop_of_links_is_refused_in_a_sentence(two: Two) -> None:
     for path in ("loop.site.toml", "a\ud800.ifc", "a" * 5000):
         answer = two.client.post("/api/open", content=json.dumps({"path": path}), headers={"X-Bimvox-Token": TOKEN})
         assert answer.status_code == 400, path
+
+
+@pytest.mark.parametrize(("name", "to"), [("frame.mcap", "new.mcap"), ("frame.ifc", "frame.ifc")])
+def test_the_process_of_a_plan_looks_itself(two: Two, name: str, to: str) -> None:
+    two.link(name, to)
+    files = [str(two.inside / own) for own in ("frame.site.toml", "frame.mcap", "frame.obstructions.json")]
+    done = run_to_end(python_module("bimvox_pipeline.studio.work", "plan", str(two.inside), *files, ""), 60.0)
+    assert done is not None
+    assert done.code == 1
+    assert "leads out of the folder" in json.loads(done.out.splitlines()[-1])["error"]["error"]
+    assert two.all_outside() == two.before

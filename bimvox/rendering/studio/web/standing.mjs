@@ -91,10 +91,11 @@ export class Standing {
     const { app, state } = this;
     const { other } = app;
     const mark = other ? "other" : state === "gone" ? "earlier" : state;
-    const shown = `${mark} ${other?.words} ${JSON.stringify(this.plan)}`;
+    const canPlan = mark === "earlier" && !app.isBusy;
+    const shown = `${mark} ${canPlan} ${other?.words} ${JSON.stringify(this.plan)}`;
     if (shown === this.shown) return;
     this.shown = shown;
-    const again = mark === "earlier" ? el("button", { type: "button", onclick: () => app.plan() }, "Plan again") : null;
+    const again = canPlan ? el("button", { type: "button", onclick: () => app.plan() }, "Plan again") : null;
     fill(byId("standing"), el("span", {}, other?.words ?? this.words), again);
     byId("standing").className = `standing ${mark} ${mark === "current" && this.refused ? "refused" : ""}`;
     byId("pane-result").classList.toggle("not-shown-here", mark !== "current");
