@@ -206,7 +206,7 @@ class _LegMaking:
 
     def _space_of(self, lift: Lift) -> CollisionSpace:
         if lift.order in self._begun:  # its last moves are not cleared: it has left them, or it is on them
-            return self._assembly.space(lift.component, lift.clearance_m)
+            return self._assembly.space(lift.component, lift.kept)
         return self._assembly.space_of(lift)
 
     def _go_to(self, order: int, last: Sequence[Lift]) -> None:

@@ -13,6 +13,7 @@ from bimvox.log.segments import FIRST_PLAN
 from bimvox.proof.over_time import not_current
 from bimvox.records.lift import Lift, Status, infeasible_among
 from bimvox.records.proof import Check, Claim
+from bimvox.site.default_rules import ALL_KEPT
 from bimvox.site.programme import ATTACHED
 from bimvox.site.site import HeadingRule
 from bimvox.site.weaker_rules import weaker_rules
@@ -132,7 +133,7 @@ CLAIMS = (
         "gives_way",
         "lifts keep less than the clearances that the rules ask for because no path keeps more",
         SEARCH,
-        _lifts(lambda log, lift: lift.clearance_m is not None),
+        _lifts(lambda log, lift: lift.kept != ALL_KEPT),
     ),
     ClaimRow(
         "kept_heading",

@@ -6,8 +6,9 @@ this check alone is not independent of the planner: contacts, erection sequence 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -16,9 +17,10 @@ from bimvox.library.attached_files import config_in
 from bimvox.library.faster import preparation_of
 from bimvox.library.hand_over import as_assigned, without_named_crane
 from bimvox.log.plan_log import PlanLog
+from bimvox.log.segments import FIRST_PLAN
 from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import Assembly
-from bimvox.planning.one_lift import plan_lift, unplanned_lift
+from bimvox.planning.one_lift import plan_lift, searched_at, unplanned_lift
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.search import shortest_path
 from bimvox.planning.stage import Obstacle, Stage
@@ -31,7 +33,9 @@ from bimvox.proof.space import ALWAYS_NS
 from bimvox.records.lift import NOT_LIFTED, Lift, Status
 from bimvox.records.proof import Check, Verification
 from bimvox.records.reasons import LOAD_IS_HELD, OF_A_STOP, OF_THE_PATH
-from bimvox.site.site import Site
+from bimvox.site.default_rules import ALL_KEPT, Kept
+from bimvox.site.site import HeadingRule, Site
+from bimvox.site.transit_clearance import CLEARANCES, margin_vox, rope_margin_vox, smaller_clearances
 
 _NOT_IN_THE_EXTRACT = "the obstructions changed during the plan, and when it was looked at is not in this extract"
 
@@ -134,10 +138,11 @@ class _Searched:
         self._check.about = None
 
     def _look_planned(self, lift: Lift) -> None:
+        self._look_whether_needed(lift)
         if lift.shortest_moves is None:
             self._assembly.skip(lift.component)  # it claims nothing
             return
-        stage = self._assembly.begin(lift.component, lift.clearance_m)
+        stage = self._assembly.begin(lift.component, lift.kept)
         if lift.with_jib and isinstance(stage, Stage):
             stage = turning_stage(self._site, stage) or stage
         if isinstance(stage, Obstacle) or not np.array_equal(stage.insertion.path_vox, lift.last_moves_vox):
@@ -147,9 +152,67 @@ class _Searched:
         found = shortest_path(transit.space, transit.start_vox, transit.goal_vox).path_vox
         self._compare_moves(lift, None if found is None else len(found) - 1 + stage.insertion.moves)
 
+    def _look_whether_needed(self, lift: Lift) -> None:
+        """Check that what a lift gives way on is needed: no lift that keeps more of it can be planned and proven."""
+        turns = self._site.rules.heading is HeadingRule.WITH_JIB
+        for kept in self._next_larger(lift.kept):
+            stage = self._assembly.begin(lift.component, kept)
+            more = f"it keeps {_written(self._site, lift.kept)}, but a path keeps {_written(self._site, kept)}"
+            self._look_at_other(lift, stage, more, with_jib=turns)
+        if lift.guide is None and not (turns and not lift.with_jib):
+            return
+        stage = self._assembly.begin(lift.component, lift.kept)
+        if lift.guide is not None and isinstance(stage, Stage) and stage.insertion.guide is None:
+            self._look_at_other(lift, stage, "a crew guides it on its last moves, but it fits hanging freely")
+        if turns and not lift.with_jib and isinstance(stage, Stage):
+            turning = turning_stage(self._site, stage)
+            self._look_at_other(lift, turning, "it keeps its heading, but there is room to turn with the jib")
+
+    def _next_larger(self, kept: Kept) -> Iterator[Kept]:
+        """Yield the next larger clearances, in whole cells: of the load whatever the rope's, and of the rope."""
+        site = self._site
+        load, rope = margin_vox(site, kept), rope_margin_vox(site, kept)
+        every = (ALL_KEPT, *chain.from_iterable(smaller_clearances(site)))
+        # Where a path keeps more than the next larger ones, it keeps these too.
+        yield from [one for one in every if margin_vox(site, one) > load][-1:]
+        yield from [one for one in every if margin_vox(site, one) == load and rope_margin_vox(site, one) > rope][-1:]
+
+    def _look_at_other(self, lift: Lift, stage: Stage | Obstacle | None, said: str, *, with_jib: bool = False) -> None:
+        """Look for a path at a stage at which a lift would give less way; if there is one, the check fails.
+
+        Args:
+            lift: The lift.
+            stage: The stage; None, or an obstacle, if there is none.
+            said: What the lift gives way on without need.
+            with_jib: Whether the load may also turn with the jib.
+        """
+        self._check.samples += 1
+        if not isinstance(stage, Stage):
+            return
+        turning = turning_stage(self._site, stage) if with_jib else None
+        unplanned = unplanned_lift(self._site, lift.component, lift.order, lift.place)
+        for other in (turning, stage):
+            if other is None:
+                continue
+            transit = other.transit
+            if shortest_path(transit.space, transit.start_vox, transit.goal_vox).path_vox is None:
+                continue
+            found = searched_at(self._assembly, other, unplanned, None)
+            if self._record.plan.history or FIRST_PLAN in self._record.metadata:
+                self._undecided(lift, f"{said}; it may have been planned before something on the site changed")
+                return
+            refused = self._why_refused(found, other)
+            if refused is None:
+                self._check.look(False, f"{self._name(lift)}: {said}")
+                return
+            self._undecided(lift, f"{said}, which is refused too ({refused})")
+            return
+
     def _look_redirected(self, lift: Lift) -> None:
         """Compare the moves of a load that was stopped, from where it resumed."""
-        stage, blocked = self._assembly.on_the_way(lift.component, lift.last_moves_vox, lift.clearance_m)
+        if lift.kept != ALL_KEPT:
+            self._undecided(lift, "its load was stopped on the way, so what it could keep from there is not known")
+        stage, blocked = self._assembly.on_the_way(lift.component, lift.last_moves_vox, lift.kept)
         if blocked is not None or lift.path_vox is None or lift.shortest_moves is None:
             self._undecided(lift, "its load was stopped on the way, and the search finds other last moves from there")
             return
@@ -172,8 +235,8 @@ class _Searched:
         found = plan_lift(self._assembly, stage, unplanned, None, None)
         reason = lift.reason or ""
         if found.status is Status.PLANNED:
-            if found.clearance_m is not None:
-                stage = self._assembly.begin(lift.component, found.clearance_m)
+            if found.kept != ALL_KEPT:
+                stage = self._assembly.begin(lift.component, found.kept)
             assert isinstance(stage, Stage)
             self._look_feasible(lift, found, stage)
         elif self._is_of_another_time:
@@ -256,6 +319,12 @@ class _Searched:
 
     def _name(self, lift: Lift) -> str:
         return f"lift {lift.number} ({self._site.components[lift.component].label})"
+
+
+def _written(site: Site, kept: Kept) -> str:
+    """Return clearances as a message shows them."""
+    load_m, rope_m = (site.rules.kept_m(rule, kept) for rule in CLEARANCES)
+    return f"{load_m:g} m around its load and {rope_m:g} m around hook and rope"
 
 
 def _said(lift: Lift) -> str:

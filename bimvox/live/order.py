@@ -19,6 +19,7 @@ from bimvox.planning.order.graph import order_graph
 from bimvox.planning.preparation import Preparation
 from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint, motion_footprint, path_footprint
 from bimvox.records.lift import Lift
+from bimvox.site.default_rules import NOTHING_KEPT
 from bimvox.site.site import Site
 
 
@@ -33,7 +34,7 @@ def earlier_lifts(
         lifts: The proven ways of planned lifts that follow each other in the plan.
     """
     graph = order_graph(site, preparation.relations, preparation.contacts)
-    transit_m, rope_m = (site.rules.kept_m(name, 0.0) for name in ("transit_clearance_m", "rope_clearance_m"))
+    transit_m, rope_m = (site.rules.kept_m(name, NOTHING_KEPT) for name in ("transit_clearance_m", "rope_clearance_m"))
     site = replace(site, rules=replace(site.rules, transit_clearance_m=transit_m, rope_clearance_m=rope_m))
     swept = [[footprint for way in ways for footprint in _swept(site, way)] for ways in lifts]
     planned = [ways[0].lift for ways in lifts]

@@ -38,7 +38,7 @@ def drive_turning(
     begins = len(lift.path_vox) - 1 - lift.contact_moves
     x, y, z = (int(n) for n in lift.path_vox[0])
     component = site.components[lift.component]
-    turning = turning_space(site, component, space, (x, y, z), margin_vox(site, lift.clearance_m))
+    turning = turning_space(site, component, space, (x, y, z), margin_vox(site, lift.kept))
     if turning is None:
         raise PlanningError("the load cannot turn above its place in the yard", hint="plan the lift again")
     there, there_m = drive_above(rigged, turning, lift.path_vox[: begins + 1], slew_rad)

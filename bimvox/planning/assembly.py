@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,9 @@ from bimvox.planning.stage import Obstacle, Stage, with_cleared
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.collision import CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
+from bimvox.site.default_rules import ALL_KEPT, Kept
 from bimvox.site.site import GROUND_ID, HeadingRule, Site
-from bimvox.site.transit_clearance import CLEARANCES, grown_cells, margin_vox, smaller_clearances_m
+from bimvox.site.transit_clearance import CLEARANCES, grown_cells, margin_vox, smaller_clearances
 
 
 class Assembly:
@@ -58,14 +60,12 @@ class Assembly:
         """Edge length of a cell."""
         return self._site.frame.voxel_size_m
 
-    def begin(
-        self, index: int, clearance_m: float | None = None, *, avoided: tuple[Insertion, ...] = ()
-    ) -> Stage | Obstacle:
+    def begin(self, index: int, kept: Kept = ALL_KEPT, *, avoided: tuple[Insertion, ...] = ()) -> Stage | Obstacle:
         """Take component ``index`` out of the yard and return the stage of its lift, or why it cannot be planned.
 
         Args:
             index: The component.
-            clearance_m: The clearance that it keeps in transit if the rules' give way; None: all.
+            kept: What it keeps of the clearances that give way.
             avoided: Its last moves are other than these, also when it is begun again with less clearance.
         """
         component, place = self._site.components[index], self._preparation.places[index]
@@ -75,7 +75,7 @@ class Assembly:
             return obstacle or self._no_place(component)
         if avoided:
             self._avoided[index] = avoided
-        return self._stage(component, place, clearance_m, self._avoided.get(index, ()))
+        return self._stage(component, place, kept, self._avoided.get(index, ()))
 
     def begin_with_most(self, index: int) -> Stage | Obstacle:
         """Return what ``begin`` does with the largest clearance in transit that leaves a start and last moves."""
@@ -86,8 +86,8 @@ class Assembly:
 
     def each_clearance(self, index: int) -> Iterator[Stage | Obstacle]:
         """Yield what ``begin`` does with ever smaller clearances in transit, as long as a smaller one can help."""
-        for clearance_m in (None, *self.smaller_clearances_m()):
-            stage = self.begin(index, clearance_m)
+        for kept in self._clearances():
+            stage = self.begin(index, kept)
             yield stage
             if not isinstance(stage, Stage) and not stage.on_the_way:
                 return
@@ -149,22 +149,22 @@ class Assembly:
             reason += f": {carried_where(self._site, crane, component)}"
         return Obstacle(reason)
 
-    def smaller_clearances_m(self) -> tuple[float, ...]:
-        """Return what a lift may keep in transit instead of the rules' clearances, the largest first."""
-        return smaller_clearances_m(self._site)
+    def _clearances(self) -> tuple[Kept, ...]:
+        """Return what a lift may keep in transit, the largest clearances first."""
+        return (ALL_KEPT, *chain.from_iterable(smaller_clearances(self._site)))
 
-    def space(self, index: int, clearance_m: float | None = None) -> CollisionSpace:
+    def space(self, index: int, kept: Kept = ALL_KEPT) -> CollisionSpace:
         """Return the collision rule for the transit of component ``index`` now, with its departure cleared."""
         component, place = self._site.components[index], self._preparation.places[index]
         free = self._occupancy.space(component)
-        transit = self._occupancy.transit(component, free, clearance_m)
+        transit = self._occupancy.transit(component, free, kept)
         if place is None:
             return transit
         return with_cleared(transit, _departure(free, transit, place.transit_start_vox)[0])
 
     def space_of(self, lift: Lift) -> CollisionSpace:
         """Return the collision rule for the crane's motion of a planned lift now: its last moves are cleared too."""
-        return with_cleared(self.space(lift.component, lift.clearance_m), lift.last_moves_vox)
+        return with_cleared(self.space(lift.component, lift.kept), lift.last_moves_vox)
 
     def who_is_at(self, cells: NDArray[np.int32]) -> tuple[str, ...]:
         """Return the ids of everything that occupies one of the cells now."""
@@ -188,7 +188,7 @@ class Assembly:
         return tuple(j for j in relations.holds[index] if self._position[j] < self._position[index])
 
     def _stage(
-        self, component: Component, place: YardPlace, clearance_m: float | None, avoided: tuple[Insertion, ...]
+        self, component: Component, place: YardPlace, kept: Kept, avoided: tuple[Insertion, ...]
     ) -> Stage | Obstacle:
         space = self._occupancy.space(component)
         swept = place.raising_size_vox(component)
@@ -204,17 +204,17 @@ class Assembly:
         start = place.transit_start_vox
         if not placement_is_free(space, *start):
             return self._blocked_start(component, space, start)
-        transit = self._occupancy.transit(component, space, clearance_m)
+        transit = self._occupancy.transit(component, space, kept)
         departure, is_out = _departure(space, transit, start)
         if not is_out:
-            return self._too_near(component, departure, clearance_m)
+            return self._too_near(component, departure, kept)
         insertion = self._insertion(component, space, transit, avoided)
         if isinstance(insertion, Obstacle):
             return insertion
-        return Stage(component, place, with_cleared(transit, departure), start, insertion, space, clearance_m)
+        return Stage(component, place, with_cleared(transit, departure), start, insertion, space, kept)
 
     def on_the_way(
-        self, index: int, last_vox: NDArray[np.int32], clearance_m: float | None = None
+        self, index: int, last_vox: NDArray[np.int32], kept: Kept = ALL_KEPT
     ) -> tuple[Stage, Obstacle | None]:
         """Return the stage for the rest of the lift of component ``index``, which is already under way.
 
@@ -223,7 +223,7 @@ class Assembly:
         Args:
             index: The component.
             last_vox: (N, 3) its last moves so far.
-            clearance_m: As for ``begin``.
+            kept: As for ``begin``.
 
         Returns:
             The stage, and what blocks the last moves, or None. If they are blocked, the stage keeps the given ones.
@@ -232,7 +232,7 @@ class Assembly:
         self.skip(index)
         assert place is not None
         space = self._occupancy.space(component)
-        transit = self._occupancy.transit(component, space, clearance_m)
+        transit = self._occupancy.transit(component, space, kept)
         insertion = self._insertion(component, space, transit)
         blocked = insertion if isinstance(insertion, Obstacle) else None
         last = Insertion(last_vox) if isinstance(insertion, Obstacle) else insertion
@@ -241,12 +241,12 @@ class Assembly:
             if transit is not space
             else transit
         )
-        return Stage(component, place, rule, place.transit_start_vox, last, space, clearance_m), blocked
+        return Stage(component, place, rule, place.transit_start_vox, last, space, kept), blocked
 
     def ways_on(self, index: int, last_vox: NDArray[np.int32]) -> Iterator[tuple[Stage, Obstacle | None]]:
         """Yield what ``on_the_way`` returns with the rules' clearances, then with each smaller one that they allow."""
-        for clearance_m in (None, *self.smaller_clearances_m()):
-            yield self.on_the_way(index, last_vox, clearance_m)
+        for kept in self._clearances():
+            yield self.on_the_way(index, last_vox, kept)
 
     def _insertion(
         self,
@@ -271,11 +271,11 @@ class Assembly:
             return Obstacle("the hoist rope above its place in the yard is blocked", who)
         return Obstacle("the crane cannot pick it up from its place in the yard (reach, capacity, zone or boundary)")
 
-    def _too_near(self, component: Component, departure: NDArray[np.int32], clearance_m: float | None) -> Obstacle:
+    def _too_near(self, component: Component, departure: NDArray[np.int32], kept: Kept) -> Obstacle:
         """Straight up from the yard, the part never reaches the clearance that transit needs."""
-        around = grown_cells(component.shape.cells, margin_vox(self._site, clearance_m)) + departure[-1]
+        around = grown_cells(component.shape.cells, margin_vox(self._site, kept)) + departure[-1]
         who = tuple(name for name in self.who_is_at(around) if name != GROUND_ID)
-        margin_m = max(self._site.rules.kept_m(rule, clearance_m) for rule in CLEARANCES)
+        margin_m = max(self._site.rules.kept_m(rule, kept) for rule in CLEARANCES)
         said = f"straight above its place in the yard it has less than {margin_m:g} m clearance"
         return Obstacle(said, who, on_the_way=True)
 

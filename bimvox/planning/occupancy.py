@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.grid.summed_area import summed_area_table, update_table
 from bimvox.records.lift import YardPlace
-from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
+from bimvox.site.collision import HOOK_FORBIDDEN, NOTHING_CLEARED, CollisionSpace
 from bimvox.site.component import Component, IntVec
+from bimvox.site.default_rules import ALL_KEPT, Kept
 from bimvox.site.hook_room import hook_room
 from bimvox.site.site import Site
 from bimvox.site.transit_clearance import in_transit, margin_vox, rope_margin_vox
@@ -85,14 +86,17 @@ class Occupancy:
             room.ceiling,
         )
 
-    def transit(self, component: Component, space: CollisionSpace, clearance_m: float | None = None) -> CollisionSpace:
+    def transit(self, component: Component, space: CollisionSpace, kept: Kept = ALL_KEPT) -> CollisionSpace:
         """Return the collision rule for ``component`` between departure and gate, with the margins of its lift."""
-        grown = in_transit(space, margin_vox(self._site, clearance_m))
-        rope = rope_margin_vox(self._site, clearance_m)
+        grown = in_transit(space, margin_vox(self._site, kept))
+        rope = rope_margin_vox(self._site, kept)
         if rope == 0 or not self._site.rules.rope:
             return grown
-        top = highest_around(self.heights(), rope)
-        return grown._replace(hook_floor=hook_room(self._site, self._site.crane_of(component), top, component).floor)
+        # Of hook and rope only: a jib keeps what it keeps without a load.
+        floor = np.maximum(space.hook_floor, highest_around(self.heights(), rope))
+        if space.hook_ceiling.size:
+            floor[floor > space.hook_ceiling] = HOOK_FORBIDDEN
+        return grown._replace(hook_floor=floor)
 
     def _table(self) -> NDArray[np.int32]:
         counts = self.counts

@@ -22,7 +22,9 @@ from bimvox.planning.turning import turning_stage
 from bimvox.records.lift import Lift, Method, Status, YardPlace
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import IntVec
+from bimvox.site.default_rules import Kept
 from bimvox.site.site import Site
+from bimvox.site.transit_clearance import smaller_clearances
 
 _FIRST_LIMIT = 4_096
 _FLOOD_LIMIT = 300_000
@@ -77,7 +79,7 @@ def _turning_or_not(
     turns = assembly.turns_with_jib(unplanned.component)
     turning = turning_stage(assembly.site, stage) if turns and isinstance(stage, Stage) else None
     if turning is not None:
-        lift = _searched_at(assembly, turning, unplanned, before)
+        lift = searched_at(assembly, turning, unplanned, before)
         if lift.path_vox is not None:
             return turning, lift
     return _searched(assembly, stage, unplanned, before)
@@ -88,31 +90,36 @@ def _searched(
 ) -> tuple[Stage | Obstacle, Lift]:
     """Return a lift with a shortest path, the earlier lift if that is still valid, or an infeasible one; and its stage.
 
-    If the rules' clearances give way and leave no path, the lift keeps the largest of the smaller ones that leaves one.
+    If the rules' clearances give way and leave no path, the lift keeps the largest of the load's that leaves one, and
+    with it the largest of the rope's.
     """
-    lift = _searched_at(assembly, stage, unplanned, before)
-    smaller_m = assembly.smaller_clearances_m()
-    if lift.path_vox is not None or not smaller_m or (isinstance(stage, Obstacle) and not stage.on_the_way):
+    lift = searched_at(assembly, stage, unplanned, before)
+    rows = smaller_clearances(assembly.site)
+    if lift.path_vox is not None or not rows or (isinstance(stage, Obstacle) and not stage.on_the_way):
         return stage, lift
-    *more_m, least_m = smaller_m
-    stage = assembly.begin(unplanned.component, least_m)
-    lift = _searched_at(assembly, stage, unplanned, before)
-    if lift.path_vox is None:  # the clearance is not the reason
-        return stage, lift
-    for clearance_m in more_m:
-        other = assembly.begin(unplanned.component, clearance_m)
-        found = _searched_at(assembly, other, unplanned, before)
-        if found.path_vox is not None:
-            return other, found
-    return stage, lift
+
+    def keeping(kept: Kept) -> tuple[Stage | Obstacle, Lift]:
+        other = assembly.begin(unplanned.component, kept)
+        return other, searched_at(assembly, other, unplanned, before)
+
+    least = rows[-1][-1]
+    found = keeping(least)
+    if found[1].path_vox is None:  # the clearances are not the reason
+        return found
+    for *more, fewest in rows:
+        way = found if fewest == least else keeping(fewest)
+        if way[1].path_vox is not None:
+            tighter = (keeping(kept) for kept in more)
+            return next((one for one in tighter if one[1].path_vox is not None), way)
+    return found
 
 
-def _searched_at(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, before: Lift | None) -> Lift:
+def searched_at(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, before: Lift | None) -> Lift:
     """Return a lift with a shortest path, the earlier lift if that is still valid, or an infeasible one."""
     if isinstance(stage, Obstacle):
         otherwise = unplanned.by_other_means and not stage.is_unsupported
         return replace(unplanned, reason=stage.reason, blocked_by=stage.blocked_by, by_other_means=otherwise)
-    same = before is not None and before.clearance_m == stage.clearance_m and before.with_jib == stage.is_turning
+    same = before is not None and before.kept == stage.kept and before.with_jib == stage.is_turning
     kept = same and before is not None and _is_still_valid(before, stage)
     if kept and before is not None and before.shortest_moves == _distance(stage) + stage.insertion.moves:
         return before  # no path can be shorter
@@ -135,7 +142,8 @@ def _searched_at(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, b
         shortest_moves=len(shortest) - 1 + stage.insertion.moves,
         contact_moves=stage.insertion.moves,
         guide=stage.insertion.guide,
-        clearance_m=stage.clearance_m,
+        clearance_m=stage.kept.transit_clearance_m,
+        rope_clearance_m=stage.kept.rope_clearance_m,
         with_jib=stage.is_turning,
     )
 

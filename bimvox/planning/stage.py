@@ -12,6 +12,7 @@ from bimvox.planning.propose import Transit
 from bimvox.records.lift import YardPlace
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import Component, IntVec
+from bimvox.site.default_rules import ALL_KEPT, Kept
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +45,7 @@ class Stage:
         start_vox: Start of its transit.
         insertion: Its last moves.
         free: The collision rule without any clearance, for a load that must be stopped.
-        clearance_m: What it keeps in transit if less than the rules' clearances, which give way; None: all.
+        kept: What it keeps of the clearances that give way.
         turning: The rule for the transit of a load that turns with the jib; None if tag lines keep its heading.
     """
 
@@ -54,7 +55,7 @@ class Stage:
     start_vox: IntVec
     insertion: Insertion
     free: CollisionSpace
-    clearance_m: float | None = None
+    kept: Kept = ALL_KEPT
     turning: CollisionSpace | None = None
 
     @property

@@ -26,7 +26,7 @@ def turning_stage(site: Site, stage: Stage) -> Stage | None:
     place = stage.insertion.path_vox[-1]
     if (stage.insertion.path_vox[:, :2] != place[:2]).any():
         return None
-    margin = margin_vox(site, stage.clearance_m)
+    margin = margin_vox(site, stage.kept)
     space = turning_space(site, stage.component, stage.space, stage.start_vox, margin)
     above = None if space is None else _where_it_turns(site, stage, space)
     if above is None or above[:2] == stage.start_vox[:2]:

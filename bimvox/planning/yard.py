@@ -34,6 +34,7 @@ from bimvox.planning.stacks import Rectangle, Stacks, Taken, is_stacked
 from bimvox.planning.truckload import Truckload
 from bimvox.records.lift import YardPlace, yard_place
 from bimvox.site.component import Component, StoredPose
+from bimvox.site.default_rules import NOTHING_KEPT
 from bimvox.site.means import Means
 from bimvox.site.shape import erection_size_vox, turned_shape
 from bimvox.site.site import HeadingRule, Site
@@ -56,7 +57,7 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
     now = _Delivery(site, 0, _without_given(site, empty, given))
     best = BestPlace(site, _fixed_tops(site), travels)
     before: dict[int, Component] = {}
-    borders = sorted({margin_vox(site), margin_vox(site, 0.0)}, reverse=True)
+    borders = sorted({margin_vox(site), margin_vox(site, NOTHING_KEPT)}, reverse=True)
     for index in order:
         component = site.components[index]
         if component.means is not Means.CRANE:

@@ -68,7 +68,7 @@ class Clearances:
 
 def reach_vox(site: Site, rule: str, lift: Lift) -> int:
     """Return a clearance that a lift keeps in transit, in whole cells."""
-    return whole_cells(site.rules.kept_m(rule, lift.clearance_m), site.frame)
+    return whole_cells(site.rules.kept_m(rule, lift.kept), site.frame)
 
 
 class TransitProof(LiftProof):
@@ -117,7 +117,7 @@ class TransitProof(LiftProof):
 
     def _kept_m(self, what: str, lift: Lift) -> float:
         rule = "transit_clearance_m" if what == "load" else "rope_clearance_m"
-        return self.site.rules.kept_m(rule, lift.clearance_m)
+        return self.site.rules.kept_m(rule, lift.kept)
 
 
 @kernel

@@ -40,7 +40,7 @@ def _clear_from(site: Site, lift: Lift, counts: NDArray[np.uint16], wide: NDArra
     """Return the height from which a part is clear of everything above its place; above the site if it never is."""
     component = site.components[lift.component]
     margin, rope = (
-        whole_cells(site.rules.kept_m(rule, lift.clearance_m), site.frame)
+        whole_cells(site.rules.kept_m(rule, lift.kept), site.frame)
         for rule in ("transit_clearance_m", "rope_clearance_m")
     )
     low, size, shape = np.array(component.target_vox), np.array(component.shape.size_vox), np.array(site.shape)

@@ -345,7 +345,7 @@ class _Verifier:
         """Check that a part and its rope keep the clearances between departure, straight up, and last moves."""
         if "margin" not in self.checks and "rope_margin" not in self.checks:
             return
-        margin_m = self.site.rules.kept_m("transit_clearance_m", lift.clearance_m)
+        margin_m = self.site.rules.kept_m("transit_clearance_m", lift.kept)
         wide = self.clearances.around_load(lift, present)
         self._check_smaller(lift, component)
         gate = gate_of(self.site, lift, component, self.marks.counts, wide)
@@ -371,14 +371,14 @@ class _Verifier:
             check_rope_margin(self.checks["rope_margin"], self.site, lift, component, self.marks.counts, gate)
 
     def _check_smaller(self, lift: Lift, component: Component) -> None:
-        """Check that a smaller clearance of its own is one that the rules allow."""
-        rules, own_m = self.site.rules, lift.clearance_m
-        if own_m is not None:
-            most_m = max(rules.transit_clearance_m, rules.rope_clearance_m)
-            self.checks["margin" if "margin" in self.checks else "rope_margin"].look(
-                0.0 <= own_m < most_m,
-                f"{component.id}: keeps {own_m:g} m in transit, which is not less than {most_m:g} m",
-            )
+        """Check that smaller clearances of its own are such that the rules allow."""
+        for rule, own_m in lift.kept._asdict().items():
+            if own_m is not None:
+                most_m = getattr(self.site.rules, rule)
+                self.checks["margin" if "margin" in self.checks else "rope_margin"].look(
+                    0.0 <= own_m < most_m,
+                    f"{component.id}: keeps a {rule} of {own_m:g} m, which is not less than {most_m:g} m",
+                )
 
     def _check_hook(self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
         site, crane = self.site, self.site.crane_of(component)

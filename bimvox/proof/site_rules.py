@@ -93,7 +93,7 @@ def check_rope_margin(
     """
     assert lift.path_vox is not None
     path = lift.path_vox
-    kept_m = site.rules.kept_m("rope_clearance_m", lift.clearance_m)
+    kept_m = site.rules.kept_m("rope_clearance_m", lift.kept)
     reach = whole_cells(kept_m, site.frame)
     if reach == 0:
         return

@@ -25,7 +25,6 @@ from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.limits import MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, MOST_SUPPORT_GAP_M
 from bimvox.site.site import Rules, Site
 
-GIVING_WAY = frozenset(("transit_clearance_m", "rope_clearance_m"))
 """Clearances of which a lift may keep less, if they are defaults."""
 _DAY_S = 86_400.0
 _LONGEST_NS = 3652 * 86_400 * 10**9
@@ -136,8 +135,9 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
     for lift in plan.lifts:
         name = f"lift {lift.number} ({site.components[lift.component].label})"
         _check_lift(check, lift, name)
-        may = lift.clearance_m is None or not GIVING_WAY.isdisjoint(site.rules.gives_way)
-        check.look(may, f"{name}: it keeps {lift.clearance_m} m in transit, but no rule of the site gives way")
+        for rule, own_m in lift.kept._asdict().items():
+            may = own_m is None or rule in site.rules.gives_way
+            check.look(may, f"{name}: it keeps {own_m} m of {rule}, which does not give way on this site")
     for number, epoch in enumerate(plan.history):
         _check_time(check, f"history[{number}]: it ends", epoch.until_ns)
     check_motion_values(check, site, motions)
@@ -281,7 +281,7 @@ def _check_component(check: Check, component: Component, name: str, most_kg: flo
 
 def _check_lift(check: Check, lift: Lift, name: str) -> None:
     if lift.status in NOT_LIFTED:
-        way = (lift.shortest_moves, lift.clearance_m, lift.guide, lift.contact_moves or None, lift.with_jib or None)
+        way = (lift.shortest_moves, *lift.kept, lift.guide, lift.contact_moves or None, lift.with_jib or None)
         check.look(way == (None,) * len(way), f"{name}: the crane does not lift it, but it has the values of a way")
     _within(check, f"{name}: contact_moves", lift.contact_moves, _MOVES)
     if lift.moves is not None:  # a load that was stopped may be in its last moves
@@ -303,8 +303,9 @@ def _check_lift(check: Check, lift: Lift, name: str) -> None:
         _finite(check, f"{name}: guide.poses", lift.guide.poses, most=_FAR_M)
         _finite(check, f"{name}: guide.centre_m", lift.guide.centre_m, most=_FAR_M)
         _within(check, f"{name}: guide.heading_rad", lift.guide.heading_rad, _Range(-10.0, 10.0))
-    if lift.clearance_m is not None:
-        _within(check, f"{name}: clearance_m", lift.clearance_m, _Range(0.0, _FAR_M))
+    for rule, own_m in lift.kept._asdict().items():
+        if own_m is not None:
+            _within(check, f"{name}: {rule}", own_m, _Range(0.0, _FAR_M))
     if lift.shortest_moves is not None:
         _within(check, f"{name}: shortest_moves", lift.shortest_moves, _MOVES)
 

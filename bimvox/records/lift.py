@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bimvox.records.guide import Guide
 from bimvox.site.component import Component, IntVec, Shape, StoredPose
+from bimvox.site.default_rules import Kept
 from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape, turning_columns
 from bimvox.site.site import Blocker, Site
 from bimvox.sparse import SPARSE
@@ -162,7 +163,9 @@ class Lift:
             ``place`` is where it would.
         guide: How a crew guides the load on its last moves, which then lead straight down; None if it only hangs on
             its hook.
-        clearance_m: The clearance that it keeps in transit if it could not keep the rules', which give way; None: all.
+        clearance_m: The clearance that its load keeps in transit if it could not keep the rule's, which gives way;
+            None: all.
+        rope_clearance_m: The same of hook and rope.
         with_jib: Whether the load turns with the jib up to its last moves, which then lead straight down. Before them
             it is turned to its final heading, by tag line. Otherwise tag lines keep its heading.
     """
@@ -182,6 +185,12 @@ class Lift:
     guide: Guide | None = field(default=None, metadata=SPARSE)
     clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
     with_jib: bool = field(default=False, repr=False, metadata=SPARSE)
+    rope_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
+
+    @property
+    def kept(self) -> Kept:
+        """What it keeps of the clearances that give way."""
+        return Kept(self.clearance_m, self.rope_clearance_m)
 
     @property
     def ever_with_jib(self) -> bool:

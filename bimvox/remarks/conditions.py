@@ -12,6 +12,7 @@ from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.reasons import NOT_ITS_CELLS
 from bimvox.remarks.subject import name_of
+from bimvox.site.default_rules import ALL_KEPT
 from bimvox.site.governing_wind import needs_less_wind
 from bimvox.site.site import Site, SwingRule
 
@@ -85,7 +86,7 @@ def _of_the_lifts(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Iterator[Con
         f"lifts wait for less wind than {own.wind_speed_m_s:g} m/s, each for its own limit",
     )
     yield (
-        [part.id for lift, part in planned if lift.clearance_m is not None],
+        [part.id for lift, part in planned if lift.kept != ALL_KEPT],
         "lifts keep less than the clearance in transit that the rules ask for",
     )
     if own.swing is SwingRule.OFF:

@@ -9,9 +9,11 @@ from bimvox.records.lift import Status
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, about
 from bimvox.site.crew_times import crew_times
+from bimvox.site.default_rules import ALL_KEPT
 from bimvox.site.governing_wind import needs_less_wind, permitted_for
 from bimvox.site.means import Means
 from bimvox.site.site import HeadingRule, Rules, SwingRule
+from bimvox.site.transit_clearance import CLEARANCES
 from bimvox.site.work import Work, work_of
 
 WIND = "wind"
@@ -79,15 +81,18 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every lift that keeps less than the rules, which give way, or has no room to turn."""
     site, own = subject.site, subject.site.rules
     planned = [lift for lift in subject.plan.lifts if lift.status is Status.PLANNED]
-    clearances = {lift.component: lift.clearance_m for lift in planned}
+    kept = {lift.component: lift.kept for lift in planned}
     kept_headings = {lift.component for lift in planned if not lift.ever_with_jib}
     for component in subject.lifted:
-        kept_m = clearances.get(component.index)
-        if kept_m is not None:
-            wanted_m = max(own.transit_clearance_m, own.rope_clearance_m)
-            said = (
-                f"keeps a clearance of {kept_m:g} m in transit, not {wanted_m:g} m: the planner found no way with more"
+        less = kept.get(component.index, ALL_KEPT)
+        if less != ALL_KEPT:
+            whose = zip(("its load keeps", "its hook and rope keep"), CLEARANCES, strict=True)
+            said = " and ".join(
+                f"{what} {getattr(less, rule):g} m, not {getattr(own, rule):g} m"
+                for what, rule in whose
+                if getattr(less, rule) is not None
             )
+            said = f"in transit {said}: the planner found no way with more"
             yield about(component, SMALL_CLEARANCE, Severity.MINOR, said)
         if own.heading is HeadingRule.WITH_JIB and component.index in kept_headings:
             said = "keeps its heading by tag line: it has no room to turn with the jib"

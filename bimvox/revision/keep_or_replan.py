@@ -196,7 +196,7 @@ class Replanning:
         retrained = self.request.retrained
         if retrained is None or was.component not in retrained.components or was.status is not Status.PLANNED:
             return was
-        stage = assembly.begin(was.component, was.clearance_m)
+        stage = assembly.begin(was.component, was.kept)
         if was.with_jib and isinstance(stage, Stage):
             stage = turning_stage(self.site, stage) or stage
         if isinstance(stage, Obstacle) or self.site.components[was.component].id in self.refused:

@@ -6,7 +6,7 @@ the site file is kept by every lift, or the lift is infeasible.
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
 TRANSIT_CLEARANCE_M: Final = 2.0
 """Distance of a load in transit from finished work: 2 to 3 m are usual in lift plans (professional judgement)."""
@@ -23,4 +23,15 @@ DEFAULT_RULES: Final = {
     "wind_speed_m_s": WIND_M_S,
 }
 SMALLER_CLEARANCES_M: Final = (1.0, 0.5, 0.0)
-"""What a lift keeps if it cannot keep the default: the first of these that it can."""
+"""What a lift keeps if it cannot keep a default: the first of these that it can, of each clearance by itself."""
+
+
+class Kept(NamedTuple):
+    """What a lift keeps of the clearances that give way, by the names of the rules; None: all of the rule."""
+
+    transit_clearance_m: float | None = None
+    rope_clearance_m: float | None = None
+
+
+ALL_KEPT: Final = Kept()
+NOTHING_KEPT: Final = Kept(0.0, 0.0)

@@ -16,6 +16,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.site.casting import FIELD_CASTING, Casting, Curing
 from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
+from bimvox.site.default_rules import Kept
 from bimvox.site.yard_rules import YardRules
 from bimvox.sparse import SPARSE
 
@@ -110,10 +111,11 @@ class Rules:
     curing: Curing | None = field(default=None, metadata=SPARSE)
     order_search: bool = True
 
-    def kept_m(self, rule: str, clearance_m: float | None) -> float:
-        """Return a clearance of these rules for a lift that keeps ``clearance_m`` if the rule gives way; None: all."""
+    def kept_m(self, rule: str, kept: Kept) -> float:
+        """Return a clearance of these rules, called ``rule``, for a lift that keeps less of those that give way."""
         wanted_m: float = getattr(self, rule)
-        return wanted_m if clearance_m is None or rule not in self.gives_way else min(wanted_m, clearance_m)
+        own_m: float | None = getattr(kept, rule)
+        return wanted_m if own_m is None or rule not in self.gives_way else min(wanted_m, own_m)
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)

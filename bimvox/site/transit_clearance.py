@@ -12,28 +12,42 @@ from numpy.typing import NDArray
 
 from bimvox.grid.frame import whole_cells
 from bimvox.site.collision import CollisionSpace
-from bimvox.site.default_rules import SMALLER_CLEARANCES_M
+from bimvox.site.default_rules import ALL_KEPT, SMALLER_CLEARANCES_M, Kept
 from bimvox.site.site import Site
 
-CLEARANCES = ("transit_clearance_m", "rope_clearance_m")
+CLEARANCES = Kept._fields
 """The rules about a lift in transit that can give way."""
 
 
-def margin_vox(site: Site, clearance_m: float | None = None) -> int:
-    """Return the transit clearance in whole cells, for a lift that keeps ``clearance_m`` if the rule gives way."""
-    return _whole(site, site.rules.kept_m("transit_clearance_m", clearance_m))
+def margin_vox(site: Site, kept: Kept = ALL_KEPT) -> int:
+    """Return the transit clearance in whole cells, for a lift that keeps less if the rule gives way."""
+    return _whole(site, site.rules.kept_m("transit_clearance_m", kept))
 
 
-def rope_margin_vox(site: Site, clearance_m: float | None = None) -> int:
+def rope_margin_vox(site: Site, kept: Kept = ALL_KEPT) -> int:
     """Return the transit clearance of hook and rope in whole cells; the arguments are those of ``margin_vox``."""
-    return _whole(site, site.rules.kept_m("rope_clearance_m", clearance_m))
+    return _whole(site, site.rules.kept_m("rope_clearance_m", kept))
 
 
-def smaller_clearances_m(site: Site) -> tuple[float, ...]:
-    """Return what a lift may keep instead of the rules' clearances, the largest first; none if they do not give way."""
-    rules = site.rules
-    most_m = max(rules.kept_m(rule, None) - rules.kept_m(rule, 0.0) for rule in CLEARANCES)
-    return tuple(one for one in SMALLER_CLEARANCES_M if one < most_m)
+def smaller_clearances(site: Site) -> tuple[tuple[Kept, ...], ...]:
+    """Return what a lift may keep instead of the rules' clearances; none if they do not give way.
+
+    Each row has one clearance of the load, and in it the rope's. The larger ones come first in both.
+    """
+    loads_m, ropes_m = (_levels_m(site, rule) for rule in CLEARANCES)
+    rows = (tuple(Kept(load_m, rope_m) for rope_m in ropes_m if (load_m, rope_m) != ALL_KEPT) for load_m in loads_m)
+    return tuple(row for row in rows if row)
+
+
+def _levels_m(site: Site, rule: str) -> tuple[float | None, ...]:
+    """Return None, which is the rule's clearance, and the smaller ones if it gives way, each of fewer cells."""
+    levels: list[float | None] = [None]
+    cells = _whole(site, getattr(site.rules, rule))
+    for smaller_m in SMALLER_CLEARANCES_M if rule in site.rules.gives_way else ():
+        if _whole(site, smaller_m) < cells:
+            levels.append(smaller_m)
+            cells = _whole(site, smaller_m)
+    return tuple(levels)
 
 
 def _whole(site: Site, distance_m: float) -> int:

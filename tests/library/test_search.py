@@ -16,12 +16,16 @@ from bimvox.library import search
 from bimvox.library.log import write_log_file
 from bimvox.library.search import check_search
 from bimvox.library.site import SITE_FILE
+from bimvox.library.verify import prove_plan
 from bimvox.log.plan_log import PlanLog
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.preparation import preparation_in
 from bimvox.progress import SilentProgress
+from bimvox.records.guide import Guide
 from bimvox.records.lift import Epoch, Status
 from bimvox.records.proof import Check
+from bimvox.site.config.rules import RulesConfig
+from bimvox.site.default_rules import ALL_KEPT, Kept
 from bimvox.site.site import Blocker, Rules, Site
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
@@ -76,6 +80,64 @@ def test_a_false_claim_is_named(good: PlanLog, tmp_path: Path, name: str) -> Non
     assert check.name == "search"
     assert any(says in failure for failure in check.failures), check.failures
     assert all(failure.startswith("lift ") for failure in check.failures)
+
+
+@pytest.fixture(scope="module")
+def careful() -> PlanLog:
+    return faults.careful_log()
+
+
+def test_a_plan_that_keeps_all_clearances_is_confirmed(careful: PlanLog) -> None:
+    assert all(lift.kept == ALL_KEPT for lift in careful.plan.lifts)
+    check = searched(careful)
+    assert (check.passed, check.samples, check.undecided) == (True, 4, [])
+
+
+@pytest.mark.parametrize("name", faults.GIVES_WAY_IN_VAIN)
+def test_a_lift_that_gives_way_in_vain_is_named(careful: PlanLog, tmp_path: Path, name: str) -> None:
+    forge, says = faults.GIVES_WAY_IN_VAIN[name]
+    forged = forge(careful)
+    write_log_file(tmp_path / "log.mcap", forged)
+    verdict = bimvox.verify(tmp_path / "log.mcap")
+    assert verdict.verified, verdict.failures
+    (claim,) = [claim for claim in verdict.claims if claim.name == "gives_way"]
+    assert claim.count == sum(lift.kept != ALL_KEPT for lift in forged.plan.lifts)
+    check = searched(forged)
+    assert any(says in failure for failure in check.failures), check.failures
+
+
+def test_a_clearance_that_no_path_keeps_is_confirmed() -> None:
+    rules = RulesConfig(wind_speed_m_s=0.0).rules(has_crane=True)
+    parts = [("a", (2.0, 2.0, 0.0), (3.0, 3.0, 1.0), {"start_vox": (22, 5, 1)})]
+    # Above its place in the yard a beam is in the rope's way.
+    beam = ("beam", (12.0, 2.5, 6.0), (12.5, 4.0, 7.0))
+    log = faults.log_of(box_site(parts, structure=[beam], rules=rules, crane=test_crane(base=(13.0, 13.0, 0.0))))
+    assert [lift.kept for lift in log.plan.lifts] == [Kept(None, 0.0)]
+    check = searched(log)
+    assert (check.failures, check.undecided) == ([], [])
+
+
+def test_a_heading_that_is_kept_in_vain_is_named() -> None:
+    log = faults.kept_headings_in_vain()
+    assert prove_plan(log, SilentProgress()).verified
+    check = searched(log)
+    assert check.failed == 4
+    assert all("it keeps its heading, but there is room to turn with the jib" in text for text in check.failures)
+
+
+def test_a_crew_that_guides_in_vain_is_named(good: PlanLog) -> None:
+    lift = faults.lift_of(good, "right")
+    top_m = lift.contact_moves * good.plan.site.frame.voxel_size_m or 1.0
+    guide = Guide(0.0, (0.0, 0.0, 0.0), ((top_m, 0.0, 0.0), (0.5 * top_m, 0.0, 0.01), (0.0, 0.0, 0.0)))
+    check = searched(faults.with_lift(good, "right", guide=guide))
+    assert any("(right): a crew guides it on its last moves, but it fits hanging" in text for text in check.failures)
+
+
+def test_what_was_planned_before_a_change_is_undecided(careful: PlanLog) -> None:
+    forged = faults.with_lift(careful, "beam", rope_clearance_m=0.0)
+    check = searched(dataclasses.replace(forged, metadata={**forged.metadata, "first_plan": "0"}))
+    assert check.passed
+    assert any("may have been planned before something on the site changed" in text for text in check.undecided)
 
 
 KINDS = {

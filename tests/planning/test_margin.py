@@ -1,14 +1,18 @@
 import dataclasses
 
-from box_sites import box_site, test_crane
+from box_sites import box_cells, box_site, test_crane
+from named_cranes import default_luffing_crane
+from planned_sites import PORTAL
 
+from bimvox.crane.rigging import with_luffing_jib
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import prepare
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
-from bimvox.site.site import Rules
+from bimvox.site.default_rules import ALL_KEPT, Kept
+from bimvox.site.site import Blocker, Rules
 
 PARTS = [
     ("left", (2.0, 2.0, 0.0), (2.5, 6.0, 3.0)),
@@ -143,4 +147,18 @@ def test_a_load_clear_above_the_yard_comes_near_nothing_again_while_its_rope_is_
     plan = plan_lifts(site, preparation)
     assert verify_plan(plan).verified
     assert verify_motions(plan, time_plan(plan, preparation)).verified
-    assert [(lift.status, lift.clearance_m) for lift in plan.lifts] == [(Status.PLANNED, 0.0)]
+    # The rope has no room; the load keeps all of its clearance.
+    assert [(lift.status, lift.kept) for lift in plan.lifts] == [(Status.PLANNED, Kept(None, 0.0))]
+
+
+def test_the_jib_of_a_mobile_crane_needs_no_room_of_the_rope_over_its_own_undercarriage():
+    crane = dataclasses.replace(default_luffing_crane("mobile-100t"), base_m=(12.0, 18.0, 0.0))
+    crane = with_luffing_jib(crane, dataclasses.replace(crane.luffing, length_m=26.0))
+    rules = Rules(transit_clearance_m=1.0, rope_clearance_m=1.0, gives_way=("transit_clearance_m", "rope_clearance_m"))
+    site = box_site(PORTAL, crane=crane, shape=(60, 50, 34), rules=rules)
+    half_m, top_m = crane.mast_size_m / 2.0, crane.luffing.pivot_height_m
+    cells = box_cells(site.frame, (12.0 - half_m, 18.0 - half_m, 0.0), (12.0 + half_m, 18.0 + half_m, top_m))
+    site = dataclasses.replace(site, blockers=(*site.blockers, Blocker("crane", "crane", cells)))
+    plan = plan_lifts(site, prepare(site))
+    assert {lift.status for lift in plan.lifts} == {Status.PLANNED}
+    assert {lift.kept for lift in plan.lifts} == {ALL_KEPT}

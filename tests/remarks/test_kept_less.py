@@ -65,5 +65,5 @@ def test_a_lift_with_less_clearance_is_named(windy: Planned) -> None:
     plan = dataclasses.replace(plan, site=dataclasses.replace(plan.site, rules=rules), lifts=(first, *plan.lifts[1:]))
     (remark,) = (one for one in remarks_of(plan, motions) if one.kind == SMALL_CLEARANCE)
     assert remark.component == plan.site.components[first.component].id
-    assert "keeps a clearance of 0.5 m in transit, not 2 m" in remark.text
+    assert remark.text == "in transit its load keeps 0.5 m, not 2 m: the planner found no way with more"
     assert any("keep less than the clearance in transit" in said for said in conditions_of(plan, motions))

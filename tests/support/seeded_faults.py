@@ -1944,6 +1944,62 @@ FALSE_CLAIMS: dict[str, tuple[Forge, str]] = {
 """Logs that every check but ``search`` accepts, each with what ``search`` says."""
 
 
+# Lifts that give way in vain: each could keep more.
+
+
+def careful_log() -> PlanLog:
+    """Return the log of the same portal with the clearances of a site file that says nothing about them."""
+    crane = test_crane(base=(10.0, -4.0, 0.0), jib=40.0, height=14.0)
+    rules = RulesConfig(wind_speed_m_s=0.0).rules(has_crane=True)
+    return log_of(box_site(PARTS, structure=[WALL], crane=crane, shape=(40, 30, 24), rules=rules))
+
+
+def every_lift_as_low_as_it_can(log: PlanLog) -> PlanLog:
+    """The forger plans without clearances, and says that no lift finds a way with any."""
+    site = log.plan.site
+    low = dataclasses.replace(
+        site,
+        rules=dataclasses.replace(site.rules, transit_clearance_m=0.0, rope_clearance_m=0.0, gives_way=()),
+    )
+    preparation = prepare(low)
+    plan = plan_lifts(low, preparation)
+    lifts = tuple(dataclasses.replace(lift, clearance_m=0.0, rope_clearance_m=0.0) for lift in plan.lifts)
+    motions = tuple(time_plan(plan, preparation))
+    return dataclasses.replace(log, plan=dataclasses.replace(log.plan, lifts=lifts), motions=motions)
+
+
+_NEXT = "but a path keeps "
+GIVES_WAY_IN_VAIN: dict[str, tuple[Forge, str]] = {
+    "the load": (
+        lambda log: with_lift(log, "beam", clearance_m=0.0),
+        f"(beam): it keeps 0 m around its load and 0.5 m around hook and rope, {_NEXT}0.5 m around its load",
+    ),
+    "the rope": (
+        lambda log: with_lift(log, "beam", rope_clearance_m=0.0),
+        f"(beam): it keeps 2 m around its load and 0 m around hook and rope, {_NEXT}2 m around its load and 0.5 m",
+    ),
+    "by a value of its own": (
+        lambda log: with_lift(log, "slab", clearance_m=0.7),
+        f"(slab): it keeps 0.7 m around its load and 0.5 m around hook and rope, {_NEXT}2 m around its load",
+    ),
+    "both": (
+        lambda log: with_lift(log, "left", clearance_m=1.0, rope_clearance_m=0.0),
+        f"(left): it keeps 1 m around its load and 0 m around hook and rope, {_NEXT}2 m around its load and 0 m",
+    ),
+    "every lift": (
+        every_lift_as_low_as_it_can,
+        f"(left): it keeps 0 m around its load and 0 m around hook and rope, {_NEXT}",
+    ),
+}
+"""Logs that every check but ``search`` accepts, from ``careful_log``, each with what ``search`` says."""
+
+
+def kept_headings_in_vain() -> PlanLog:
+    """Return the log of a site whose loads turn with the jib, in which none does: each has room to."""
+    kept = log_of(turning_site(HeadingRule.KEPT))
+    return with_site(kept, rules=dataclasses.replace(kept.plan.site.rules, heading=HeadingRule.WITH_JIB))
+
+
 # A slab that a crew guides in between the flanges of two beams.
 
 

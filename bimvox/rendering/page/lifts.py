@@ -50,6 +50,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "start_size_m": [round(n * site.frame.voxel_size_m, 6) for n in place.shape.size_vox] if place else None,
         "lifting": _lifting(site, component),
         "clearance_m": lift.clearance_m,
+        "rope_clearance_m": lift.rope_clearance_m,
         "heading": heading_in_words(lift, motion),
         "proven": None if revision.proof is None or lift.path_vox is None else component.id not in culprits,
         "current": revision.proof is None or component.id not in revision.proof.not_current,

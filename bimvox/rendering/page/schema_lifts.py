@@ -138,7 +138,9 @@ class PageLift(Table):
     lifting: PageLifting
     """How it hangs."""
     clearance_m: float | None
-    """Clearance in transit, if it is less than the rule's."""
+    """Clearance of the load in transit, if it is less than the rule's."""
+    rope_clearance_m: float | None
+    """The same of hook and rope."""
     heading: str | None
     """How its heading is kept; null without a path."""
     proven: bool | None

@@ -119,9 +119,10 @@ def _in_transit(rules: dict[str, Any], lifts: Sequence[dict[str, Any]], lowest: 
     """Return the clearances in force, how many lifts keep less, and the least height that was measured."""
     load_m, rope_m = rules["transit_clearance_m"], rules["rope_clearance_m"]
     words = [f"loads {load_m:g} m from everything, hook and rope {rope_m:g} m on plan"]
-    less = [lift["clearance_m"] for lift in lifts if lift["clearance_m"] is not None]
-    if less:
-        words.append(f"{len(less):,} lifts keep less, down to {min(less):g} m (see the remarks)")
+    for what, key in (("loads", "clearance_m"), ("hooks and ropes", "rope_clearance_m")):
+        less = [lift[key] for lift in lifts if lift[key] is not None]
+        if less:
+            words.append(f"{len(less):,} {what} keep less, down to {min(less):g} m (see the remarks)")
     if lowest is not None:
         words.append(
             f"measured: no load is carried lower than {lowest['height_m']:.2f} m, {escape(lowest['part'])} over "

@@ -8,8 +8,9 @@ from bimvox.errors import ConfigError
 from bimvox.site.config.file import parse_site_config
 from bimvox.site.config.rules import RulesConfig
 from bimvox.site.config.site_config import ModelConfig, SiteConfig, site_json_schema
-from bimvox.site.default_rules import DEFAULT_RULES
+from bimvox.site.default_rules import ALL_KEPT, DEFAULT_RULES, Kept
 from bimvox.site.site import HeadingRule, Rules
+from bimvox.site.transit_clearance import CLEARANCES
 from bimvox.units import METRES_PER_UNIT
 
 
@@ -48,8 +49,8 @@ def test_a_site_without_a_crane_keeps_no_clearance(crane, clearance_m):
 
 def test_a_default_gives_way_and_a_value_does_not():
     given = RulesConfig(rope_clearance_m=1.0).rules(has_crane=True)
-    assert [given.kept_m(rule, 0.5) for rule in ("transit_clearance_m", "rope_clearance_m")] == [0.5, 1.0]
-    assert given.kept_m("transit_clearance_m", None) == 2.0
+    assert [given.kept_m(rule, Kept(0.5, 0.25)) for rule in CLEARANCES] == [0.5, 1.0]
+    assert [given.kept_m(rule, ALL_KEPT) for rule in CLEARANCES] == [2.0, 1.0]
 
 
 def test_the_units_are_the_known_ones():
