@@ -19,7 +19,6 @@ the exit. The last moves then continue through the pocket to a gate from which t
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -33,7 +32,7 @@ from bimvox.planning.contact.pairs import LEAST_GAP_M, Contacts
 from bimvox.planning.contact.sweep import rope_meets
 from bimvox.planning.guided import NoGuide, Pair, find_guide
 from bimvox.planning.known_guides import GuideSought
-from bimvox.planning.search import room_around
+from bimvox.planning.search import room_around, which_boxes_free, which_free
 from bimvox.records.guide import MOST_ASIDE_M, MOST_FORCE_N, MOST_TILT_RAD, Guide, side_force_n, swept_box_m
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
@@ -49,6 +48,7 @@ _POCKET = 20_000
 _OPEN = 60_000
 """A room with more placements than this counts as open."""
 _UNKNOWN, _ENCLOSED, _TO_THE_SKY = 0, 1, 2
+_NO_MOVE = -1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -216,6 +216,7 @@ class _Inserter:
             self.highest = min(self.highest, max(most, int(self.target[2])))
         self.hook_column = tuple(int(n) for n in (hook - self.low)[:2])
         self.rooms = np.zeros(site.shape, np.int8)
+        self.rope_hit: dict[tuple[int, int], tuple[int, int]] = {}  # by column: hit up to, free from
         self.own_cells = component.shape.cells
         self.entangled = [
             (n, _Entangled(contacts.solids[n].cells, self.own_cells + self.target.astype(np.int32)))
@@ -247,7 +248,7 @@ class _Inserter:
             free = self._is_free(place)
             hit: tuple[int, ...] = ()
             if k and not (was_free and free):
-                hit = (*(n for n in self.near if blocked[n][k - 1]), *self._struck_on((x, y, bottom + k - 1), 2, 1))
+                hit = (*(n for n in self.near if blocked[n][k - 1]), *self._struck_on((0, 0, k - 1), 2))
             if hit:
                 return enclosed or NoInsertion(
                     "no path leads into its place, straight down or from the side: it would hit its neighbours", hit
@@ -267,32 +268,91 @@ class _Inserter:
         start = (int(self.target[0]), int(self.target[1]), int(self.target[2]))
         if self._wrong_at(start) is not None:
             return None
-        came_from: dict[IntVec, IntVec | None] = {start: None}
-        queue = deque([start])
+        came_by = np.zeros(self.rooms.shape, np.int8)  # one more than the move
+        for place in (*self.avoided, start):
+            came_by[place] = _NO_MOVE
+        level, free = np.array([start], np.int32), np.array([self._is_free(start)])
         touching, roaming = 1, 0
-        while queue and touching < _PLACEMENTS and roaming < _POCKET:
-            here = queue.popleft()
-            if self._is_gate(here):
-                path = [here]
-                while (back := came_from[path[-1]]) is not None:
-                    path.append(back)
-                return self._insertion(path)
-            free_here = self._is_free(here)
-            for action, (x, y, z) in enumerate(MOVES.tolist()):
-                there = (here[0] + x, here[1] + y, here[2] + z)
-                inside = all(0 <= n < size for n, size in zip(there, self.rooms.shape, strict=True))
-                if there in came_from or there in self.avoided or there[2] > self.highest or there[2] < 1 or not inside:
-                    continue
-                free_there = self._is_free(there)
-                aside = max(abs(there[0] - start[0]), abs(there[1] - start[1]))
-                if not free_there and (aside > SIDEWAYS_VOX or self._wrong_at(there) is not None):
-                    continue
-                if not (free_here and free_there) and self._met_on(here, action):
-                    continue
-                came_from[there] = here
-                queue.append(there)
-                roaming, touching = roaming + free_there, touching + (not free_there)
-        self.cut_off = bool(queue)
+        while len(level) and touching < _PLACEMENTS and roaming < _POCKET:
+            gate = self._first_gate(level[free])
+            if gate is not None:
+                return self._insertion(_way_back(came_by, gate))
+            level, free = self._next_level(level, free, came_by)
+            roaming, touching = roaming + int(free.sum()), touching + int((~free).sum())
+        self.cut_off = bool(len(level))
+        return None
+
+    def _next_level(
+        self, level: NDArray[np.int32], free: NDArray[np.bool_], came_by: NDArray[np.int8]
+    ) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
+        """Return the (N, 3) new placements one move from those of a level, and which are free; note how they came."""
+        there = (level[:, None] + MOVES).reshape(-1, 3)
+        count = len(MOVES)
+        inside = (there >= (0, 0, 1)) & (there < self.rooms.shape) & (there <= (*self.rooms.shape[:2], self.highest))
+        new = np.flatnonzero(inside.all(axis=1))
+        new = new[came_by[tuple(there[new].T)] == 0]
+        is_free = np.zeros(len(there), np.bool_)
+        is_free[new] = which_free(self.space, there[new])
+        roams = is_free[new] & free[new // count]
+        places, firsts = np.unique(self._flat(there[new[roams]]), return_index=True)
+        came = dict(zip(places.tolist(), new[roams][firsts].tolist(), strict=True))  # by placement, its first move
+        close = new[~roams]
+        close = close[is_free[close] | self._may_touch_at(there[close], is_free[close])]
+        for move, place in zip(close.tolist(), self._flat(there[close]).tolist(), strict=True):
+            if came.get(place, move + 1) > move:
+                here = level[move // count]
+                if not self._met_on((int(here[0]), int(here[1]), int(here[2])), move % count):
+                    came[place] = move
+        moves = np.array(sorted(came.values()), np.int64)
+        came_by[tuple(there[moves].T)] = moves % count + 1
+        return there[moves], is_free[moves]
+
+    def _flat(self, places: NDArray[np.int32]) -> NDArray[np.int64]:
+        """Return one number per placement."""
+        flat: NDArray[np.int64] = np.ravel_multi_index(tuple(places.T), self.rooms.shape)
+        return flat
+
+    def _may_touch_at(self, places: NDArray[np.int32], is_free: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return at which of (N, 3) placements, except free ones, the part may be on a detour."""
+        may: NDArray[np.bool_] = ~is_free & (np.abs(places - self.target)[:, :2] <= SIDEWAYS_VOX).all(axis=1)
+        boxes_free = which_boxes_free(self.rule, (places[may] - self.low).astype(np.int32))
+        self.met_cells = self.met_cells or not boxes_free.all()
+        may[may] = boxes_free
+        for n in np.flatnonzero(may):
+            may[n] = not self._is_wrong_at((int(places[n, 0]), int(places[n, 1]), int(places[n, 2])))
+        return may
+
+    def _is_wrong_at(self, place: IntVec) -> bool:
+        """Return whether ``_wrong_at`` gives a reason at a placement where the boxes of the part are free."""
+        if self.entangled:
+            return self._wrong_at(place) is not None
+        if hook_is_free(self.space, *place):
+            return False
+        return self._rope_wrong_by_cells(place) is not None or self._is_rope_hit(place)
+
+    def _is_rope_hit(self, place: IntVec) -> bool:
+        """Return whether the rope above a placement meets a solid.
+
+        A rope from higher up is a part of this one, so few placements of a column need a test.
+        """
+        x, y, z = place
+        hit, free = self.rope_hit.get((x, y), (-1, self.highest + 1))
+        while hit < z < free:
+            middle = (z + free) // 2
+            if self._rope_hits((x, y, middle)):
+                hit = middle
+            else:
+                free = middle
+        self.rope_hit[x, y] = hit, free
+        return z <= hit
+
+    def _first_gate(self, places: NDArray[np.int32]) -> IntVec | None:
+        """Return the first of (N, 3) free placements that is a gate, or None."""
+        rooms = self.rooms[tuple(places.T)]
+        maybe = (rooms == _TO_THE_SKY) | ((rooms == _UNKNOWN) & which_free(self.transit, places))
+        for x, y, z in places[maybe].tolist():
+            if self._is_gate((x, y, z)):
+                return x, y, z
         return None
 
     def guided(self) -> Insertion | None:
@@ -406,7 +466,12 @@ class _Inserter:
     def _rope_wrong_at(self, place: IntVec) -> NoInsertion | None:
         if hook_is_free(self.space, *place):
             return None
-        offset = np.array(place) - self.target
+        if (by_cells := self._rope_wrong_by_cells(place)) is not None:
+            return by_cells
+        hit = self._rope_hits(place)
+        return NoInsertion("the hoist rope above its place is blocked", hit) if hit else None
+
+    def _rope_wrong_by_cells(self, place: IntVec) -> NoInsertion | None:
         hook = np.array(place) + np.array(self.component.hook_offset_vox)
         if self.space.hook_floor[hook[0], hook[1]] == HOOK_FORBIDDEN:
             return NoInsertion("the crane's hook is not allowed above its place (reach, capacity or zone)")
@@ -415,38 +480,39 @@ class _Inserter:
             return NoInsertion("the crane cannot hold its hook that high above its place")
         column = (hook - self.low)[:2]
         above = np.flatnonzero(self.foreign[column[0], column[1], max(0, int(hook[2])) :])
-        if len(above):
-            self.met_cells = True
-            cell = (int(hook[0]), int(hook[1]), int(hook[2] + above[0]))
-            return NoInsertion("the hoist rope above its place is blocked", (), (cell,))
-        point = self.hook_m + offset * self.step_m
+        if not len(above):
+            return None
+        self.met_cells = True
+        cell = (int(hook[0]), int(hook[1]), int(hook[2] + above[0]))
+        return NoInsertion("the hoist rope above its place is blocked", (), (cell,))
+
+    def _rope_hits(self, place: IntVec) -> tuple[int, ...]:
+        """Return the solids that the rope above a placement meets."""
+        point = self.hook_m + (np.array(place) - self.target) * self.step_m
         over = (*self.near, *self._over(point))
-        hit = tuple(n for n in over if rope_meets(self.contacts.triangles_m(n), point))
-        return NoInsertion("the hoist rope above its place is blocked", hit) if hit else None
+        return tuple(n for n in over if rope_meets(self.contacts.triangles_m(n), point))
 
     def _met_on(self, here: IntVec, action: int) -> bool:
         move = MOVES[action]
         axis = int(np.flatnonzero(move)[0])
-        offset_m = (np.array(here) - self.target) * self.step_m
-        return any(
-            self.contacts.meets_on_move(self.component.index, offset_m, n, axis, int(move[axis]), self.step_m, 1)[0]
-            for n in self.near
-        ) or bool(self._struck_on(here, axis, int(move[axis])))
+        lower = tuple(min(int(n), int(n + by)) for n, by in zip(here, move, strict=True))
+        offset = (lower[0] - int(self.target[0]), lower[1] - int(self.target[1]), lower[2] - int(self.target[2]))
+        known, own = self.contacts.steps, self.component.index
+        return any(known.is_blocked(own, n, offset, axis, is_near=True) for n in self.near) or bool(
+            self._struck_on(offset, axis)
+        )
 
-    def _struck_on(self, here: IntVec, axis: int, direction: int) -> tuple[int, ...]:
-        """Return which of the others a unit move from a placement meets."""
+    def _struck_on(self, offset: IntVec, axis: int) -> tuple[int, ...]:
+        """Return which of the others a unit move meets, from an offset from the place along an axis."""
         if not len(self.others):
             return ()
-        own, offset_m = self.component.index, (np.array(here) - self.target) * self.step_m
-        move_m = direction * self.step_m * np.eye(3)[axis]
+        own, offset_m = self.component.index, np.array(offset) * self.step_m
         low, high = self.contacts.bounds_m[own] + offset_m
         bounds = self.contacts.bounds_m[self.others]
-        near = (bounds[:, 0] <= high + np.maximum(move_m, 0.0) + self.gap_m).all(axis=1)
-        near &= (bounds[:, 1] >= low + np.minimum(move_m, 0.0) - self.gap_m).all(axis=1)
+        near = (bounds[:, 0] <= high + self.step_m * np.eye(3)[axis] + self.gap_m).all(axis=1)
+        near &= (bounds[:, 1] >= low - self.gap_m).all(axis=1)
         return tuple(
-            n
-            for n in self.others[near].tolist()
-            if self.contacts.strikes_on_move(own, offset_m, n, axis, direction, self.step_m)
+            n for n in self.others[near].tolist() if self.contacts.steps.is_blocked(own, n, offset, axis, is_near=False)
         )
 
     def _over(self, point_m: NDArray[np.float64]) -> tuple[int, ...]:
@@ -456,3 +522,12 @@ class _Inserter:
         low, high = np.moveaxis(self.contacts.bounds_m[self.others], 1, 0)
         over = ((low[:, :2] <= point_m[:2] + self.step_m) & (high[:, :2] >= point_m[:2] - self.step_m)).all(axis=1)
         return tuple(self.others[over & (high[:, 2] >= point_m[2])].tolist())
+
+
+def _way_back(came_by: NDArray[np.int8], place: IntVec) -> list[IntVec]:
+    """Return the placements from one back to the first, by the moves, plus one, that led there."""
+    way = [place]
+    while (move := int(came_by[way[-1]])) != _NO_MOVE:
+        x, y, z = (int(n) for n in np.array(way[-1]) - MOVES[move - 1])
+        way.append((x, y, z))
+    return way

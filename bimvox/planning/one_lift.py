@@ -29,6 +29,8 @@ from bimvox.site.transit_clearance import smaller_clearances
 _FIRST_LIMIT = 4_096
 _FLOOD_LIMIT = 300_000
 _BORDER_LIMIT = 20_000
+_BORDER_CELLS = 1_000_000
+"""Most placements, and cells of the part there, that are asked for what encloses a room."""
 
 
 def unplanned_lift(site: Site, component: int, order: int, place: YardPlace | None) -> Lift:
@@ -202,7 +204,8 @@ def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:
         ("its place in the yard", from_start) if len(from_start) <= len(from_gate) else ("its place", from_gate)
     )
     # The last moves may begin in an enclosed room that is too narrow for the clearance.
-    border = _around(room if len(room) else np.array([stage.insertion.gate_vox], np.int32))[:_BORDER_LIMIT]
+    border = _around(room if len(room) else np.array([stage.insertion.gate_vox], np.int32))
+    border = border[: min(_BORDER_LIMIT, max(1, _BORDER_CELLS // len(stage.component.shape.cells)))]
     blocked = border[~which_free(stage.space, border)]
     cells = (blocked[:, None, :] + stage.component.shape.cells[None, :, :]).reshape(-1, 3)
     who = tuple(name for name in assembly.who_is_at(cells) if name != "ground")

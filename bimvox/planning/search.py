@@ -14,14 +14,16 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.env.actions import MOVES
-from bimvox.site.collision import CollisionSpace, placement_is_free
+from bimvox.site.collision import CollisionSpace, boxes_are_free, placement_is_free
 from bimvox.site.component import IntVec
 
 _UNKNOWN, _FREE, _NARROW, _BLOCKED, _CLOSED = 0, 1, 2, 3, 4
 _PATIENCE = 16_384
-"""Placements expanded before the search checks whether the goal is enclosed."""
+"""Placements expanded before the search checks whether the goal is enclosed; then it checks again and again, ..."""
+_MORE = 4
+"""... each time after this many times more. So a search in vain takes about as long as the smaller of two rooms."""
 _ROOM = 65_536
-"""The largest room around the goal that this check searches."""
+"""The largest room around the goal that a check searches, or as many placements as are expanded."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +117,7 @@ def _a_star(
     cost = np.zeros(nx * ny * nz, np.int32)
     came_by = np.zeros(nx * ny * nz, np.int8)  # one more than the move; zeros need no memory until they are used
     this_f, next_f, later_f = np.empty(1024, np.int64), np.empty(1024, np.int64), np.empty(1024, np.int64)
-    this_size, next_size, later_size, expanded = 0, 0, 0, 0
+    this_size, next_size, later_size, expanded, patience = 0, 0, 0, 0, _PATIENCE
     no_path = np.empty((0, 3), np.int32)
     if not placement_is_free(space, start[0], start[1], start[2]):
         return no_path, expanded
@@ -139,8 +141,10 @@ def _a_star(
         expanded += 1
         if here == last:
             break
-        if expanded == _PATIENCE and _is_closed_in(space, goal, start, moves):
-            return no_path, expanded
+        if expanded == patience:
+            if _is_closed_in(space, goal, start, moves, max(_ROOM, expanded)):
+                return no_path, expanded
+            patience *= _MORE
         x, y, z = here // (ny * nz), here // nz % ny, here % nz
         away = abs(x - goal[0]) + abs(y - goal[1]) + abs(z - goal[2])
         for action in range(moves.shape[0]):
@@ -204,11 +208,11 @@ def _moves_back(
 
 @kernel
 def _is_closed_in(
-    space: CollisionSpace, goal: NDArray[np.int64], start: NDArray[np.int64], moves: NDArray[np.int32]
+    space: CollisionSpace, goal: NDArray[np.int64], start: NDArray[np.int64], moves: NDArray[np.int32], limit: int
 ) -> bool:
-    """Return whether the goal is in a small room that the start is not in."""
-    room = _flood(space, goal, moves, _ROOM)
-    if room.shape[0] == _ROOM:
+    """Return whether the goal is in a room of fewer placements than a limit that the start is not in."""
+    room = _flood(space, goal, moves, limit)
+    if room.shape[0] == limit:
         return False
     for n in range(room.shape[0]):
         if room[n, 0] == start[0] and room[n, 1] == start[1] and room[n, 2] == start[2]:
@@ -245,6 +249,15 @@ def which_free(space: CollisionSpace, placements_vox: NDArray[np.int32]) -> NDAr
     free = np.empty(placements_vox.shape[0], np.bool_)
     for n in range(placements_vox.shape[0]):
         free[n] = placement_is_free(space, placements_vox[n, 0], placements_vox[n, 1], placements_vox[n, 2])
+    return free
+
+
+@kernel
+def which_boxes_free(space: CollisionSpace, placements_vox: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Return at which of (N, 3) placements the shape alone is free, whatever is above its hook: (N,) bool."""
+    free = np.empty(placements_vox.shape[0], np.bool_)
+    for n in range(placements_vox.shape[0]):
+        free[n] = boxes_are_free(space, placements_vox[n, 0], placements_vox[n, 1], placements_vox[n, 2])
     return free
 
 

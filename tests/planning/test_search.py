@@ -171,3 +171,11 @@ def test_a_large_room_around_the_goal_is_not_a_path_either():
     occupied[10] = True
     result = shortest_path(clearance_of(occupied), (0, 0, 0), GOAL)
     assert result.path_vox is None
+
+
+def test_a_search_in_vain_ends_when_the_smaller_of_two_large_rooms_is_known():
+    occupied = np.zeros((300, 100, 40), bool)
+    occupied[20] = True  # 80,000 and 1,116,000 placements
+    result = shortest_path(clearance_of(occupied), (299, 0, 0), (0, 0, 0))
+    assert result.path_vox is None
+    assert result.expanded < 300_000

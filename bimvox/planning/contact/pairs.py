@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.planning.contact.enclosed import enclosed
 from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m, thickness_m
+from bimvox.planning.contact.known_steps import KnownSteps
 from bimvox.planning.contact.sweep import blocked_steps, crossings_above
 from bimvox.planning.contact.triangle_object import collision_object
 from bimvox.planning.known_guides import KnownGuides
@@ -65,6 +66,7 @@ class Contacts:
         neighbours: Per component, the numbers of the solids that share or touch cells with it in the finished building.
         clashes: Pairs that overlap in the model.
         guides: What searches for guides have found.
+        steps: Which steps between cells are blocked.
     """
 
     def __init__(self, site: Site) -> None:
@@ -88,6 +90,7 @@ class Contacts:
         self._thickness_m = [thickness_m(solid.mesh) for solid in self.solids]
         self._eroded: dict[tuple[int, float], NDArray[np.float64]] = {}
         self.guides = KnownGuides()
+        self.steps = KnownSteps(self, site.frame.voxel_size_m)
         self._bvhs: dict[int, fcl.CollisionObject] = {}
         self.neighbours: tuple[tuple[int, ...], ...] = self._find_neighbours()
         self._ways_out_m: dict[tuple[int, int], NDArray[np.float64] | None] = {}
@@ -166,17 +169,27 @@ class Contacts:
         return blocked_steps(part, other, axis, direction, step_m, count, offset_m + way_m)
 
     def strikes_on_move(
-        self, moving: int, offset_m: NDArray[np.float64], fixed: int, axis: int, direction: int, step_m: float
-    ) -> bool:
-        """Return whether a straight move brings a component closer to another solid than the tolerance.
+        self,
+        moving: int,
+        offset_m: NDArray[np.float64],
+        fixed: int,
+        axis: int,
+        direction: int,
+        step_m: float,
+        count: int,
+    ) -> NDArray[np.bool_]:
+        """Return the steps of a straight move that bring a component closer to another solid than the tolerance.
 
         For solids that are not neighbours. Tests the true triangles of both, with the part at its position and shifted
-        by the tolerance along every axis: coplanar surfaces do not cross, but shifted they do.
+        by the tolerance along every axis: coplanar surfaces do not cross, but shifted they do. The move and the result
+        are as in ``meets_on_move``.
         """
-        part, other = self._triangles[moving] + offset_m, self._triangles[fixed]
+        part, other = self._triangles[moving], self._triangles[fixed]
         aside = [np.zeros(3)]
         aside += [sign * max(self._tolerance_m, LEAST_GAP_M) * np.eye(3)[n] for n in range(3) for sign in (1.0, -1.0)]
-        return any(blocked_steps(part, other, axis, direction, step_m, 1, by_m)[0] for by_m in aside)
+        blocked = [blocked_steps(part, other, axis, direction, step_m, count, offset_m + by_m) for by_m in aside]
+        struck: NDArray[np.bool_] = np.any(blocked, axis=0)
+        return struck
 
     @cached_property
     def bounds_m(self) -> NDArray[np.float64]:
