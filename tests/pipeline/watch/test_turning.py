@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from planned_sites import planned
-from seeded_faults import obstruction_file_of, site_file_of, with_files
+from seeded_faults import carried_out_until, obstruction_file_of, site_file_of, with_files
 from turning_sites import turning_site
 
 from bimvox.library.obstructions import rasterise
@@ -93,7 +93,8 @@ def test_its_log_is_proven_from_the_log_alone(current, tmp_path):
     site = after.plan.site
     files = {"site.toml": site_file_of(site), **obstruction_file_of(site)}
     stream = io.BytesIO()
-    write_log(stream, with_files(PlanLog(plan=after.plan, motions=after.chain), files))
+    log = carried_out_until(PlanLog(plan=after.plan, motions=after.chain), *after.plan.history)
+    write_log(stream, with_files(log, files))
     path = tmp_path / "log.mcap"
     path.write_bytes(stream.getvalue())
     proof = prove(read_contents(stream.getvalue(), path), read_log(path), SilentProgress())
