@@ -56,6 +56,8 @@ def check_traffic(log: PlanLog, found: CarriedOut) -> Check:
             check.measure(float(off_m.max()))
     off_s = _off((found.plan_ns / 1e9)[:, None], (again.plan_ns / 1e9)[:, None])
     _look(check, off_s, "the crane is {off:.1f} s from where it is on the plan's clock among them")
+    off = _off(found.pace[:, None], again.pace[:, None])
+    _look(check, off, "the crane's pace is {off:.2g} from what it is among them")
     check.look(len(again.time_ns) == ticks + 1, "the execution goes on after its end, or ends before it")
     return check
 

@@ -30,6 +30,7 @@ _SAME = 1e-6
 
 _OF_THE_PLAN = frozenset(("seed", "policy", "policy_steps", GEOREFERENCE, FIRST_PLAN, PENDING, NOW_NS))
 """Metadata about how the plan was made, next to the digests of the files that it was made from."""
+_COUNTS = frozenset(("seed", "policy_steps"))
 
 
 def check_shown(contents: Contents, log: PlanLog) -> Check:
@@ -69,6 +70,9 @@ def _check_own_keys(check: Check, contents: Contents) -> None:
         check.look(False, f"metadata record {name!r}: bimvox writes no such record")
     for key in sorted(contents.metadata.get(topics.METADATA, {}).keys() - topics.OWN_METADATA - _OF_THE_PLAN):
         check.look(key.startswith(SHA256), f"metadata {_short(key)}: bimvox writes no such key")
+    for key in _COUNTS & contents.metadata.get(topics.METADATA, {}).keys():
+        said = contents.metadata[topics.METADATA][key]
+        check.look(said.isascii() and said.isdigit(), f"metadata {key} is {_short(said)}, not a whole number")
 
 
 def _check_site_file(check: Check, found: bytes, wanted: bytes) -> None:
@@ -177,13 +181,16 @@ def _lift_at(log: PlanLog, time_ns: int) -> str:
 
 def _same_message(kind: Any, found: bytes, wanted: bytes) -> bool:
     try:
-        return _same_fields(kind.FromString(found), kind.FromString(wanted))
+        message = kind.FromString(found)
     except ProtobufError:
         return False
+    size = message.ByteSize()
+    message.DiscardUnknownFields()  # another reader may know them
+    return message.ByteSize() == size and _same_fields(message, kind.FromString(wanted))
 
 
 def _same_fields(found: Any, wanted: Any) -> bool:
-    """Return whether two messages are equal except for rounding; unknown fields are not looked at by viewers."""
+    """Return whether two messages are equal except for rounding."""
     if type(found) is float:
         return isclose(found, wanted, rel_tol=_SAME, abs_tol=_SAME)
     if not hasattr(found, "DESCRIPTOR"):

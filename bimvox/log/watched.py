@@ -16,6 +16,7 @@ from bimvox.stop.brake_axes import STOP_EVENT
 
 _DIGEST = re.compile("[0-9a-f]{64}")
 _COUNT = re.compile("0|[1-9][0-9]*")
+_DECIMAL = re.compile(r"(0|[1-9][0-9]*)\.[0-9]{1,3}")
 _CHANGES = ("replanned", "retrained", "continued")
 _COUNTED = ("changed_cells", "kept", "retimed")
 _STOPPED = ("component", "how", "safe", "held", "rest_s", "brakes_for_s", "swings_m", "goes_on_s")
@@ -90,6 +91,9 @@ def _about_events(log: PlanLog) -> Iterator[str]:
         return
     if is_segment(log) and kinds.count(REPLAN_EVENT) != 1:
         yield f"{topics.EVENTS}: it has {kinds.count(REPLAN_EVENT)} events {REPLAN_EVENT!r}; a segment has one"
+    stopped = [event.fields.get("component") for event in known if event.kind == STOP_EVENT]
+    if len(set(stopped)) < len(stopped):
+        yield f"{topics.EVENTS}: a lift is stopped by two events {STOP_EVENT!r}"
     for event in known:
         about = _about_replan if event.kind == REPLAN_EVENT else _about_stop
         at = f"{topics.EVENTS}: the event {event.kind!r} at {event.start_ns / 1e9:.3f} s"
@@ -157,8 +161,13 @@ def _about_stop(log: PlanLog, event: LogEvent) -> Iterator[str]:
         return
     motion = next((one for one in log.motions if one.order == lift.order), None)
     ends_ns = [phase.end_ns for phase in motion.phases if phase.name is PhaseName.STOP] if motion is not None else []
-    if (event.fields["held"] == "True") != (lift.reason or "").startswith(LOAD_IS_HELD):
+    if event.fields["held"] != str((lift.reason or "").startswith(LOAD_IS_HELD)):
         yield f"its 'held' is {event.fields['held'][:60]!r}; the plan says something else"
+    if event.fields["safe"] not in ("True", "False"):
+        yield f"its 'safe' is {event.fields['safe'][:60]!r}, not True or False"
+    for key in ("brakes_for_s", "swings_m"):
+        if event.fields[key] != "None" and not _DECIMAL.fullmatch(event.fields[key]):
+            yield f"its {key!r} is {event.fields[key][:60]!r}, not a number"
     goes_on_s = str(round(ends_ns[-1] / 1e9, 3)) if ends_ns else "None"
     if event.fields["goes_on_s"] != goes_on_s:
         yield f"its 'goes_on_s' is {event.fields['goes_on_s'][:60]!r}, the motion gives {goes_on_s}"

@@ -122,6 +122,9 @@ OF_A_SEGMENT: dict[str, tuple[Lie, str]] = {
     "went on": (stopped(goes_on_s="7.0"), "its 'goes_on_s' is '7.0', the motion gives None"),
     "held": (stopped(held="True"), "its 'held' is 'True'; the plan says something else"),
     "at rest earlier": (stopped(rest_s="1.0"), "its 'rest_s' is '1.0', but it ends at 5.000 s"),
+    "no number": (stopped(swings_m="little"), "its 'swings_m' is 'little', not a number"),
+    "half safe": (stopped(safe="yes"), "its 'safe' is 'yes', not True or False"),
+    "stopped twice": (lambda log: stopped()(stopped()(log)), "a lift is stopped by two events 'stop'"),
     "words about a stop": (stopped(approved="yes"), "its fields are not those of a stop"),
 }
 
