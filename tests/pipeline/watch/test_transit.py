@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from planned_frame import planned
-from seeded_faults import obstruction_file_of, with_files
+from seeded_faults import carried_out_until, obstruction_file_of, with_files
 
 from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import prepared
@@ -119,7 +119,8 @@ def test_a_load_in_the_air_stops_and_continues_from_where_it_is(frame, order, sh
     log = frame[0]
     stream = io.BytesIO()
     files = {**log.attachments, **obstruction_file_of(after.plan.site)}
-    write_log(stream, with_files(type(log)(plan=after.plan, motions=after.chain), files))
+    made = carried_out_until(type(log)(plan=after.plan, motions=after.chain), *after.plan.history)
+    write_log(stream, with_files(made, files))
     (tmp_path / "log.mcap").write_bytes(stream.getvalue())
     again = read_log(tmp_path / "log.mcap")
     assert [epoch.until_ns for epoch in again.plan.history] == [now_ns]
