@@ -20,6 +20,8 @@ from bimvox.planning.contact.sweep import overlap_area, projected_overlap
 _SAME_M = 1e-6
 _NO_AREA_M2 = 1e-10
 _COVERED = 0.99
+_MOST_TRIANGLES = 20_000
+"""Of larger meshes nothing is measured: that takes up to seconds, and what fine meshes are of is seldom thin."""
 _OPPOSITE = 0.05
 """Least cosine between a normal and the inward one of a triangle behind which it lies."""
 
@@ -27,7 +29,7 @@ _OPPOSITE = 0.05
 def thicknesses_m(
     triangles_m: NDArray[np.float64], inward: NDArray[np.float64], corners: NDArray[np.int64], reach_m: float
 ) -> NDArray[np.float64]:
-    """Return (F,) the thickness of a part under each triangle; infinite beyond a reach.
+    """Return (F,) the thickness of a part under each triangle; infinite beyond a reach, and of very fine meshes.
 
     Args:
         triangles_m: (F, 3, 3) triangles with an area.
@@ -35,13 +37,14 @@ def thicknesses_m(
         corners: (F, 3) numbers of their corners; the same number for the same point.
         reach_m: Greater thicknesses do not matter.
     """
+    if not 0 < len(triangles_m) <= _MOST_TRIANGLES:
+        return np.full(len(triangles_m), np.inf)
     low, high = triangles_m.min(axis=1), triangles_m.max(axis=1)
-    longest = int(np.ptp(triangles_m.reshape(-1, 3), axis=0).argmax())
-    order = np.argsort(low[:, longest], kind="stable")
-    widest = float((high - low)[:, longest].max(initial=0.0))
-    found: NDArray[np.float64] = _thicknesses(
-        triangles_m, inward, corners, (low, high), order, longest, widest, reach_m
-    )
+    # Along the axis on which triangles are shortest, most of them are passed by.
+    across = int(((high - low).mean(axis=0) / np.maximum(np.ptp(triangles_m, axis=(0, 1)), reach_m)).argmin())
+    order = np.argsort(low[:, across], kind="stable")
+    widest = float((high - low)[:, across].max())
+    found: NDArray[np.float64] = _thicknesses(triangles_m, inward, corners, (low, high), order, across, widest, reach_m)
     return found
 
 
@@ -52,7 +55,7 @@ def _thicknesses(
     corners: NDArray[np.int64],
     boxes: tuple[NDArray[np.float64], NDArray[np.float64]],
     order: NDArray[np.int64],
-    longest: int,
+    across: int,
     widest: float,
     reach: float,
 ) -> NDArray[np.float64]:
@@ -61,7 +64,7 @@ def _thicknesses(
     one, other = np.empty((3, 3)), np.empty((3, 3))
     polygon, clipped, frame = np.empty((9, 2)), np.empty((9, 2)), np.empty((3, 3))
     low, high = boxes
-    starts = low[order, longest]
+    starts = low[order, across]
     for is_second in range(2):  # first the inner boundaries: they bound nothing
         for f in range(count):
             if is_inner[f]:
@@ -69,8 +72,8 @@ def _thicknesses(
             _frame_along(inward[f], frame)
             _seen(triangles[f], triangles[f, 0], frame, one)
             uncovered = _COVERED * overlap_area(one, 3)
-            n = np.searchsorted(starts, low[f, longest] - reach - widest)
-            while n < count and starts[n] <= high[f, longest] + reach:
+            n = np.searchsorted(starts, low[f, across] - reach - widest)
+            while n < count and starts[n] <= high[f, across] + reach:
                 g = order[n]
                 n += 1
                 if g == f:

@@ -48,3 +48,9 @@ def test_between_layers_there_is_no_surface():
 def test_both_sides_of_a_sheet_are_no_surface():
     sheet = TriangleMesh(np.array([(0.0, 0, 0), (1, 0, 0), (0, 1, 0)]), np.array([(0, 1, 2)], np.int32))
     assert np.isinf(thick_m(joined(sheet, turned_over(sheet)))).all()
+
+
+def test_of_a_very_fine_mesh_nothing_is_measured():
+    box = box_mesh((0, 0, 0), (1, 1, 1))
+    fine = TriangleMesh(box.vertices_m, np.tile(box.faces, (2000, 1)))
+    assert np.isinf(thick_m(fine)).all()
