@@ -82,10 +82,9 @@ def test_the_order_holds_where_it_must():
                 assert delivery[earlier.order] == delivery[motion.order] or hooked_ns >= earlier.released_ns
 
 
-@pytest.mark.parametrize(("more", "waits_until"), [({}, "set_ns"), ({"after": ("slow",)}, "released_ns")])
-def test_a_part_that_could_be_set_first_waits_for_the_earlier_one(more, waits_until):
-    """Rule R2: until the earlier part is set; until its slings are off if the two are next to each other."""
-    usual = two_crane_site()
+def slow_then_quick(truckload_kg=0.0, **more):
+    """Return a plan whose first part a crane carries that slews slowly, and whose second one another crane carries."""
+    usual = two_crane_site(truckload_kg=truckload_kg)
     parts = [
         ("slow", (16.0, 1.0, 0.0), (17.0, 2.0, 1.0), {"start_vox": (4, 14, 1)}),
         ("quick", (32.0, 1.0, 0.0), (33.0, 2.0, 1.0), {"start_vox": (60, 10, 1), **more}),
@@ -96,9 +95,23 @@ def test_a_part_that_could_be_set_first_waits_for_the_earlier_one(more, waits_un
     own = tuple(dataclasses.replace(part, crane=part.index) for part in site.components)
     plan, (slow, quick) = planned(with_digests(dataclasses.replace(site, cranes=cranes, components=own)))
     assert [motion.order for motion in (slow, quick)] == [slow.component, quick.component] == [0, 1]
+    assert verify_motions(plan, (slow, quick)).verified
+    return plan, slow, quick
+
+
+@pytest.mark.parametrize(("more", "waits_until"), [({}, "set_ns"), ({"after": ("slow",)}, "released_ns")])
+def test_a_part_that_could_be_set_first_waits_for_the_earlier_one(more, waits_until):
+    """Rule R2: until the earlier part is set; until its slings are off if the two are next to each other."""
+    _, slow, quick = slow_then_quick(**more)
     assert quick.hooked_ns > slow.raised_ns + 5e9  # R1 alone would let it begin earlier
     assert 0 <= quick.set_ns - getattr(slow, waits_until) < 1e9
-    assert verify_motions(plan, (slow, quick)).verified
+
+
+def test_a_part_of_a_later_delivery_waits_until_the_earlier_one_is_finished():
+    """Rule R3: the lorry comes into the yard when nothing of the delivery before is on a hook."""
+    plan, slow, quick = slow_then_quick(truckload_kg=2_500.0)
+    assert [lift.place.delivery for lift in plan.lifts] == [0, 1]
+    assert 0 <= quick.hooked_ns - slow.released_ns < 1e9
 
 
 def test_the_cranes_work_at_the_same_time():

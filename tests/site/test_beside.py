@@ -5,6 +5,7 @@ import pytest
 from box_sites import box_site
 
 from bimvox.site.beside import parts_beside
+from bimvox.site.component import OrderHints
 
 
 def column(name, x_m, **more):
@@ -19,6 +20,9 @@ def test_parts_as_far_apart_as_props_reach_stand_next_to_each_other(gap_m):
     assert np.array_equal(near, near.T)
 
 
-def test_parts_with_a_given_order_stand_next_to_each_other():
-    site = box_site([column("one", 4.0), column("other", 14.0, after=("one",)), column("far", 24.0)])
+@pytest.mark.parametrize(
+    "more", [{"after": ("one",)}, {"before": ("one",)}, {"hints": OrderHints(connected=("one",))}], ids=str
+)
+def test_parts_with_a_given_order_or_connection_stand_next_to_each_other(more):
+    site = box_site([column("one", 4.0), column("other", 14.0, **more), column("far", 24.0)])
     assert parts_beside(site).tolist() == [[True, True, False], [True, True, False], [False, False, True]]
