@@ -37,13 +37,18 @@ def toml_values(text: str) -> dict[str, object]:
     return _values(tomllib.loads, text)
 
 
-def json_values(text: str) -> object:
+def json_values(text: str, of_table: Callable[[dict[str, object]], object] | None = None) -> object:
     """Return the values of a JSON text; no key occurs twice in a table.
+
+    Args:
+        text: The text.
+        of_table: Given each table when it has been read; what it returns takes the table's place.
 
     Raises:
         ValueError: If it is not JSON (line and column), is nested too deeply, or holds a number that is too long.
     """
-    return _values(partial(json.loads, object_pairs_hook=_each_key_once), text)
+    hook = _each_key_once if of_table is None else lambda pairs: of_table(_each_key_once(pairs))
+    return _values(partial(json.loads, object_pairs_hook=hook), text)
 
 
 def _values(read: Callable[[str], T], text: str) -> T:

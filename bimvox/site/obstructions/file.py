@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -13,7 +13,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.errors import InputError, ObstructionFileError
 from bimvox.files import read_input, require_regular, resolved, status_of
-from bimvox.site.config.validation import Point3, Positive, Table, Text, Whole, first_finding
+from bimvox.site.config.validation import MOST, Point3, Positive, Table, Text, Whole, first_finding
 from bimvox.site.nested import UTF8_HINT, WHERE_HINT, json_values, toml_values
 from bimvox.site.obstructions.obstruction_set import (
     Box,
@@ -34,11 +34,17 @@ ReadMesh = Callable[[Path, str], TriangleMesh]
 """(mesh file, its length unit) -> its triangles in metres, in the file's own coordinates."""
 
 _MOST_BYTES = 256 << 20
+_LONGEST_ID = 1000
+_NUMBERS = (int, float)
 CellIndex = Annotated[Whole, Field(ge=-(2**31), lt=2**31)]
 
 
+def _is_reserved(name: str) -> bool:
+    return name in (GROUND_ID, CRANE_ID) or name.startswith(f"{CRANE_ID}:")
+
+
 def _not_reserved(name: str) -> str:
-    if name in (GROUND_ID, CRANE_ID) or name.startswith(f"{CRANE_ID}:"):
+    if _is_reserved(name):
         raise ValueError(f"{name!r} is reserved for the site")
     return name
 
@@ -73,7 +79,7 @@ class CylinderEntry(Table):
 class ObstructionEntry(Table):
     """One obstruction: an id and exactly one of box, voxels, cylinder, mesh, points."""
 
-    id: Annotated[Text, Field(max_length=1000), AfterValidator(_not_reserved)]
+    id: Annotated[Text, Field(max_length=_LONGEST_ID), AfterValidator(_not_reserved)]
     """Id, unique in the file."""
     box: BoxEntry | None = None
     """As below."""
@@ -155,26 +161,86 @@ def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadM
         ObstructionFileError: If the syntax is wrong (line and column), an entry is not allowed (key), an id is not
             unique, or a referenced file cannot be used.
     """
+    values = _decode(data, name, _plain_box)
     try:
-        parsed = ObstructionFile.model_validate(_decode(data, name))
+        unit, entries = _validated(values)
     except ValidationError as error:
         found = first_finding(error, ObstructionFile)
         raise ObstructionFileError(name, found.message, key=found.key or None, hint=found.hint) from None
-    obstructions, files, scale = [], [], metres_per(parsed.unit)
-    for number, entry in enumerate(parsed.obstructions):
-        if entry.box is not None:  # there may be a million of them
-            box = Box(_scaled(entry.box.min, scale), _scaled(entry.box.max, scale))
-            obstructions.append(Obstruction(entry.id, box))
+    obstructions, files, scale = [], [], metres_per(unit)
+    for number, entry in enumerate(entries):
+        if isinstance(entry, Obstruction):
+            obstructions.append(entry if scale == 1.0 else _box(entry.id, *_corners(entry), scale))
+            continue
+        if entry.box is not None:
+            obstructions.append(_box(entry.id, entry.box.min, entry.box.max, scale))
             continue
         for key, reference in (("mesh", entry.mesh), ("points", entry.points)):
             if reference is not None:
                 files.append(_existing(folder / reference, name, f"obstructions[{number}].{key}"))
         try:
-            obstructions.append(Obstruction(entry.id, _form(entry, parsed.unit, folder, read_mesh)))
+            obstructions.append(Obstruction(entry.id, _form(entry, unit, folder, read_mesh)))
         except InputError as error:
             key = f"obstructions[{number}].{'mesh' if entry.mesh is not None else 'points'}"
             raise ObstructionFileError(name, error.message, key=key, hint=error.hint) from error
     return ObstructionSet.of(obstructions, name, tuple(files))
+
+
+def _plain_box(table: dict[str, object]) -> object:
+    """Return the obstruction of a table that is a box without a fault, lengths in the file's unit; otherwise the table.
+
+    A file may hold a million of them. Only what is left goes through the schema, which says what is wrong.
+    """
+    name, box = table.get("id"), table.get("box")
+    if len(table) != 2 or type(name) is not str or type(box) is not dict or len(box) != 2:
+        return table
+    low, high = box.get("min"), box.get("max")
+    if type(low) is not list or type(high) is not list or len(low) != 3 or len(high) != 3:
+        return table
+    for a, b in zip(low, high, strict=True):
+        if type(a) not in _NUMBERS or type(b) not in _NUMBERS or not -MOST <= a < b <= MOST:
+            return table
+    if not 0 < len(name) <= _LONGEST_ID or _is_reserved(name) or not name.isprintable():
+        return table
+    return _box(name, low, high, 1.0)
+
+
+def _validated(values: object) -> tuple[str, Sequence[Obstruction | ObstructionEntry]]:
+    """Return the unit and the entries of a file, whose boxes without a fault are obstructions already."""
+    given = values.get("obstructions") if isinstance(values, dict) else None
+    if isinstance(values, dict) and isinstance(given, list):
+        try:
+            rest = ObstructionFile.model_validate(
+                {**values, "obstructions": [one for one in given if not isinstance(one, Obstruction)]}
+            )
+        except ValidationError:
+            pass  # said below, with the place in the whole file
+        else:
+            left = iter(rest.obstructions)
+            entries = [one if isinstance(one, Obstruction) else next(left) for one in given]
+            if len({one.id for one in entries}) == len(entries):
+                return rest.unit, entries
+    whole = ObstructionFile.model_validate(_as_tables(values))
+    return whole.unit, whole.obstructions
+
+
+def _as_tables(values: object) -> object:
+    """Return values as they stand in the file."""
+    if isinstance(values, Obstruction):
+        low, high = _corners(values)
+        return {"id": values.id, "box": {"min": list(low), "max": list(high)}}
+    if isinstance(values, dict):
+        return {key: _as_tables(value) for key, value in values.items()}
+    return [_as_tables(value) for value in values] if isinstance(values, list) else values
+
+
+def _corners(one: Obstruction) -> tuple[Vec3, Vec3]:
+    assert isinstance(one.form, Box)
+    return one.form.low_m, one.form.high_m
+
+
+def _box(name: str, low: Sequence[float], high: Sequence[float], scale: float) -> Obstruction:
+    return Obstruction(name, Box(_scaled(low, scale), _scaled(high, scale)))
 
 
 def obstructions_to_json(given: ObstructionSet) -> bytes:
@@ -217,8 +283,8 @@ def without_references(data: bytes, name: str) -> tuple[bytes, frozenset[str]]:
     return json.dumps({**document, "obstructions": kept}).encode(), ids
 
 
-def _decode(data: bytes, name: str) -> object:
-    """Return the parsed text; errors give the line."""
+def _decode(data: bytes, name: str, of_table: Callable[[dict[str, object]], object] | None = None) -> object:
+    """Return the parsed text; errors give the line. ``of_table`` may replace each table of JSON, to save memory."""
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -229,9 +295,15 @@ def _decode(data: bytes, name: str) -> object:
             name, "the file is empty", hint='without obstructions, write {"version": 1, "obstructions": []}'
         )
     try:
-        return toml_values(text) if name.lower().endswith(".toml") else json_values(text)
+        if not name.lower().endswith(".toml"):
+            return json_values(text, of_table)
+        values = toml_values(text)
     except ValueError as error:
         raise ObstructionFileError(name, str(error), hint=WHERE_HINT) from None
+    entries = values.get("obstructions")
+    if of_table is not None and isinstance(entries, list):
+        entries[:] = (of_table(entry) if isinstance(entry, dict) else entry for entry in entries)
+    return values
 
 
 def _form(entry: ObstructionEntry, unit: str, folder: Path, read_mesh: ReadMesh) -> Form:
@@ -257,5 +329,5 @@ def _existing(path: Path, name: str, key: str) -> Path:
     return path
 
 
-def _scaled(point: Vec3, scale: float) -> Vec3:
+def _scaled(point: Sequence[float], scale: float) -> Vec3:
     return (point[0] * scale, point[1] * scale, point[2] * scale)

@@ -99,8 +99,11 @@ def _obstructions(path: Path, progress: Progress) -> dict[str, Any]:
     from bimvox_pipeline.inspect.obstructions import describe_obstruction
 
     progress.stage("read")
-    found = read_obstruction_file(path)
-    return {"sha256": sha256_of(path), "obstructions": [describe_obstruction(one) for one in found.obstructions]}
+    left = list(reversed(read_obstruction_file(path).obstructions))
+    described = []
+    while left:  # each is freed when it has been described: there may be a million of them
+        described.append(describe_obstruction(left.pop()))
+    return {"sha256": sha256_of(path), "obstructions": described}
 
 
 def _policy(path: Path, progress: Progress) -> dict[str, Any]:

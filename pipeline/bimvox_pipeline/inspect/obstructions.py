@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from bimvox_pipeline.inspect.building import rounded_m
 
 if TYPE_CHECKING:
-    from bimvox.site.obstructions.obstruction_set import Obstruction
+    from bimvox.site.obstructions.obstruction_set import Obstruction, Vec3
 
 
 def describe_obstruction(obstruction: Obstruction) -> dict[str, Any]:
@@ -17,6 +17,8 @@ def describe_obstruction(obstruction: Obstruction) -> dict[str, Any]:
     from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Points, Voxels
 
     form = obstruction.form
+    if isinstance(form, Box):  # there may be a million of them
+        return {"id": obstruction.id, "form": "box", "low_m": _rounded_m(form.low_m), "high_m": _rounded_m(form.high_m)}
     document: dict[str, Any] = {"id": obstruction.id, "form": type(form).__name__.lower()}
     if isinstance(form, Voxels):
         cells = np.array(form.cells)
@@ -26,9 +28,7 @@ def describe_obstruction(obstruction: Obstruction) -> dict[str, Any]:
             "low_vox": cells.min(axis=0).tolist(),
             "high_vox": cells.max(axis=0).tolist(),
         }
-    if isinstance(form, Box):
-        low, high = np.array(form.low_m), np.array(form.high_m)
-    elif isinstance(form, Cylinder):
+    if isinstance(form, Cylinder):
         reach = np.array([form.radius_m, form.radius_m, 0.0])
         low = np.array(form.base_m) - reach
         high = np.array(form.base_m) + reach + np.array([0.0, 0.0, form.height_m])
@@ -39,3 +39,10 @@ def describe_obstruction(obstruction: Obstruction) -> dict[str, Any]:
         low, high = form.bounds_m
         document |= {"form": "mesh", "triangles": len(form.faces)}
     return {**document, "low_m": rounded_m(low), "high_m": rounded_m(high)}
+
+
+def _rounded_m(corner_m: Vec3) -> list[float]:
+    """Return the same numbers if nothing is to be rounded, which saves memory."""
+    x, y, z = corner_m
+    rounded = [round(x, 4) + 0.0, round(y, 4) + 0.0, round(z, 4) + 0.0]
+    return [x, y, z] if rounded == [x, y, z] and 0.0 not in corner_m else rounded  # -0.0 is rounded too

@@ -175,3 +175,55 @@ def test_the_schema_describes_the_file():
     entry = schema["$defs"]["ObstructionEntry"]
     assert set(entry["properties"]) == {"id", *FORMS}
     assert len(entry["oneOf"]) == len(FORMS)
+
+
+def _box(name: str, at: float = 0.0) -> dict[str, object]:
+    return {"id": name, "box": {"min": [at, 0, 0.5], "max": [at + 1.0, 1, 2]}}
+
+
+def _toml(entry: dict[str, object]) -> str:
+    if "voxels" in entry:
+        return f"voxels = {entry['voxels']}"
+    box = entry["box"]
+    return f"box = {{min = {box['min']}, max = {box['max']}}}"
+
+
+@pytest.mark.parametrize("unit", ["m", "ft"])
+@pytest.mark.parametrize("suffix", ["json", "toml"])
+def test_boxes_among_other_forms_keep_their_places(unit: str, suffix: str) -> None:
+    entries = [_box("b", 3.0), {"id": "v", "voxels": [[1, 2, 3]]}, _box("a"), _box("Stütze\u00a0")]
+    text = json.dumps({"version": 1, "unit": unit, "obstructions": entries})
+    if suffix == "toml":
+        rows = [f"{{id = {json.dumps(one['id'])}, {_toml(one)}}}" for one in entries]
+        text = f"version = 1\nunit = '{unit}'\nobstructions = [{', '.join(rows)}]\n"
+    found = parse_obstructions(text.encode(), f"o.{suffix}", Path()).obstructions
+    assert [one.id for one in found] == ["Stütze\u00a0", "a", "b", "v"]
+    scale = {"m": 1.0, "ft": 0.3048}[unit]
+    assert found[2].form == Box((3.0 * scale, 0.0, 0.5 * scale), (4.0 * scale, 1.0 * scale, 2.0 * scale))
+
+
+@pytest.mark.parametrize(
+    ("entries", "key"),
+    [
+        ([_box("a"), {"id": "x", "box": {"min": [0, 0, 0], "max": [0, 1, 1]}}], "obstructions[1].box"),
+        ([_box("a"), _box("b"), {"id": "x"}], "obstructions[2]"),
+        ([_box("a"), _box("b"), _box("a")], "obstructions[2].id"),
+        ([_box("a"), {"id": "a", "voxels": [[0, 0, 0]]}], "obstructions[1].id"),
+        ([_box("a"), _box("crane")], "obstructions[1].id"),
+        ([_box("a"), _box("b" * 1001)], "obstructions[1].id"),
+        ([_box("a"), {"id": "x", "box": {"min": [0, 0, True], "max": [1, 1, 2]}}], "obstructions[1].box.min[2]"),
+        ([_box("a"), {"id": "x", "box": {"min": [0, 0, 0], "max": [1, 1, 2e9]}}], "obstructions[1].box.max[2]"),
+        ([_box("a"), [_box("b")]], "obstructions[1]"),
+        ([_box("a"), {"id": "x", "box": _box("b")}], "obstructions[1].box"),
+    ],
+)
+def test_a_fault_among_boxes_is_told_with_its_place(entries: list[object], key: str) -> None:
+    with pytest.raises(ObstructionFileError) as caught:
+        parse_obstructions(json.dumps({"version": 1, "obstructions": entries}).encode(), "o.json", Path())
+    assert f"{caught.value}".startswith(f"o.json: {key}")
+    assert "Obstruction(" not in str(caught.value)
+
+
+def test_a_box_in_place_of_a_file_is_refused() -> None:
+    with pytest.raises(ObstructionFileError, match=r"o\.json: version is missing|unknown key"):
+        parse_obstructions(json.dumps(_box("a")).encode(), "o.json", Path())
