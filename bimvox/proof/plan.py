@@ -29,6 +29,7 @@ from bimvox.proof.rigging import check_rigging, rigging_kg
 from bimvox.proof.shape import check_shape, check_structure
 from bimvox.proof.site_rules import check_no_load, check_rope_margin, check_wind, check_zones
 from bimvox.proof.slings import check_slings
+from bimvox.proof.space import whole_cells
 from bimvox.proof.stands import check_stands
 from bimvox.proof.storage import (
     check_gap,
@@ -372,12 +373,13 @@ class _Verifier:
 
     def _check_smaller(self, lift: Lift, component: Component) -> None:
         """Check that smaller clearances of its own are such that the rules allow."""
+        frame = self.site.frame
         for rule, own_m in lift.kept._asdict().items():
             if own_m is not None:
                 most_m = getattr(self.site.rules, rule)
                 self.checks["margin" if "margin" in self.checks else "rope_margin"].look(
-                    0.0 <= own_m < most_m,
-                    f"{component.id}: keeps a {rule} of {own_m:g} m, which is not less than {most_m:g} m",
+                    own_m >= 0.0 and whole_cells(own_m, frame) < whole_cells(most_m, frame),
+                    f"{component.id}: keeps a {rule} of {own_m:g} m, which is not fewer cells than {most_m:g} m",
                 )
 
     def _check_hook(self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:

@@ -106,6 +106,13 @@ def test_a_lift_that_gives_way_in_vain_is_named(careful: PlanLog, tmp_path: Path
     assert any(says in failure for failure in check.failures), check.failures
 
 
+@pytest.mark.parametrize(("kept", "says"), [(1.9, "keeps a transit_clearance_m of 1.9 m"), (2.5, "of 2.5 m, which is not fewer cells")])
+def test_a_smaller_clearance_of_as_many_cells_is_refused(careful: PlanLog, kept: float, says: str) -> None:
+    verdict = prove_plan(faults.with_lift(careful, "beam", clearance_m=kept), SilentProgress())
+    assert {check.name for check in verdict.checks if not check.passed} >= {"margin"}
+    assert any(says in failure for failure in verdict.failures)
+
+
 def test_a_clearance_that_no_path_keeps_is_confirmed() -> None:
     rules = RulesConfig(wind_speed_m_s=0.0).rules(has_crane=True)
     parts = [("a", (2.0, 2.0, 0.0), (3.0, 3.0, 1.0), {"start_vox": (22, 5, 1)})]

@@ -805,7 +805,11 @@ NONSENSE: dict[str, tuple[Forge, str]] = {
     "a ground of dust": (a_ground_of_dust, "fixed object 'ground': it has a surface; only structures have"),
     "a clearance of its own": (
         lambda log: with_lift(log, "beam", clearance_m=0.5),
-        "lift 3 (beam): it keeps 0.5 m in transit, but no rule of the site gives way",
+        "lift 3 (beam): it keeps 0.5 m of transit_clearance_m, which does not give way on this site",
+    ),
+    "a clearance of its rope": (
+        lambda log: with_lift(log, "beam", rope_clearance_m=0.5),
+        "lift 3 (beam): it keeps 0.5 m of rope_clearance_m, which does not give way on this site",
     ),
     "found by nothing": (
         lambda log: with_lift(log, "beam", method=None),
