@@ -11,6 +11,7 @@ from two_cranes import two_crane_site
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.kinematics import hook_of
+from bimvox.cranes.clock import PlacedLeg, standing_at
 from bimvox.cranes.clocks import Clocks
 from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.schedule import _Schedule, time_lifts, time_rest
@@ -112,6 +113,21 @@ def test_a_part_of_a_later_delivery_waits_until_the_earlier_one_is_finished():
     plan, slow, quick = slow_then_quick(truckload_kg=2_500.0)
     assert [lift.place.delivery for lift in plan.lifts] == [0, 1]
     assert 0 <= quick.hooked_ns - slow.released_ns < 1e9
+
+
+@pytest.mark.parametrize("passes", [True, False])
+def test_a_part_is_set_after_the_empty_hook_of_another_crane_has_passed_its_place(passes):
+    """Also rule R2: a leg says which parts must not be there yet."""
+    plan, _ = two()
+    lifts = crane_lifts(plan, prepare(plan.site))
+    clocks, first = Clocks(plan, lifts, None, (), 0), lifts[0]
+    other = clocks.of(1 - first.crane)
+    leg = next(one.early for one in lifts if one.early is not None and one.crane == other.number)
+    at_ns, waits = 500 * 10**9, standing_at(other.start.first, 500 * 10**9)
+    other.add_leg(PlacedLeg(at_ns, leg.trajectory, waits, before=frozenset({first.lift.order} if passes else ())))
+    way = clocks.lift(clocks.of(first.crane), first)
+    assert way is not None
+    assert (way.set_ns >= other.free_ns > at_ns) == passes
 
 
 def test_the_cranes_work_at_the_same_time():
