@@ -134,7 +134,7 @@ class Studio:
     def variant(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Save a set-up as a new site file beside the one that is open."""
         opened, name = self.opened(asked.get("path")), asked.get("name")
-        if not isinstance(name, str) or not name.strip() or Path(name).name != name or name[0] in ".\0":
+        if not isinstance(name, str) or not name.strip() or Path(name).name != name or name[0] == "." or "\0" in name:
             raise InputError("a variant needs a name of its own", hint="letters, digits, spaces, dots and dashes")
         target = opened.site.with_name(name.strip().removesuffix(SITE_SUFFIX) + SITE_SUFFIX)
         return self._saved(*save(opened, read_setup(asked.get("setup")), target))

@@ -260,7 +260,7 @@ def test_a_variant_is_a_file_beside_and_never_replaces_one(page: Page, folder: P
     assert saved["path"] == "west side.site.toml"
     assert load_site_config(folder / saved["path"]).one_crane.base_m == (-8.0, -4.0)
     assert (folder / "a.site.toml").read_text() == SITE
-    for name in ("west side", "../outside", "", ".hidden", 5):
+    for name in ("west side", "../outside", "", ".hidden", "a\0b", 5):
         answer = page.post("/api/variant", path="a.site.toml", setup=setup, name=name)
         assert answer.status_code == 400, name
         assert answer.json()["error"]

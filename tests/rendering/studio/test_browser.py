@@ -407,6 +407,10 @@ def test_variants_stand_side_by_side(studio):
     here, there = figures(studio, "Hours")
     assert here == "not planned"
     assert float(there) > 0
+    studio.page.click('[data-key^="result "]')
+    assert studio.page.inner_text("#standing") == "Plan of other place.site.toml, not of what is open here."
+    assert studio.page.evaluate("() => getComputedStyle(document.getElementById('shown')).filter") != "none"
+    studio.page.click("#tab-variants")
     studio.page.click('.compare button:has-text("Show")')
     studio.wait("window.studio.opened.path === 'other place.site.toml' && window.studio.answer")
     assert studio.base() == [5.5, 9.5]
