@@ -186,7 +186,7 @@ class App {
     const { opened } = this;
     if (!this.isSaving && sha256 !== opened.sha256 && sha256 !== this.heard) {
       this.heard = sha256;
-      this.sayChanged(`${opened.path} was changed on disk since it was opened here.`);
+      if (byId("told").hidden) this.sayChanged(`${opened.path} was changed on disk since it was opened here.`); // a refused save has said it
     }
     if (this.placing.busy || boxesSha256 === this.boxesSha256) return;
     if (this.isPlaced) this.takeBoxes();

@@ -99,7 +99,7 @@ export class Standing {
     fill(byId("standing"), el("span", {}, other?.words ?? this.words), again);
     byId("standing").className = `standing ${mark} ${mark === "current" && this.refused ? "refused" : ""}`;
     byId("pane-result").classList.toggle("not-shown-here", mark !== "current");
-    byId("tab-result").textContent = state === "earlier" ? "Result, earlier" : "Result";
+    if (state !== "unknown") byId("tab-result").textContent = state === "earlier" ? "Result, earlier" : "Result";
     app.renderHead();
     app.table.render();
   }
