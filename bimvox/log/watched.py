@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from bimvox.log import schema as topics
 from bimvox.log.plan_log import PENDING, LogEvent, PlanLog
@@ -94,6 +94,7 @@ def _about_events(log: PlanLog) -> Iterator[str]:
     stopped = [event.fields.get("component") for event in known if event.kind == STOP_EVENT]
     if len(set(stopped)) < len(stopped):
         yield f"{topics.EVENTS}: a lift is stopped by two events {STOP_EVENT!r}"
+    yield from _about_stops_left_out(log, stopped)
     for event in known:
         about = _about_replan if event.kind == REPLAN_EVENT else _about_stop
         at = f"{topics.EVENTS}: the event {event.kind!r} at {event.start_ns / 1e9:.3f} s"
@@ -137,6 +138,18 @@ def _about_replan(log: PlanLog, event: LogEvent) -> Iterator[str]:
     if (event.start_ns, event.end_ns) != (start_ns, end_ns):
         lasts = f"it lasts until {event.end_ns / 1e9:.3f} s"
         yield f"{lasts}; the motions of its lifts from {start_ns / 1e9:.3f} s to {end_ns / 1e9:.3f} s"
+
+
+def _about_stops_left_out(log: PlanLog, stopped: Sequence[str | None]) -> Iterator[str]:
+    """Yield which motions of a segment stop after its revision, without an event that says so; of one crane."""
+    site, said = log.plan.site, log.metadata.get(NOW_NS)
+    if not is_segment(log) or said is None or not _COUNT.fullmatch(said) or site.has_several_cranes:
+        return
+    for motion in log.motions:
+        part = site.components[motion.component]
+        stops = any(phase.name is PhaseName.STOP and phase.start_ns >= int(said) for phase in motion.phases)
+        if stops and part.id not in stopped:
+            yield f"{topics.EVENTS}: lift {motion.number} ({part.label}) is stopped, but no event says so"
 
 
 def _why(lift: Lift) -> str:

@@ -12,6 +12,7 @@ from bimvox.log.plan_log import PENDING, LogEvent, PlanLog
 from bimvox.log.segments import FIRST_PLAN, NOW_NS, REPLAN_EVENT, first_plan_of, segment_of
 from bimvox.log.watched import check_watched
 from bimvox.records.lift import Epoch
+from bimvox.records.motion import PhaseName
 from bimvox.records.proof import Check
 from bimvox.stop.brake_axes import STOP_EVENT
 
@@ -138,6 +139,14 @@ def test_what_a_segment_says_about_itself_is_that_of_its_plan(segment: PlanLog, 
     lie, says = OF_A_SEGMENT[name]
     found = failures(lie(segment))
     assert any(says in failure for failure in found), found
+
+
+def test_a_stop_has_its_event(segment: PlanLog):
+    (motion,) = segment.motions
+    first, *rest = motion.phases
+    halted = dataclasses.replace(motion, phases=(dataclasses.replace(first, name=PhaseName.STOP), *rest))
+    (failure,) = failures(dataclasses.replace(segment, motions=(halted,)))
+    assert failure.endswith("is stopped, but no event says so")
 
 
 def test_the_first_plan_of_the_first_log_is_its_plan(first: PlanLog):
