@@ -47,7 +47,7 @@ def _of_the_obstructions(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Itera
     """Yield which lifts are proven against the obstructions before the current ones."""
     yield (
         not_current(plan, motions),
-        "lifts are proven against earlier obstructions only, because they had ended before the current ones came",
+        "lifts are proven against earlier obstructions only, because their parts were set before the current ones came",
     )
 
 

@@ -349,8 +349,8 @@ def _conditions(conditions: Sequence[str]) -> str:
 def _earlier(lifts: Sequence[dict[str, Any]]) -> str:
     words = ", ".join(f"{lift['number']} {lift['name']}" for lift in lifts)
     return (
-        f"Proven against earlier obstructions only, not against the current ones: {counted(len(lifts), 'lift')} that "
-        f"ended before the last change: {words}."
+        f"Proven against earlier obstructions only, not against the current ones: {counted(len(lifts), 'lift')}, "
+        f"set before the last change: {words}."
     )
 
 

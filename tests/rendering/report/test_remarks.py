@@ -95,7 +95,7 @@ def test_lifts_proven_against_earlier_obstructions_only_are_named():
         {"order": 0, "number": 1, "component": "0GlobalIdColumnA", "name": "ColumnA (0GlobalIdColumnA)"}
     ]
     assert "proven, 1 lift against earlier obstructions only" in read.text
-    assert "ended before the last change: 1 ColumnA (0GlobalIdColumnA)." in read.text
+    assert "set before the last change: 1 ColumnA (0GlobalIdColumnA)." in read.text
     (row,) = [row for row in read.rows["lifts"] if row.get("data-order") == "0"]
     assert "earlier obstructions" in row["words"]
     assert "✓ proven" not in row["words"]

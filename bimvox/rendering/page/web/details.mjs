@@ -132,7 +132,7 @@ export class Details {
     if (lift.proven === null) return el("p", { class: "warn" }, proof ? "NOT PROVEN here: this log is an extract and does not carry the path of this lift." : "NOT PROVEN: no proof was made for this page.");
     const checks = proof.checks.filter((check) => check.samples > 0);
     if (!lift.proven) return el("p", { class: "warn" }, "NOT PROVEN: a check of this lift failed; see Plan.");
-    if (!lift.current) return el("p", { class: "aside minor" }, "Proven against the obstructions before the last change only, not against the current ones: the lift ended before it.");
+    if (!lift.current) return el("p", { class: "aside minor" }, "Proven against the obstructions before the last change only, not against the current ones: its part was set before it.");
     const clean = this.app.remarks.about(lift.part).every((remark) => remark.severity === "note");
     return el("p", { class: clean ? "fine" : "aside" }, `${clean ? "✓ " : ""}Proven: ${checks.length} checks of the log passed for this lift${lift.samples ? `, ${counted(lift.samples, "sample")} of its motion` : ""}.`);
   }
