@@ -334,8 +334,8 @@ MUTANTS: dict[str, Mutant] = {
         slab_between_beams,
         "triangles",
         {
-            "bimvox.planning.guided.blocked_steps": lambda true: never_blocked,
-            "bimvox.planning.guided._Around.meets": always(False),
+            "bimvox.planning.guided.meets": always(False),
+            "bimvox.planning.guided.meets_between": always(False),
         },
     ),
     "a load guided as fast as the crane goes": Mutant(
