@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from bimvox_cli.failure import DONE
+from bimvox_cli.failure import DONE, INTERRUPTED
 from bimvox_cli.options import Json, Quiet, Verbose
 
 _END = """
@@ -54,6 +54,8 @@ def demo(
         if not (json or quiet):
             print("\n$ bimvox", *step, flush=True)
         code = max(code, app([*step, *told], prog_name="bimvox", standalone_mode=False) or DONE)
+        if code == INTERRUPTED:  # typer makes a code of Ctrl-C
+            raise KeyboardInterrupt
     if not (json or quiet):
         made = {
             "log": ".mcap",

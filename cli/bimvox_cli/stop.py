@@ -15,7 +15,7 @@ from types import FrameType
 from bimvox.undisturbed import STOPPING
 
 _AGAIN_S = 0.01
-_LONGEST_IMPORT_S = 5.0
+_LONGEST_IMPORT_S = 2.0
 _ONE_STOP_S = 2.0
 """`timeout` and terminals may send a signal twice; the second one must not interrupt the tidying up."""
 
@@ -31,14 +31,21 @@ class Stop:
         self.raised: BaseException | None = None
         self._raised_s = -math.inf
         self._waits_since_s: float | None = None
+        self._is_over = False
+
+    def end(self) -> None:
+        """Send nothing from now on: the command has ended."""
+        self._is_over = True
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
         """Stop the command; during an import only after it, because a library that swallows it stays half imported."""
         now_s = time.monotonic()
         self._waits_since_s = self._waits_since_s or now_s
-        if _imports(frame) and now_s - self._waits_since_s < _LONGEST_IMPORT_S:
-            _send_soon(number)
-            return
+        if _imports(frame):
+            if now_s - self._waits_since_s < _LONGEST_IMPORT_S:
+                self._send_soon(number)
+                return
+            self._send_soon(number, _ONE_STOP_S + _AGAIN_S)  # in case the import swallows what is raised below
         self._waits_since_s = None
         if now_s - self._raised_s < _ONE_STOP_S:
             return
@@ -57,7 +64,20 @@ class Stop:
             sys.__unraisablehook__(unraisable)
             return
         self._raised_s = -math.inf
-        _send_soon(number)
+        self._send_soon(number)
+
+    def _send_soon(self, number: int, after_s: float = _AGAIN_S) -> None:
+        """Send a signal to the main thread when it has left the handler or hook: there, it would be swallowed again."""
+        _thread.start_new_thread(self._send, (number, after_s))
+
+    def _send(self, number: int, after_s: float) -> None:
+        time.sleep(after_s)
+        if self._is_over:
+            return
+        if sys.platform == "win32":
+            _thread.interrupt_main(number)
+        else:
+            os.kill(os.getpid(), number)  # unlike interrupt_main, it ends a wait
 
 
 @contextmanager
@@ -76,6 +96,7 @@ def stoppable() -> Iterator[Stop]:
             signal.signal(number, stop)
         yield stop
     finally:
+        stop.end()
         for number in heard:
             signal.signal(number, before[number])
         sys.unraisablehook = hook
@@ -88,16 +109,3 @@ def _imports(frame: FrameType | None) -> bool:
             return True
         frame = frame.f_back
     return False
-
-
-def _send_soon(number: int) -> None:
-    """Send a signal to the main thread when it has left the handler or hook: there, it would be swallowed again."""
-    _thread.start_new_thread(_send, (number,))
-
-
-def _send(number: int) -> None:
-    time.sleep(_AGAIN_S)
-    if sys.platform == "win32":
-        _thread.interrupt_main(number)
-    else:
-        os.kill(os.getpid(), number)  # unlike interrupt_main, it ends a wait

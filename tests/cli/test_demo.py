@@ -52,3 +52,16 @@ def test_a_folder_that_cannot_be_made_is_one_clear_sentence(tmp_path: Path, caps
     assert run(["demo", "-o", "taken", "--json"]) == 2
     document = json.loads(capsys.readouterr().out)
     assert "taken" in document["error"]["message"]
+
+
+def test_ctrl_c_in_a_step_ends_the_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun: list[str] = []
+
+    def interrupted(*_: object, **__: object) -> None:
+        begun.append("voxelize")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("bimvox_pipeline.voxelize.voxelize", interrupted)
+    monkeypatch.setattr("bimvox_pipeline.site.init", lambda *_, **__: begun.append("init"))
+    assert run(["demo", "-o", str(tmp_path / "out"), "-q"]) == 130
+    assert begun == ["voxelize"]

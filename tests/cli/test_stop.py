@@ -68,6 +68,8 @@ def test_an_import_that_does_not_end_is_interrupted(tmp_path: Path, monkeypatch:
     )
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr("bimvox_cli.stop._LONGEST_IMPORT_S", 0.1)
+    monkeypatch.setattr("bimvox_cli.stop._ONE_STOP_S", 0.1)
+    monkeypatch.delitem(sys.modules, "never_done", raising=False)
     with pytest.raises(KeyboardInterrupt), stoppable():
         import never_done  # type: ignore[import-not-found]  # noqa: F401
 
@@ -111,3 +113,29 @@ def test_a_signal_that_the_process_ignores_stays_ignored() -> None:
         time.sleep(0.01)
     assert stop.raised is None
     assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+
+
+def test_an_import_that_swallows_it_is_not_the_end_of_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "swallower.py").write_text(
+        "import os, signal, time\n"
+        "try:\n"
+        "    os.kill(os.getpid(), signal.SIGINT)\n"
+        "    time.sleep(60)\n"
+        "except BaseException:\n"
+        "    pass\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("bimvox_cli.stop._LONGEST_IMPORT_S", 0.05)
+    monkeypatch.setattr("bimvox_cli.stop._ONE_STOP_S", 0.1)
+    with pytest.raises(KeyboardInterrupt), stoppable():
+        import swallower  # type: ignore[import-not-found]  # noqa: F401
+
+        time.sleep(60)
+
+
+def test_nothing_is_sent_after_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    test_an_import_that_does_not_end_is_interrupted(tmp_path, monkeypatch)
+    came: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, _frame: came.append(number))
+    time.sleep(0.3)
+    assert came == []
