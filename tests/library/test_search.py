@@ -106,7 +106,9 @@ def test_a_lift_that_gives_way_in_vain_is_named(careful: PlanLog, tmp_path: Path
     assert any(says in failure for failure in check.failures), check.failures
 
 
-@pytest.mark.parametrize(("kept", "says"), [(1.9, "keeps a transit_clearance_m of 1.9 m"), (2.5, "of 2.5 m, which is not fewer cells")])
+@pytest.mark.parametrize(
+    ("kept", "says"), [(1.9, "keeps a transit_clearance_m of 1.9 m"), (2.5, "of 2.5 m, which is not fewer cells")]
+)
 def test_a_smaller_clearance_of_as_many_cells_is_refused(careful: PlanLog, kept: float, says: str) -> None:
     verdict = prove_plan(faults.with_lift(careful, "beam", clearance_m=kept), SilentProgress())
     assert {check.name for check in verdict.checks if not check.passed} >= {"margin"}
