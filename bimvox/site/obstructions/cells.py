@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import lru_cache
 from itertools import product
 from math import ceil, floor
 from typing import TypeAlias
@@ -127,8 +128,14 @@ def _note(obstruction: Obstruction, inside: int, frame: GridFrame, shape: IntVec
 
 def outside_note(name: str, frame: GridFrame, shape: IntVec) -> str:
     """Return the note about an obstruction of an id that has no cell inside the site."""
+    return f"obstruction {name!r} lies outside the site, which is {_extent(frame, shape)}"
+
+
+@lru_cache(maxsize=16)
+def _extent(frame: GridFrame, shape: IntVec) -> str:
+    """Return from where to where a grid reaches, as messages state it; a million obstructions may lie outside."""
     low, high = (shown_m(frame.corner_of(np.array(cell))) for cell in ((0, 0, 0), shape))
-    return f"obstruction {name!r} lies outside the site, which is from {low} to {high} m"
+    return f"from {low} to {high} m"
 
 
 def _is_far(box: Box, frame: GridFrame, shape: IntVec, grow_vox: int) -> bool:
