@@ -69,5 +69,5 @@ def test_an_imagined_future_uses_only_what_is_seen():
 
 def test_a_decision_that_is_no_candidate_is_refused():
     episode = Episode(example_job(), DENSITIES["light"], 0)
-    with pytest.raises(ValueError, match=r"decision 11: the candidates are \[0"):
+    with pytest.raises(ValueError, match=r"decision 11: the candidates are \(0"):
         episode.decide(11)

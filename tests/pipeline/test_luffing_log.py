@@ -32,7 +32,7 @@ from bimvox.site.build import ground_and_masts, labels_of, with_digests
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, PlanLog]:
-    crane = replace(default_luffing_crane("luffing-40"), base_m=(12.0, 18.0, 0.0))
+    crane = replace(default_luffing_crane("luffing-40"), name="short jib", base_m=(12.0, 18.0, 0.0))
     jib = replace(crane.luffing, pivot_height_m=9.0, length_m=24.0, luff_rad=(radians(20), radians(75)), tail_low_m=7.0)
     site = box_site(PORTAL, crane=with_luffing_jib(crane, jib), shape=(60, 50, 34))
     site = replace(site, blockers=(*ground_and_masts(site, rasterise), *site.blockers[1:]))

@@ -21,7 +21,7 @@ from bimvox.planning.preparation import prepare
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.site.component import OrderHints
-from bimvox.site.site import Rules, Site
+from bimvox.site.site import Site
 
 CRANE = test_crane(base=(9.5, 6.0, 0.0))
 
@@ -180,8 +180,3 @@ def test_the_searched_order_takes_less_time_on_the_clock_and_can_be_left_out() -
     greedy = dataclasses.replace(site, rules=dataclasses.replace(site.rules, order_search=False))
     assert prepare(site).sequence.order != prepare(greedy).sequence.order
     assert crane_time_ns(site) < crane_time_ns(greedy)
-
-
-def test_logs_made_before_the_search_have_the_greedy_order() -> None:
-    assert Rules().order_search
-    assert Rules.__dataclass_fields__["order_search"].metadata["absent"] is False
