@@ -115,6 +115,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
             with interruptible():
                 code = _parser()(given, prog_name="bimvox", standalone_mode=False)
             sys.stdout.flush()
+            stop.overdue()
         except BaseException as error:
             if stop.raised is None and isinstance(error, SystemExit):
                 raise

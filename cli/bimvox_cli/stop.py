@@ -31,7 +31,13 @@ class Stop:
         self.raised: BaseException | None = None
         self._raised_s = -math.inf
         self._waits_since_s: float | None = None
+        self._waiting: int | None = None
         self._is_over = False
+
+    def overdue(self) -> None:
+        """Raise what still waits for the end of an import: the command may end before it is sent again."""
+        if self._waiting is not None:
+            raise self._error(self._waiting)
 
     def end(self) -> None:
         """Send nothing from now on: the command has ended."""
@@ -43,15 +49,19 @@ class Stop:
         self._waits_since_s = self._waits_since_s or now_s
         if _imports(frame):
             if now_s - self._waits_since_s < _LONGEST_IMPORT_S:
+                self._waiting = number
                 self._send_soon(number)
                 return
             self._send_soon(number, _ONE_STOP_S + _AGAIN_S)  # in case the import swallows what is raised below
-        self._waits_since_s = None
+        self._waits_since_s = self._waiting = None
         if now_s - self._raised_s < _ONE_STOP_S:
             return
         self._raised_s = now_s
+        raise self._error(number)
+
+    def _error(self, number: int) -> BaseException:
         self.raised = KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number)
-        raise self.raised
+        return self.raised
 
     def raise_again(self, unraisable: sys.UnraisableHookArgs) -> None:
         """Bring what a callback swallowed back to the main thread, without a traceback."""
@@ -66,9 +76,9 @@ class Stop:
         self._raised_s = -math.inf
         self._send_soon(number)
 
-    def _send_soon(self, number: int, after_s: float = _AGAIN_S) -> None:
+    def _send_soon(self, number: int, after_s: float | None = None) -> None:
         """Send a signal to the main thread when it has left the handler or hook: there, it would be swallowed again."""
-        _thread.start_new_thread(self._send, (number, after_s))
+        _thread.start_new_thread(self._send, (number, _AGAIN_S if after_s is None else after_s))
 
     def _send(self, number: int, after_s: float) -> None:
         time.sleep(after_s)

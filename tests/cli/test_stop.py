@@ -62,6 +62,19 @@ def test_a_module_is_imported_to_its_end_first(tmp_path: Path, monkeypatch: pyte
     assert not hasattr(swallows, "half")
 
 
+def test_a_signal_at_the_last_import_of_a_command_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "last_one.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("bimvox_cli.stop._AGAIN_S", 60.0)  # longer than the rest of the command
+    monkeypatch.delitem(sys.modules, "last_one", raising=False)
+    with stoppable() as stop:
+        import last_one  # type: ignore[import-not-found]  # noqa: F401
+
+        with pytest.raises(KeyboardInterrupt) as caught:
+            stop.overdue()
+    assert stop.raised is caught.value
+
+
 def test_an_import_that_does_not_end_is_interrupted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "never_done.py").write_text(
         "import os, signal, time\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(60)\n"
