@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
+from bimvox.planning.contact.posed import order_along_curve, tree_boxes
 from bimvox.planning.contact.sweep import overlap_area, projected_overlap
 
 _SAME_M = 1e-6
@@ -39,12 +40,9 @@ def thicknesses_m(
     """
     if not 0 < len(triangles_m) <= _MOST_TRIANGLES:
         return np.full(len(triangles_m), np.inf)
-    low, high = triangles_m.min(axis=1), triangles_m.max(axis=1)
-    # Along the axis on which triangles are shortest, most of them are passed by.
-    across = int(((high - low).mean(axis=0) / np.maximum(np.ptp(triangles_m, axis=(0, 1)), reach_m)).argmin())
-    order = np.argsort(low[:, across], kind="stable")
-    widest = float((high - low)[:, across].max())
-    found: NDArray[np.float64] = _thicknesses(triangles_m, inward, corners, (low, high), order, across, widest, reach_m)
+    order = order_along_curve(triangles_m.mean(axis=1))
+    ordered_m, found = triangles_m[order], np.empty(len(order))
+    found[order] = _thicknesses(ordered_m, inward[order], corners[order], tree_boxes(ordered_m), reach_m)
     return found
 
 
@@ -53,38 +51,39 @@ def _thicknesses(
     triangles: NDArray[np.float64],
     inward: NDArray[np.float64],
     corners: NDArray[np.int64],
-    boxes: tuple[NDArray[np.float64], NDArray[np.float64]],
-    order: NDArray[np.int64],
-    across: int,
-    widest: float,
+    boxes: NDArray[np.float64],
     reach: float,
 ) -> NDArray[np.float64]:
-    count = triangles.shape[0]
+    count, leaves = triangles.shape[0], boxes.shape[0] // 2
+    waiting = np.empty(128, np.int64)
     thick, is_inner = np.full(count, np.inf), np.zeros(count, np.bool_)
     one, other = np.empty((3, 3)), np.empty((3, 3))
     polygon, clipped, frame = np.empty((9, 2)), np.empty((9, 2)), np.empty((3, 3))
-    low, high = boxes
-    starts = low[order, across]
     for is_second in range(2):  # first the inner boundaries: they bound nothing
+        near = reach if is_second else _SAME_M
         for f in range(count):
             if is_inner[f]:
                 continue
             _frame_along(inward[f], frame)
             _seen(triangles[f], triangles[f, 0], frame, one)
             uncovered = _COVERED * overlap_area(one, 3)
-            n = np.searchsorted(starts, low[f, across] - reach - widest)
-            while n < count and starts[n] <= high[f, across] + reach:
-                g = order[n]
-                n += 1
+            waiting[0], left = 1, 1
+            while left:
+                left -= 1
+                node, apart = waiting[left], False
+                for k in range(3):
+                    away = abs(boxes[node, 0, k] - boxes[leaves + f, 0, k])
+                    apart |= away > boxes[node, 1, k] + boxes[leaves + f, 1, k] + near
+                if apart:
+                    continue
+                if node < leaves:
+                    waiting[left], waiting[left + 1], left = 2 * node, 2 * node + 1, left + 2
+                    continue
+                g = node - leaves
                 if g == f:
                     continue
                 slope = inward[f, 0] * inward[g, 0] + inward[f, 1] * inward[g, 1] + inward[f, 2] * inward[g, 2]
                 if slope > -_OPPOSITE:
-                    continue
-                apart = False
-                for k in range(3):
-                    apart |= low[g, k] > high[f, k] + reach or high[g, k] < low[f, k] - reach
-                if apart:
                     continue
                 _seen(triangles[g], triangles[f, 0], frame, other)
                 # The plane of the other one, as heights over the first one's.

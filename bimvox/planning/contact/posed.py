@@ -91,8 +91,8 @@ class _Forest:
     def tree(self, triangles_m: NDArray[np.float64]) -> tuple[int, int, int]:
         """Return the first box, the number of leaves and the first triangle of a tree."""
         if id(triangles_m) not in self._known:
-            ordered_m = triangles_m[_order(triangles_m.mean(axis=1))]
-            boxes_m = _boxes(ordered_m)
+            ordered_m = triangles_m[order_along_curve(triangles_m.mean(axis=1))]
+            boxes_m = tree_boxes(ordered_m)
             self._known[id(triangles_m)] = (self._boxes, len(boxes_m) // 2, self._triangles)
             self._triangles_m.append(ordered_m)
             self._boxes_m.append(boxes_m)
@@ -104,7 +104,7 @@ class _Forest:
         return np.ascontiguousarray(np.concatenate(self._triangles_m)), np.concatenate(self._boxes_m)
 
 
-def _order(middle_m: NDArray[np.float64]) -> NDArray[np.int64]:
+def order_along_curve(middle_m: NDArray[np.float64]) -> NDArray[np.int64]:
     """Return points along a curve that stays in one region before the next (Morton 1966)."""
     low = middle_m.min(axis=0)
     cells = ((middle_m - low) * ((1 << _BITS) - 1) / max(float(np.ptp(middle_m, axis=0).max()), 1e-9)).astype(np.int64)
@@ -115,7 +115,7 @@ def _order(middle_m: NDArray[np.float64]) -> NDArray[np.int64]:
     return np.argsort(code, kind="stable")
 
 
-def _boxes(triangles_m: NDArray[np.float64]) -> NDArray[np.float64]:
+def tree_boxes(triangles_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (2 L, 2, 3) middle and half size of the boxes of a tree: the root is 1, the children of n 2 n, 2 n + 1."""
     leaves = 1 << (len(triangles_m) - 1).bit_length()
     low, high = np.full((leaves, 3), np.inf), np.full((leaves, 3), -np.inf)
