@@ -17,7 +17,6 @@ from bimvox.library.attached_files import config_in
 from bimvox.library.faster import preparation_of
 from bimvox.library.hand_over import as_assigned, without_named_crane
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.segments import FIRST_PLAN
 from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.one_lift import plan_lift, searched_at, unplanned_lift
@@ -198,7 +197,7 @@ class _Searched:
             if shortest_path(transit.space, transit.start_vox, transit.goal_vox).path_vox is None:
                 continue
             found = searched_at(self._assembly, other, unplanned, None)
-            if self._record.plan.history or FIRST_PLAN in self._record.metadata:
+            if self._record.plan.history or self._record.revision:
                 self._undecided(lift, f"{said}; it may have been planned before something on the site changed")
                 return
             refused = self._why_refused(found, other)

@@ -144,7 +144,7 @@ def test_a_crew_that_guides_in_vain_is_named(good: PlanLog) -> None:
 
 def test_what_was_planned_before_a_change_is_undecided(careful: PlanLog) -> None:
     forged = faults.with_lift(careful, "beam", rope_clearance_m=0.0)
-    check = searched(dataclasses.replace(forged, metadata={**forged.metadata, "first_plan": "0"}))
+    check = searched(dataclasses.replace(forged, revision=1))
     assert check.passed
     assert any("may have been planned before something on the site changed" in text for text in check.undecided)
 
