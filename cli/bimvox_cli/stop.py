@@ -85,7 +85,7 @@ class Stop:
         if self._is_over:
             return
         if sys.platform == "win32":
-            _thread.interrupt_main(number)
+            _thread.interrupt_main(signal.Signals(number))
         else:
             os.kill(os.getpid(), number)  # unlike interrupt_main, it ends a wait
 

@@ -6,13 +6,10 @@ import os
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 
 from bimvox.errors import InputError
-
-if sys.platform != "win32":
-    import fcntl
 
 _THREADS = threading.Lock()
 
@@ -34,10 +31,21 @@ def alone_in(folder: Path) -> Iterator[None]:
     The folder itself is locked, so no file is left behind; the system frees it if the process ends. On Windows only
     the threads of this process wait for each other.
     """
-    with _THREADS:
-        if sys.platform == "win32":
-            yield
-            return
+    with _THREADS, _locked(folder):
+        yield
+
+
+if sys.platform == "win32":
+
+    def _locked(folder: Path) -> AbstractContextManager[None]:
+        """Windows cannot lock a folder."""
+        return nullcontext()
+
+else:
+    import fcntl
+
+    @contextmanager
+    def _locked(folder: Path) -> Iterator[None]:
         descriptor = os.open(folder, os.O_RDONLY)
         try:
             with suppress(OSError):  # a file system of a network may not lock; threads still wait for each other
