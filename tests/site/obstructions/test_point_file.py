@@ -31,6 +31,11 @@ def ply(order: str, kind: str, code: str) -> bytes:
         ("a.xyz", b"1,0, 2,0, 3,0\n-4,0, 5,5, 0,25\n"),
         ("a.xyz", b"1, 2, 3\n-4,5.5, 0.25\n"),
         ("a.xyz", b"1.0,2.0,3.0 9 9\n-4.0,5.5,0.25 9 9\n"),
+        ("a.txt", b"Rechtswert;Hochwert;Hoehe\n1,000;2;3\n-4;5,5;0,250\n"),
+        ("a.csv", b'"x","y","z"\n"1,0","2,0","3,0"\n"-4,0","5,5","0,25"\n'),
+        ("a.csv", b'"1,0";"2,0";"3,0"\n"-4,0";"5,5";"0,25"\n'),
+        ("a.xyz", b"# from the scanner\nx y z\n1 2 3\n-4 5,5 2,5e-1\n"),
+        ("a.csv", b"x,y,z,r,g,b\n1,2,3,9,9,9\n-4,5.5,0.25,9,9,9\n"),
     ],
 )
 def test_every_kind_is_read(tmp_path, name, data):
@@ -49,7 +54,15 @@ def test_every_kind_is_read(tmp_path, name, data):
         ("a.xyz", b"1 2\n3 4\n", "not a table"),
         ("a.xyz", b"1 2 3\n1 two 3\n", "not a table"),
         ("a.xyz", b"1 2 3\nnan 2 3\n", "not finite"),
-        ("a.xyz", b"x;y;z\n1;2;3\n1.234,5;2;3\n", "line 3"),
+        ("a.xyz", b"x;y;z\n1;2;3\n1.23,5;2;3\n", "line 3 can be read in two ways"),
+        ("a.xyz", b"1.5;2;3\n1,5;2;3\n", "line 2 can be read in two ways.*different decimal marks"),
+        ("a.txt", b"x y z\n\n405.123 5,5 12,0\n", "line 3 can be read in two ways.*'405.123' has a thousands"),
+        ("a.xyz", b"405,123 5.5 12.0\n", "line 1 can be read in two ways.*'405,123' has a thousands"),
+        ("a.xyz", b"405.123,45 5,812.5 12\n", "line 1 can be read in two ways"),
+        ("a.xyz", b"5,812,000 405,123 12\n", "line 1 can be read in two ways.*columns or thousands"),
+        ("a.csv", b"3,0,7,6,0,0\n3,0,7,6,0,1\n", "line 1 can be read in two ways.*columns or decimals"),
+        ("a.csv", b"x,y,z\n12,500,3,250,7,000\n", "line 2 can be read in two ways"),
+        ("a.csv", b"12,5,3,25,7\n12,5,3,25,7,5\n", "line 2 can be read in two ways"),
         ("a.xyz", b"1 2 3\n1,2,3\n", "line 2"),
         ("a.las", b"LASF", "not a LAS file"),
         ("a.laz", b"", "not a LAS file"),
@@ -62,6 +75,24 @@ def test_what_cannot_be_used_says_why(tmp_path, name, data, said):
         read_points(tmp_path / name)
     with pytest.raises(FileError, match="cannot be read"):
         read_points(tmp_path / "none.ply")
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"405.123,45 5.812.000,5 12,5\n405.124 5.812.001,25 7\n",
+        b"405.123,45;5.812.000,5;12,5\n405.124,0;5.812.001,25;7,0\n",
+        b"405,123.45 5,812,000.5 12.5\n405,124 5,812,001.25 7\n",
+        b"405,123.45\t5,812,000.5\t12.5\t0,1\n405,124.0\t5,812,001.25\t7.0\t0,2\n",
+        b"405 123,45; 5 812 000,5; 12,5\r\n405 124,0; 5 812 001,25; 7,0\r\n",
+        b"405'123.45;5'812'000.5;12.5\n405'124;5'812'001.25;7\n",
+        "405\u00a0123,45;5\u00a0812\u00a0000,5;12,5\n405124;5812001,25;7\n".encode(),
+    ],
+)
+def test_thousands_are_read_if_they_can_only_be_thousands(tmp_path, data):
+    (tmp_path / "a.txt").write_bytes(data)
+    points = [[405123.45, 5812000.5, 12.5], [405124.0, 5812001.25, 7.0]]
+    np.testing.assert_allclose(read_points(tmp_path / "a.txt"), points, rtol=1e-15)
 
 
 def test_a_scan_is_distinguished_from_a_mesh(tmp_path):
