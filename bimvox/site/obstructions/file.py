@@ -110,7 +110,7 @@ class ObstructionFile(Table):
     version: Literal[1]
     """Version of the format."""
     unit: Literal["m", "mm", "ft"] = "m"
-    """Unit of every length, mesh and point files included."""
+    """Unit of every length, mesh and point files included; a LAS file that states its unit keeps it."""
     obstructions: tuple[ObstructionEntry, ...]
     """The obstructions, in the site frame."""
 
@@ -316,7 +316,7 @@ def _form(entry: ObstructionEntry, unit: str, folder: Path, read_mesh: ReadMesh)
     if entry.mesh is not None:
         return read_mesh(folder / entry.mesh, unit)
     assert entry.points is not None
-    return Points(read_points(folder / entry.points) * scale)
+    return Points(read_points(folder / entry.points, scale))
 
 
 def _existing(path: Path, name: str, key: str) -> Path:

@@ -6,6 +6,7 @@ The header is checked before its counts are used: a damaged one may claim more p
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from bimvox.errors import FileError
 from bimvox.files import read_input
 from bimvox.processes import python_module, run_to_end
+from bimvox.site.obstructions.las_crs import LasCrs, las_crs
 
 _SHORTEST = 227
 _LONG_1_4 = 375
@@ -36,6 +38,7 @@ class _Header:
         compressed: Whether it is LAZ.
         scale: Factors of the stored integers, x, y, z.
         offset: Added after scaling.
+        crs: What it states about its coordinates.
     """
 
     start: int
@@ -44,24 +47,40 @@ class _Header:
     compressed: bool
     scale: tuple[float, float, float]
     offset: tuple[float, float, float]
+    crs: LasCrs
 
 
-def read_las(path: Path) -> NDArray[np.float64]:
+def read_las(path: Path, metres_per_unit: float = 1.0) -> NDArray[np.float64]:
     """Return the points of a LAS or LAZ file.
 
     Args:
         path: The file; LAZ needs the extra ``scan``.
+        metres_per_unit: Its unit, if the file does not state one.
 
     Returns:
-        (N, 3) float64, in the file's unit.
+        (N, 3) float64, metres.
 
     Raises:
-        FileError: If the file cannot be read, is damaged or is truncated.
+        FileError: If the file cannot be read, is damaged or is truncated, or its x and y are degrees.
     """
     data = read_input(path, may_be_empty=True)
     header = _header(path, data)
-    if header.compressed:
-        return _unpacked(path, header)
+    crs = header.crs
+    if crs.is_geographic:
+        hint = "project it to the map's coordinate system, in metres or feet"
+        raise FileError(path, "its x and y are longitude and latitude", hint=hint)
+    points = _unpacked(path, header) if header.compressed else _stored(path, data, header)
+    plan_m = metres_per_unit if crs.plan_m is None else crs.plan_m
+    height_m = metres_per_unit if crs.height_m is None else crs.height_m
+    return points if plan_m == height_m == 1.0 else points * (plan_m, plan_m, height_m)
+
+
+def crs_of_las(path: Path) -> LasCrs:
+    """Return what a LAS or LAZ file states about its coordinates."""
+    return _header(path, read_input(path, may_be_empty=True)).crs
+
+
+def _stored(path: Path, data: bytes, header: _Header) -> NDArray[np.float64]:
     there = max(0, len(data) - header.start) // header.length
     if there < header.count:
         raise FileError(path, f"truncated: {there:,} of {header.count:,} points")
@@ -74,7 +93,7 @@ def read_las(path: Path) -> NDArray[np.float64]:
 def _header(path: Path, data: bytes) -> _Header:
     if not data.startswith(b"LASF") or len(data) < _SHORTEST:
         raise FileError(path, "not a LAS file")
-    minor = data[25]
+    minor, extended, extended_count = data[25], 0, 0
     size, start, records, form, length, count = struct.unpack_from("<HIIBHI", data, 94)
     scale, offset = struct.unpack_from("<3d", data, 131), struct.unpack_from("<3d", data, 155)
     if minor >= 4:
@@ -89,7 +108,23 @@ def _header(path: Path, data: bytes) -> _Header:
         raise FileError(path, f"truncated: {len(data):,} bytes, but its points begin at byte {start:,}")
     if not np.isfinite([*scale, *offset]).all():
         raise FileError(path, "damaged LAS file: its scale or offset is not finite")
-    return _Header(start, count, length, bool(form & _COMPRESSED), scale, offset)
+    crs = las_crs(_records(data, size, records, extended, extended_count))
+    return _Header(start, count, length, bool(form & _COMPRESSED), scale, offset, crs)
+
+
+def _records(
+    data: bytes, start: int, count: int, extended: int, extended_count: int
+) -> Iterator[tuple[bytes, int, bytes]]:
+    """Yield user id, record id and content of the variable length records and the extended ones."""
+    for first, number, form in ((start, count, "<2x16sHH32x"), (extended, extended_count, "<2x16sHQ32x")):
+        at = first
+        for _ in range(number):
+            if at + struct.calcsize(form) > len(data):
+                return
+            user, record, length = struct.unpack_from(form, data, at)
+            at += struct.calcsize(form)
+            yield user.partition(b"\0")[0], record, data[at : at + length]
+            at += length
 
 
 def _unpacked(path: Path, header: _Header) -> NDArray[np.float64]:

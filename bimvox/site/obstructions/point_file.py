@@ -19,25 +19,27 @@ SCAN_SUFFIXES = (".xyz", ".pts", ".asc", *_LAS)
 _KNOWN = (".ply", ".csv", ".txt", *SCAN_SUFFIXES)
 
 
-def read_points(path: Path) -> NDArray[np.float64]:
+def read_points(path: Path, metres_per_unit: float = 1.0) -> NDArray[np.float64]:
     """Return the points of a file.
 
     Args:
         path: A PLY file with x, y, z vertices, a LAS or LAZ file (LAZ needs the extra ``scan``), or a text table whose
             first three columns are x, y, z, as :func:`read_table` reads it.
+        metres_per_unit: Its unit, if the file does not state one; only LAS and LAZ files may.
 
     Returns:
-        (N, 3) float64, N >= 1, in the file's unit.
+        (N, 3) float64, N >= 1, metres.
 
     Raises:
         FileError: If the file cannot be read, is truncated, or holds no points.
     """
     if path.suffix.lower() in _LAS:
-        return _checked(path, read_las(path))
+        return _checked(path, read_las(path, metres_per_unit))
     if path.suffix.lower() not in _KNOWN:
         raise FileError(path, "unknown type of point file", hint=f"known: {', '.join(_KNOWN)}")
     data = read_input(path, may_be_empty=True)
-    return _checked(path, _ply(path, data) if path.suffix.lower() == ".ply" else read_table(path, data))
+    points = _ply(path, data) if path.suffix.lower() == ".ply" else read_table(path, data)
+    return _checked(path, points if metres_per_unit == 1.0 else points * metres_per_unit)
 
 
 def is_scan(path: Path) -> bool:
