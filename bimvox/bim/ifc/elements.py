@@ -14,7 +14,7 @@ from bimvox.bim.ifc.anchors import anchors_without_mesh, points_of_group
 from bimvox.bim.ifc.assembly import Aggregation, Extent, Group
 from bimvox.bim.ifc.casting import casting_by_words, stated_casting
 from bimvox.bim.ifc.class_roles import CURTAIN_TYPES, UNKNOWN, role_of_class
-from bimvox.bim.ifc.mass import Masses, weakest
+from bimvox.bim.ifc.mass import DOUBTS, Masses, weakest
 from bimvox.bim.ifc.open import OpenedIfc
 from bimvox.bim.ifc.properties import Properties
 from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_height, storey_of
@@ -56,9 +56,7 @@ class ElementBuilder:
         self._ids: set[str] = set()
         self._made_unique: list[str] = []
         self._guessed = 0
-        self._refused: list[str] = []
-        self._oversized: list[str] = []
-        self._odd: list[str] = []
+        self._doubts: dict[str, list[str]] = {}
         self._tasks, self._task_notes = tasks_of_products(opened.file)
         self._element_of: dict[int, str] = {}
         self._anchors = anchors_without_mesh(opened.file, parts, opened.metres_per_unit, origin_m)
@@ -79,9 +77,8 @@ class ElementBuilder:
                 self._masses.of(self._file.by_id(step_id), part.extent.volume_m3, part.exact, part.extent.box_m3)
             )
             self._guessed += not part.exact
-            self._refused += [label(owner.Name or owner.GlobalId)] * masses[-1].stated_refused
-            self._oversized += [label(owner.Name or owner.GlobalId)] * masses[-1].volume_refused
-            self._odd += [label(owner.Name or owner.GlobalId)] * masses[-1].stated_odd
+            for doubt in masses[-1].doubts:
+                self._doubts.setdefault(doubt, []).append(label(owner.Name or owner.GlobalId))
         material = self._properties.material(owner)
         if material is None:
             heaviest = max(zip(masses, group.members, strict=True), key=lambda pair: pair[0].kg)[1]
@@ -127,22 +124,8 @@ class ElementBuilder:
             notes.append(f"GlobalIds that occur more than once were made unique: {shown}{more}")
         if self._guessed:
             notes.append(f"parts that are not closed, so their mass is a guess unless stated: {self._guessed}")
-        if self._refused:
-            notes.append(
-                "stated weights that are impossible for the volume of the part, so not used: "
-                f"{len(self._refused)} ({_some(self._refused)})"
-            )
-        if self._oversized:
-            notes.append(
-                "stated volumes that are impossible for the box of the part, so its surface counts (check the unit): "
-                f"{len(self._oversized)} ({_some(self._oversized)})"
-            )
-        if self._odd:
-            notes.append(
-                "stated weights that are unusual for the volume of the part (under 50 or over 12,000 kg/m3), but used: "
-                f"{len(self._odd)} ({_some(self._odd)})"
-            )
-        return notes
+        doubted = [(doubt, self._doubts[doubt]) for doubt in DOUBTS if doubt in self._doubts]
+        return [*notes, *(f"{doubt}: {len(names)} ({_some(names)})" for doubt, names in doubted)]
 
     def _task(self, group: Group) -> ProductTask | None:
         """Return the task of the lift, otherwise of the nearest assembly above, otherwise the last of its members."""

@@ -1,18 +1,16 @@
-"""The mass of an element: what the file states, or volume times density."""
+"""The mass of an element: what the file states if the mesh does not contradict it, otherwise volume times density."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
-import ifcopenshell.util.element as element_util
-
 from bimvox.bim.densities import DEFAULT_DENSITY_KG_M3, density_by_name
-from bimvox.bim.ifc.properties import Properties, layers_of
+from bimvox.bim.ifc.properties import Properties, Stated, layers_of, numbers_in
 from bimvox.bim.ifc.text import label
-from bimvox.bim.ifc.units import si_scale
+from bimvox.bim.ifc.units import Units
 
 # Net before gross: a gross weight is that of the stock before cuts and openings (50 % more on one cut balcony).
 _WEIGHTS = (
@@ -20,36 +18,60 @@ _WEIGHTS = (
     *("peso", "grossweight", "bruttogewicht", "poidsbrut", "pesobruto", "pesolordo"),
 )
 _VOLUMES = ("netvolume", "nettovolumen", "volume", "volumen", "grossvolume", "bruttovolumen")
-_MOST = 1e12
-"""A larger weight or volume is not one, in any unit."""
-_PLAUSIBLE_KG_M3 = (5.0, 23000.0)
-"""From insulation to above lead: a stated weight that gives a density outside this has a wrong number or unit."""
+_PLAUSIBLE_KG_M3 = (10.0, 23000.0)
+"""From foam to above lead: a stated weight that gives a density outside this has a wrong number or unit."""
 _ODD_KG_M3 = (50.0, 12000.0)
 """A stated weight that gives a density outside this is used, with a note."""
-_LEAST_SHARE = 1e-3
-"""Least share of a guessed volume that a stated one is believed to be: a frame hardly fills its box, and a wrong unit
-is wrong by more."""
+_MASSIVE_KG_M3 = (1500.0, 2650.0)
+"""Concrete, masonry and stone: a part of these is hardly more than half air where it is drawn solid. One of steel may
+be a tank."""
+_MASSIVE_SHARE, _HOLLOW_SHARE = 0.2, 0.003
+"""Least share of its material's density that a part weighs as a whole."""
+_MOST_SHARE = 2.5
+"""Most of it: reinforcement, inserts and faces are not drawn."""
+_SLIP_SHARES = (0.5, 2.0)
+"""A weight in another unit than stated is recognised only if it then is this share of what the part should weigh."""
+_SLIP_DEFAULT_SHARES = (0.3, 3.5)
+"""The same if the material is not known: it may be steel."""
+_WEIGHT_SLIPS = (1e3, 1e-3)
+"""Tonnes and grams, stated as kilograms."""
+_VOLUME_SLIPS = (1e-9, 1e-6, 1e-3)
+"""Cubic millimetres, cubic centimetres and litres, stated as cubic metres."""
+_LEAST_SHARE = 5e-3
+"""Least share of a guessed volume that a stated one is believed to be: a sheet of 0.05 mm, guessed as 10 mm."""
+_LEAST_SLIP_SHARE = 0.1
+"""The same for a stated volume in another unit than stated."""
+_LEAST_GUESS_SHARE = 0.5
+"""Least share of a guessed volume that is used to judge a stated weight."""
 SOURCES = ("quantity", "density", "default")
 """Where a mass comes from, most reliable first."""
+
+WEIGHT_SLIP = "stated weights that are those of the part only in tonnes or grams, so converted (check the unit)"
+WEIGHT_REFUSED = "stated weights that are impossible for the volume of the part, so not used"
+WEIGHT_ODD = (
+    "stated weights that are unusual for the volume of the part (under 50 or over 12,000 kg/m3), but used: check them"
+)
+VOLUME_SLIP = "stated volumes that fit the part only in mm3, cm3 or litres, so converted (check the unit)"
+VOLUME_REFUSED = "stated volumes that are impossible for the box of the part, so its surface counts (check the unit)"
+DOUBTS = (WEIGHT_SLIP, WEIGHT_REFUSED, WEIGHT_ODD, VOLUME_SLIP, VOLUME_REFUSED)
+"""Notes about what is stated, in the order in which they are given."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mass:
-    """A mass, its source, and whether what is stated was refused as impossible, or used although it is odd.
+    """A mass, its source, and what is doubtful about it.
 
     Attributes:
         kg: The mass.
         source: Where it comes from.
-        stated_refused: Whether a stated weight was refused.
-        stated_odd: Whether a stated weight was used although it is odd.
-        volume_refused: Whether a stated volume was refused.
+        guessed: Whether it is a guessed volume times a density.
+        doubts: What of ``DOUBTS`` holds.
     """
 
     kg: float
     source: str
-    stated_refused: bool = False
-    stated_odd: bool = False
-    volume_refused: bool = False
+    guessed: bool = False
+    doubts: tuple[str, ...] = ()
 
 
 class Masses:
@@ -62,9 +84,7 @@ class Masses:
 
     def __init__(self, file: Any, properties: Properties) -> None:
         self._properties = properties
-        self._kg_per_unit = _scale(file, "MASSUNIT", base=1e-3)
-        self._m3_per_unit = _scale(file, "VOLUMEUNIT", base=1.0)
-        self._density_per_unit = _scale(file, "MASSDENSITYUNIT", base=1e-3)
+        self._units = Units(file)
         self._density_by_material: dict[int, float | None] = {}
         self._old_densities: dict[int, float] = {}
         if file.schema == "IFC2X3":
@@ -84,26 +104,55 @@ class Masses:
             exact: Whether that volume is exact; if not, a stated volume replaces it.
             box_m3: Volume of the box around its mesh, as thick as a part is.
         """
-        stated = self._properties.sets_of(product)
-        least_m3, most_m3 = (volume_m3, volume_m3) if exact else (_LEAST_SHARE * volume_m3, max(volume_m3, box_m3))
-        weight = _first(stated, _WEIGHTS)
-        refused = wrong_volume = False
-        if weight is not None:
-            kg = weight * self._kg_per_unit
-            low, high = _PLAUSIBLE_KG_M3
-            if low * least_m3 <= kg <= high * most_m3:
-                odd = exact and not _ODD_KG_M3[0] * volume_m3 <= kg <= _ODD_KG_M3[1] * volume_m3
-                return Mass(kg, "quantity", stated_odd=odd)
-            refused = True
-        volume = None if exact else _first(stated, _VOLUMES)
-        if volume is not None:
-            stated_m3 = volume * self._m3_per_unit
-            wrong_volume = not least_m3 <= stated_m3 <= most_m3
-            volume_m3 = volume_m3 if wrong_volume else stated_m3
+        guess_m3 = volume_m3
+        doubts: tuple[str, ...] = ()
+        if not exact:
+            volume_m3, doubts = self._volume(product, volume_m3, max(volume_m3, box_m3))
         density = self._density(product)
-        source = "default" if density is None else "density"
         kg = volume_m3 * (DEFAULT_DENSITY_KG_M3 if density is None else density)
-        return Mass(kg, source, refused, volume_refused=wrong_volume)
+        source = "default" if density is None else "density"
+        expected = Mass(kg, source, not exact and volume_m3 == guess_m3, doubts)
+        return self.stated(product, expected, volume_m3, box_m3)
+
+    def stated(self, product: Any, expected: Mass, volume_m3: float, box_m3: float = inf) -> Mass:
+        """Return the stated mass of a product if its volume does not contradict it, otherwise the expected mass.
+
+        Args:
+            product: The ``IfcProduct``.
+            expected: Its mass by volume and density.
+            volume_m3: That volume.
+            box_m3: The most that its volume can be, if that is guessed.
+        """
+        weights = self._properties.stated(product, _WEIGHTS)
+        masses_kg = [kg for kg in map(self._units.kg, weights) if kg is not None]
+        if not masses_kg or not volume_m3 > 0.0:
+            return expected
+        least, most = _densities(expected.kg / volume_m3, expected.source == "default")
+        least_m3, most_m3 = volume_m3, volume_m3
+        if expected.guessed:
+            least_m3, most_m3 = _LEAST_GUESS_SHARE * volume_m3, max(volume_m3, box_m3)
+        as_stated = _first(masses_kg, (1.0,), least * least_m3, most * most_m3)
+        if as_stated is not None:
+            odd = not expected.guessed and not _ODD_KG_M3[0] <= as_stated / volume_m3 <= _ODD_KG_M3[1]
+            return Mass(as_stated, "quantity", doubts=(WEIGHT_ODD,) * odd)
+        shares = _SLIP_DEFAULT_SHARES if expected.source == "default" else _SLIP_SHARES
+        low_kg, high_kg = (share * expected.kg for share in shares)
+        converted = _first(masses_kg, _WEIGHT_SLIPS, low_kg, high_kg)
+        if converted is not None:
+            return Mass(converted, "quantity", doubts=(WEIGHT_SLIP,))
+        return replace(expected, doubts=(*expected.doubts, WEIGHT_REFUSED))
+
+    def _volume(self, product: Any, guess_m3: float, most_m3: float) -> tuple[float, tuple[str, ...]]:
+        """Return the stated volume of a product whose mesh is open if it fits, otherwise the guess; and doubts."""
+        stated = self._properties.stated(product, _VOLUMES)
+        volumes_m3 = [m3 for m3 in map(self._units.m3, stated) if m3 is not None]
+        as_stated = _first(volumes_m3, (1.0,), _LEAST_SHARE * guess_m3, most_m3)
+        if as_stated is not None:
+            return as_stated, ()
+        converted = _first(volumes_m3, _VOLUME_SLIPS, _LEAST_SLIP_SHARE * guess_m3, most_m3)
+        if converted is not None:
+            return converted, (VOLUME_SLIP,)
+        return guess_m3, (VOLUME_REFUSED,) * bool(volumes_m3)
 
     def _density(self, product: Any) -> float | None:
         """Return the mean density of the layers with a known density, weighted by thickness; None if there are none."""
@@ -115,14 +164,25 @@ class Masses:
     def _density_of(self, material: Any) -> float | None:
         key = material.id()
         if key not in self._density_by_material:
-            stated = self._old_densities.get(key)
-            if stated is None and getattr(material, "HasProperties", None):
-                stated = element_util.get_pset(material, "Pset_MaterialCommon", "MassDensity")
-            density = stated * self._density_per_unit if isinstance(stated, int | float) else None
-            if density is None or not _PLAUSIBLE_KG_M3[0] <= density <= _PLAUSIBLE_KG_M3[1]:
-                density = density_by_name(label(material.Name))
-            self._density_by_material[key] = density
+            by_name = density_by_name(label(material.Name))
+            stated = self._stated_density(material)
+            if stated is not None and by_name is None and stated < _PLAUSIBLE_KG_M3[0]:
+                stated *= 1e3  # tonnes per cubic metre
+            elif stated is not None and by_name is not None and abs(stated * 1e3 - by_name) < abs(stated - by_name):
+                stated *= 1e3
+            if stated is None or not _PLAUSIBLE_KG_M3[0] <= stated <= _PLAUSIBLE_KG_M3[1]:
+                stated = by_name
+            self._density_by_material[key] = stated
         return self._density_by_material[key]
+
+    def _stated_density(self, material: Any) -> float | None:
+        """Return the density that the properties of a material state; None if they state none."""
+        old = self._old_densities.get(material.id())
+        entries: Iterable[Stated] = () if old is None else (Stated(old),)
+        if old is None:
+            sets = getattr(material, "HasProperties", None) or ()
+            entries = (entry for one in sets for name, entry in numbers_in(one) if name == "massdensity")
+        return next((found for found in map(self._units.kg_m3, entries) if found is not None), None)
 
 
 def weakest(sources: Sequence[str]) -> str:
@@ -130,21 +190,21 @@ def weakest(sources: Sequence[str]) -> str:
     return max(sources, key=SOURCES.index)
 
 
-def _first(sets: dict[str, dict[str, Any]], names: Sequence[str]) -> float | None:
-    """Return the first positive number under one of these names, earlier names first."""
-    found: dict[str, float] = {}
-    for values in sets.values():
-        for key, value in values.items():
-            name = key.lower().replace(" ", "").replace("_", "")
-            if name in names and isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < _MOST:
-                found.setdefault(name, float(value))
-    return next((found[name] for name in names if name in found), None)
+def _densities(material_kg_m3: float, is_default: bool) -> tuple[float, float]:
+    """Return the least and the most that a part weighs per volume, kg/m3.
+
+    Args:
+        material_kg_m3: Density of its material.
+        is_default: Whether that is not known.
+    """
+    low, high = _PLAUSIBLE_KG_M3
+    if is_default:
+        return low, high
+    is_massive = _MASSIVE_KG_M3[0] <= material_kg_m3 <= _MASSIVE_KG_M3[1]
+    least = material_kg_m3 * (_MASSIVE_SHARE if is_massive else _HOLLOW_SHARE)
+    return max(low, least), min(high, max(_MOST_SHARE * material_kg_m3, DEFAULT_DENSITY_KG_M3))
 
 
-def _scale(file: Any, unit_type: str, base: float) -> float:
-    """Return one project unit in kg, m3 or kg/m3; 1.0 if the project does not state it."""
-    assignment = file.by_type("IfcProject")[0].UnitsInContext
-    for unit in assignment.Units if assignment else ():
-        if getattr(unit, "UnitType", None) == unit_type:
-            return (si_scale(unit) or 1.0) * base
-    return 1.0
+def _first(values: Sequence[float], factors: Sequence[float], low: float, high: float) -> float | None:
+    """Return the first value times a factor, earlier values first, that is within limits."""
+    return next((value * factor for value in values for factor in factors if low <= value * factor <= high), None)

@@ -2,11 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import ifcopenshell.util.element as element_util
 
 from bimvox.bim.ifc.text import label
+
+_MOST = 1e15
+"""A larger number is not a quantity, in any unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stated:
+    """A positive number that a file states.
+
+    Attributes:
+        value: The number.
+        measure: The IFC class of the value, or of the quantity.
+        unit: Its own ``IfcUnit``; None if that of the project counts.
+    """
+
+    value: float
+    measure: str = "IfcReal"
+    unit: Any = None
 
 
 class Properties:
@@ -48,6 +68,52 @@ class Properties:
                 label(name): {label(key): value for key, value in values.items()} for name, values in found.items()
             }
         return self._sets[product.id()]
+
+    def stated(self, product: Any, names: Sequence[str]) -> list[Stated]:
+        """Return the numbers under these names: earlier names first, then those of the product before its type's.
+
+        Args:
+            product: The ``IfcProduct``.
+            names: In lower case, without blanks and underscores.
+        """
+        if not any(_plain(key) in names for values in self.sets_of(product).values() for key in values):
+            return []
+        found = [
+            (names.index(name), stated)
+            for definition in _definitions(product)
+            for name, stated in numbers_in(definition)
+            if name in names
+        ]
+        return [stated for _, stated in sorted(found, key=lambda pair: pair[0])]
+
+
+def numbers_in(definition: Any) -> Iterator[tuple[str, Stated]]:
+    """Yield the positive numbers in a set of properties or quantities, by name in lower case without blanks."""
+    for entry in getattr(definition, "Quantities", None) or ():
+        if entry.is_a("IfcPhysicalSimpleQuantity") and _is_positive(entry[3]):
+            yield _plain(label(entry.Name)), Stated(float(entry[3]), entry.is_a(), entry.Unit)
+    for entry in getattr(definition, "HasProperties", None) or getattr(definition, "Properties", None) or ():
+        value = entry.NominalValue if entry.is_a("IfcPropertySingleValue") else None
+        if value is not None and _is_positive(value.wrappedValue):
+            yield _plain(label(entry.Name)), Stated(float(value.wrappedValue), value.is_a(), entry.Unit)
+
+
+def _definitions(product: Any) -> Iterator[Any]:
+    """Yield the property and quantity sets of a product, then those of its type."""
+    for relation in getattr(product, "IsDefinedBy", None) or ():
+        if relation.is_a("IfcRelDefinesByProperties"):
+            definition = relation.RelatingPropertyDefinition
+            yield from definition.wrappedValue if definition.is_a("IfcPropertySetDefinitionSet") else (definition,)
+    kind = element_util.get_type(product)
+    yield from (getattr(kind, "HasPropertySets", None) or ()) if kind is not None else ()
+
+
+def _is_positive(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < _MOST
+
+
+def _plain(name: str) -> str:
+    return name.lower().replace(" ", "").replace("_", "")
 
 
 def layers_of(product: Any) -> list[tuple[Any, float]]:

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from bimvox.bim.ifc.mass import Mass, Masses, weakest
+from bimvox.bim.ifc.mass import (
+    VOLUME_REFUSED,
+    VOLUME_SLIP,
+    WEIGHT_ODD,
+    WEIGHT_REFUSED,
+    WEIGHT_SLIP,
+    Mass,
+    Masses,
+    weakest,
+)
 from bimvox.bim.ifc.properties import Properties
 
 from ..conftest import IfcMaker
@@ -48,32 +57,112 @@ def test_net_weight_comes_before_gross_and_absurd_weights_are_refused() -> None:
     beam = made.rooted("IfcBeam")
     made.properties(beam, "Qto", NetWeight=900.0, GrossWeight=1000.0)
     found = Masses(made.file, Properties())
-    assert found.of(beam, 0.4, exact=True).kg == 900.0
-    assert not found.of(beam, 0.4, exact=True).stated_odd
-    assert found.of(beam, 0.05, exact=True).stated_odd
-    assert found.of(beam, 60.0, exact=True) == Mass(900.0, "quantity", stated_odd=True)
-    absurd = found.of(beam, 400.0, exact=True)
-    assert (absurd.source, absurd.stated_refused) == ("default", True)
+    assert found.of(beam, 0.4, exact=True) == Mass(900.0, "quantity")
+    assert found.of(beam, 0.05, exact=True) == Mass(900.0, "quantity", doubts=(WEIGHT_ODD,))
+    assert found.of(beam, 60.0, exact=True) == Mass(900.0, "quantity", doubts=(WEIGHT_ODD,))
+    assert found.of(beam, 4000.0, exact=True) == Mass(2400.0 * 4000.0, "default", doubts=(WEIGHT_REFUSED,))
 
 
-@pytest.mark.parametrize("stated_m3", [0.5, 1.9, 500.0, 0.5e-3, 5e8, 5e-10])
-def test_a_stated_volume_that_the_box_of_an_open_mesh_cannot_hold_gives_way_to_the_geometry(stated_m3: float) -> None:
+@pytest.mark.parametrize(
+    ("stated", "material", "kg", "doubts"),
+    [
+        (3.925, "S355", 3925.0, (WEIGHT_SLIP,)),
+        (3.925e6, "S355", 3925.0, (WEIGHT_SLIP,)),
+        (1.25, None, 1250.0, (WEIGHT_SLIP,)),
+        (1250.0, "Concrete C30/37", 1250.0, ()),
+        (1.25, "Concrete C30/37", 1250.0, (WEIGHT_SLIP,)),
+        (40.0, "Concrete C30/37", 1250.0, (WEIGHT_REFUSED,)),
+        (40.0, "S355", 40.0, ()),
+        (11_000.0, "Concrete C30/37", 1250.0, (WEIGHT_REFUSED,)),
+        (1e6, "S355", 3925.0, (WEIGHT_REFUSED,)),
+        (8.0, "EPS", 8.0, (WEIGHT_ODD,)),
+        (240.0, "Timber GL24h", 240.0, ()),
+    ],
+)
+def test_a_stated_weight_that_the_material_contradicts_gives_way(
+    stated: float, material: str | None, kg: float, doubts: tuple[str, ...]
+) -> None:
+    made = IfcMaker()
+    beam = made.rooted("IfcBeam")
+    made.properties(beam, "Producer", Weight=stated)
+    if material is not None:
+        made.material(beam, material)
+    mass = Masses(made.file, Properties()).of(beam, 0.5, exact=True)
+    assert mass.kg == pytest.approx(kg)
+    assert mass.doubts == doubts
+    assert mass.source == ("density" if WEIGHT_REFUSED in doubts else "quantity")
+
+
+def test_of_two_stated_weights_the_plausible_one_counts() -> None:
+    made = IfcMaker()
+    wall = made.rooted("IfcWall")
+    made.material(wall, "Concrete")
+    made.properties(wall, "Qto", NetWeight=2e7, GrossWeight=2600.0)
+    assert Masses(made.file, Properties()).of(wall, 1.0, exact=True) == Mass(2600.0, "quantity")
+
+
+@pytest.mark.parametrize(
+    ("stated_m3", "used_m3", "doubts"),
+    [
+        (0.5, 0.5, ()),
+        (1.9, 1.9, ()),
+        (500.0, 0.5, (VOLUME_SLIP,)),
+        (5e8, 0.5, (VOLUME_SLIP,)),
+        (0.5e-3, 1.0, (VOLUME_REFUSED,)),
+        (3.0, 1.0, (VOLUME_REFUSED,)),
+        (5e-10, 1.0, (VOLUME_REFUSED,)),
+    ],
+)
+def test_a_stated_volume_that_the_box_of_an_open_mesh_cannot_hold_gives_way_to_the_geometry(
+    stated_m3: float, used_m3: float, doubts: tuple[str, ...]
+) -> None:
     made = IfcMaker()
     wall = made.rooted("IfcWall")
     made.properties(wall, "Qto_WallBaseQuantities", NetVolume=stated_m3)
     mass = Masses(made.file, Properties()).of(wall, 1.0, exact=False, box_m3=2.0)
-    fits = 0.01 < stated_m3 < 2.0
-    assert mass == Mass(2400.0 * (stated_m3 if fits else 1.0), "default", volume_refused=not fits)
+    assert mass.kg == pytest.approx(2400.0 * used_m3)
+    assert (mass.guessed, mass.doubts) == (used_m3 == 1.0, doubts)
 
 
-@pytest.mark.parametrize("stated_kg", [3.0, 900.0, 9e6, 1e-3])
-def test_a_stated_weight_that_the_box_of_an_open_mesh_cannot_hold_gives_way_too(stated_kg: float) -> None:
+@pytest.mark.parametrize(
+    ("stated_kg", "expected"),
+    [
+        (900.0, Mass(900.0, "quantity")),
+        (3.0, Mass(3000.0, "quantity", doubts=(WEIGHT_SLIP,))),
+        (9e6, Mass(2400.0, "default", True, (WEIGHT_REFUSED,))),
+        (1e-3, Mass(2400.0, "default", True, (WEIGHT_REFUSED,))),
+    ],
+)
+def test_a_stated_weight_that_the_box_of_an_open_mesh_cannot_hold_gives_way_too(
+    stated_kg: float, expected: Mass
+) -> None:
     made = IfcMaker()
     wall = made.rooted("IfcWall")
     made.properties(wall, "Qto_WallBaseQuantities", NetWeight=stated_kg)
     mass = Masses(made.file, Properties()).of(wall, 1.0, exact=False, box_m3=2.0)
-    fits = 1.0 < stated_kg < 1e4
-    assert mass == Mass(stated_kg, "quantity") if fits else mass == Mass(2400.0, "default", stated_refused=True)
+    assert mass == expected
+
+
+@pytest.mark.parametrize(
+    ("material", "stated", "kg_m3"),
+    [
+        ("S355", 7.85, 7850.0),
+        ("XYZ", 2.4, 2400.0),
+        ("Air", 1.2, None),
+        ("S355", 7900.0, 7900.0),
+        ("C30/37", 0.0, 2500.0),
+    ],
+)
+def test_a_density_in_tonnes_is_recognised(material: str, stated: float, kg_m3: float | None) -> None:
+    made = IfcMaker()
+    beam = made.rooted("IfcBeam")
+    value = made.file.create_entity("IfcMassDensityMeasure", stated)
+    entry = made.file.create_entity("IfcPropertySingleValue", Name="MassDensity", NominalValue=value)
+    made_of = made.file.create_entity("IfcMaterial", Name=material)
+    made.file.create_entity("IfcMaterialProperties", Name="Pset_MaterialCommon", Properties=[entry], Material=made_of)
+    made.rooted("IfcRelAssociatesMaterial", RelatedObjects=[beam], RelatingMaterial=made_of)
+    mass = Masses(made.file, Properties()).of(beam, 1.0, exact=True)
+    assert mass.kg == pytest.approx(1.2 if kg_m3 is None else kg_m3)
 
 
 def test_the_weakest_source() -> None:
