@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.building import TriangleMesh
 from bimvox.bim.connected import connected_labels
 from bimvox.bim.ifc.class_roles import SPLIT
 
@@ -40,6 +41,15 @@ class Extent:
     def box_m3(self) -> float:
         """Volume of its box, each side of which is at least 50 mm."""
         return float(np.prod(np.maximum(self.high_m - self.low_m, 0.05)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeshedProduct:
+    """A product with clean triangles, relative to the building's local origin."""
+
+    mesh: TriangleMesh
+    extent: Extent
+    exact: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +92,15 @@ class Aggregation:
                     break
                 self._parts.setdefault(parent.id(), []).append(step_id)
                 step_id = parent.id()
+
+    def parts_of(self, step_id: int) -> list[int]:
+        """Return the step ids of a product's parts that have triangles, or parts that have."""
+        return self._parts.get(step_id, [])
+
+    def highest_of(self, group: Group) -> int:
+        """Return the step id of the highest element above a group, or its owner, that has no other members."""
+        above = (step_id for step_id in group.ancestors if self._leaves(step_id) == group.members)
+        return next(above, group.owner)
 
     def parts(self) -> list[Group]:
         """Return every product with triangles as its own group."""

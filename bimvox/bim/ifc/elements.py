@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,10 +10,11 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import Casting, Element, Role, TriangleMesh
 from bimvox.bim.ifc.anchors import anchors_without_mesh, points_of_group
-from bimvox.bim.ifc.assembly import Aggregation, Extent, Group
+from bimvox.bim.ifc.assembly import Aggregation, Group, MeshedProduct
 from bimvox.bim.ifc.casting import casting_by_words, stated_casting
 from bimvox.bim.ifc.class_roles import CURTAIN_TYPES, UNKNOWN, role_of_class
-from bimvox.bim.ifc.mass import DOUBTS, Masses, weakest
+from bimvox.bim.ifc.group_mass import GroupMasses, Weighed
+from bimvox.bim.ifc.mass import DOUBTS, REPEATED_WHOLE, Masses
 from bimvox.bim.ifc.open import OpenedIfc
 from bimvox.bim.ifc.properties import Properties
 from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_height, storey_of
@@ -24,15 +24,6 @@ from bimvox.bim.name_roles import is_existing_by_name, role_by_name
 
 _SHOWN = 5
 _STAYS = (Role.STRUCTURE, Role.GROUND)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MeshedProduct:
-    """A product with clean triangles, relative to the building's local origin."""
-
-    mesh: TriangleMesh
-    extent: Extent
-    exact: bool
 
 
 class ElementBuilder:
@@ -52,7 +43,10 @@ class ElementBuilder:
         self._parts = parts
         self._selected = selected
         self._properties = properties
-        self._masses = Masses(opened.file, properties)
+        extents = {step_id: part.extent for step_id, part in parts.items()}
+        self._aggregation = Aggregation(opened.file, extents, lambda product: self._role(product) in _STAYS)
+        masses = Masses(opened.file, properties)
+        self._masses = GroupMasses(opened.file, masses, parts, self._aggregation.parts_of)
         self._ids: set[str] = set()
         self._made_unique: list[str] = []
         self._guessed = 0
@@ -61,27 +55,27 @@ class ElementBuilder:
         self._element_of: dict[int, str] = {}
         self._anchors = anchors_without_mesh(opened.file, parts, opened.metres_per_unit, origin_m)
 
-    def groups(self, assemblies: str) -> list[Group]:
-        """Return the lifts, in file order."""
-        extents = {step_id: part.extent for step_id, part in self._parts.items()}
-        aggregation = Aggregation(self._file, extents, lambda product: self._role(product) in _STAYS)
-        return aggregation.parts() if assemblies == "parts" else aggregation.wholes(self._selected)
+    def groups(self, assemblies: str) -> tuple[list[Group], dict[int, str]]:
+        """Return the lifts, in file order, and why other products with triangles are not in any of them."""
+        own = self._aggregation
+        groups = own.parts() if assemblies == "parts" else own.wholes(self._selected)
+        repeated = {
+            group.owner: "its parts, which are elements, repeat its body"
+            for group in groups
+            if group.members == (group.owner,) and self._masses.is_repeated(group.owner)
+        }
+        self._doubt([REPEATED_WHOLE], *(self._file.by_id(step_id) for step_id in repeated))
+        return [group for group in groups if group.owner not in repeated], repeated
 
     def element(self, group: Group) -> Element:
         """Return the element of a group."""
         owner = self._file.by_id(group.owner)
-        masses = []
-        for step_id in group.members:
-            part = self._parts[step_id]
-            masses.append(
-                self._masses.of(self._file.by_id(step_id), part.extent.volume_m3, part.exact, part.extent.box_m3)
-            )
-            self._guessed += not part.exact
-            for doubt in masses[-1].doubts:
-                self._doubts.setdefault(doubt, []).append(label(owner.Name or owner.GlobalId))
+        weighed = self._weighed(group)
+        self._guessed += sum(not self._parts[step_id].exact for step_id in group.members)
+        self._doubt(weighed.mass.doubts, owner)
         material = self._properties.material(owner)
         if material is None:
-            heaviest = max(zip(masses, group.members, strict=True), key=lambda pair: pair[0].kg)[1]
+            heaviest = max(group.members, key=lambda step_id: weighed.of_product[step_id].kg)
             material = self._properties.material(self._file.by_id(heaviest))
         whole = group.members != (group.owner,)
         element_id = self._unique(owner)
@@ -94,10 +88,10 @@ class ElementBuilder:
             global_id=str(owner.GlobalId),
             ifc_class=str(owner.is_a()),
             name=label(owner.Name),
-            mesh=TriangleMesh.joined([self._parts[step_id].mesh for step_id in group.members]),
+            mesh=TriangleMesh.joined([self._parts[step_id].mesh for step_id in weighed.shown]),
             role=self._planned_role(owner, group),
-            mass_kg=sum(mass.kg for mass in masses),
-            mass_source=weakest([mass.source for mass in masses]),
+            mass_kg=weighed.mass.kg,
+            mass_source=weighed.mass.source,
             type_name=self._properties.type_name(owner),
             storey=None if storey is None else label(storey.Name or storey.GlobalId),
             material=material,
@@ -110,6 +104,17 @@ class ElementBuilder:
             predefined_type=self._properties.predefined_type(owner),
             casting=self._casting(group, (label(owner.Name), self._properties.type_name(owner), material)),
         )
+
+    def _weighed(self, group: Group) -> Weighed:
+        """Return the mass of a group: a whole with no other parts may state it, too."""
+        top = self._aggregation.highest_of(group)
+        weighed = self._masses.weigh(top, group.members)
+        assert weighed is not None  # a group has members
+        return weighed
+
+    def _doubt(self, doubts: Sequence[str], *owners: Any) -> None:
+        for doubt in doubts:
+            self._doubts.setdefault(doubt, []).extend(label(owner.Name or owner.GlobalId) for owner in owners)
 
     def connections(self) -> tuple[tuple[str, str], ...]:
         """Return the pairs of elements made so far that the file connects."""
@@ -124,7 +129,7 @@ class ElementBuilder:
             notes.append(f"GlobalIds that occur more than once were made unique: {shown}{more}")
         if self._guessed:
             notes.append(f"parts that are not closed, so their mass is a guess unless stated: {self._guessed}")
-        doubted = [(doubt, self._doubts[doubt]) for doubt in DOUBTS if doubt in self._doubts]
+        doubted = [(doubt, self._doubts[doubt]) for doubt in DOUBTS if self._doubts.get(doubt)]
         return [*notes, *(f"{doubt}: {len(names)} ({_some(names)})" for doubt, names in doubted)]
 
     def _task(self, group: Group) -> ProductTask | None:

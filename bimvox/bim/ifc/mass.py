@@ -53,7 +53,15 @@ WEIGHT_ODD = (
 )
 VOLUME_SLIP = "stated volumes that fit the part only in mm3, cm3 or litres, so converted (check the unit)"
 VOLUME_REFUSED = "stated volumes that are impossible for the box of the part, so its surface counts (check the unit)"
-DOUBTS = (WEIGHT_SLIP, WEIGHT_REFUSED, WEIGHT_ODD, VOLUME_SLIP, VOLUME_REFUSED)
+REPEATED = "wholes with a body of their own, in which their parts lie: what is there twice weighs once"
+REPEATED_WHOLE = "wholes whose body is that of their parts, which are elements: it is left out"
+ASSEMBLY_LOW = (
+    "assemblies that are stated to be lighter than their parts, whose weights add up: those of the parts count"
+)
+DOUBTS = (
+    *(WEIGHT_SLIP, WEIGHT_REFUSED, WEIGHT_ODD, VOLUME_SLIP, VOLUME_REFUSED),
+    *(REPEATED, REPEATED_WHOLE, ASSEMBLY_LOW),
+)
 """Notes about what is stated, in the order in which they are given."""
 
 
@@ -104,6 +112,11 @@ class Masses:
             exact: Whether that volume is exact; if not, a stated volume replaces it.
             box_m3: Volume of the box around its mesh, as thick as a part is.
         """
+        expected, volume_m3 = self.by_volume(product, volume_m3, exact, box_m3)
+        return self.stated(product, expected, volume_m3, box_m3)
+
+    def by_volume(self, product: Any, volume_m3: float, exact: bool, box_m3: float = inf) -> tuple[Mass, float]:
+        """Return the mass of one product by volume and density, and that volume; the arguments are those of ``of``."""
         guess_m3 = volume_m3
         doubts: tuple[str, ...] = ()
         if not exact:
@@ -111,8 +124,7 @@ class Masses:
         density = self._density(product)
         kg = volume_m3 * (DEFAULT_DENSITY_KG_M3 if density is None else density)
         source = "default" if density is None else "density"
-        expected = Mass(kg, source, not exact and volume_m3 == guess_m3, doubts)
-        return self.stated(product, expected, volume_m3, box_m3)
+        return Mass(kg, source, not exact and volume_m3 == guess_m3, doubts), volume_m3
 
     def stated(self, product: Any, expected: Mass, volume_m3: float, box_m3: float = inf) -> Mass:
         """Return the stated mass of a product if its volume does not contradict it, otherwise the expected mass.

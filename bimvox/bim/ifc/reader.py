@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Role, SkippedProduct, Source, TriangleMesh
-from bimvox.bim.ifc.assembly import Extent
+from bimvox.bim.ifc.assembly import Extent, MeshedProduct
 from bimvox.bim.ifc.class_roles import TOO_SMALL, reason_not_solid, reason_too_small, role_of_class
 from bimvox.bim.ifc.curves import largely_curved
-from bimvox.bim.ifc.elements import ElementBuilder, MeshedProduct
+from bimvox.bim.ifc.elements import ElementBuilder
 from bimvox.bim.ifc.endless import check_wholes, endless_products
 from bimvox.bim.ifc.geometry import GeometryPool
 from bimvox.bim.ifc.georeference import georeference_of
@@ -96,7 +96,8 @@ def _building(
             path, f"holds nothing solid ({reasons or 'no product has geometry'})", hint="export it with 3D bodies"
         )
     builder = ElementBuilder(opened, parts, selected, properties, origin_m)
-    lifts = builder.groups(options.assemblies)
+    lifts, repeated = builder.groups(options.assemblies)
+    skipped.update(repeated)
     elements = []
     for index, group in enumerate(lifts):
         elements.append(builder.element(group))
