@@ -7,6 +7,7 @@ Ground and masts follow from the site itself.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -19,7 +20,7 @@ from bimvox.library.compare import equal, same, same_blockers, same_cranes, same
 from bimvox.library.completed_site_file import building_of, completed
 from bimvox.library.hand_over import as_assigned
 from bimvox.library.held_loads import compare_held
-from bimvox.library.obstructions import KINDS, load_obstructions, rasterise
+from bimvox.library.obstructions import KINDS, load_obstructions, rasterise, survey_in
 from bimvox.library.site import LISTED, MACHINE, OBSTRUCTIONS
 from bimvox.library.site_file_parts import compare_parts, compare_pinned
 from bimvox.live.named_traffic import TRACKS
@@ -37,6 +38,7 @@ from bimvox.site.extent import site_extent, with_room_for_slings
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import map_of_model, on_site
 from bimvox.site.obstructions.cells import outside_note
+from bimvox.site.obstructions.coordinates import is_about_coordinates
 from bimvox.site.obstructions.file import without_references
 from bimvox.site.programme import ATTACHED
 from bimvox.site.site import HookHeights, Site
@@ -185,7 +187,8 @@ def _compare_obstructions(check: Check, log: PlanLog, name: str) -> None:
                 raise InputError("it is not of a kind that an obstruction file has")
             file = folder / f"{OBSTRUCTIONS}{kind}"  # not the name in the log, which may lead out of the folder
             file.write_bytes(data)
-            wanted = with_obstructions(site, load_obstructions(file, site, scan_id=scan_id), rasterise)
+            of_file = load_obstructions(file, site, survey_in(log), scan_id=scan_id)
+            wanted = with_obstructions(site, of_file, rasterise)
         except BimvoxError as error:
             check.look(False, f"{source} cannot be used: {error}")
             return
@@ -199,8 +202,13 @@ def _compare_obstructions(check: Check, log: PlanLog, name: str) -> None:
             check.look(False, f"fixed object {lost!r} is not in the log, but in {source}")
     same_blockers(check, found, given, source)
     about = tuple(f"obstruction {lost!r} " for lost in refers)
-    notes = tuple(note for note in site.obstruction_notes if not note.startswith(about))
-    same(check, "obstruction_notes", notes, wanted.obstruction_notes, source)
+    notes, own = (_without(one.obstruction_notes, about) if refers else one.obstruction_notes for one in (site, wanted))
+    same(check, "obstruction_notes", notes, own, source)
+
+
+def _without(notes: Sequence[str], starts: tuple[str, ...]) -> tuple[str, ...]:
+    """Return notes without those that may be about obstructions whose files are not in the log."""
+    return tuple(note for note in notes if not (note.startswith(starts) or is_about_coordinates(note)))
 
 
 def _same_labels(check: Check, site: Site) -> None:

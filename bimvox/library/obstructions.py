@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -17,8 +18,13 @@ from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES, read_building
 from bimvox.errors import ObstructionFileError
 from bimvox.files import read_input, require_input, resolved
 from bimvox.grid.frame import GridFrame
+from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.progress import Progress
 from bimvox.site.build import with_obstructions
+from bimvox.site.config.file import SITE_FILE
+from bimvox.site.map_frame import ifc_to_map, map_of_model
+from bimvox.site.nested import toml_values
+from bimvox.site.obstructions.coordinates import Survey, in_site_frame
 from bimvox.site.obstructions.file import parse_obstructions, read_obstruction_file
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
 from bimvox.site.obstructions.point_file import SCAN_SUFFIXES, is_scan
@@ -37,13 +43,12 @@ class ReadObstructions:
     Attributes:
         path: The file.
         content: Its bytes.
-        on: Its obstructions on a site: IFC and mesh files are in the model's coordinates, and are put into the site's
-            frame. Scans (files of points) are in the site's frame, in metres.
+        on: Its obstructions in the frame of a site.
     """
 
     path: Path
     content: bytes
-    on: Callable[[Site], ObstructionSet]
+    on: Callable[[Site, Survey], ObstructionSet]
 
 
 def read_obstructions(path: Path) -> ReadObstructions:
@@ -57,15 +62,38 @@ def read_obstructions(path: Path) -> ReadObstructions:
     return ReadObstructions(path, content, _obstructions(path))
 
 
-def load_obstructions(path: Path, site: Site, *, scan_id: str | None = None) -> ObstructionSet:
+def load_obstructions(path: Path, site: Site, survey: Survey, *, scan_id: str | None = None) -> ObstructionSet:
     """Return the obstructions of a file on a site; errors as of :func:`read_obstructions`.
 
-    ``scan_id`` is the id of a scan; default: the file's name without its suffix.
+    Args:
+        path: The file.
+        site: The site.
+        survey: What is known about the coordinates of its files.
+        scan_id: Id of a scan; default: the file's name without its suffix.
     """
-    return _obstructions(path, scan_id)(site)
+    return _obstructions(path, scan_id)(site, survey)
 
 
-def _obstructions(path: Path, scan_id: str | None = None) -> Callable[[Site], ObstructionSet]:
+def survey_of(files: Mapping[str, bytes], georeference: str, site: Site) -> Survey:
+    """Return what is known about the coordinates of a site's obstruction files.
+
+    Args:
+        files: The files that go into its log, by name.
+        georeference: The map conversion of its model as JSON, as a log's metadata have it; empty if it has none.
+        site: The site.
+    """
+    stated = "site"
+    with suppress(ValueError):
+        stated = str(toml_values(files.get(SITE_FILE, b"").decode("utf-8-sig")).get("coordinates"))
+    return Survey(map_of_model(georeference, site.source), "map" if stated == "map" else "site")
+
+
+def survey_in(log: PlanLog) -> Survey:
+    """Return what a log states about the coordinates of its obstruction file."""
+    return survey_of(log.attachments, log.metadata.get(GEOREFERENCE, ""), log.plan.site)
+
+
+def _obstructions(path: Path, scan_id: str | None = None) -> Callable[[Site, Survey], ObstructionSet]:
     if path.suffix.lower() in IFC_SUFFIXES + MESH_SUFFIXES and not is_scan(path):
         building = read_building(path)
         if not building.elements:
@@ -76,23 +104,27 @@ def _obstructions(path: Path, scan_id: str | None = None) -> Callable[[Site], Ob
                 "its triangles are in other files, and a log carries this one alone",
                 hint='export a GLB, or name the file as the "mesh" of an obstruction in a JSON file',
             )
-        return partial(_in_frame, path, building)
+        return partial(_of_building, path, building)
     if is_scan(path):
         entry = {"id": scan_id or path.stem, "points": path.name}
         document = json.dumps({"version": 1, "obstructions": [entry]}).encode()
         found = parse_obstructions(document, path.name, resolved(path).parent)
     else:
         found = read_obstruction_file(path)
-    return lambda site: found
+    return partial(in_site_frame, found)
 
 
-def _in_frame(path: Path, building: Building, site: Site) -> ObstructionSet:
-    ifc_to_site = np.linalg.inv(site.site_to_ifc)
-    meshes = []
-    for element in building.elements:
-        points = np.c_[element.mesh.vertices_m + building.origin_m, np.ones(len(element.mesh.vertices_m))]
-        meshes.append((element.id, TriangleMesh((points @ ifc_to_site.T)[:, :3], element.mesh.faces)))
-    return ObstructionSet.from_meshes(meshes, path.name)
+def _of_building(path: Path, building: Building, site: Site, survey: Survey) -> ObstructionSet:
+    """Return the obstructions of an IFC or mesh file, which is in the model's coordinates or has a map conversion."""
+    meshes = [
+        (element.id, TriangleMesh(element.mesh.vertices_m + building.origin_m, element.mesh.faces))
+        for element in building.elements
+    ]
+    found = replace(ObstructionSet.from_meshes(meshes, path.name), coordinates=None)
+    own_map = ifc_to_map(building.georeference, building.source.unit)
+    if own_map == survey.ifc_to_map:
+        own_map = None
+    return in_site_frame(found, site, replace(survey, coordinates="model"), own_map=own_map)
 
 
 def rasterise(mesh: TriangleMesh, frame: GridFrame, shape: tuple[int, int, int]) -> NDArray[np.int32]:

@@ -23,6 +23,7 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
 from bimvox.policy.choice import DEFAULT_STEPS, PolicyInUse, PolicyRequest, choose_policy, retrained
 from bimvox.progress import Listener, Progress, progress_of
+from bimvox.site.obstructions.coordinates import Survey
 from bimvox.site.obstructions.file import obstructions_to_json
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
 from bimvox.site.site import Site
@@ -99,7 +100,7 @@ def planned(
     policy = text("policy", wish.policy, "give the id of a stored policy, or none, greedy, nearest or default")
     built, files = site.site, dict(site.files)
     if obstructions is not None:
-        found, content = obstructions_of(obstructions, built)
+        found, content = obstructions_of(obstructions, built, site.survey)
         built, files = obstructed(built, found, told), {**files, **content}
     with workers_of(built, whole("jobs", jobs, 1)) as workers:
         free = may_go_to_others(replace(site, site=built))
@@ -142,7 +143,7 @@ def planned(
 
 
 def obstructions_of(
-    obstructions: ObstructionSet | ReadObstructions | Path | str, site: Site
+    obstructions: ObstructionSet | ReadObstructions | Path | str, site: Site, survey: Survey
 ) -> tuple[ObstructionSet, Mapping[str, bytes]]:
     """Return the obstructions, and the file that a log carries of them; it is made if they are given as a value."""
     if isinstance(obstructions, ObstructionSet):
@@ -155,7 +156,7 @@ def obstructions_of(
             f"obstructions are an ObstructionSet or the path of a file, not a {type(obstructions).__name__}",
             hint="ObstructionSet.of([...]) makes a set of obstructions",
         )
-    return obstructions.on(site), {attached_as(obstructions.path): obstructions.content}
+    return obstructions.on(site, survey), {attached_as(obstructions.path): obstructions.content}
 
 
 def policy_of(

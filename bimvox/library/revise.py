@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from bimvox.library.arguments import insist
-from bimvox.library.obstructions import obstructed
+from bimvox.library.obstructions import obstructed, survey_in
 from bimvox.library.plan import digests_of, obstructions_of
 from bimvox.library.plan_value import Plan
 from bimvox.library.site import OBSTRUCTIONS
@@ -37,7 +37,7 @@ def revise(plan: Plan, obstructions: ObstructionSet | Path | str, *, progress: L
         ObstructionFileError: If the obstructions cannot be used.
     """
     told, plan = progress_of(progress), insist("revise", plan, Plan, "plan")
-    found, files = obstructions_of(obstructions, plan.site)
+    found, files = obstructions_of(obstructions, plan.site, survey_in(plan.record))
     site = obstructed(plan.site, found, told)
     preparation = plan.preparation or preparation_in(plan.record.whole_plan)
     current = current_plan_of(plan.record.plan, plan.motions)

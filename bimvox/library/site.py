@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ from bimvox.files import require_regular
 from bimvox.grid.part_cells import all_part_cells
 from bimvox.library.arguments import insist, path_of, size_m, text
 from bimvox.library.building import say_notes
-from bimvox.library.obstructions import rasterise
+from bimvox.library.obstructions import rasterise, survey_of
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.site import guess
 from bimvox.site.build import PlacedModel, build_site
@@ -27,6 +28,7 @@ from bimvox.site.config.template import site_toml
 from bimvox.site.extent import site_extent, with_room_for_slings
 from bimvox.site.machine import cranes_of
 from bimvox.site.machine_names import machines_called
+from bimvox.site.obstructions.coordinates import Survey
 from bimvox.site.placement import place_building
 from bimvox.site.programme import ATTACHED
 from bimvox.site.site import Site
@@ -84,6 +86,11 @@ class LoadedSite:
     def notes(self) -> tuple[str, ...]:
         """Notes about the site, one sentence each."""
         return self.site.notes
+
+    @property
+    def survey(self) -> Survey:
+        """What is known about the coordinates of its obstruction files."""
+        return survey_of(self.files, json.dumps(dict(self.georeference)), self.site)
 
     def to_toml(self) -> str:
         """Return the site file, complete and commented; :func:`load_site` reads it back."""

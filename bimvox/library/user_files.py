@@ -14,7 +14,7 @@ from bimvox.grid.labels import Label
 from bimvox.library.attached_files import equal_heights
 from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_fields, same_rules, same_values
 from bimvox.library.hand_over import as_assigned
-from bimvox.library.obstructions import load_obstructions, obstructed
+from bimvox.library.obstructions import load_obstructions, obstructed, survey_in
 from bimvox.library.plan import georeference_of
 from bimvox.library.site import MACHINE, LoadedSite, load_site
 from bimvox.library.traffic import compare_traffic
@@ -75,7 +75,8 @@ def check_user_files(log: PlanLog, given: Given, progress: Progress) -> Check:
     if given.programme is not None and given.site is None:
         raise InputError("--programme needs --site", hint="the programme is compared with the log through the site")
     if given.obstructions is not None:
-        wanted = obstructed(found, load_obstructions(require_input(given.obstructions), found), progress)
+        of_file = load_obstructions(require_input(given.obstructions), found, survey_in(log))
+        wanted = obstructed(found, of_file, progress)
         _compare_blockers(check, found, wanted, ("obstruction",))
         check_under_way(check, log.plan, log.motions, log.context)
     if given.traffic is not None:

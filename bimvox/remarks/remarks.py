@@ -15,6 +15,7 @@ from bimvox.remarks.floating import floating
 from bimvox.remarks.foot import crane_feet
 from bimvox.remarks.guided import guided
 from bimvox.remarks.machine import machines
+from bimvox.remarks.outside import outside
 from bimvox.remarks.overlaps import overlaps
 from bimvox.remarks.rules import rules
 from bimvox.remarks.storage import storage
@@ -22,8 +23,8 @@ from bimvox.remarks.subject import Subject
 from bimvox.remarks.transport import transport
 
 _FAMILIES = (
-    machines, crane_feet, floating, overlaps, density, transport, storage, carried_low, high_utilisation, guided,
-    earlier, rules, assumptions,
+    machines, crane_feet, outside, floating, overlaps, density, transport, storage, carried_low, high_utilisation,
+    guided, earlier, rules, assumptions,
 )  # fmt: skip
 """Every rule, in the order in which its remarks are listed within a severity."""
 

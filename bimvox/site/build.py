@@ -183,7 +183,7 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
     """
     fixed = [blocker for blocker in site.blockers if blocker.kind != "obstruction"]
     taken = _taken(site)
-    notes: list[str] = []
+    notes: list[str] = list(obstructions.notes)
 
     def found() -> Iterator[tuple[str, NDArray[np.int32], bool]]:
         all_of_them, grow_vox = obstructions.obstructions, whole_cells(site.rules.clearance_m, site.frame.voxel_size_m)

@@ -20,6 +20,7 @@ from bimvox.site.placement import built_bounds_m, place_building
 from bimvox.units import METRES_PER_UNIT
 
 Matrix = list[list[float]]
+NO_CONVERSION = "the model has no map conversion (IfcMapConversion; in IFC2X3 the property set ePset_MapConversion)"
 _FAR_M = 10_000.0
 """What is further from the building is not on its site."""
 
@@ -118,7 +119,7 @@ def on_site(config: SiteConfig, site_to_ifc: NDArray[np.float64], ifc_to_map: Ma
     if ifc_to_map is None:
         raise config.error(
             "coordinates",
-            "the model has no map conversion (IfcMapConversion; in IFC2X3 the property set ePset_MapConversion)",
+            NO_CONVERSION,
             hint='add it to the model, or give site coordinates: coordinates = "site"',
         )
     matrix = np.array(ifc_to_map) @ site_to_ifc

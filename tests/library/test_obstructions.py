@@ -13,10 +13,10 @@ from planned_frame import planned
 
 from bimvox.errors import ObstructionFileError
 from bimvox.library.attached_files import check_attached_files
-from bimvox.library.obstructions import obstructed
+from bimvox.library.obstructions import obstructed, survey_in
 from bimvox.library.plan import obstructions_of
 from bimvox.library.user_files import Given, check_user_files
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 
@@ -154,7 +154,7 @@ def test_a_name_in_a_log_leads_nowhere(record: PlanLog, name: str) -> None:
 
 def with_file(record: PlanLog, file: Path) -> PlanLog:
     """Return the record as `plan --obstructions FILE` writes it; its lifts are not looked at here."""
-    obstructions, attached = obstructions_of(file, record.plan.site)
+    obstructions, attached = obstructions_of(file, record.plan.site, survey_in(record))
     site = obstructed(record.plan.site, obstructions, SilentProgress())
     return replace(record, plan=replace(record.plan, site=site), attachments={**record.attachments, **attached})
 
@@ -169,4 +169,39 @@ def test_a_log_agrees_with_the_file_that_it_was_planned_with(record: PlanLog, tm
     file = FILES[name](tmp_path)
     made = with_file(record, file)
     assert check_attached_files(made).failures == []
+    assert check_user_files(made, Given(obstructions=file), SilentProgress()).failures == []
+
+
+EAST_NORTH_UP = np.array([155_000.0, 463_000.0, 3.2])
+MAP = {"eastings_m": 155_000.0, "northings_m": 463_000.0, "height_m": 3.2, "x_axis_yaw_rad": 0.0, "scale": 1.0}
+ON_MAP = {
+    "a scan": xyz(SMALL + EAST_NORTH_UP),
+    "a mesh": obj([155_001, 462_992, 3.2], [155_002, 462_993, 9.2]),
+    "boxes, one of them outside": listed(
+        box([155_001, 462_992, 3.2], [155_002, 462_993, 9.2]), box([155_901, 462_992, 3], [155_902, 462_993, 9], "x")
+    ),
+    "points, and a box in site coordinates": listed(
+        {"id": "mast", "points": "mast.xyz"}, box([1, -8, 0], [2, -7, 9]), also=xyz(TALL + EAST_NORTH_UP)
+    ),
+    "points in site coordinates, and a box": listed(
+        {"id": "mast", "points": "mast.xyz"}, box([155_001, 462_992, 3.2], [155_002, 462_993, 9.2]), also=xyz(TALL)
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("stated", [False, True])
+@pytest.mark.parametrize("name", ON_MAP)
+def test_a_log_agrees_with_a_file_in_map_coordinates(
+    record: PlanLog, tmp_path: Path, name: str, *, stated: bool
+) -> None:
+    site_file = (b'coordinates = "map"\n' if stated else b"") + record.attachments["site.toml"]
+    on_map = replace(
+        record,
+        metadata={**record.metadata, GEOREFERENCE: json.dumps(MAP)},
+        attachments={**record.attachments, "site.toml": site_file},
+    )
+    file = ON_MAP[name](tmp_path)
+    made = with_file(on_map, file)
+    assert any(blocker.kind == "obstruction" for blocker in made.plan.site.blockers)
+    assert [said for said in check_attached_files(made).failures if "obstruction" in said or "fixed" in said] == []
     assert check_user_files(made, Given(obstructions=file), SilentProgress()).failures == []

@@ -17,7 +17,7 @@ import sample_models
 from bimvox.bim.building import TriangleMesh
 from bimvox.grid.labels import Label
 from bimvox.library.compare import same_rules
-from bimvox.library.obstructions import load_obstructions, obstructed
+from bimvox.library.obstructions import load_obstructions, obstructed, survey_in
 from bimvox.library.plan import georeference_of
 from bimvox.library.site import LoadedSite, load_site
 from bimvox.library.user_files import Given, check_user_files
@@ -185,7 +185,7 @@ def test_what_meets_the_obstructions_and_is_not_done_before_is_refused(tmp_path:
     entry = {"id": "truck", "box": {"min": middle, "max": [n + 0.2 for n in middle]}}
     file = tmp_path / "obstructions.json"
     file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": [entry]}))
-    site = obstructed(log.plan.site, load_obstructions(file, log.plan.site), SilentProgress())
+    site = obstructed(log.plan.site, load_obstructions(file, log.plan.site, survey_in(log)), SilentProgress())
     late = faults.carried_out_until(
         faults.with_site(log, blockers=site.blockers), Epoch(log.motions[-1].end_ns - 1, ())
     )

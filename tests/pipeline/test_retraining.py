@@ -16,6 +16,7 @@ from bimvox.policy.choice import PolicyInUse, retrained
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import LiftPlan, Method
+from bimvox.site.obstructions.coordinates import Survey
 from bimvox.site.site import Site
 
 WALLS = 13
@@ -44,7 +45,7 @@ def serpentine(site_folder: Path) -> tuple[Site, Preparation]:
     obstructions.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": walls}))
     progress = SilentProgress()
     site = load_site(file, progress).site
-    changed = obstructed(site, load_obstructions(obstructions, site), progress)
+    changed = obstructed(site, load_obstructions(obstructions, site, Survey()), progress)
     return changed, prepared(changed, progress)[1]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -17,6 +18,7 @@ from bimvox.site.config.validation import MOST, Point3, Positive, Table, Text, W
 from bimvox.site.nested import UTF8_HINT, WHERE_HINT, json_values, toml_values
 from bimvox.site.obstructions.obstruction_set import (
     Box,
+    Coordinates,
     Cylinder,
     Form,
     Obstruction,
@@ -111,8 +113,11 @@ class ObstructionFile(Table):
     """Version of the format."""
     unit: Literal["m", "mm", "ft"] = "m"
     """Unit of every length, mesh and point files included; a LAS file that states its unit keeps it."""
+    coordinates: Coordinates | None = None
+    """``site``: of the site frame; ``model``: of the model; ``map``: easting, northing and height, by the model's map
+    conversion. Default: those of the site file, or, for what lies outside the site then, those that put it inside."""
     obstructions: tuple[ObstructionEntry, ...]
-    """The obstructions, in the site frame."""
+    """The obstructions."""
 
     @model_validator(mode="after")
     def _ids_are_unique(self) -> Self:
@@ -149,7 +154,7 @@ def read_obstruction_file(path: Path) -> ObstructionSet:
 
 
 def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadMesh = read_mesh_file) -> ObstructionSet:
-    """Return the obstructions of an obstruction file, in metres.
+    """Return the obstructions of an obstruction file, in metres, in the coordinates of the file.
 
     Args:
         data: Its bytes.
@@ -183,7 +188,8 @@ def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadM
         except InputError as error:
             key = f"obstructions[{number}].{'mesh' if entry.mesh is not None else 'points'}"
             raise ObstructionFileError(name, error.message, key=key, hint=error.hint) from error
-    return ObstructionSet.of(obstructions, name, tuple(files))
+    coordinates = values.get("coordinates") if isinstance(values, dict) else None
+    return replace(ObstructionSet.of(obstructions, name, tuple(files)), coordinates=coordinates)
 
 
 def _plain_box(table: dict[str, object]) -> object:
@@ -248,7 +254,8 @@ def obstructions_to_json(given: ObstructionSet) -> bytes:
 
     Meshes and points have no place in such a file: their entries refer to a file that does not exist.
     """
-    return json.dumps({"version": 1, "obstructions": [_entry(one) for one in given.obstructions]}).encode()
+    entries = [_entry(one) for one in given.obstructions]
+    return json.dumps({"version": 1, "coordinates": "site", "obstructions": entries}).encode()
 
 
 def _entry(one: Obstruction) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,8 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.errors import InputError, shown
 
 Vec3: TypeAlias = tuple[float, float, float]
+Coordinates: TypeAlias = Literal["site", "model", "map"]
+"""Whose coordinates: the site's, the model's or the map's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,11 +156,15 @@ class ObstructionSet:
         obstructions: Sorted by id, each id once; the order in the file does not matter.
         name: Name of their file, without folder.
         files: The referenced mesh and point files, to be watched with it.
+        coordinates: In which they are; None if their file does not state it.
+        notes: What was assumed when they were put into the site frame.
     """
 
     obstructions: tuple[Obstruction, ...] = ()
     name: str = ""
     files: tuple[Path, ...] = field(default=(), repr=False)
+    coordinates: Coordinates | None = "site"
+    notes: tuple[str, ...] = field(default=(), repr=False)
 
     @classmethod
     def of(cls, obstructions: Iterable[Obstruction], name: str = "", files: tuple[Path, ...] = ()) -> ObstructionSet:

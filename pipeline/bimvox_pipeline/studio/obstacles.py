@@ -53,7 +53,7 @@ def boxes_of(site: Path) -> dict[str, Any]:
     boxes = [
         {"id": one["id"], **{key: [round(value * scale, 6) for value in one["box"][key]] for key in ("min", "max")}}
         for one in document["obstructions"]
-        if _is_box(one)
+        if _is_box(one) and _is_of_the_site(document)
     ]
     found = {"obstructions": boxes, "others": len(document["obstructions"]) - len(boxes)}
     return found if sha256 is None else {**found, "sha256": sha256}
@@ -84,6 +84,11 @@ def write_boxes(site: Path, values: object, *, insist: bool = False, sha256: obj
         document, found = _document(file)
         if insist and sha256 != found:
             raise ChangedMeanwhileError(file)
+        if not _is_of_the_site(document):
+            said = (
+                f"it is in coordinates of the {document['coordinates']}, and the page draws boxes in metres of the site"
+            )
+            raise ObstructionFileError(file, said, key="coordinates", hint="edit the file itself")
         scale = metres_per(document["unit"])
         own = [
             {"id": one.id, "box": {"min": [v / scale for v in one.min], "max": [v / scale for v in one.max]}}
@@ -99,13 +104,17 @@ def write_boxes(site: Path, values: object, *, insist: bool = False, sha256: obj
 def _document(file: Path) -> tuple[dict[str, Any], str | None]:
     """Return the content of an obstruction file and its hash; of one that is not there, no obstructions and None."""
     if not os.path.lexists(file):
-        return {"version": 1, "unit": "m", "obstructions": []}, None
+        return {"version": 1, "unit": "m", "coordinates": "site", "obstructions": []}, None
     data = read_input(file, ObstructionFileError)
     parse_obstructions(data, file.name, file.parent)
     found = json_values(data.decode("utf-8-sig"))
     if not isinstance(found, dict):
         raise ObstructionFileError(file, "is not an obstruction file")
     return {"unit": "m", **found}, hashlib.sha256(data).hexdigest()
+
+
+def _is_of_the_site(document: dict[str, Any]) -> bool:
+    return document.get("coordinates") in (None, "site")
 
 
 def _is_box(entry: dict[str, Any]) -> bool:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import BimvoxError, InputError
-from bimvox.library.obstructions import load_obstructions, rasterise
+from bimvox.library.obstructions import load_obstructions, rasterise, survey_in
 from bimvox.library.site import MACHINE
 from bimvox.log.dates import attached_programme
 from bimvox.log.plan_log import PlanLog
@@ -156,7 +156,7 @@ class PlanOnDisk:
         site = self.record.plan.site
         if not file.exists():
             return _blockers(with_obstructions(site, EMPTY, rasterise))
-        found = load_obstructions(file, site)
+        found = load_obstructions(file, site, survey_in(self.record))
         if found.digest not in self._placed:
             self._placed.clear()
             self._placed[found.digest] = _blockers(with_obstructions(site, found, rasterise))

@@ -118,7 +118,7 @@ class ObstructionReader:
                     hint="give cells or boxes",
                 )
             content = read_input(self.file, most_bytes=MOST_DIGESTED_BYTES, may_be_empty=True)
-            found = load_obstructions(self.file, self._loaded.site)
+            found = load_obstructions(self.file, self._loaded.site, self._loaded.survey)
         except OSError as error:
             raise FileError(self.file, f"cannot be read: {reason_of(error)}") from error
         self.files = found.files
