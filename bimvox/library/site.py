@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from bimvox.bim.building import Building
+from bimvox.bim.placed_twice import is_about_place
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.bim.strays import without_strays
 from bimvox.crane.tower_crane import TowerCrane
@@ -235,4 +236,6 @@ def built_site(config: SiteConfig, building: Building, files: Mapping[str, bytes
     for note in site.notes:
         progress.note(note)
     progress.finish()
+    # The reader has said these, and a plan repeats them as remarks.
+    site = replace(site, notes=(*site.notes, *filter(is_about_place, building.notes)))
     return LoadedSite(config, site, dict(files), building.georeference)

@@ -7,6 +7,7 @@ from math import degrees
 
 import numpy as np
 
+from bimvox.bim.placed_twice import is_about_place
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, metres
@@ -24,6 +25,7 @@ ASSUMED_SWING = "assumed_swing"
 ASSUMED_HEADING = "assumed_heading"
 ASSUMED_GROUND = "assumed_ground"
 PLAN_NOTE = "plan_note"
+PLACED_TWICE = "placed_twice"
 
 _MASSES = {
     "default": "no mass and no known material in the model: 2,400 kg/m3 of solid volume",
@@ -52,7 +54,10 @@ def assumptions(subject: Subject) -> Iterator[Remark]:
         yield _note(ASSUMED_HEADING, f"the site frame is the model turned by {degrees(yaw_rad):.2f} degrees")
     names = names_by_id(site)
     for note in (*site.notes, *subject.plan.notes):
-        yield _note(PLAN_NOTE, with_names(note, names))
+        if is_about_place(note):
+            yield Remark(PLACED_TWICE, Severity.MINOR, note)
+        else:
+            yield _note(PLAN_NOTE, with_names(note, names))
 
 
 def _ground(subject: Subject) -> str:

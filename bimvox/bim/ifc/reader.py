@@ -27,6 +27,7 @@ from bimvox.bim.ifc.shared import shape_groups
 from bimvox.bim.ifc.text import label
 from bimvox.bim.local_origin import FAR_M, local_origin, stray
 from bimvox.bim.options import ReadOptions
+from bimvox.bim.placed_twice import placed_twice
 from bimvox.errors import IfcError, InputError, SelectionError, shown
 from bimvox.progress import Report
 
@@ -111,12 +112,17 @@ def _building(
         )
     for index in stray([element.mesh.bounds_m for element in elements]):
         notes.append(f"{elements[index].id} ({elements[index].ifc_class}) lies more than {FAR_M:g} m from the rest")
+    georeference = georeference_of(opened.file, opened.metres_per_unit)
+    bounds = np.array([element.mesh.bounds_m for element in elements])
+    middle_m = origin_m + (bounds[:, 0].min(axis=0) + bounds[:, 1].max(axis=0)) / 2.0
+    if (note := placed_twice(georeference, middle_m)) is not None:
+        notes.append(note)
     return Building(
         elements=tuple(elements),
         skipped=tuple(_skipped(opened.file, skipped)),
         source=Source(path.name, sha256, opened.schema, opened.unit),
         origin_m=origin_m,
-        georeference=georeference_of(opened.file, opened.metres_per_unit),
+        georeference=georeference,
         notes=tuple(notes),
         connections=builder.connections(),
     )

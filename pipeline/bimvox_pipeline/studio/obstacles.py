@@ -85,9 +85,7 @@ def write_boxes(site: Path, values: object, *, insist: bool = False, sha256: obj
         if insist and sha256 != found:
             raise ChangedMeanwhileError(file)
         if not _is_of_the_site(document):
-            said = (
-                f"it is in coordinates of the {document['coordinates']}, and the page draws boxes in metres of the site"
-            )
+            said = f"it is in coordinates of the {document['coordinates']}; the page draws boxes in metres of the site"
             raise ObstructionFileError(file, said, key="coordinates", hint="edit the file itself")
         scale = metres_per(document["unit"])
         own = [
