@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.bim.connected import connected_labels
 from bimvox.bim.ifc.class_roles import SPLIT
+from bimvox.bim.mesh.repair import Solid
 
 GAP_M = 0.05
 """Parts whose boxes are closer than this are connected (grout, bearings and tolerance gaps are not modelled)."""
@@ -49,7 +50,7 @@ class MeshedProduct:
 
     mesh: TriangleMesh
     extent: Extent
-    exact: bool
+    solid: Solid
 
 
 @dataclass(frozen=True, slots=True)

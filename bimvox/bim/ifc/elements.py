@@ -71,7 +71,7 @@ class ElementBuilder:
         """Return the element of a group."""
         owner = self._file.by_id(group.owner)
         weighed = self._weighed(group)
-        self._guessed += sum(not self._parts[step_id].exact for step_id in group.members)
+        self._guessed += sum(not self._parts[step_id].solid.exact for step_id in group.members)
         self._doubt(weighed.mass.doubts, owner)
         material = self._properties.material(owner)
         if material is None:

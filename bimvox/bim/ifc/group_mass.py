@@ -94,8 +94,8 @@ class GroupMasses:
 
     def _body(self, step_id: int) -> Weighed:
         part = self._meshed[step_id]
-        extent = part.extent
-        mass = self._masses.of(self._file.by_id(step_id), extent.volume_m3, part.exact, extent.box_m3)
+        extent, solid = part.extent, part.solid
+        mass = self._masses.of(self._file.by_id(step_id), extent.volume_m3, solid.exact, extent.box_m3, solid.sheet_m2)
         return Weighed(mass, extent, (step_id,), {step_id: mass})
 
     def _with_body(self, step_id: int, body: Weighed, below: list[Weighed], parts: Weighed) -> Weighed:
@@ -105,7 +105,9 @@ class GroupMasses:
         shares = [share if share >= _TOUCHES_SHARE else 0.0 for share in shares]
         inside_m3 = [share * one.extent.volume_m3 for share, one in zip(shares, below, strict=True)]
         product, own = self._file.by_id(step_id), body.extent
-        by_volume, own_m3 = self._masses.by_volume(product, own.volume_m3, whole.exact, own.box_m3)
+        by_volume, own_m3 = self._masses.by_volume(
+            product, own.volume_m3, whole.solid.exact, own.box_m3, whole.solid.sheet_m2
+        )
         density = by_volume.kg / own_m3 if own_m3 > 0.0 else 0.0
         by_parts = sum(inside_m3) <= (1.0 + _ROUNDED) * own_m3  # otherwise they overlap each other
         outside_kg = instead_kg = 0.0

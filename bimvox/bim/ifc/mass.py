@@ -8,9 +8,10 @@ from math import inf
 from typing import Any
 
 from bimvox.bim.densities import DEFAULT_DENSITY_KG_M3, density_by_name
-from bimvox.bim.ifc.properties import Properties, Stated, layers_of, numbers_in
+from bimvox.bim.ifc.properties import Properties, Stated, has_thickness, layers_of, numbers_in
 from bimvox.bim.ifc.text import label
 from bimvox.bim.ifc.units import Units
+from bimvox.bim.mesh.repair import SHEET_M
 
 # Net before gross: a gross weight is that of the stock before cuts and openings (50 % more on one cut balcony).
 _WEIGHTS = (
@@ -37,12 +38,27 @@ _WEIGHT_SLIPS = (1e3, 1e-3)
 """Tonnes and grams, stated as kilograms."""
 _VOLUME_SLIPS = (1e-9, 1e-6, 1e-3)
 """Cubic millimetres, cubic centimetres and litres, stated as cubic metres."""
+_THICKNESSES = (
+    "thickness",
+    "dicke",
+    "stärke",
+    "epaisseur",
+    "épaisseur",
+    "dikte",
+    "spessore",
+    "espesor",
+    "width",
+    "depth",
+)
+_SHEETS_M = (2e-4, 0.6)
+"""From sheet metal to a thick wall."""
 _LEAST_SHARE = 5e-3
 """Least share of a guessed volume that a stated one is believed to be: a sheet of 0.05 mm, guessed as 10 mm."""
 _LEAST_SLIP_SHARE = 0.1
 """The same for a stated volume in another unit than stated."""
 _LEAST_GUESS_SHARE = 0.5
 """Least share of a guessed volume that is used to judge a stated weight."""
+_ROUNDING = 1e-6
 SOURCES = ("quantity", "density", "default")
 """Where a mass comes from, most reliable first."""
 
@@ -58,8 +74,9 @@ REPEATED_WHOLE = "wholes whose body is that of their parts, which are elements: 
 ASSEMBLY_LOW = (
     "assemblies that are stated to be lighter than their parts, whose weights add up: those of the parts count"
 )
+OVERFULL = "parts whose bodies enclose more than their box, so drawn more than once: their box counts"
 DOUBTS = (
-    *(WEIGHT_SLIP, WEIGHT_REFUSED, WEIGHT_ODD, VOLUME_SLIP, VOLUME_REFUSED),
+    *(WEIGHT_SLIP, WEIGHT_REFUSED, WEIGHT_ODD, VOLUME_SLIP, VOLUME_REFUSED, OVERFULL),
     *(REPEATED, REPEATED_WHOLE, ASSEMBLY_LOW),
 )
 """Notes about what is stated, in the order in which they are given."""
@@ -100,7 +117,7 @@ class Masses:
                 if entry.MassDensity:
                     self._old_densities[entry.Material.id()] = float(entry.MassDensity)
 
-    def of(self, product: Any, volume_m3: float, exact: bool, box_m3: float = inf) -> Mass:
+    def of(self, product: Any, volume_m3: float, exact: bool, box_m3: float = inf, sheet_m2: float = 0.0) -> Mass:
         """Return the mass of one product.
 
         A stated weight comes first, then volume times density of its material, then volume times default density. What
@@ -111,16 +128,24 @@ class Masses:
             volume_m3: Volume of its mesh.
             exact: Whether that volume is exact; if not, a stated volume replaces it.
             box_m3: Volume of the box around its mesh, as thick as a part is.
+            sheet_m2: Area of the sheets in an open mesh, whose thickness is assumed; a stated one replaces it.
         """
-        expected, volume_m3 = self.by_volume(product, volume_m3, exact, box_m3)
+        expected, volume_m3 = self.by_volume(product, volume_m3, exact, box_m3, sheet_m2)
         return self.stated(product, expected, volume_m3, box_m3)
 
-    def by_volume(self, product: Any, volume_m3: float, exact: bool, box_m3: float = inf) -> tuple[Mass, float]:
+    def by_volume(
+        self, product: Any, volume_m3: float, exact: bool, box_m3: float = inf, sheet_m2: float = 0.0
+    ) -> tuple[Mass, float]:
         """Return the mass of one product by volume and density, and that volume; the arguments are those of ``of``."""
         guess_m3 = volume_m3
         doubts: tuple[str, ...] = ()
         if not exact:
             volume_m3, doubts = self._volume(product, volume_m3, max(volume_m3, box_m3))
+            thickness_m = self._thickness(product) if sheet_m2 and volume_m3 == guess_m3 else None
+            if thickness_m is not None:
+                volume_m3 += (thickness_m - SHEET_M) * sheet_m2
+        elif volume_m3 > (1.0 + _ROUNDING) * box_m3:
+            volume_m3, doubts = box_m3, (OVERFULL,)
         density = self._density(product)
         kg = volume_m3 * (DEFAULT_DENSITY_KG_M3 if density is None else density)
         source = "default" if density is None else "density"
@@ -165,6 +190,13 @@ class Masses:
         if converted is not None:
             return converted, (VOLUME_SLIP,)
         return guess_m3, (VOLUME_REFUSED,) * bool(volumes_m3)
+
+    def _thickness(self, product: Any) -> float | None:
+        """Return the thickness of a sheet: that of its layers, otherwise a stated one; None if there is none."""
+        layers_m = sum(thickness for _, thickness in layers_of(product)) * self._units.metres
+        stated = map(self._units.m, self._properties.stated(product, _THICKNESSES))
+        found = [layers_m] if has_thickness(product) else [one for one in stated if one is not None]
+        return next((one for one in found if _SHEETS_M[0] <= one <= _SHEETS_M[1]), None)
 
     def _density(self, product: Any) -> float | None:
         """Return the mean density of the layers with a known density, weighted by thickness; None if there are none."""

@@ -116,6 +116,12 @@ def _plain(name: str) -> str:
     return name.lower().replace(" ", "").replace("_", "")
 
 
+def has_thickness(product: Any) -> bool:
+    """Return whether the weights of a product's layers are their thicknesses."""
+    material = element_util.get_material(product, should_skip_usage=True)
+    return material is not None and material.is_a("IfcMaterialLayerSet")
+
+
 def layers_of(product: Any) -> list[tuple[Any, float]]:
     """Return (material, weight) of a product's layers; only the first if the shares are not stated."""
     material = element_util.get_material(product, should_skip_usage=True)

@@ -155,7 +155,8 @@ def _part(placed: PlacedShape, origin_m: NDArray[np.float64]) -> MeshedProduct:
     """Return a shape, placed relative to the local origin."""
     mesh = placed.mesh(origin_m)
     low_m, high_m = _box(mesh)
-    return MeshedProduct(mesh, Extent(low_m, high_m, placed.shape.volume_m3), placed.shape.exact)
+    solid = placed.shape.solid
+    return MeshedProduct(mesh, Extent(low_m, high_m, solid.volume_m3), solid)
 
 
 def _box(mesh: TriangleMesh) -> NDArray[np.float64]:

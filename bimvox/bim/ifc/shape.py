@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.bim.mesh.repair import drop_bad_faces, solid_volume_m3, turn_outward
+from bimvox.bim.mesh.repair import Solid, drop_bad_faces, solid_of, turn_outward
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -17,15 +17,13 @@ class Shape:
 
     Attributes:
         mesh: Metres; faces look outward, all vertices are used.
-        volume_m3: Volume of the solid.
-        exact: Whether that volume is exact: every shell is closed.
+        solid: What it encloses.
         dropped: Triangles without area that were dropped.
         turned: Whether faces had to be turned outward.
     """
 
     mesh: TriangleMesh
-    volume_m3: float
-    exact: bool
+    solid: Solid
     dropped: int
     turned: bool
 
@@ -62,7 +60,7 @@ def clean_shape(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> Sh
     if not len(mesh.faces):
         return "its triangles have no area"
     mesh, shells, turned = turn_outward(mesh)
-    volume_m3, exact = solid_volume_m3(mesh, shells)
+    solid = solid_of(shells)
     used, index = np.unique(mesh.faces, return_inverse=True)
     mesh = TriangleMesh(mesh.vertices_m[used], index.reshape(-1, 3).astype(np.int32))
-    return Shape(mesh, volume_m3, exact, dropped, turned)
+    return Shape(mesh, solid, dropped, turned)

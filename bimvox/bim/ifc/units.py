@@ -22,6 +22,7 @@ _KG_BY_NAME = {
 """Units that a file names, but does not define (``IfcContextDependentUnit``)."""
 _KIND_OF_MEASURE = {
     **{"IfcMassMeasure": "MASSUNIT", "IfcQuantityWeight": "MASSUNIT", "IfcForceMeasure": "FORCEUNIT"},
+    **{"IfcLengthMeasure": "LENGTHUNIT", "IfcPositiveLengthMeasure": "LENGTHUNIT", "IfcQuantityLength": "LENGTHUNIT"},
     **{"IfcVolumeMeasure": "VOLUMEUNIT", "IfcQuantityVolume": "VOLUMEUNIT", "IfcMassDensityMeasure": "MASSDENSITYUNIT"},
 }
 _PLAIN = ("IfcReal", "IfcInteger", "IfcNumericMeasure", "IfcCountMeasure")
@@ -56,6 +57,19 @@ class Units:
         per_base = {"GRAM": 1e-3, "NEWTON": _KG_PER_N}.get(_base(unit))
         scale = si_scale(unit)
         return None if per_base is None or scale is None else stated.value * scale * per_base
+
+    @property
+    def metres(self) -> float:
+        """The project's unit of length in metres."""
+        unit = self._of_project.get("LENGTHUNIT")
+        return 1.0 if unit is None else si_scale(unit) or 1.0
+
+    def m(self, stated: Stated) -> float | None:
+        """Return a length; None if the value is none."""
+        if self._kind(stated, "LENGTHUNIT") != "LENGTHUNIT":
+            return None
+        scale = self.metres if stated.unit is None else si_scale(stated.unit)
+        return None if scale is None else stated.value * scale
 
     def m3(self, stated: Stated) -> float | None:
         """Return a volume; None if the value is none."""

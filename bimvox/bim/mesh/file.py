@@ -20,7 +20,7 @@ from bimvox.bim.mesh.gltf import read_gltf
 from bimvox.bim.mesh.obj import read_obj
 from bimvox.bim.mesh.off import read_off
 from bimvox.bim.mesh.ply import read_ply
-from bimvox.bim.mesh.repair import drop_bad_faces, solid_volume_m3, turn_outward, weld
+from bimvox.bim.mesh.repair import drop_bad_faces, solid_of, turn_outward, weld
 from bimvox.bim.mesh.select import roles_of
 from bimvox.bim.mesh.stl import read_stl
 from bimvox.bim.mesh.threemf import read_3mf
@@ -87,10 +87,10 @@ def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, r
     for index, (name, mesh) in enumerate(meshes.items()):
         local = TriangleMesh(mesh.vertices_m - origin_m, mesh.faces)
         outward, shells, turned = turn_outward(local)
-        volume_m3, exact = solid_volume_m3(outward, shells)
+        solid = solid_of(shells)
         flipped += turned
-        guessed += [] if exact else [name]
-        kg = volume_m3 * DEFAULT_DENSITY_KG_M3
+        guessed += [] if solid.exact else [name]
+        kg = solid.volume_m3 * DEFAULT_DENSITY_KG_M3
         elements.append(Element(name, name, MESH_CLASS, name, outward, roles[name], kg, "default"))
         report("elements", index + 1, len(meshes))
     heaviest_kg = max(element.mass_kg for element in elements)

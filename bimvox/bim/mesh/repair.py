@@ -10,10 +10,14 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.bim.connected import connected_labels
 
-OPEN_FILL = 0.5
-"""Share of its bounding box that an open shell is assumed to fill, because its volume is undefined."""
 SMALL_GAP = 0.05
 """Largest sum of area vectors, as a share of the area, of a shell with only small holes."""
+LIDLESS_GAP = 0.25
+"""The same of a solid that lacks a face. A channel bent of a sheet has 0.33, an angle 0.71, a sheet 1."""
+FLAT = 0.02
+"""How far the border of a shell may be from a plane, as a share of its size: the face that is missing is flat."""
+THICK_M = 0.3
+"""Largest ratio of volume to area of an open shell that is a solid; a room or a dome is a sheet around air."""
 WELD = 1e-7
 """Vertices closer than this share of the extent are merged: the resolution of single precision."""
 WELD_MOST_M = 1e-3
@@ -33,8 +37,9 @@ class Shells:
         closed: (S,) bool, whether every directed edge has its opposite.
         bounded: (S,) bool, closed, or its area vectors cancel out: a solid whose faces meet without sharing vertices.
         volume_m3: (S,) float64 signed volume; valid for bounded shells only.
-        about_middle_m3: (S,) float64 signed volume about the centre of the shell's box: a good estimate for a shell
-            with small holes.
+        enclosed_m3: (S,) float64 signed volume if each hole is closed from its border to the middle of all borders.
+        is_flat: (S,) bool, whether the border lies in one plane.
+        area_m2: (S,) float64.
         gap: (S,) float64, the sum of the area vectors as a share of the area: 0 for a closed shell, 1 for a flat sheet.
         low_m: (S, 3) float64 lowest corner.
         high_m: (S, 3) float64 highest corner.
@@ -44,10 +49,27 @@ class Shells:
     closed: NDArray[np.bool_]
     bounded: NDArray[np.bool_]
     volume_m3: NDArray[np.float64]
-    about_middle_m3: NDArray[np.float64]
+    enclosed_m3: NDArray[np.float64]
+    is_flat: NDArray[np.bool_]
+    area_m2: NDArray[np.float64]
     gap: NDArray[np.float64]
     low_m: NDArray[np.float64]
     high_m: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """What a mesh encloses.
+
+    Attributes:
+        volume_m3: Volume of solid.
+        exact: Whether that is exact: every shell is closed.
+        sheet_m2: Area of the sheets in it, whose thickness is assumed to be ``SHEET_M``.
+    """
+
+    volume_m3: float
+    exact: bool
+    sheet_m2: float
 
 
 def weld(mesh: TriangleMesh) -> TriangleMesh:
@@ -117,7 +139,9 @@ def shells_of(mesh: TriangleMesh) -> Shells:
 
     corners = mesh.triangles_m - mesh.vertices_m[faces[0, 0]]
     crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    leak = np.stack([np.bincount(of_face, weights=crosses[:, axis], minlength=number) for axis in range(3)], axis=1)
+    leak: NDArray[np.float64] = np.stack(
+        [np.bincount(of_face, weights=crosses[:, axis], minlength=number) for axis in range(3)], axis=1
+    )
     area = np.bincount(of_face, weights=np.linalg.norm(crosses, axis=1), minlength=number)
     gap = np.linalg.norm(leak, axis=1) / area
     bounded = closed | (gap <= BALANCE)
@@ -126,9 +150,39 @@ def shells_of(mesh: TriangleMesh) -> Shells:
     np.minimum.at(low, of_face, mesh.triangles_m.min(axis=1))
     np.maximum.at(high, of_face, mesh.triangles_m.max(axis=1))
     volume = np.bincount(of_face, weights=six_volumes, minlength=number) / 6.0
-    middle = (low + high) / 2 - mesh.vertices_m[faces[0, 0]]
-    about_middle = volume - np.einsum("ij,ij->i", middle, leak) / 6.0
-    return Shells(of_face, closed, bounded, volume, about_middle, gap, low, high)
+    border = balance != 0
+    middle, is_flat = _borders(mesh.vertices_m, np.divmod(edges[border], count), shell_of_edge[border], leak)
+    middle = np.where(closed[:, None], (low + high) / 2, middle)
+    enclosed = volume - np.einsum("ij,ij->i", middle - mesh.vertices_m[faces[0, 0]], leak) / 6.0
+    return Shells(of_face, closed, bounded, volume, enclosed, is_flat, area / 2.0, gap, low, high)
+
+
+def _borders(
+    vertices_m: NDArray[np.float64],
+    ends: tuple[NDArray[np.int64], NDArray[np.int64]],
+    shell: NDArray[np.int64],
+    leak: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return the middle of each shell's border (S, 3), and whether the border lies in one plane (S,).
+
+    Args:
+        vertices_m: (V, 3).
+        ends: (E,) vertices at both ends of the edges of all borders.
+        shell: (E,) shell of these edges.
+        leak: (S, 3) sum of the shell's area vectors, which is normal to the plane of a flat border.
+    """
+    one, other = vertices_m[ends[0]], vertices_m[ends[1]]
+    length = np.linalg.norm(other - one, axis=1)
+    total = np.maximum(np.bincount(shell, weights=length, minlength=len(leak)), 1e-300)
+    moments = [np.bincount(shell, weights=length * axis, minlength=len(leak)) for axis in ((one + other) / 2.0).T]
+    middle = np.stack(moments, axis=1) / total[:, None]
+    normal = leak / np.maximum(np.linalg.norm(leak, axis=1), 1e-300)[:, None]
+    size, off = np.zeros(len(leak)), np.zeros(len(leak))
+    for end in (one, other):
+        from_middle = end - middle[shell]
+        np.maximum.at(size, shell, np.linalg.norm(from_middle, axis=1))
+        np.maximum.at(off, shell, np.abs(np.einsum("ij,ij->i", from_middle, normal[shell])))
+    return middle, off <= FLAT * size
 
 
 def drop_bad_faces(mesh: TriangleMesh) -> tuple[TriangleMesh, int]:
@@ -168,21 +222,23 @@ def turn_outward(mesh: TriangleMesh) -> tuple[TriangleMesh, Shells, bool]:
     return TriangleMesh(mesh.vertices_m, np.ascontiguousarray(faces)), outward, True
 
 
-def solid_volume_m3(mesh: TriangleMesh, shells: Shells) -> tuple[float, bool]:
-    """Return the volume of solid in a mesh, and whether it is exact (every shell closed).
+def solid_of(shells: Shells) -> Solid:
+    """Return the volume of solid in a mesh.
 
-    If an unbounded shell has only small holes (a bent tube without lids), its volume about the centre of its box
-    counts. Otherwise ``OPEN_FILL`` of its box counts, but at least a sheet ``SHEET_M`` thick.
+    An open shell is closed where it is a solid that lacks a face or has small holes (a bent tube without lids).
+    Otherwise it is a sheet, ``SHEET_M`` thick.
     """
     total = abs(float(shells.volume_m3[shells.bounded].sum()))
     if shells.bounded.all() and total > 0.0:
-        return total, bool(shells.closed.all())
-    corners = mesh.triangles_m
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = np.bincount(shells.of_face, weights=np.linalg.norm(cross, axis=1) / 2.0, minlength=len(shells.closed))
-    box = np.prod(shells.high_m - shells.low_m, axis=1)
-    enclosed = np.minimum(np.abs(shells.about_middle_m3), box)
+        return Solid(total, bool(shells.closed.all()), 0.0)
+    area = shells.area_m2
+    enclosed = np.minimum(np.abs(shells.enclosed_m3), np.prod(shells.high_m - shells.low_m, axis=1))
     # A surface modelled with both its sides has no gap either, but its volume is 0.
-    nearly_closed = (shells.gap <= SMALL_GAP) & (enclosed > 1e-6 * area**1.5)
-    guess = np.where(nearly_closed, enclosed, np.maximum(OPEN_FILL * box, SHEET_M * area))
-    return total + float(guess[~shells.bounded].sum() if not shells.bounded.all() else guess.sum()), False
+    has_volume = enclosed > 1e-6 * area**1.5
+    is_lidless = ((shells.gap <= LIDLESS_GAP) | shells.is_flat) & (enclosed <= THICK_M * area)
+    is_solid = has_volume & ((shells.gap <= SMALL_GAP) | is_lidless)
+    is_doubled = ~has_volume & (shells.gap <= SMALL_GAP)
+    sheet_m2 = np.where(is_solid, 0.0, np.where(is_doubled, area / 2.0, area))
+    guess_m3 = np.where(is_solid, enclosed, SHEET_M * sheet_m2)
+    counted = np.full(len(area), True) if shells.bounded.all() else ~shells.bounded
+    return Solid(total + float(guess_m3[counted].sum()), False, float(sheet_m2[counted].sum()))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bimvox.bim.ifc.mass import (
+    OVERFULL,
     VOLUME_REFUSED,
     VOLUME_SLIP,
     WEIGHT_ODD,
@@ -93,6 +94,14 @@ def test_a_stated_weight_that_the_material_contradicts_gives_way(
     assert mass.source == ("density" if WEIGHT_REFUSED in doubts else "quantity")
 
 
+def test_a_body_drawn_twice_weighs_no_more_than_its_box() -> None:
+    made = IfcMaker()
+    found = Masses(made.file, Properties())
+    slab = made.rooted("IfcSlab")
+    assert found.of(slab, 2.0, exact=True, box_m3=1.0) == Mass(2400.0, "default", doubts=(OVERFULL,))
+    assert found.of(slab, 1.0, exact=True, box_m3=1.0) == Mass(2400.0, "default")
+
+
 def test_of_two_stated_weights_the_plausible_one_counts() -> None:
     made = IfcMaker()
     wall = made.rooted("IfcWall")
@@ -122,6 +131,21 @@ def test_a_stated_volume_that_the_box_of_an_open_mesh_cannot_hold_gives_way_to_t
     mass = Masses(made.file, Properties()).of(wall, 1.0, exact=False, box_m3=2.0)
     assert mass.kg == pytest.approx(2400.0 * used_m3)
     assert (mass.guessed, mass.doubts) == (used_m3 == 1.0, doubts)
+
+
+@pytest.mark.parametrize(("layers", "stated_m", "thick_m"), [(0.2, None, 0.2), (None, 0.012, 0.012), (None, 3.0, None)])
+def test_a_sheet_is_as_thick_as_stated(layers: float | None, stated_m: float | None, thick_m: float | None) -> None:
+    made = IfcMaker()
+    wall = made.rooted("IfcWall")
+    if layers is not None:
+        layer = made.file.create_entity("IfcMaterialLayer", made.file.create_entity("IfcMaterial", Name="XYZ"), layers)
+        layer_set = made.file.create_entity("IfcMaterialLayerSet", [layer])
+        made.rooted("IfcRelAssociatesMaterial", RelatedObjects=[wall], RelatingMaterial=layer_set)
+    if stated_m is not None:
+        made.properties(wall, "Qto_WallBaseQuantities", Width=stated_m)
+    mass = Masses(made.file, Properties()).of(wall, 0.12, exact=False, box_m3=0.6, sheet_m2=12.0)
+    assert mass.kg == pytest.approx(2400.0 * 12.0 * (thick_m or 0.01))
+    assert mass.guessed == (thick_m is None)
 
 
 @pytest.mark.parametrize(

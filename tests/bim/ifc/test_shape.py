@@ -6,6 +6,7 @@ import numpy as np
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.bim.ifc.shape import PlacedShape, Shape, clean_shape
+from bimvox.bim.mesh.repair import Solid
 
 CORNERS = np.array(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), dtype=float).reshape(3, -1).T
 QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -17,7 +18,7 @@ def test_an_inside_out_box_with_waste_is_cleaned() -> None:
     faces = np.concatenate([FACES[:, ::-1] + 1, [[1, 1, 2]]]).astype(np.int32)
     shape = clean_shape(vertices, faces)
     assert isinstance(shape, Shape)
-    assert (shape.volume_m3, shape.exact, shape.dropped, shape.turned) == (1.0, True, 1, True)
+    assert (shape.solid.volume_m3, shape.solid.exact, shape.dropped, shape.turned) == (1.0, True, 1, True)
     assert shape.mesh.signed_volume_m3 > 0
     assert np.array_equal(shape.mesh.vertices_m, CORNERS)
 
@@ -30,7 +31,7 @@ def test_shapes_that_are_not_a_surface_say_why() -> None:
 
 def test_far_placements_keep_their_precision() -> None:
     vertices = np.random.default_rng(0).uniform(-5, 5, (50, 3))
-    shape = Shape(TriangleMesh(vertices, np.array([[0, 1, 2]], dtype=np.int32)), 0.0, False, 0, False)
+    shape = Shape(TriangleMesh(vertices, np.array([[0, 1, 2]], dtype=np.int32)), Solid(0.0, False, 0.0), 0, False)
     near, far = np.eye(4), np.eye(4)
     far[:3, 3] = origin = np.array([5_000_000.0, 450_000.0, 0.0])
     a = PlacedShape(shape, near).mesh(np.zeros(3))

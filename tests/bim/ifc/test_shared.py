@@ -61,8 +61,8 @@ def test_shared_equals_alone(catalogue: tuple[Path, list[int]]) -> None:
         one, other = together.shapes[step_id], alone.shapes[step_id]
         assert np.array_equal(one.mesh(np.zeros(3)).vertices_m, other.mesh(np.zeros(3)).vertices_m)
         assert np.array_equal(one.shape.mesh.faces, other.shape.mesh.faces)
-    assert together.shapes[ids[4]].shape.volume_m3 == pytest.approx(48.0)
-    assert together.shapes[ids[5]].shape.volume_m3 == pytest.approx(6.0 - 0.75)
+    assert together.shapes[ids[4]].shape.solid.volume_m3 == pytest.approx(48.0)
+    assert together.shapes[ids[5]].shape.solid.volume_m3 == pytest.approx(6.0 - 0.75)
 
 
 def test_the_parts_of_a_whole_with_an_opening_are_meshed_alone(maker: type[IfcMaker], tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.bim.connected import connected_labels
-from bimvox.bim.mesh.repair import drop_bad_faces, shells_of, solid_volume_m3, turn_outward, weld, wind_consistently
+from bimvox.bim.mesh.repair import SHEET_M, drop_bad_faces, shells_of, solid_of, turn_outward, weld, wind_consistently
 
 _QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
 _FACES = np.array([tri for a, b, c, d in _QUADS for tri in ((a, b, c), (a, c, d))], dtype=np.int32)
@@ -37,7 +37,8 @@ def soup(mesh: TriangleMesh) -> TriangleMesh:
 
 
 def volume(mesh: TriangleMesh) -> tuple[float, bool]:
-    return solid_volume_m3(mesh, shells_of(mesh))
+    solid = solid_of(shells_of(mesh))
+    return solid.volume_m3, solid.exact
 
 
 def test_the_box_itself_is_right() -> None:
@@ -130,9 +131,54 @@ def test_a_box_whose_faces_share_no_vertices_still_has_its_volume() -> None:
     assert measured > 0
 
 
-def test_an_open_box_counts_as_half_its_box_and_a_sheet_as_a_sheet() -> None:
-    lidless = TriangleMesh(box().vertices_m, box().faces[2:])
-    assert volume(lidless) == (pytest.approx(0.5), False)
+@pytest.mark.parametrize("size", [(1.0, 1.0, 1.0), (4.0, 3.0, 0.2), (0.3, 0.4, 6.0)])
+@pytest.mark.parametrize("face", range(6))
+def test_a_box_without_one_face_is_closed(size: tuple[float, float, float], face: int) -> None:
+    whole = box(size=size)
+    lidless = TriangleMesh(whole.vertices_m, np.delete(whole.faces, [2 * face, 2 * face + 1], axis=0))
+    assert volume(lidless) == (pytest.approx(np.prod(size)), False)
+
+
+def strip(points: list[tuple[float, float]], length: float) -> TriangleMesh:
+    """Bend a sheet along lines."""
+    low = np.array([(x, 0.0, z) for x, z in points])
+    n = np.arange(len(points) - 1)
+    faces = [np.stack([n, n + 1, n + 1 + len(low)], axis=1), np.stack([n, n + 1 + len(low), n + len(low)], axis=1)]
+    return TriangleMesh(
+        np.concatenate([low, low + np.array([0.0, length, 0.0])]), np.concatenate(faces).astype(np.int32)
+    )
+
+
+HALF_CIRCLE = [(2.0 * np.cos(t), 2.0 * np.sin(t)) for t in np.linspace(0.0, np.pi, 25)]
+FOLDS = [(0.1 * n, 0.05 * (n % 2)) for n in range(40)]
+
+
+@pytest.mark.parametrize(
+    ("points", "area_m2"),
+    [
+        ([(0, 0), (1, 0)], 6.0),
+        ([(0, 0), (1, 0), (1, 1)], 12.0),
+        ([(0, 1), (0, 0), (1, 0), (1, 1)], 18.0),
+        (HALF_CIRCLE, 6.0 * 2.0 * np.pi),
+        (FOLDS, 6.0 * 39 * np.hypot(0.1, 0.05)),
+    ],
+)
+def test_a_bent_sheet_weighs_as_a_sheet_and_not_as_what_it_encloses(
+    points: list[tuple[float, float]], area_m2: float
+) -> None:
+    solid = solid_of(shells_of(strip(points, 6.0)))
+    assert solid.sheet_m2 == pytest.approx(area_m2, rel=0.01)
+    assert (solid.volume_m3, solid.exact) == (pytest.approx(SHEET_M * solid.sheet_m2), False)
+
+
+def test_a_room_without_a_floor_is_a_sheet() -> None:
+    whole = box(size=(6.0, 5.0, 3.0))
+    normals = np.cross(*np.moveaxis(whole.triangles_m[:, 1:] - whole.triangles_m[:, :1], 1, 0))
+    room = TriangleMesh(whole.vertices_m, whole.faces[normals[:, 2] > -1e-9])
+    assert volume(room) == (pytest.approx(SHEET_M * 96.0), False)
+
+
+def test_an_open_sheet_is_a_sheet() -> None:
     sheet = TriangleMesh(np.array([[0, 0, 0], [2, 0, 0], [0, 2, 0.0]]), np.array([[0, 1, 2]], dtype=np.int32))
     assert volume(sheet) == (pytest.approx(0.02), False)
 
