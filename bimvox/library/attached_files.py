@@ -7,8 +7,8 @@ Ground and masts follow from the site itself.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 
@@ -21,23 +21,23 @@ from bimvox.library.completed_site_file import building_of, completed
 from bimvox.library.hand_over import as_assigned
 from bimvox.library.held_loads import compare_held
 from bimvox.library.obstructions import KINDS, load_obstructions, rasterise, survey_in
-from bimvox.library.site import LISTED, MACHINE, OBSTRUCTIONS
+from bimvox.library.site import LISTED, MACHINE, OBSTRUCTIONS, attached_as
 from bimvox.library.site_file_parts import compare_parts, compare_pinned
-from bimvox.live.named_traffic import TRACKS
 from bimvox.log.dates import attached_programme
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
+from bimvox.records.carried_out import TRACKS
 from bimvox.records.proof import Check
 from bimvox.site.access import ground_of
 from bimvox.site.areas import columns_centred_in
-from bimvox.site.build import ground_and_masts, id_on_site, labels_of, with_obstructions
+from bimvox.site.build import ground_and_masts, id_on_site, labels_of, renamed_note, with_obstructions
 from bimvox.site.component import IntVec
 from bimvox.site.config.file import SITE_FILE, named_files, parse_site_config
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.extent import site_extent, with_room_for_slings
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import map_of_model, on_site
-from bimvox.site.obstructions.cells import outside_note
+from bimvox.site.obstructions.cells import clipped_note, outside_note
 from bimvox.site.obstructions.coordinates import is_about_coordinates
 from bimvox.site.obstructions.file import without_references
 from bimvox.site.programme import ATTACHED
@@ -70,9 +70,10 @@ def check_attached_files(log: PlanLog) -> Check:
     for blocker in () if listed else site.blockers:
         told = f"fixed object {blocker.id!r} is in the log, but no obstruction file is"
         check.look(blocker.kind != "obstruction", told)
-    note = next(iter(site.obstruction_notes), "")
-    check.look(bool(listed) or not note, f"it has a note about obstructions, but no obstruction file: {note}")
-    if log.carried_out is not None or log.context or log.recovered:  # an extract may carry them too
+    for note in () if listed else filter(None, site.obstruction_notes):
+        check.look(False, f"it has a note about obstructions, but no obstruction file: {note}")
+    check.look(len(listed) <= 1, f"it carries several obstruction files: {', '.join(listed)}")
+    if log.carried_out is not None:
         known |= {name for name in log.attachments if name.startswith(TRACKS)}
     for name in sorted(log.attachments.keys() - known - set(listed)):
         check.look(False, f"attached {name}: it is not a file that bimvox attaches to the log of this site")
@@ -177,6 +178,8 @@ def _compare_obstructions(check: Check, log: PlanLog, name: str) -> None:
     source = f"the attached {name}"
     scan_id, _, kind = name.removeprefix(OBSTRUCTIONS).rpartition(".")
     refers: frozenset[str] = frozenset()
+    usual = attached_as(Path(f"{scan_id}.{kind}"))
+    check.look(name == usual, f"attached {name}: bimvox calls such a file {usual}")
     with scratch_folder() as folder:
         try:
             if kind in LISTED:
@@ -193,22 +196,24 @@ def _compare_obstructions(check: Check, log: PlanLog, name: str) -> None:
             check.look(False, f"{source} cannot be used: {error}")
             return
     found, given = ([one for one in each.blockers if one.kind == "obstruction"] for each in (site, wanted))
-    by_id = {blocker.id: blocker for blocker in found}
+    by_id, may_be = {blocker.id: blocker for blocker in found}, set()
     for lost in sorted(refers):
-        name_there = id_on_site(lost, site)
+        name_there, outside = id_on_site(lost, site), outside_note(lost, site.frame, site.shape)
         if name_there in by_id:
             given.append(by_id[name_there])  # of these the log has only the cells
-        elif outside_note(lost, site.frame, site.shape) not in site.obstruction_notes:
+            may_be.add(clipped_note(lost))
+        elif outside in site.obstruction_notes:
+            may_be.add(outside)
+        else:
             check.look(False, f"fixed object {lost!r} is not in the log, but in {source}")
+        if name_there != lost:
+            may_be.add(renamed_note(lost, name_there))
     same_blockers(check, found, given, source)
-    about = tuple(f"obstruction {lost!r} " for lost in refers)
-    notes, own = (_without(one.obstruction_notes, about) if refers else one.obstruction_notes for one in (site, wanted))
+    notes, own = (
+        tuple(note for note in one.obstruction_notes if not (refers and (note in may_be or is_about_coordinates(note))))
+        for one in (site, wanted)
+    )
     same(check, "obstruction_notes", notes, own, source)
-
-
-def _without(notes: Sequence[str], starts: tuple[str, ...]) -> tuple[str, ...]:
-    """Return notes without those that may be about obstructions whose files are not in the log."""
-    return tuple(note for note in notes if not (note.startswith(starts) or is_about_coordinates(note)))
 
 
 def _same_labels(check: Check, site: Site) -> None:

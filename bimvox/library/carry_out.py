@@ -10,13 +10,12 @@ from bimvox.library.plan import digests_of
 from bimvox.library.traffic import DECIDER, DECIDES, check_traffic
 from bimvox.library.verify import prove_plan
 from bimvox.live.execution import Execution, Traffic, carried_out
-from bimvox.live.named_traffic import TRACKS
 from bimvox.log.plan_log import PENDING, PlanLog
 from bimvox.log.segments import FIRST_PLAN, NOW_NS
 from bimvox.planning.preparation import Preparation
 from bimvox.progress import Progress
 from bimvox.proof.carried_out import check_carried_out, planned_axes, tally_of
-from bimvox.records.carried_out import CarriedOut, Tally
+from bimvox.records.carried_out import TRACKS, CarriedOut, Tally
 from bimvox.records.proof import Verification
 
 _NOTHING = Tally(0, 0.0, 0, 0, None, 0)

@@ -186,8 +186,8 @@ CLAIMS = (
     ClaimRow(
         "how_found",
         "the plan was found as the log says (method, policy, seed, notes, bounds of its times, where parts that the "
-        "crane cannot lift wait, the name of the model's file), and follows wishes about the order other than `before` "
-        "and `after`",
+        "crane cannot lift wait, the names of the files of model and obstructions, and of a site whose file gives "
+        "none), and follows wishes about the order other than `before` and `after`",
         None,
         _always,
     ),

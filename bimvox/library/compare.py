@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import fields, is_dataclass
+from enum import Enum
 from itertools import zip_longest
 from typing import Any
 
@@ -15,8 +16,18 @@ from bimvox.records.proof import Check
 from bimvox.site.site import Blocker, Rules
 
 _SHOWN = 120
-_NOTHING = "nothing"
-"""Stands for a value that is missing, in messages."""
+
+
+class Nothing(Enum):
+    """Stands for a value that is missing; no value of a file is equal to it."""
+
+    NOTHING = "nothing"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+NOTHING = Nothing.NOTHING
 _PLACES = np.array([1 << 42, 1 << 21, 1], np.int64)
 """Makes one number of a cell: no site has 2**21 cells along an axis."""
 
@@ -38,15 +49,15 @@ def same_values(check: Check, key: str, found: Any, wanted: Any, source: str) ->
 
     A table or a list that is missing is an empty one.
     """
-    kinds = {type(one) for one in (found, wanted) if one is not _NOTHING}
+    kinds = {type(one) for one in (found, wanted) if one is not NOTHING}
     if kinds == {dict}:
-        own, other = ({} if values is _NOTHING else values for values in (found, wanted))
+        own, other = ({} if values is NOTHING else values for values in (found, wanted))
         for name in dict.fromkeys((*other, *own)):
             inner = f"{key}.{name}".lstrip(".")
-            same_values(check, inner, own.get(name, _NOTHING), other.get(name, _NOTHING), source)
+            same_values(check, inner, own.get(name, NOTHING), other.get(name, NOTHING), source)
     elif kinds and kinds <= {list, tuple}:
-        lists = (() if values is _NOTHING else values for values in (found, wanted))
-        for n, (one, wished) in enumerate(zip_longest(*lists, fillvalue=_NOTHING)):
+        lists = (() if values is NOTHING else values for values in (found, wanted))
+        for n, (one, wished) in enumerate(zip_longest(*lists, fillvalue=NOTHING)):
             same_values(check, f"{key}[{n}]", one, wished, source)
     else:
         same(check, key, found, wanted, source)

@@ -35,6 +35,8 @@ def compare_held(check: Check, log: PlanLog) -> None:
         check.look(same_bytes, f"attached {name}: it has bytes that bimvox does not write; other readers may read more")
     both = log.attachments.keys() >= {HELD_FILE, HELD_CRANES_FILE}
     check.look(not both, f"it carries {HELD_FILE} and {HELD_CRANES_FILE}, but the cranes are held in one way only")
+    file = HELD_CRANES_FILE if HELD_CRANES_FILE in log.attachments else HELD_FILE
+    check.look(held is None or len(held.loads) > 0, f"attached {file}: it holds no load")
     loads = {} if held is None else {load.lift.order: load for load in held.loads}
     for lift in log.all_lifts:
         if (lift.reason or "").startswith(LOAD_IS_HELD):
@@ -51,7 +53,7 @@ def compare_held(check: Check, log: PlanLog) -> None:
                 check.look(load.motion.crane == components[lift.component].crane, f"{name}: another crane holds it")
                 check.look(not (fault := _fault(load)), f"{name}: {fault}")
     for order in loads:
-        check.look(False, f"the attached {HELD_FILE} or {HELD_CRANES_FILE} holds lift {order + 1}; the plan does not")
+        check.look(False, f"the attached {file} holds lift {order + 1}; the plan does not")
 
 
 def _stored(lift: Lift) -> tuple[object, ...]:

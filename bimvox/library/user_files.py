@@ -12,7 +12,16 @@ from bimvox.errors import BimvoxError, InputError
 from bimvox.files import require_input
 from bimvox.grid.labels import Label
 from bimvox.library.attached_files import equal_heights
-from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_fields, same_rules, same_values
+from bimvox.library.compare import (
+    NOTHING,
+    equal,
+    same,
+    same_blockers,
+    same_cranes,
+    same_fields,
+    same_rules,
+    same_values,
+)
 from bimvox.library.hand_over import as_assigned
 from bimvox.library.obstructions import load_obstructions, obstructed, survey_in
 from bimvox.library.plan import georeference_of
@@ -78,6 +87,9 @@ def check_user_files(log: PlanLog, given: Given, progress: Progress) -> Check:
         of_file = load_obstructions(require_input(given.obstructions), found, survey_in(log))
         wanted = obstructed(found, of_file, progress)
         _compare_blockers(check, found, wanted, ("obstruction",))
+        for note in sorted({*found.obstruction_notes} ^ {*wanted.obstruction_notes}):
+            there, other = ("the log", _YOURS) if note in found.obstruction_notes else (_YOURS, "the log")
+            check.look(False, f"note about obstructions that is in {there}, but not in {other}: {note}")
         check_under_way(check, log.plan, log.motions, log.context)
     if given.traffic is not None:
         compare_traffic(check, log, traffic_named(given.traffic))
@@ -104,7 +116,7 @@ def _compare_site(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
     for key in sorted((found.source.keys() | held.source.keys()) - {"name"}):  # the same file may have another name
         same(check, f"the model's {key}", found.source.get(key), held.source.get(key), _YOURS)
     same(check, "notes", found.notes, held.notes, _YOURS)
-    said, own = (given.get(GEOREFERENCE, "none") for given in (log.metadata, georeference_of(loaded)))
+    said, own = (given.get(GEOREFERENCE, NOTHING) for given in (log.metadata, georeference_of(loaded)))
     same(check, "the model's georeference", said, own, _YOURS)
     _compare_parts(check, found.components, held.components)
     _compare_blockers(check, found, held, ("ground", "crane", "structure"))

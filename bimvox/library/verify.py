@@ -32,6 +32,7 @@ from bimvox.proof.steps import verify_steps
 from bimvox.proof.values import check_values
 from bimvox.records.proof import Verification
 from bimvox.records.steps import Steps
+from bimvox.site.part_names import names_by_id, with_names
 from bimvox.uncollected import uncollected
 from bimvox.workers import ALONE, Workers
 
@@ -180,7 +181,7 @@ def prove_plan(
     progress.stage("plan")
     values = check_values(record.plan, record.motions, record.context)
     if not values.passed:
-        return Verification((values,))
+        return _named(Verification((values,)), record)
     proven = ProvenLifts()
     of_plan = verify_plan_over_time(record.plan, record.motions, record.context, proven=proven, workers=workers).checks
     progress.stage("motions")
@@ -195,4 +196,13 @@ def prove_plan(
     checks = (values, *with_coverage(record.plan, (*of_plan, *of_motions, *of_steps)))
     if record.carried_out is not None and Verification(checks).verified:
         checks += check_carried_out(record.plan, record.motions, record.carried_out)
-    return Verification(checks, not_current(record.plan, record.motions))
+    return _named(Verification(checks, not_current(record.plan, record.motions)), record)
+
+
+def _named(verdict: Verification, record: PlanLog) -> Verification:
+    """Return a verdict whose failures name parts as people know them: the proof knows them by their ids."""
+    if verdict.verified:
+        return verdict
+    names = names_by_id(record.plan.site)
+    checks = (replace(one, failures=[with_names(failure, names) for failure in one.failures]) for one in verdict.checks)
+    return replace(verdict, checks=tuple(checks))

@@ -11,9 +11,8 @@ from bimvox.errors import InputError
 from bimvox.live.execution import Traffic
 from bimvox.live.tracks import read_tracks, tracks_in
 from bimvox.live.traffic import DENSITIES, Density
+from bimvox.records.carried_out import TRACKS
 
-TRACKS = "tracks/"
-"""Begins the name of the file with recorded tracks among the files attached to a log."""
 _USUAL = "medium"
 _LONGEST_SEED = 18
 _NOBODY = Density(0, 0)

@@ -9,7 +9,7 @@ from functools import cached_property
 
 from bimvox.log.rate import LogRate
 from bimvox.motion.steps import steps_of_log
-from bimvox.records.carried_out import CarriedOut
+from bimvox.records.carried_out import TRACKS, CarriedOut
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.remark import Remark
@@ -99,7 +99,8 @@ class PlanLog:
     def extract(self, orders: Collection[int]) -> PlanLog:
         """Return the extract with the lifts of those orders; the others become context.
 
-        A segment of a watch of which lifts are left out is not a segment: what it says about itself goes too.
+        A segment of a watch of which lifts are left out is not a segment: what it says about itself goes too. So do the
+        tracks of the execution, which an extract does not hold.
         """
         left = tuple(lift for lift in self.plan.lifts if lift.order not in orders)
         motions = tuple(motion for motion in self.motions if motion.order in orders)
@@ -108,7 +109,12 @@ class PlanLog:
             plan=dataclasses.replace(self.plan, lifts=tuple(lift for lift in self.plan.lifts if lift.order in orders)),
             motions=motions,
             carried_out=None,
-            metadata={key: value for key, value in self.metadata.items() if not left or key != PENDING},
+            attachments={name: data for name, data in self.attachments.items() if not name.startswith(TRACKS)},
+            metadata={
+                key: value
+                for key, value in self.metadata.items()
+                if not (left and key == PENDING) and not key.startswith(f"sha256 {TRACKS}")
+            },
             events=() if left else self.events,
             context=tuple(
                 sorted(

@@ -20,7 +20,7 @@ from bimvox.log.mcap.reader import Contents, LogMessage
 from bimvox.log.plan_log import GEOREFERENCE, PENDING, PlanLog
 from bimvox.log.recorder import blocks_of, metadata_of, own_attachments
 from bimvox.log.schema import topics_of
-from bimvox.log.segments import FIRST_PLAN, NOW_NS
+from bimvox.log.segments import FIRST_PLAN, NOW_NS, is_segment
 from bimvox.log.watched import check_watched
 from bimvox.records.proof import Check
 from bimvox.site.nested import json_values
@@ -46,9 +46,11 @@ def check_shown(contents: Contents, log: PlanLog) -> Check:
     _check_metadata(check, contents.metadata.get(topics.METADATA, {}), metadata_of(log))
     _check_own_keys(check, contents)
     check_watched(check, log)
-    # A log without remarks is a segment: `verify` makes and shows them all the same.
-    with_remarks = topics.REMARKS_FILE in contents.attachments
-    for name, wanted in own_attachments(log, with_remarks=with_remarks):
+    with_remarks = not is_segment(log)
+    files = dict(own_attachments(log, with_remarks=with_remarks))
+    for name in sorted((contents.attachments.keys() & topics.OWN_ATTACHMENTS) - files.keys()):
+        check.look(False, f"attached {name}: bimvox writes no such file for this site")
+    for name, wanted in files.items():
         if name == topics.SITE_FILE:
             _check_site_file(check, contents.attachments[name], wanted)
         else:

@@ -116,7 +116,7 @@ class _Driven(NamedTuple):
 
 
 def _name(moment: Moment, component: Component) -> str:
-    return f"lift {moment.lift.number} ({component.id})"
+    return f"lift {moment.lift.number} ({component.label})"
 
 
 class _Verifier:

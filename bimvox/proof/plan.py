@@ -38,6 +38,7 @@ from bimvox.proof.storage import (
     check_unloading,
 )
 from bimvox.proof.support import Supports
+from bimvox.proof.words import first_of
 from bimvox.proof.yard import check_deliveries, check_place
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
@@ -277,7 +278,9 @@ class _Verifier:
         )
         steps = np.abs(np.diff(path.astype(np.int64), axis=0))
         bad = np.flatnonzero((steps.sum(axis=1) != 1) | (steps.max(axis=1, initial=0) != 1))
-        check.look(not len(bad), f"{component.id}: move {bad[:1]} is not one cell along one axis", samples=len(steps))
+        check.look(
+            not len(bad), f"{component.id}: move {first_of(bad)} is not one cell along one axis", samples=len(steps)
+        )
         if lift.shortest_moves is not None and not lift.left:
             check.look(lift.shortest_moves <= len(steps), f"{component.id}: shorter than the shortest path")
 
@@ -365,7 +368,7 @@ class _Verifier:
             )
             self.checks["margin"].look(
                 not len(bad),
-                f"{component.id}: at placement {bad[:1]} it comes nearer than {margin_m:g} m to something",
+                f"{component.id}: at placement {first_of(bad)} it comes nearer than {margin_m:g} m to something",
                 samples=max(0, gate + 1 - departure),
             )
         if "rope_margin" in self.checks:
@@ -394,7 +397,9 @@ class _Verifier:
         low_m, high_m = crane.min_radius_m - 1e-6, crane.jib_length_m + 1e-6
         good = (radius_m >= low_m) & (radius_m <= high_m)
         reach.look(
-            bool(good.all()), f"{component.id}: hook radius {radius_m[~good][:1]} m is out of reach", samples=len(hook)
+            bool(good.all()),
+            f"{component.id}: hook radius {first_of(radius_m[~good])} m is out of reach",
+            samples=len(hook),
         )
         check_zones(reach, site, component, path)
         turning = path[turning_placements(lift)]

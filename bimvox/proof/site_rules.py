@@ -13,6 +13,7 @@ from bimvox.kept import kept
 from bimvox.proof.bodies.solid import point_numbers
 from bimvox.proof.rigging import rigging_kg
 from bimvox.proof.space import whole_cells
+from bimvox.proof.words import first_of
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, StoredPose
@@ -33,7 +34,7 @@ def check_zones(check: Check, site: Site, component: Component, path: NDArray[np
         over = site.prohibited[hook[:, 0], hook[:, 1]]
         check.look(
             not over.any(),
-            f"{component.id}: its hook is over a prohibited zone at {hook[over][:1].tolist()}",
+            f"{component.id}: its hook is over a prohibited zone at {first_of(hook[over])}",
             samples=len(path),
         )
     check_no_load(check, site, component.id, component.shape.cells, path)
@@ -45,7 +46,7 @@ def check_zones(check: Check, site: Site, component: Component, path: NDArray[np
         bad = (height_m < low - _SHARE) | (height_m > high + _SHARE)
         check.look(
             not bad.any(),
-            f"{component.id}: its hook is not as high as a limiter wants it, at {hook[bad][:1].tolist()}",
+            f"{component.id}: its hook is not as high as a limiter wants it, at {first_of(hook[bad])}",
             samples=len(path),
         )
 
@@ -58,7 +59,7 @@ def check_no_load(check: Check, site: Site, name: str, own: NDArray[np.int32], p
         over = site.no_load[at[..., 0], at[..., 1]].any(axis=1)
         check.look(
             not over.any(),
-            f"{name}: the load is over a zone that is closed to it, at {path[over][:1].tolist()}",
+            f"{name}: the load is over a zone that is closed to it, at {first_of(path[over])}",
             samples=len(path),
         )
 
@@ -104,7 +105,7 @@ def check_rope_margin(
     bad = np.flatnonzero((near & ~leaving)[: gate + 1])
     check.look(
         not len(bad),
-        f"{component.id}: at {bad[:1]} its rope is nearer than {kept_m:g} m to something",
+        f"{component.id}: at placement {first_of(bad)} its rope is nearer than {kept_m:g} m to something",
         samples=gate + 1,
     )
 

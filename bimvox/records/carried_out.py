@@ -8,6 +8,9 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+TRACKS = "tracks/"
+"""Begins the name of the file with recorded tracks among the files attached to a log."""
+
 
 class OtherKind(StrEnum):
     """What moves on a site besides the crane."""

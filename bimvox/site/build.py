@@ -193,7 +193,7 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
             if note:
                 notes.append(note)
             if name != obstruction.id:
-                notes.append(f"obstruction {obstruction.id!r} has the id of a part; it is renamed {name!r}")
+                notes.append(renamed_note(obstruction.id, name))
             yield name, cells, isinstance(obstruction.form, TriangleMesh | Points)
 
     added = blockers_of(found(), site.shape)
@@ -204,6 +204,11 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
         obstruction_notes=tuple(notes),
         digest=_digest(site.fixed_digest, added),
     )
+
+
+def renamed_note(name: str, name_on_site: str) -> str:
+    """Return the note about an obstruction that has another id on the site than in its file."""
+    return f"obstruction {name!r} has the id of a part; it is renamed {name_on_site!r}"
 
 
 def id_on_site(name: str, site: Site) -> str:

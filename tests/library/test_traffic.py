@@ -12,6 +12,7 @@ import pytest
 from seeded_faults import Forge, carried_out_with, good_log, log_among_others
 
 from bimvox.errors import FileError, InputError
+from bimvox.library.attached_files import check_attached_files
 from bimvox.library.carry_out import carry_out
 from bimvox.library.traffic import check_traffic
 from bimvox.library.user_files import Given, check_user_files
@@ -171,3 +172,15 @@ def test_traffic_that_is_none_is_an_error(drawn: PlanLog, tmp_path: Path):
     bad.write_text("nothing")
     with pytest.raises(FileError, match="column id is missing"):
         check_user_files(drawn, Given(traffic=str(bad)), SilentProgress())
+
+
+def test_an_extract_does_not_carry_tracks_of_an_execution_that_it_does_not_hold(tracked: PlanLog):
+    assert any(name.startswith("tracks/") for name in tracked.attachments)
+    part = tracked.extract([0, 1])
+    assert part.carried_out is None
+    assert part.attachments.keys() == {"site.toml"}
+    assert not any("tracks/" in key for key in part.metadata)
+    assert check_attached_files(part).passed
+    forged = replace(part, attachments={**part.attachments, "tracks/bob.csv": b"approved by the city"})
+    (failure,) = check_attached_files(forged).failures
+    assert failure.startswith("attached tracks/bob.csv: it is not a file that bimvox attaches")

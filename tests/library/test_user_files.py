@@ -121,6 +121,39 @@ def test_each_rule_that_asks_for_less_is_named(key: str):
     assert any(failure.startswith(f"rules.{key} is ") for failure in check.failures), check.failures
 
 
+def test_a_georeference_called_none_is_not_none(tmp_path: Path):
+    (tmp_path / "frame.ifc").write_bytes((Path(sample_models.__file__).parent / "frame.ifc").read_bytes())
+    path = tmp_path / "plain.site.toml"
+    path.write_text('[model]\npath = "frame.ifc"\nvoxel_size_m = 0.25\n')
+    found = load_site(path)
+    assert check_user_files(log_of(found, found.site), Given(path), SilentProgress()).passed
+    for word in ("none", "nothing", ""):
+        forged = log_of(found, found.site, **{GEOREFERENCE: word})
+        (failure,) = check_user_files(forged, Given(path), SilentProgress()).failures
+        assert failure == f"the model's georeference is {word} in the log, nothing in your files"
+
+
+def test_notes_about_obstructions_are_those_of_your_file(tmp_path: Path):
+    log, file = faults.good_log(), tmp_path / "obstructions.json"
+    aside = {"id": "mast", "box": {"min": [900, 0, 0], "max": [901, 1, 9]}}
+    file.write_text(json.dumps({"version": 1, "obstructions": [aside]}))
+    site = obstructed(log.plan.site, load_obstructions(file, log.plan.site, survey_in(log)), SilentProgress())
+    assert len(site.obstruction_notes) == 1
+    bound = [
+        check_user_files(
+            replace(log, plan=replace(log.plan, site=replace(site, obstruction_notes=notes))),
+            Given(obstructions=file),
+            SilentProgress(),
+        ).failures
+        for notes in (site.obstruction_notes, (), (*site.obstruction_notes, "the city has checked mast"))
+    ]
+    assert not bound[0]
+    assert bound[1] == [
+        "note about obstructions that is in your files, but not in the log: " + site.obstruction_notes[0]
+    ]
+    assert bound[2] == ["note about obstructions that is in the log, but not in your files: the city has checked mast"]
+
+
 def test_a_georeference_is_that_of_the_model(loaded: tuple[Path, LoadedSite]):
     path, found = loaded
     forged = log_of(found, found.site, **{GEOREFERENCE: '{"crs": "EPSG:25832"}'})
@@ -142,6 +175,10 @@ def bound(log: PlanLog, path: Path, **files: bytes) -> Check:
         (
             '[project]\nrevisions = [{revision = "A", date = "now"}]\n',
             "project.revisions[0].revision is A in the log",
+        ),
+        (
+            '[project]\napproved_by = "nothing"\n',
+            "project.approved_by is nothing in the log, nothing in your files",
         ),
         ("[calendar]\nstart = 2031-03-02\n", "calendar.start is 2031-03-02 in the log, nothing in your files"),
         ('[calendar]\ndays = ["Sat"]\n', "calendar.days[0] is Sat in the log, Mon in your files"),

@@ -31,6 +31,7 @@ from bimvox.log.mcap.reader import read_contents, read_file
 from bimvox.log.motion_message import LiftMotionMessage, Samples, add_samples, column_of
 from bimvox.log.plan_log import LogEvent, PlanLog, with_full_rate
 from bimvox.log.reader import read_log
+from bimvox.log.steps_json import steps_to_json
 from bimvox.motion.commands import commands, commands_at
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.planner import plan_lifts
@@ -39,6 +40,7 @@ from bimvox.progress import SilentProgress
 from bimvox.records.heading import headings_off_rad
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check
+from bimvox.records.steps import Steps
 from bimvox.site.build import with_digests
 from bimvox.site.site import SwingRule
 from bimvox.units import clock
@@ -486,8 +488,9 @@ def rewrite(
     metadata: Mapping[str, str] | None = None,
     more: Sequence[tuple[str, int, bytes]] = (),
     without: str | None = None,
+    added: Mapping[str, bytes] | None = None,
 ) -> None:
-    """Rewrite the log in a folder with other messages, attachments and metadata, or without an attachment."""
+    """Rewrite the log in a folder with other or more messages, attachments and metadata, or without an attachment."""
     contents = read_contents(read_file(folder / "log.mcap"), "log")
     with (folder / "log.mcap").open("wb") as stream, LogWriter(stream) as writer:
         for key, values in contents.metadata.items():
@@ -495,6 +498,8 @@ def rewrite(
         for key, data in contents.attachments.items():
             if key != without:
                 writer.attachment(key, (attachments or {}).get(key, bytes)(data))
+        for key, data in (added or {}).items():
+            writer.attachment(key, data)
         for m in contents.messages:
             writer.raw(m.topic, m.sequence, m.time_ns, (messages or {}).get(m.topic, bytes)(m.data))
         for topic, time_ns, data in more:
@@ -880,7 +885,8 @@ def test_what_a_log_has_once_may_not_occur_twice(good_file: Path, tmp_path: Path
         verify(tmp_path / "twice.mcap", progress=SilentProgress())
 
 
-def test_a_log_of_an_earlier_build_without_remarks_stays_proven(good_file: Path, tmp_path: Path):
+def test_a_log_without_its_remarks_is_refused(good_file: Path, tmp_path: Path):
+    """Also if the lines about them are taken off the topic: a viewer would show a plan without remarks."""
     contents = read_contents(read_file(tmp_path / "log.mcap"), "log")
     with (tmp_path / "log.mcap").open("wb") as stream, LogWriter(stream) as writer:
         for key, values in contents.metadata.items():
@@ -892,8 +898,25 @@ def test_a_log_of_an_earlier_build_without_remarks_stays_proven(good_file: Path,
             if b" remark: " not in m.data:
                 writer.serialized(m.topic, m.time_ns, m.data)
     document = verify(tmp_path / "log.mcap", progress=SilentProgress())
-    assert document["verified"] is True, failed(document)
-    assert {remark["kind"] for remark in document["remarks"]} >= {"wind", "crane_unknown"}
+    assert failed(document) == {"shown"}
+    assert "attached remarks.json is missing" in document["checks"]["shown"]["failures"]
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [
+        ("crane_2.load_chart.json", b'{"crane": "giant", "radius_m": [3, 70], "capacity_kg": [99000, 90000]}'),
+        ("crane_9.urdf", b"<robot name='giant'/>"),
+        (topics.STEPS_FILE, steps_to_json(Steps())),
+    ],
+)
+def test_a_file_for_viewers_that_the_plan_does_not_give_is_refused(
+    good_file: Path, tmp_path: Path, name: str, data: bytes
+):
+    rewrite(tmp_path, added={name: data})
+    document = verify(tmp_path / "log.mcap", progress=SilentProgress())
+    assert failed(document) == {"shown"}
+    assert document["checks"]["shown"]["failures"] == [f"attached {name}: bimvox writes no such file for this site"]
 
 
 def test_remarks_taken_off_the_topic_alone_are_missed(good_file: Path, tmp_path: Path):

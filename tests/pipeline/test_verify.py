@@ -1,5 +1,6 @@
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -272,3 +273,32 @@ def test_a_log_is_compared_with_a_model_elsewhere_and_its_obstructions(site_fold
     assert missing.failures == ("bound: fixed object 'skip' is not in the log, but in your files",)
     with pytest.raises(InputError, match="--model needs --site"):
         bimvox.verify(Plan(record), model=given["model"])
+
+
+@pytest.mark.parametrize(
+    ("check", "forge", "says"),
+    [
+        (
+            "unit_moves",
+            lambda lift: {"path_vox": np.delete(lift.path_vox, 5, axis=0)},
+            r"{part}: move 4 is not one cell",
+        ),
+        (
+            "margin",
+            lambda lift: {"clearance_m": 99.0},
+            r"{part}: keeps a transit_clearance_m|{part}: keeps a clearance_m",
+        ),
+        ("unit_moves", lambda lift: {"path_vox": lift.path_vox[1:]}, r"{part}: its path starts at \("),
+    ],
+)
+def test_a_failure_names_the_part_and_writes_numbers_without_brackets(site_folder, check, forge, says):
+    record = read_log(site_folder / "frame.mcap")
+    lift = record.plan.lifts[2]
+    part = record.plan.site.components[lift.component]
+    lifts = (*record.plan.lifts[:2], dataclasses.replace(lift, **forge(lift)), *record.plan.lifts[3:])
+    document = run(
+        rewritten(site_folder, dataclasses.replace(record, plan=dataclasses.replace(record.plan, lifts=lifts)))
+    )
+    told = document["checks"][check]["failures"]
+    assert part.name != part.id
+    assert any(re.match(says.format(part=re.escape(f"{part.name} ({part.id})")), one) for one in told), told

@@ -46,6 +46,7 @@ from bimvox.library.plan import digests_of
 from bimvox.live.named_traffic import traffic_named
 from bimvox.log import schema as topics
 from bimvox.log.archive import pack, unpack
+from bimvox.log.held import held_files
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.segments import FIRST_PLAN, NOW_NS, first_plan_of
 from bimvox.motion.time_plan import time_plan
@@ -59,6 +60,7 @@ from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.reasons import LOAD_IS_HELD
 from bimvox.records.steps import Steps
 from bimvox.records.trajectory import Trajectory
+from bimvox.revision.held_cranes import HeldCranes, HeldHook
 from bimvox.site.build import labels_of, with_digests
 from bimvox.site.casting import FIELD_CASTING, CastTimes, Curing
 from bimvox.site.component import Component, Lifting, StoredPose
@@ -843,6 +845,24 @@ def with_a_file_of_a_mesh(log: PlanLog) -> PlanLog:
     return with_files(log, {**log.attachments, "obstructions.json": document})
 
 
+def noted_of_a_mesh(note: str) -> Forge:
+    """Return a forgery by which a truck of a mesh file, which is on the site, has a note."""
+
+    def forge(log: PlanLog) -> PlanLog:
+        site = with_a_file_of_a_mesh(with_blocker(log, "truck", [(36, 26, 1)])).plan.site
+        site = with_digests(dataclasses.replace(site, obstruction_notes=(note,)))
+        return with_a_file_of_a_mesh(without_a_new_file(log, site))
+
+    return forge
+
+
+def with_obstruction_files(*names: str) -> Forge:
+    """Return a forgery that attaches obstruction files without obstructions."""
+    texts = {"json": b'{"version": 1, "obstructions": []}', "toml": b"version = 1\nobstructions = []\n"}
+    files = {name: texts[name.rpartition(".")[2]] for name in names}
+    return lambda log: with_files(log, {**log.attachments, **files})
+
+
 def without_blocker(log: PlanLog, name: str) -> PlanLog:
     return with_site(log, blockers=tuple(blocker for blocker in log.plan.site.blockers if blocker.id != name))
 
@@ -898,6 +918,32 @@ NOT_ITS_FILES: dict[str, tuple[Forge, str]] = {
     "a note about obstructions": (
         lambda log: with_site(log, obstruction_notes=("truck: outside the site",)),
         "it has a note about obstructions, but no obstruction file: truck: outside the site",
+    ),
+    "a note behind an empty one": (
+        lambda log: with_site(log, obstruction_notes=("", "the city has checked the ground")),
+        "it has a note about obstructions, but no obstruction file: the city has checked the ground",
+    ),
+    "a note about what a mesh file holds": (
+        noted_of_a_mesh("obstruction 'truck' has been checked by the city"),
+        "obstruction_notes is (\"obstruction 'truck' has been checked by the city\",) in the log",
+    ),
+    "outside, and on the site": (
+        noted_of_a_mesh("obstruction 'truck' lies outside the site, which is from (0, 0, -0.5) to (20, 15, 11.5) m"),
+        "obstruction_notes is (\"obstruction 'truck' lies outside",
+    ),
+    "two obstruction files": (
+        with_obstruction_files("obstructions.json", "obstructions.toml"),
+        "it carries several obstruction files: obstructions.json, obstructions.toml",
+    ),
+    "an obstruction file with words in its name": (
+        with_obstruction_files("obstructions.approved by the city.json"),
+        "attached obstructions.approved by the city.json: bimvox calls such a file obstructions.json",
+    ),
+    "cranes that hold nothing": (
+        lambda log: with_files(
+            log, {**log.attachments, **held_files(HeldCranes((), (HeldHook(0, (0.0, 9.0, 9.0), ()),)))}
+        ),
+        "attached held_cranes.zip: it holds no load",
     ),
     "no file": (lambda log: with_files(log, {}), "it carries no site.toml"),
     "no ground": (lambda log: without_blocker(log, "ground"), "fixed object 'ground' is not in the log"),

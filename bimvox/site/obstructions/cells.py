@@ -123,7 +123,12 @@ def _note(obstruction: Obstruction, inside: int, frame: GridFrame, shape: IntVec
     """Return the note about an obstruction of which so many cells are inside the site."""
     if inside == 0:
         return outside_note(obstruction.id, frame, shape)
-    return f"obstruction {obstruction.id!r} is clipped to the site" if cut else None
+    return clipped_note(obstruction.id) if cut else None
+
+
+def clipped_note(name: str) -> str:
+    """Return the note about an obstruction of an id that has cells inside the site and outside it."""
+    return f"obstruction {name!r} is clipped to the site"
 
 
 def outside_note(name: str, frame: GridFrame, shape: IntVec) -> str:
