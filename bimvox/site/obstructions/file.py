@@ -16,6 +16,7 @@ from bimvox.errors import InputError, ObstructionFileError
 from bimvox.files import read_input, require_regular, resolved, status_of
 from bimvox.site.config.validation import MOST, Point3, Positive, Table, Text, Whole, first_finding
 from bimvox.site.nested import UTF8_HINT, WHERE_HINT, json_values, toml_values
+from bimvox.site.obstructions.esri_grid import is_esri_grid, surface_of
 from bimvox.site.obstructions.obstruction_set import (
     Box,
     Coordinates,
@@ -92,7 +93,7 @@ class ObstructionEntry(Table):
     mesh: Text | None = None
     """Mesh file (STL, OBJ, PLY ...), relative to this file."""
     points: Text | None = None
-    """Point cloud (PLY, XYZ, PTS, CSV, LAS, LAZ), relative to this file."""
+    """Point cloud (PLY, XYZ, PTS, CSV, LAS, LAZ) or ESRI ASCII grid of heights, relative to this file."""
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -323,7 +324,8 @@ def _form(entry: ObstructionEntry, unit: str, folder: Path, read_mesh: ReadMesh)
     if entry.mesh is not None:
         return read_mesh(folder / entry.mesh, unit)
     assert entry.points is not None
-    return Points(read_points(folder / entry.points, scale))
+    scan = folder / entry.points
+    return surface_of(scan, scale) if is_esri_grid(scan) else Points(read_points(scan, scale))
 
 
 def _existing(path: Path, name: str, key: str) -> Path:

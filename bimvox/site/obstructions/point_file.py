@@ -14,9 +14,9 @@ from bimvox.site.obstructions.las_file import read_las
 from bimvox.site.obstructions.text_table import numbers_in, read_table
 
 _LAS = (".las", ".laz")
-SCAN_SUFFIXES = (".xyz", ".pts", ".asc", *_LAS)
-"""Suffixes of files that hold only a point cloud; a PLY file may also hold one."""
-_KNOWN = (".ply", ".csv", ".txt", *SCAN_SUFFIXES)
+SCAN_SUFFIXES = (".xyz", ".pts", ".asc", ".csv", ".txt", *_LAS)
+"""Suffixes of files that hold only a point cloud or an ESRI grid; a PLY file may also hold one."""
+_KNOWN = (".ply", *SCAN_SUFFIXES)
 
 
 def read_points(path: Path, metres_per_unit: float = 1.0) -> NDArray[np.float64]:

@@ -101,7 +101,7 @@ def test_a_scan_is_distinguished_from_a_mesh(tmp_path):
         ("b.ply", ply("ascii", "float", "f4").replace(b"face 0", b"face 2"), False),
         ("c.ply", b"not a PLY", False),
         ("d.laz", b"", True),
-        ("e.csv", b"1 2 3", False),
+        ("e.csv", b"1 2 3", True),
         ("f.json", b"{}", False),
     ):
         (tmp_path / name).write_bytes(data)
