@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from bimvox.bim.connected import connected_labels
 from bimvox.planning.contact.sweep import crossings_above
 
 _WITHIN = np.array([0.2, 0.3, 0.5])
@@ -38,8 +37,7 @@ def _first_of_bodies(triangles_m: NDArray[np.float64]) -> NDArray[np.int64]:
     _, corner = np.unique(triangles_m.reshape(-1, 3).round(7), axis=0, return_inverse=True)
     faces = corner.reshape(-1, 3)
     ends, count = np.concatenate([faces[:, :2], faces[:, 1:]]).T, int(faces.max()) + 1
-    links = coo_array((np.ones(ends.shape[1], np.int8), tuple(ends)), shape=(count, count))
-    _, body = connected_components(links, directed=False)
+    body = connected_labels(count, *ends)
     _, first = np.unique(body[faces[:, 0]], return_index=True)
     found: NDArray[np.int64] = first.astype(np.int64)
     return found

@@ -265,7 +265,9 @@ class Contacts:
         for axis in range(3):
             for direction in (1, -1):
                 apart_m = other_high[axis] - low[axis] if direction > 0 else high[axis] - other_low[axis]
-                count = int(np.ceil(min(apart_m, shortest_m) / _DEPTH_STEP_M)) + 1
+                count = (
+                    int(np.ceil(min(apart_m, shortest_m) / _DEPTH_STEP_M)) + 2
+                )  # they may still touch at the last but one
                 blocked = blocked_steps(
                     self._triangles[first], self._triangles[second], axis, direction, _DEPTH_STEP_M, count
                 )

@@ -44,6 +44,19 @@ def test_parts_drawn_into_each_other_are_listed_with_their_depth():
     assert contacts.way_out_m(1, 2) == pytest.approx([0, 0, 0])
 
 
+@pytest.mark.parametrize("deep_m", [0.012, 0.03, 0.06])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_depth_of_whole_millimetres_is_found_wherever_the_parts_are(axis, deep_m):
+    """Also where rounded coordinates overlap by a little less, and a longer way leads out to the side."""
+    for face_m in (1.1, 2.3, 2.9, 3.1, 3.5):
+        post, slab = np.array([(1.0, 1.0, 0.0), (1.3, 1.4, 0.0)]), np.array([(0.5004, 0.5004, 0.0), (4.0, 4.0, 0.0)])
+        post[:, 2], slab[:, 2] = (face_m - 1.0, face_m + deep_m), (face_m, face_m + 0.5)
+        post, slab = np.roll(post, axis, axis=1), np.roll(slab, axis, axis=1)
+        site = box_site([("post", *post.tolist()), ("slab", *slab.tolist())])
+        (clash,) = Contacts(site).clashes
+        assert clash.depth_m == pytest.approx(deep_m, abs=0.0015), face_m
+
+
 def test_a_part_drawn_right_through_another_has_no_short_way_out():
     site = box_site([("wall", (1.0, 1.0, 0.0), (6.0, 1.2, 3.0)), ("cross", (3.0, -3.0, 0.0), (3.2, 4.0, 3.0))])
     contacts = Contacts(site)
