@@ -43,3 +43,12 @@ def test_a_long_site_without_a_gap_stays_whole():
 def test_the_larger_of_two_sites_stays():
     found = without_strays(building_of(*_row(0.0, 10.0), *_row(5e3, 5010.0, 5020.0)))
     assert [element.role for element in found.elements] == [Role.FITTING] * 2 + [Role.COMPONENT] * 3
+
+
+@pytest.mark.parametrize("high", [(1e15, 1.0, 1.0), (1.0, 1e30, 1.0), (1.0, 1.0, 1e9)])
+def test_a_part_beyond_the_numbers_of_cells_is_skipped(high):
+    lost = box_element("lost", (0.0, 0.0, 0.0), high)
+    found = without_strays(building_of(lost, *_row(0.0, 100.0)))
+    assert [element.id for element in found.elements] == ["part-0", "part-1"]
+    assert [product.name for product in found.skipped] == ["lost"]
+    assert "lost" in found.notes[-1]

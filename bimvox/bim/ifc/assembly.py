@@ -114,7 +114,7 @@ class Aggregation:
             selected: Step ids that a query selected. A curtain wall is opened if parts of it are selected, but not
                 the whole.
         """
-        groups = [group for root in sorted(self._roots) for group in self._lifts(root, (), selected or frozenset())]
+        groups = [group for root in sorted(self._roots) for group in self._lifts(root, selected or frozenset())]
         return sorted(groups, key=lambda group: group.owner)
 
     def _above(self, step_id: int) -> tuple[int, ...]:
@@ -125,23 +125,29 @@ class Aggregation:
             parent = parent_element(parent)
         return tuple(reversed(above))
 
-    def _lifts(self, step_id: int, above: tuple[int, ...], selected: frozenset[int]) -> list[Group]:
-        leaves = self._leaves(step_id)
-        product = self._file.by_id(step_id)
-        if leaves == (step_id,):
-            return [Group(step_id, leaves, above)]
-        if self._is_opened(product, leaves, selected):
-            own = [Group(step_id, (step_id,), above)] if step_id in self._extents else []
-            inside = self._parts.get(step_id, [])
-            return own + [group for part in inside for group in self._lifts(part, (*above, step_id), selected)]
-        if len(leaves) == 1 and product.is_a("IfcElementAssembly"):
-            return [Group(leaves[0], leaves, (*above, step_id))]
-        return [Group(step_id, leaves, above)]
+    def _lifts(self, root: int, selected: frozenset[int]) -> list[Group]:
+        lifts: list[Group] = []
+        inside: list[tuple[int, tuple[int, ...]]] = [(root, ())]
+        while inside:
+            step_id, above = inside.pop()
+            leaves, product = self._leaves(step_id), self._file.by_id(step_id)
+            if leaves == (step_id,):
+                lifts.append(Group(step_id, leaves, above))
+            elif self._is_opened(product, leaves, selected):
+                lifts += [Group(step_id, (step_id,), above)] if step_id in self._extents else []
+                inside += [(part, (*above, step_id)) for part in self._parts.get(step_id, ())]
+            elif len(leaves) == 1 and product.is_a("IfcElementAssembly"):
+                lifts.append(Group(leaves[0], leaves, (*above, step_id)))
+            else:
+                lifts.append(Group(step_id, leaves, above))
+        return lifts
 
     def _leaves(self, step_id: int) -> tuple[int, ...]:
-        found = [step_id] if step_id in self._extents else []
-        for part in self._parts.get(step_id, []):
-            found += self._leaves(part)
+        found, inside = [], [step_id]
+        while inside:
+            part = inside.pop()
+            found += [part] if part in self._extents else []
+            inside += self._parts.get(part, ())
         return tuple(sorted(found))
 
     def _is_opened(self, product: Any, leaves: Sequence[int], selected: frozenset[int]) -> bool:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from pathlib import Path
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
 
 from bimvox.bim.ifc.curves import products_with
-from bimvox.errors import IfcError
 
 MOST_POINTS = 50_000
 """Most points of one outline: the time of the kernels grows with their square."""
@@ -37,16 +35,23 @@ def long_outlines(step: bytes) -> dict[int, int]:
     return found
 
 
-def endless_products(file: Any, outlines: Mapping[int, int]) -> dict[int, str]:
-    """Return why products are not meshed, by step id: they have an outline of ``long_outlines``, or cut themselves."""
+def endless_products(file: Any, outlines: Mapping[int, int], step_ids: Collection[int]) -> dict[int, str]:
+    """Return why products are not meshed, by step id: an outline of ``long_outlines``, or a circle of references.
+
+    Args:
+        file: The ``ifcopenshell.file``.
+        outlines: What ``long_outlines`` returns.
+        step_ids: The products that are wanted.
+    """
     found = {
         product: f"an outline of it has {points:,} points, more than {MOST_POINTS:,}"
         for outline, points in outlines.items()
         for product in products_with(file, [file.by_id(outline)])
     }
-    return found | dict.fromkeys(
-        products_with(file, _circular_booleans(file)), "a boolean operation in it has itself as operand"
-    )
+    cut = products_with(file, _circular_booleans(file))
+    found |= dict.fromkeys(cut, "a boolean operation in it has itself as operand")
+    wholes = _parts_of_themselves(file, step_ids)
+    return found | dict.fromkeys(wholes, "it is a part of itself (IfcRelAggregates in a circle)")
 
 
 def _circular_booleans(file: Any) -> list[Any]:
@@ -76,26 +81,17 @@ def _operation(operand: Any) -> Any:
     return operand if operand is not None and operand.is_a("IfcBooleanResult") else None
 
 
-def check_wholes(path: Path, file: Any, step_ids: Iterable[int]) -> None:
-    """Raise an error if a product is a part of itself: the kernel would look for its topmost whole for ever.
+def _parts_of_themselves(file: Any, step_ids: Collection[int]) -> set[int]:
+    """Return the products that are a part of themselves, or of such a whole.
 
-    Raises:
-        IfcError: With the products that contain each other.
+    The kernel would look for their topmost whole for ever.
     """
-    known: set[int] = set()
+    ends: dict[int, bool] = {}
     for step_id in step_ids:
-        above: dict[int, int] = {}
+        above: set[int] = set()
         whole = file.by_id(step_id)
-        while whole is not None and whole.id() not in known:
-            if whole.id() in above:
-                ring = [file.by_id(number) for number in [*above][above[whole.id()] :]]
-                names = ", ".join(f"#{one.id()} {one.is_a()} {one.GlobalId}" for one in ring[:4])
-                raise IfcError(
-                    path,
-                    f"has parts that contain themselves (IfcRelAggregates in a circle): {names}"
-                    + (f" and {len(ring) - 4} more" if len(ring) > 4 else ""),
-                    hint="take the assemblies apart in the authoring program, and export the model again",
-                )
-            above[whole.id()] = len(above)
+        while whole is not None and whole.id() not in ends and whole.id() not in above:
+            above.add(whole.id())
             whole = next((relation.RelatingObject for relation in getattr(whole, "Decomposes", ()) or ()), None)
-        known.update(above)
+        ends.update(dict.fromkeys(above, whole is None or ends.get(whole.id(), False)))
+    return {step_id for step_id in step_ids if not ends[step_id]}

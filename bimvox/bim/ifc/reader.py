@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Role, SkippedProduct, Source, TriangleMesh
+from bimvox.bim.building import Building, Role, SkippedProduct, Source, TriangleMesh, part_name
 from bimvox.bim.ifc.assembly import Extent, MeshedProduct
 from bimvox.bim.ifc.class_roles import TOO_SMALL, reason_not_solid, reason_too_small, role_of_class
 from bimvox.bim.ifc.curves import largely_curved
 from bimvox.bim.ifc.elements import ElementBuilder
-from bimvox.bim.ifc.endless import check_wholes, endless_products
+from bimvox.bim.ifc.endless import endless_products
 from bimvox.bim.ifc.geometry import GeometryPool
 from bimvox.bim.ifc.georeference import georeference_of
 from bimvox.bim.ifc.lifted_parts import by_default
@@ -25,10 +25,10 @@ from bimvox.bim.ifc.properties import Properties
 from bimvox.bim.ifc.shape import PlacedShape
 from bimvox.bim.ifc.shared import shape_groups
 from bimvox.bim.ifc.text import label
-from bimvox.bim.local_origin import FAR_M, local_origin, stray
+from bimvox.bim.local_origin import local_origin
 from bimvox.bim.options import ReadOptions
 from bimvox.bim.placed_twice import placed_twice
-from bimvox.errors import IfcError, InputError, SelectionError, shown
+from bimvox.errors import IfcError, InputError, SelectionError, listed, shown
 from bimvox.progress import Report
 
 
@@ -72,8 +72,7 @@ def _building(
     """Return the building in an opened file; ``selected`` holds step ids, None for the default selection."""
     notes = list(opened.notes)
     wanted, skipped = _sort_out(opened, selected, notes)
-    check_wholes(path, opened.file, wanted)
-    endless = endless_products(opened.file, opened.outlines)
+    endless = endless_products(opened.file, opened.outlines, wanted)
     skipped.update({step_id: endless[step_id] for step_id in wanted if step_id in endless})
     wanted = [step_id for step_id in wanted if step_id not in endless]
     properties = Properties()
@@ -85,6 +84,7 @@ def _building(
         meanwhile=(properties.sets_of(opened.file.by_id(step_id)) for step_id in wanted),
     )
     skipped.update({step_id: _why(opened.file.by_id(step_id), why) for step_id, why in meshed.failures.items()})
+    notes += _without_body(opened, {**endless, **meshed.failures})
     if meshed.retried:
         notes.append(f"products that needed a second geometry library: {len(meshed.retried)}")
 
@@ -110,8 +110,6 @@ def _building(
             f"select {shown(options.select)}: matches {len(selected)} products, none of them solid",
             hint="select columns, beams, walls, slabs or other elements with a body",
         )
-    for index in stray([element.mesh.bounds_m for element in elements]):
-        notes.append(f"{elements[index].id} ({elements[index].ifc_class}) lies more than {FAR_M:g} m from the rest")
     georeference = georeference_of(opened.file, opened.metres_per_unit)
     bounds = np.array([element.mesh.bounds_m for element in elements])
     middle_m = origin_m + (bounds[:, 0].min(axis=0) + bounds[:, 1].max(axis=0)) / 2.0
@@ -172,6 +170,20 @@ def _repairs(placed: Collection[PlacedShape]) -> list[str]:
     if turned := sum(one.shape.turned for one in placed):
         notes.append(f"inside-out products turned outward: {turned}")
     return notes
+
+
+def _without_body(opened: OpenedIfc, reasons: Mapping[int, str]) -> list[str]:
+    """Return notes, by reason, on the products that would be lifted or be in the way, but have no usable body."""
+    names: dict[str, list[str]] = {}
+    for step_id, reason in sorted(reasons.items()):
+        product = opened.file.by_id(step_id)
+        if role_of_class(opened.schema, product.is_a()) in (Role.COMPONENT, Role.STRUCTURE):
+            names.setdefault(reason, []).append(part_name(str(product.GlobalId), label(product.Name)))
+    return [
+        f"{len(every)} {'products are' if len(every) > 1 else 'product is'} left out, because the model has no usable "
+        f"body of {'them' if len(every) > 1 else 'it'}: {listed(every, most=5)}; {reason}"
+        for reason, every in names.items()
+    ]
 
 
 def _why(product: Any, reason: str) -> str:
