@@ -105,13 +105,16 @@ def _obstructions(path: Path, scan_id: str | None = None) -> Callable[[Site, Sur
                 hint='export a GLB, or name the file as the "mesh" of an obstruction in a JSON file',
             )
         return partial(_of_building, path, building)
-    if is_scan(path):
-        entry = {"id": scan_id or path.stem, "points": path.name}
-        document = json.dumps({"version": 1, "obstructions": [entry]}).encode()
-        found = parse_obstructions(document, path.name, resolved(path).parent)
-    else:
-        found = read_obstruction_file(path)
-    return partial(in_site_frame, found)
+    return partial(in_site_frame, as_written(path, scan_id))
+
+
+def as_written(path: Path, scan_id: str | None = None) -> ObstructionSet:
+    """Return the obstructions of an obstruction file or a scan in metres, in the coordinates of the file."""
+    if not is_scan(path):
+        return read_obstruction_file(path)
+    entry = {"id": scan_id or path.stem, "points": path.name}
+    document = json.dumps({"version": 1, "obstructions": [entry]}).encode()
+    return parse_obstructions(document, path.name, resolved(path).parent)
 
 
 def _of_building(path: Path, building: Building, site: Site, survey: Survey) -> ObstructionSet:

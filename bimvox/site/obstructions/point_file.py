@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from bimvox.bim.mesh.ply import ply_header
 from bimvox.errors import FileError
 from bimvox.files import read_input, require_input
-from bimvox.site.obstructions.las_file import read_las
-from bimvox.site.obstructions.text_table import numbers_in, read_table
+from bimvox.site.obstructions.esri_grid import is_esri_grid, read_esri_grid
+from bimvox.site.obstructions.las_file import crs_of_las, read_las
+from bimvox.site.obstructions.text_table import numbers_in, read_table, table_in_words
 
 _LAS = (".las", ".laz")
 SCAN_SUFFIXES = (".xyz", ".pts", ".asc", ".csv", ".txt", *_LAS)
@@ -40,6 +41,16 @@ def read_points(path: Path, metres_per_unit: float = 1.0) -> NDArray[np.float64]
     data = read_input(path, may_be_empty=True)
     points = _ply(path, data) if path.suffix.lower() == ".ply" else read_table(path, data)
     return _checked(path, points if metres_per_unit == 1.0 else points * metres_per_unit)
+
+
+def scan_in_words(path: Path) -> str:
+    """Return how a scan is read, or an ESRI grid: its unit, what separates its columns, its cells."""
+    if is_esri_grid(path):
+        return str(read_esri_grid(path))
+    kind = path.suffix.lower()
+    if kind in _LAS:
+        return f"{kind[1:].upper()}, {crs_of_las(path)}"
+    return "PLY" if kind == ".ply" else f"table, {table_in_words(path, read_input(path))}"
 
 
 def is_scan(path: Path) -> bool:

@@ -41,11 +41,7 @@ def read_table(path: Path, data: bytes) -> NDArray[np.float64]:
     Raises:
         FileError: If a line is not a row of numbers, or can be read in two ways; names the line.
     """
-    heading, text, lines_before = _without_heading(data.removeprefix(b"\xef\xbb\xbf"))
-    row = _first_row(text)
-    if b'"' in row:
-        text = text.replace(b'","', b";").replace(b'"', b"")
-        row = _first_row(text)
+    heading, text, row, lines_before = _opened(data)
     if not row:
         return np.zeros((0, 3))
     mark = _separator(path, row, lines_before + 1)
@@ -58,6 +54,19 @@ def read_table(path: Path, data: bytes) -> NDArray[np.float64]:
     if grouped or (b"," in text and (b"." in text or re.search(rb",[^\s;,]*,", text))):
         text = _with_points(path, text, mark, lines_before)
     return numbers_in(path, text.replace(b",", b".").replace(b";", b" "), [0, 1, 2], lines_before)
+
+
+def table_in_words(path: Path, data: bytes) -> str:
+    """Return how a table is read: what separates its columns, and its decimal mark."""
+    _, text, row, lines_before = _opened(data)
+    mark = _separator(path, row, lines_before + 1)
+    words = {b";": "semicolons", b",": "commas", b" ": "spaces or tabs"}[mark]
+    body = re.sub(rb",(?=\s)", b" ", text) if mark == b" " else text
+    if mark == b"," or b"," not in body:
+        return f"columns separated by {words}, decimal points"
+    if b"." not in body:
+        return f"columns separated by {words}, decimal commas"
+    return f"columns separated by {words}, grouped thousands"
 
 
 def numbers_in(path: Path, text: bytes, columns: list[int], lines_before: int = 0) -> NDArray[np.float64]:
@@ -94,6 +103,14 @@ def _first_wrong(text: bytes, columns: list[int]) -> tuple[int, bytes] | None:
         except (ValueError, IndexError):
             return number, line.strip()
     return None
+
+
+def _opened(data: bytes) -> tuple[bytes, bytes, bytes, int]:
+    """Return heading, text after it without quotes, first row, and how many lines are before the text."""
+    heading, text, lines_before = _without_heading(data.removeprefix(b"\xef\xbb\xbf"))
+    if b'"' in _first_row(text):
+        text = text.replace(b'","', b";").replace(b'"', b"")
+    return heading, text, _first_row(text), lines_before
 
 
 def _without_heading(text: bytes) -> tuple[bytes, bytes, int]:

@@ -95,15 +95,18 @@ def _log(path: Path, progress: Progress) -> dict[str, Any]:
 
 
 def _obstructions(path: Path, progress: Progress) -> dict[str, Any]:
-    from bimvox.site.obstructions.file import read_obstruction_file
-    from bimvox_pipeline.inspect.obstructions import describe_obstruction
+    from bimvox.library.obstructions import as_written
+    from bimvox_pipeline.inspect.obstructions import describe_obstruction, extent_of, how_read
 
     progress.stage("read")
-    left = list(reversed(read_obstruction_file(path).obstructions))
+    found = as_written(path)
+    head = {"sha256": sha256_of(path), **how_read(path, found)}
+    left = list(reversed(found.obstructions))
+    del found
     described = []
     while left:  # each is freed when it has been described: there may be a million of them
         described.append(describe_obstruction(left.pop()))
-    return {"sha256": sha256_of(path), "obstructions": described}
+    return {**head, **extent_of(described), "obstructions": described}
 
 
 def _policy(path: Path, progress: Progress) -> dict[str, Any]:

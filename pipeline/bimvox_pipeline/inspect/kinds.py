@@ -11,6 +11,7 @@ from bimvox.bim.options import MESH_SUFFIXES
 from bimvox.errors import FileError
 from bimvox.files import read_input, reason_of, require_input, status_of
 from bimvox.site.nested import toml_values
+from bimvox.site.obstructions.point_file import is_scan
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 _STEP_MAGIC = b"ISO-10303-21"
@@ -48,13 +49,16 @@ def kind_of(path: Path) -> Kind:
     require_input(path)
     head = _head_of(path)
     kind = _by_mark(path, head) or _by_text(path, head)
+    has_points = kind is None or (kind is Kind.MESH and b"element vertex" in head)
+    if has_points and is_scan(path):
+        kind = Kind.OBSTRUCTIONS
     if kind is None and path.suffix.lower() in MESH_SUFFIXES:
         kind = Kind.MESH
     if kind is None:
         raise FileError(
             path,
             "no building model, grid, site file, obstruction file, log or policy is recognised in it",
-            hint="bimvox reads IFC, STL, OBJ, PLY, OFF, GLB, GLTF and 3MF models and its own files",
+            hint="bimvox reads IFC, STL, OBJ, PLY, OFF, GLB, GLTF and 3MF models, scans and its own files",
         )
     return kind
 

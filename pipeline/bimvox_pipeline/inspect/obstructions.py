@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox_pipeline.inspect.building import rounded_m
 
 if TYPE_CHECKING:
-    from bimvox.site.obstructions.obstruction_set import Obstruction, Vec3
+    from bimvox.site.obstructions.obstruction_set import Obstruction, ObstructionSet, Vec3
 
 
 def describe_obstruction(obstruction: Obstruction) -> dict[str, Any]:
@@ -39,6 +41,25 @@ def describe_obstruction(obstruction: Obstruction) -> dict[str, Any]:
         low, high = form.bounds_m
         document |= {"form": "mesh", "triangles": len(form.faces)}
     return {**document, "low_m": rounded_m(low), "high_m": rounded_m(high)}
+
+
+def how_read(path: Path, found: ObstructionSet) -> dict[str, Any]:
+    """Return the coordinates that a file states, and how a scan is read."""
+    from bimvox.site.obstructions.point_file import is_scan, scan_in_words
+
+    stated = found.coordinates or "not stated: those of the site file, or those that put it inside the site"
+    read_as = {"read_as": scan_in_words(path)} if is_scan(path) else {}
+    return {"coordinates": stated, **read_as}
+
+
+def extent_of(described: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the box around all obstructions but those of cells, metres in the coordinates of the file."""
+    boxes = [(one["low_m"], one["high_m"]) for one in described if "low_m" in one]
+    if not boxes:
+        return {}
+    low = [min(values) for values in zip(*(low for low, _ in boxes), strict=True)]
+    high = [max(values) for values in zip(*(high for _, high in boxes), strict=True)]
+    return {"low_m": low, "high_m": high}
 
 
 def _rounded_m(corner_m: Vec3) -> list[float]:

@@ -91,6 +91,46 @@ def test_obstructions(tmp_path: Path) -> None:
         "stack": {"id": "stack", "form": "voxels", "cells": 2, "low_vox": [3, 4, 1], "high_vox": [3, 5, 1]},
     }
 
+    assert (document["low_m"], document["high_m"]) == ([0, 0, 0], [6, 6, 6])
+    assert document["coordinates"].startswith("not stated")
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "read_as"),
+    [
+        ("a.xyz", b"1,5;2,0;3,0\n-4,0;5,5;0,25\n", "table, columns separated by semicolons, decimal commas"),
+        ("a.txt", b"x y z\n1,5 2,0 3,0\n-4,0 5,5 0,25\n", "table, columns separated by spaces or tabs, decimal commas"),
+        ("a.csv", b"x,y,z\n1.5,2,3\n-4,5.5,0.25\n", "table, columns separated by commas, decimal points"),
+        (
+            "a.ply",
+            b"ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+            b"end_header\n1.5 2 3\n-4 5.5 0.25\n",
+            "PLY",
+        ),
+    ],
+)
+def test_a_scan_shows_its_extent_and_how_it_was_read(tmp_path: Path, name: str, data: bytes, read_as: str) -> None:
+    (tmp_path / name).write_bytes(data)
+    document = inspect(tmp_path / name, SilentProgress())
+    assert (document["kind"], document["read_as"]) == ("obstructions", read_as)
+    assert (document["low_m"], document["high_m"]) == ([-4, 2, 0.25], [1.5, 5.5, 3])
+    assert document["obstructions"][0]["points"] == 2
+
+
+def test_a_grid_of_heights_shows_its_cells(tmp_path: Path) -> None:
+    text = "ncols 2\nnrows 1\nxllcorner 10\nyllcorner 5\ncellsize 2\nNODATA_value -1\n3 -1\n"
+    (tmp_path / "a.asc").write_text(text)
+    document = inspect(tmp_path / "a.asc", SilentProgress())
+    assert document["read_as"] == "ESRI grid of 2 x 1 cells, 2 each, 1 empty"
+    assert (document["low_m"], document["high_m"]) == ([10, 5, 2], [12, 7, 3])
+
+
+@pytest.mark.parametrize("coordinates", ["site", "model", "map"])
+def test_stated_coordinates_are_shown(tmp_path: Path, coordinates: str) -> None:
+    content = {"version": 1, "coordinates": coordinates, "obstructions": []}
+    (tmp_path / "a.json").write_text(json.dumps(content))
+    assert inspect(tmp_path / "a.json", SilentProgress())["coordinates"] == coordinates
+
 
 def test_a_site_file(tmp_path: Path) -> None:
     (tmp_path / "frame.ifc").write_bytes((SAMPLES / "frame.ifc").read_bytes())
