@@ -9,6 +9,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.mass_uncertainty import mass_uncertainty
 from bimvox.kept import kept
 
 
@@ -109,6 +110,7 @@ class Element:
         lifting_points_m: (x, y, z) of its lifting anchors, metres in the building's frame; empty if none are modelled.
         predefined_type: Its IFC predefined type in capitals, for example ``HOLLOWCORE``, if any.
         casting: Whether its source states that it is precast, or cast in place; None if it states neither.
+        volume_guessed: Whether its mass is that of a guessed volume: its mesh is open.
     """
 
     id: str
@@ -130,6 +132,12 @@ class Element:
     lifting_points_m: tuple[tuple[float, float, float], ...] = ()
     predefined_type: str | None = None
     casting: Casting | None = None
+    volume_guessed: bool = False
+
+    @property
+    def mass_uncertainty(self) -> float:
+        """Share by which its mass may be wrong."""
+        return mass_uncertainty(self.mass_source, self.volume_guessed)
 
     @property
     def label(self) -> str:

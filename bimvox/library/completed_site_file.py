@@ -75,6 +75,7 @@ def _lifted(component: Component) -> Element:
         task=hints.task,
         task_rank=hints.task_rank,
         casting=component.casting,
+        volume_guessed=component.volume_guessed,
     )
 
 

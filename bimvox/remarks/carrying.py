@@ -7,24 +7,29 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.mass_uncertainty import ASSUMED
 from bimvox.compiled import kernel
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.load_frame import cells_of_axes, load_frame
 from bimvox.proof.crane.capacity import shares_of_capacity
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.remark import Remark, Severity
-from bimvox.remarks.subject import Subject, about, metres, name_of
+from bimvox.remarks.subject import Subject, about, metres, name_of, tonnes
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for, hung_kg
 from bimvox.site.site import Site
 
 CARRIED_LOW = "carried_low"
 HIGH_UTILISATION = "high_utilisation"
+DOUBTFUL_MASS = "doubtful_mass"
 
 CARRYING_HEIGHT_M = 2.0
 """Least height over people and finished work: 2 to 3 m are usual in lift plans (professional judgement)."""
 HIGH_SHARE = 0.9
 """Above this share of the capacity a lift is close to the limit: many contractors permit 80 to 90 % (professional
 judgement; 29 CFR 1926.751 calls lifts from 75 % on critical)."""
+DOUBTFUL_SHARE = 0.8
+"""Above this share of the capacity, a mass that may be 25 % too low overloads the crane."""
 
 _ROUNDING_M = 0.051
 _FAR_M = 10.0
@@ -71,6 +76,24 @@ def _heights(subject: Subject, most_m: float) -> Iterator[tuple[Component, float
 
 def high_utilisation(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every lift that uses more than 90 % of the crane's capacity."""
+    for component, crane, share in _used(subject):
+        if share > HIGH_SHARE + 1e-9:
+            said = f"uses {100.0 * share:.0f} % of the capacity of crane {crane.name!r}"
+            yield about(component, HIGH_UTILISATION, Severity.MINOR, said)
+
+
+def doubtful_mass(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every lift that uses more than 80 % of the capacity with a mass that is an assumption."""
+    for component, crane, share in _used(subject):
+        unsure = component.mass_uncertainty
+        if share > DOUBTFUL_SHARE + 1e-9 and unsure >= ASSUMED:
+            said = f"uses {100.0 * share:.0f} % of the capacity of crane {crane.name!r}, and its mass of "
+            said += f"{tonnes(component.mass_kg)} is an assumption, which may be {100.0 * unsure:.0f} % too low: "
+            yield about(component, DOUBTFUL_MASS, Severity.SERIOUS, said + "state its weight or material in the model")
+
+
+def _used(subject: Subject) -> Iterator[tuple[Component, TowerCrane, float]]:
+    """Yield every lifted part, its crane, and the largest share of that crane's capacity that its lift uses."""
     site = subject.site
     for number, crane in enumerate(site.cranes):
         own = [motion for motion in subject.motions if motion.crane == number]
@@ -80,9 +103,7 @@ def high_utilisation(subject: Subject) -> Iterator[Remark]:
         mass_kg = np.array([hung_kg(crane, site.components[motion.component]) for motion in own])
         used = shares_of_capacity(crane, furthest, 1.0) * mass_kg
         for motion, share in zip(own, used.tolist(), strict=True):
-            if share > HIGH_SHARE + 1e-9:
-                said = f"uses {100.0 * share:.0f} % of the capacity of crane {crane.name!r}"
-                yield about(site.components[motion.component], HIGH_UTILISATION, Severity.MINOR, said)
+            yield site.components[motion.component], crane, share
 
 
 def _since(subject: Subject) -> NDArray[np.int32]:

@@ -8,7 +8,7 @@ from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.assumptions import assumptions
-from bimvox.remarks.carrying import carried_low, high_utilisation
+from bimvox.remarks.carrying import carried_low, doubtful_mass, high_utilisation
 from bimvox.remarks.density import density
 from bimvox.remarks.earlier import earlier
 from bimvox.remarks.floating import floating
@@ -24,7 +24,7 @@ from bimvox.remarks.transport import transport
 
 _FAMILIES = (
     machines, crane_feet, outside, floating, overlaps, density, transport, storage, carried_low, high_utilisation,
-    guided, earlier, rules, assumptions,
+    doubtful_mass, guided, earlier, rules, assumptions,
 )  # fmt: skip
 """Every rule, in the order in which its remarks are listed within a severity."""
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Casting, TriangleMesh, part_name
+from bimvox.bim.mass_uncertainty import mass_uncertainty
 from bimvox.crane.rig import Rig
 from bimvox.site.means import Means
 from bimvox.sparse import SPARSE
@@ -136,6 +137,7 @@ class Component:
         means: How it gets to its place: lifted by the crane, cast there, or set by hand.
         means_reason: Why the crane does not lift it; empty if it does.
         casting: Whether its source states that it is precast, or cast in place.
+        volume_guessed: Whether its mass is that of a guessed volume: its mesh is open.
     """
 
     index: int
@@ -167,9 +169,15 @@ class Component:
     means_reason: str = field(default="", metadata=SPARSE)
     casting: Casting | None = field(default=None, metadata=SPARSE)
     hook_aside_vox: tuple[float, float] = field(default=(0.0, 0.0), metadata=SPARSE)
+    volume_guessed: bool = field(default=False, metadata=SPARSE)
 
     def __repr__(self) -> str:
         return f"<Component {self.label}: {self.ifc_class}, {self.mass_kg / 1000:.3g} t>"
+
+    @property
+    def mass_uncertainty(self) -> float:
+        """Share by which its mass may be wrong."""
+        return mass_uncertainty(self.mass_source, self.volume_guessed)
 
     @property
     def hook_line_vox(self) -> tuple[float, float, float]:

@@ -118,6 +118,7 @@ def component_of(
         means_reason=means.why,
         casting=element.casting,
         hook_aside_vox=aside_vox,
+        volume_guessed=element.volume_guessed,
     )
 
 

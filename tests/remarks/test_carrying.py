@@ -72,3 +72,31 @@ def test_a_lift_close_to_the_capacity_is_named(share: float, is_high: bool) -> N
     found = named(other, "high_utilisation", motions_by_hand(plan))
     assert bool(found) is is_high
     assert all("95 % of the capacity of crane 'test'" in text for text in found.values())
+
+
+@pytest.mark.parametrize(
+    ("share", "source", "guessed", "is_doubtful"),
+    [
+        (0.85, "default", False, True),
+        (0.85, "", False, True),
+        (0.85, "density", False, False),
+        (0.85, "density", True, True),
+        (0.85, "quantity", True, False),
+        (0.75, "default", True, False),
+    ],
+)
+def test_an_assumed_mass_near_the_capacity_is_serious(
+    share: float, source: str, guessed: bool, is_doubtful: bool
+) -> None:
+    plan = plan_by_hand(crane=True)
+    (crane,) = plan.site.cranes
+    parts = tuple(
+        dataclasses.replace(part, mass_source=source, volume_guessed=guessed) for part in plan.site.components
+    )
+    heaviest = max(component.mass_kg for component in parts) + crane.tackle_kg
+    flat = LoadChart((2.0, crane.jib_length_m), (heaviest / share, heaviest / share))
+    site = dataclasses.replace(plan.site, components=parts, cranes=(dataclasses.replace(crane, chart=flat),))
+    found = of_kind(dataclasses.replace(plan, site=site), "doubtful_mass", motions_by_hand(plan))
+    assert bool(found) is is_doubtful
+    assert {remark.severity for remark in found} <= {Severity.SERIOUS}
+    assert all(f"may be {40 if guessed else 25} % too low" in remark.text for remark in found)

@@ -92,6 +92,7 @@ class ElementBuilder:
             role=self._planned_role(owner, group),
             mass_kg=weighed.mass.kg,
             mass_source=weighed.mass.source,
+            volume_guessed=weighed.mass.guessed,
             type_name=self._properties.type_name(owner),
             storey=None if storey is None else label(storey.Name or storey.GlobalId),
             material=material,

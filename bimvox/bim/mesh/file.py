@@ -91,7 +91,9 @@ def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, r
         flipped += turned
         guessed += [] if solid.exact else [name]
         kg = solid.volume_m3 * DEFAULT_DENSITY_KG_M3
-        elements.append(Element(name, name, MESH_CLASS, name, outward, roles[name], kg, "default"))
+        elements.append(
+            Element(name, name, MESH_CLASS, name, outward, roles[name], kg, "default", volume_guessed=not solid.exact)
+        )
         report("elements", index + 1, len(meshes))
     heaviest_kg = max(element.mass_kg for element in elements)
     notes += doubts(scale, size_m, heaviest_kg, max(body.rounding for body in contents.bodies))

@@ -59,6 +59,7 @@ def test_properties_and_masses(frame: Building) -> None:
     assert (found["C0"].material, found["C0"].mass_source) == ("Steel S235", "density")
     assert found["S1"].mass_kg == pytest.approx(5.3 * 4 * 0.2 * 2400)
     assert found["S1"].mass_source == "default"
+    assert [found[name].mass_uncertainty for name in ("B1", "C0", "S1")] == [0.03, 0.1, 0.25]
     assert found["C0"].storey == "Level 1"
 
 
