@@ -54,7 +54,7 @@ _SHEETS_M = (2e-4, 0.6)
 """From sheet metal to a thick wall."""
 _LEAST_SHARE = 5e-3
 """Least share of a guessed volume that a stated one is believed to be: a sheet of 0.05 mm, guessed as 10 mm."""
-_LEAST_SLIP_SHARE = 0.1
+_LEAST_SLIP_SHARE = 0.3
 """The same for a stated volume in another unit than stated."""
 _LEAST_GUESS_SHARE = 0.5
 """Least share of a guessed volume that is used to judge a stated weight."""
@@ -130,6 +130,7 @@ class Masses:
             box_m3: Volume of the box around its mesh, as thick as a part is.
             sheet_m2: Area of the sheets in an open mesh, whose thickness is assumed; a stated one replaces it.
         """
+        box_m3 = max(box_m3, _SHEETS_M[1] * sheet_m2)  # the surface of a wall stands for all of it
         expected, volume_m3 = self.by_volume(product, volume_m3, exact, box_m3, sheet_m2)
         return self.stated(product, expected, volume_m3, box_m3)
 

@@ -149,6 +149,26 @@ def test_a_sheet_is_as_thick_as_stated(layers: float | None, stated_m: float | N
 
 
 @pytest.mark.parametrize(
+    ("key", "value", "kg", "source"),
+    [
+        ("NetVolume", 2.4, 6000.0, "density"),
+        ("NetVolume", 2.4e9, 6000.0, "density"),
+        ("NetWeight", 6000.0, 6000.0, "quantity"),
+        ("NetWeight", 1e6, 300.0, "density"),
+        ("NetVolume", 20.0, 300.0, "density"),
+    ],
+)
+def test_a_surface_may_stand_for_a_wall_as_thick_as_walls_are(key: str, value: float, kg: float, source: str) -> None:
+    made = IfcMaker()
+    wall = made.rooted("IfcWall")
+    made.material(wall, "Concrete")
+    made.properties(wall, "Qto_WallBaseQuantities", **{key: value})
+    mass = Masses(made.file, Properties()).of(wall, 0.12, exact=False, box_m3=0.6, sheet_m2=12.0)
+    assert mass.kg == pytest.approx(kg)
+    assert mass.source == source
+
+
+@pytest.mark.parametrize(
     ("stated_kg", "expected"),
     [
         (900.0, Mass(900.0, "quantity")),
