@@ -12,6 +12,8 @@ from bimvox.bim.ifc.curves import products_with
 
 MOST_POINTS = 50_000
 """Most points of one outline: the time of the kernels grows with their square."""
+_MOST_WHOLES = 100
+"""Most levels of assemblies; people draw five."""
 _SHORTEST_POINT = 4
 """Characters of a point of an outline, at least, among so many."""
 _OUTLINE = re.compile(
@@ -50,8 +52,8 @@ def endless_products(file: Any, outlines: Mapping[int, int], step_ids: Collectio
     }
     cut = products_with(file, _circular_booleans(file))
     found |= dict.fromkeys(cut, "a boolean operation in it has itself as operand")
-    wholes = _parts_of_themselves(file, step_ids)
-    return found | dict.fromkeys(wholes, "it is a part of itself (IfcRelAggregates in a circle)")
+    deep = _too_deep(file, step_ids)
+    return found | dict.fromkeys(deep, f"it is a part of itself, or nested in more than {_MOST_WHOLES} assemblies")
 
 
 def _circular_booleans(file: Any) -> list[Any]:
@@ -81,17 +83,18 @@ def _operation(operand: Any) -> Any:
     return operand if operand is not None and operand.is_a("IfcBooleanResult") else None
 
 
-def _parts_of_themselves(file: Any, step_ids: Collection[int]) -> set[int]:
-    """Return the products that are a part of themselves, or of such a whole.
+def _too_deep(file: Any, step_ids: Collection[int]) -> set[int]:
+    """Return the products in more than ``_MOST_WHOLES`` wholes, one in the other; also those that contain themselves.
 
-    The kernel would look for their topmost whole for ever.
+    The kernel would look for the topmost whole of the latter for ever.
     """
-    ends: dict[int, bool] = {}
+    levels: dict[int, int] = {}
     for step_id in step_ids:
-        above: set[int] = set()
+        above: list[int] = []
         whole = file.by_id(step_id)
-        while whole is not None and whole.id() not in ends and whole.id() not in above:
-            above.add(whole.id())
+        while whole is not None and whole.id() not in levels and len(above) <= _MOST_WHOLES:
+            above.append(whole.id())
             whole = next((relation.RelatingObject for relation in getattr(whole, "Decomposes", ()) or ()), None)
-        ends.update(dict.fromkeys(above, whole is None or ends.get(whole.id(), False)))
-    return {step_id for step_id in step_ids if not ends[step_id]}
+        top = 0 if whole is None else levels.get(whole.id(), _MOST_WHOLES + 1)
+        levels.update({one: top + n for n, one in enumerate(reversed(above))})
+    return {step_id for step_id in step_ids if levels[step_id] > _MOST_WHOLES}

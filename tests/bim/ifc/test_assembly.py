@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import numpy as np
@@ -87,15 +86,3 @@ def test_a_curtain_wall_is_opened_only_for_a_selection_inside_it() -> None:
     assert groups(made, parts) == [(wall, 2)]
     assert groups(made, parts, frozenset({bars[0].id()})) == [(bar, 1) for bar in bars]
     assert groups(made, parts, frozenset({bars[0].id(), wall.id()})) == [(wall, 2)]
-
-
-def test_assemblies_may_be_nested_deeper_than_the_interpreter_calls() -> None:
-    made = IfcMaker()
-    beam = part = made.rooted("IfcBeam")
-    for _ in range(sys.getrecursionlimit() + 100):
-        whole = made.rooted("IfcElementAssembly")
-        made.aggregate(whole, [part])
-        part = whole
-    (group,) = aggregation(made, {beam: extent(0)}).wholes()
-    assert group.owner == beam.id()
-    assert group.ancestors[0] == part.id()

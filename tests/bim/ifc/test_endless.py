@@ -94,3 +94,16 @@ def test_a_part_in_a_circle_of_wholes_is_left_out_by_name(ring: int, maker: type
     (note,) = building.notes
     assert "1 product is left out" in note
     assert "Beam in the circle" in note
+
+
+@pytest.mark.parametrize("levels, read", [(20, 2), (1500, 1)])
+def test_assemblies_nested_without_end_are_left_out(
+    levels: int, read: int, maker: type[IfcMaker], tmp_path: Path
+) -> None:
+    made = maker()
+    part, _ = made.box("IfcBeam"), made.box("IfcBeam")
+    for _ in range(levels):
+        whole = made.rooted("IfcElementAssembly")
+        made.aggregate(whole, [part])
+        part = whole
+    assert len(read_building(made.write(tmp_path / "a.ifc")).elements) == read
