@@ -8,6 +8,7 @@ import hashlib
 import os
 import secrets
 import stat
+import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -356,11 +357,12 @@ def unwritable(path: Path, error: OSError) -> FileError:
 
 
 def sha256_of(path: Path) -> str:
-    """Return the SHA-256 of a file's bytes, in hexadecimal.
+    """Return the SHA-256 of a regular file's bytes, in hexadecimal; it is looked at before it is opened.
 
     Raises:
-        FileError: If it cannot be read.
+        FileError: If it is missing, no regular file, or cannot be read.
     """
+    require_regular(path, most_bytes=sys.maxsize)
     digest = hashlib.sha256()
     try:
         with path.open("rb") as stream:

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from functools import partial
 from http import HTTPStatus
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -27,7 +27,7 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from bimvox.errors import BimvoxError, InputError
-from bimvox.files import kept_to, reason_of, sha256_of
+from bimvox.files import kept_to, reason_of, require_input, sha256_of
 from bimvox.progress import SilentProgress
 from bimvox.rendering.studio.assets import POLICY, START, media_type, web_files
 from bimvox_pipeline.render.page import page_of_log
@@ -120,7 +120,7 @@ class Studio:
     def picture(self, asked: dict[str, Any]) -> bytes:
         """Draw a set-up in 3-D."""
         turn_deg = asked.get("turn_deg", 0)
-        if not isinstance(turn_deg, int | float) or not abs(turn_deg) <= _MOST_DEG:
+        if not _is_number(turn_deg) or not abs(turn_deg) <= _MOST_DEG:
             raise InputError("turn_deg is an angle in degrees")
         return self.opened(asked.get("path")).picture(read_setup(asked.get("setup")), float(turn_deg), _PICTURE_PX)
 
@@ -134,9 +134,10 @@ class Studio:
     def variant(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Save a set-up as a new site file beside the one that is open."""
         opened, name = self.opened(asked.get("path")), asked.get("name")
-        if not isinstance(name, str) or not name.strip() or Path(name).name != name or name[0] == "." or "\0" in name:
+        name = name.strip() if isinstance(name, str) else ""
+        if not name or Path(name).name != name or name[0] == "." or not name.isprintable():
             raise InputError("a variant needs a name of its own", hint="letters, digits, spaces, dots and dashes")
-        target = opened.site.with_name(name.strip().removesuffix(SITE_SUFFIX) + SITE_SUFFIX)
+        target = opened.site.with_name(name.removesuffix(SITE_SUFFIX) + SITE_SUFFIX)
         return self._saved(*save(opened, read_setup(asked.get("setup")), target))
 
     def _saved(self, opened: Opened, changed: list[str]) -> dict[str, Any]:
@@ -167,7 +168,7 @@ class Studio:
     def watch(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Start a watch."""
         site, speed = self._saved_site(asked), asked.get("simulate")
-        if speed is not None and not (isinstance(speed, int | float) and 0.001 <= speed <= 1e6):
+        if speed is not None and not (_is_number(speed) and 0.001 <= speed <= 1e6):
             raise InputError("simulate is how many times as fast as real time, such as 60")
         return {"watch": self.jobs.watch(site, speed)}
 
@@ -195,8 +196,7 @@ class Studio:
     def set_boxes(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Write the boxes of a site's obstruction file."""
         site = self._saved_site(asked)
-        insist, sha256 = "sha256" in asked, asked.get("sha256")
-        written = write_boxes(site, asked.get("obstructions"), insist=insist, sha256=sha256)
+        written = write_boxes(site, asked.get("obstructions"), asked.get("sha256"))
         return {"file": self.folder.relative(file_of(site)), **written}
 
     def standing(self, asked: dict[str, Any]) -> dict[str, Any]:
@@ -238,7 +238,7 @@ class Studio:
         site = self.folder.path(asked.get("path"), SITE_SUFFIX)
         if not site.exists():
             raise InputError(f"{site.name} is not saved yet", hint="save it first")
-        return site
+        return require_input(site)
 
     def _page_of(self, log: Path) -> str:
         return f"/page/{self.folder.relative(log)}"
@@ -344,6 +344,10 @@ def _by_path(folder: Folder, answer: Callable[[Request], dict[str, Any]]) -> Cal
     return endpoint
 
 
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
 def _number(request: Request) -> int:
     """Return the number of the first event that is asked for."""
     given = request.query_params.get("after", "0")
@@ -408,8 +412,7 @@ class _Guard:
     def _refused(self, request: Request) -> Response | None:
         if request.headers.get("host") not in self._hosts:
             return _refusal(403, "the studio answers only to this machine")
-        origin = request.headers.get("origin")
-        if origin is not None and origin not in {f"http://{host}" for host in self._hosts}:
+        if not {f"http://{host}" for host in self._hosts}.issuperset(request.headers.getlist("origin")):
             return _refusal(403, "the studio answers only to its own page")
         path = request.url.path
         if path.startswith("/web/"):

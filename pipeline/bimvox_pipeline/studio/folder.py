@@ -52,7 +52,7 @@ class Folder:
             raise InputError(f"{path.name} cannot be used: a loop of links, or no name of a file") from None
         if not found.is_relative_to(self.root):
             raise InputError(
-                f"{path.name} is outside the folder of the studio",
+                f"{path.name or path} is outside the folder of the studio",
                 hint=f"it shows {self.root.name} alone; put the file itself into it, without a link",
             )
         return found

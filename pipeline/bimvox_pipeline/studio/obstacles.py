@@ -59,17 +59,16 @@ def boxes_of(site: Path) -> dict[str, Any]:
     return found if sha256 is None else {**found, "sha256": sha256}
 
 
-def write_boxes(site: Path, values: object, *, insist: bool = False, sha256: object = None) -> dict[str, Any]:
+def write_boxes(site: Path, values: object, sha256: object = None) -> dict[str, Any]:
     """Write the boxes of a site's obstruction file; what is no box stays in it.
 
     Args:
         site: The site file.
         values: The boxes, as the page has them.
-        insist: Whether the file must be as the page knows it.
-        sha256: The hash of that; None: there was no file.
+        sha256: The hash of the file as the page knows it; None: there was none.
 
     Raises:
-        ChangedMeanwhileError: If the file must be as the page knows it, and is not.
+        ChangedMeanwhileError: If the file is not as the page knows it.
         InputError: If a box is impossible, or an id is given twice; nothing is written.
         ObstructionFileError: If the file there cannot be used.
     """
@@ -82,7 +81,7 @@ def write_boxes(site: Path, values: object, *, insist: bool = False, sha256: obj
     file = file_of(site)
     with alone_in(site.parent):
         document, found = _document(file)
-        if insist and sha256 != found:
+        if sha256 != found:
             raise ChangedMeanwhileError(file)
         if not _is_of_the_site(document):
             said = f"it is in coordinates of the {document['coordinates']}; the page draws boxes in metres of the site"

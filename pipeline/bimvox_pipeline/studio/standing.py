@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import BimvoxError, InputError
+from bimvox.files import sha256_of
 from bimvox.library.obstructions import load_obstructions, rasterise, survey_in
 from bimvox.library.site import MACHINE
 from bimvox.log.dates import attached_programme
@@ -172,7 +172,7 @@ def plan_on_disk(log: Path) -> PlanOnDisk | None:
 
 def sha256_or_none(file: Path) -> str | None:
     """Return the hash of a file; None if it is not there."""
-    return hashlib.sha256(file.read_bytes()).hexdigest() if file.exists() else None
+    return sha256_of(file) if file.exists() else None
 
 
 def _blockers(site: Site) -> tuple[Blocker, ...]:

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from bimvox_pipeline.studio.alone import ChangedMeanwhileError
 from bimvox_pipeline.studio.obstacles import boxes_of, file_of, write_boxes
 
 from bimvox.errors import ObstructionFileError
@@ -28,5 +29,15 @@ def test_boxes_on_the_map_are_not_drawn_and_not_edited(tmp_path: Path, coordinat
     found = boxes_of(site)
     assert (found["obstructions"], found["others"]) == ([], 1)
     with pytest.raises(ObstructionFileError, match=f"coordinates of the {coordinates}"):
-        write_boxes(site, [BOX])
+        write_boxes(site, [BOX], found["sha256"])
     assert file_of(site).read_text(encoding="utf-8") == content
+
+
+def test_a_page_that_does_not_say_which_obstructions_it_saw_writes_no_others(tmp_path: Path) -> None:
+    site = tmp_path / "a.site.toml"
+    first = write_boxes(site, [BOX])["sha256"]
+    for sha256 in (None, "", "0" * 64, 7, [], True):
+        with pytest.raises(ChangedMeanwhileError):
+            write_boxes(site, [], sha256)
+    assert boxes_of(site)["obstructions"] == [BOX]
+    assert write_boxes(site, [], first)["obstructions"] == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -112,7 +113,8 @@ def test_obstructions_of_another_program_are_seen(page: Page) -> None:
     assert page.standing()["obstructions_sha256"] is None
     file.write_text(json.dumps({"version": 1, "obstructions": []}))
     assert page.differs() == []
-    written = page.send("/api/obstructions", path=SITE, obstructions=[CRATE])
+    seen = page.standing()["obstructions_sha256"]
+    written = page.send("/api/obstructions", path=SITE, obstructions=[CRATE], sha256=seen)
     assert page.differs() == ["the obstructions"]
     assert page.standing()["obstructions_sha256"] == written["sha256"]
     made = plan(
@@ -132,6 +134,17 @@ def test_obstructions_of_another_program_are_seen(page: Page) -> None:
     assert page.differs() != []
     file.unlink()
     assert page.differs() == ["the obstructions"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")
+@pytest.mark.parametrize("name", [OBSTRUCTIONS, SITE, "frame.ifc"])
+def test_a_pipe_in_the_place_of_a_file_is_refused_and_not_waited_for(page: Page, name: str) -> None:
+    (page.folder / name).unlink(missing_ok=True)
+    os.mkfifo(page.folder / name)
+    for asked in ({"path": SITE}, {"path": SITE, "setup": page.setup, "sha256": page.opened["sha256"]}):
+        answer = page.client.post("/api/standing", json=asked, headers={"X-Bimvox-Token": TOKEN})
+        assert answer.status_code == 400
+        assert answer.json()["error"] == f"{name}: cannot be read: this is a pipe, not a regular file"
 
 
 def test_a_plan_of_the_studio_is_of_the_obstructions_too(page: Page) -> None:

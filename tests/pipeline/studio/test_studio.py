@@ -266,6 +266,31 @@ def test_a_variant_is_a_file_beside_and_never_replaces_one(page: Page, folder: P
         assert answer.json()["error"]
 
 
+@pytest.mark.parametrize(
+    "name", [" .hidden", "a\nb", "\u202elmot", "\x7f", "..", ".", "../b", "a/b", "\t", 7, None, ["b"]]
+)
+def test_a_variant_has_a_name_that_people_can_read(page: Page, folder: Path, name: object):
+    before = sorted(path.name for path in folder.iterdir())
+    answer = page.post("/api/variant", path="a.site.toml", name=name, setup=page.open()["setup"])
+    assert answer.status_code == 400
+    assert answer.json()["error"] == "a variant needs a name of its own"
+    assert sorted(path.name for path in folder.iterdir()) == before
+
+
+def test_true_is_no_number(page: Page):
+    setup = page.open()["setup"]
+    answer = page.post("/api/picture", path="a.site.toml", setup=setup, turn_deg=True)
+    assert (answer.status_code, answer.json()["error"]) == (400, "turn_deg is an angle in degrees")
+    answer = page.post("/api/watch", path="a.site.toml", simulate=True)
+    assert answer.status_code == 400
+    assert answer.json()["error"].startswith("simulate is how many times")
+
+
+def test_the_root_of_the_machine_is_named(page: Page):
+    root = Path(Path().resolve().anchor)
+    assert page.post("/api/open", path=str(root)).json()["error"] == f"{root} is outside the folder of the studio"
+
+
 def test_a_file_in_map_coordinates_stays_in_them(page: Page, folder: Path):
     opened = page.open("frame_georeferenced.ifc")
     frame = opened["map"]
@@ -373,6 +398,12 @@ def test_only_its_own_page_is_answered(page: Page, headers: dict[str, str], stat
         assert answer.json()["error"]
 
 
+def test_a_second_origin_does_not_hide_behind_the_first(page: Page):
+    headers = [("X-Bimvox-Token", TOKEN), ("Origin", "http://127.0.0.1:8000"), ("Origin", "http://evil.example")]
+    assert page.client.get("/api/files", headers=headers[:2]).status_code == 200
+    assert page.client.get("/api/files", headers=headers).status_code == 403
+
+
 def test_the_frame_needs_the_token_and_its_files_do_not(page: Page):
     assert page.client.get("/").status_code == 403
     assert page.client.get("/?token=wrong").status_code == 403
@@ -453,16 +484,43 @@ def test_boxes_are_written_and_what_is_no_box_stays(page: Page, folder: Path):
     assert found["others"] == 1
     assert found["obstructions"] == [{"id": "truck", "min": [0.0, 0.0, 0.0], "max": [2.5, 6.0, 3.0]}]
     crate = {"id": "crate", "min": [1.0, 1.0, 0.0], "max": [2.0, 2.5, 1.25]}
-    assert page.ok("/api/obstructions", path="a.site.toml", obstructions=[crate])["obstructions"] == [crate]
+    now = page.ok("/api/obstructions", path="a.site.toml", obstructions=[crate], sha256=found["sha256"])
+    assert now["obstructions"] == [crate]
     written = json.loads((folder / "a.obstructions.json").read_text())
     assert (written["unit"], written["obstructions"][0]) == ("mm", pole)
     assert written["obstructions"][1]["box"]["max"] == [2000.0, 2500.0, 1250.0]
     text = (folder / "a.obstructions.json").read_text()
     for bad in ([crate, crate], [{**crate, "max": [0.0, 0.0, 0.0]}], [{**crate, "id": "ground"}], [{"id": "x"}], 5):
-        answer = page.post("/api/obstructions", path="a.site.toml", obstructions=bad)
+        answer = page.post("/api/obstructions", path="a.site.toml", obstructions=bad, sha256=now["sha256"])
         assert answer.status_code == 400, bad
         assert answer.json()["error"]
     assert (folder / "a.obstructions.json").read_text() == text
+
+
+def test_obstructions_that_the_page_has_not_seen_are_not_overwritten(page: Page, folder: Path):
+    crate = {"id": "crate", "min": [1.0, 1.0, 0.0], "max": [2.0, 2.5, 1.25]}
+    page.ok("/api/obstructions", path="a.site.toml", obstructions=[crate])
+    text = (folder / "a.obstructions.json").read_text()
+    answer = page.post("/api/obstructions", path="a.site.toml", obstructions=[])
+    assert answer.status_code == 409
+    assert answer.json()["obstructions"] == []
+    assert (folder / "a.obstructions.json").read_text() == text
+
+
+def test_what_is_called_a_site_file_and_is_none_is_refused_before_anything_is_written(page: Page, folder: Path):
+    (folder / "d.site.toml").mkdir()
+    (folder / "empty.site.toml").touch()
+    names = ["d.site.toml", "empty.site.toml"]
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(folder / "pipe.site.toml")
+        names.append("pipe.site.toml")
+    before = sorted(path.name for path in folder.iterdir())
+    for name in names:
+        for address, more in (("/api/plan", {}), ("/api/watch", {}), ("/api/obstructions", {"obstructions": []})):
+            answer = page.post(address, path=name, **more)
+            assert answer.status_code == 400, (address, name)
+            assert answer.json()["error"].startswith(f"{name}: ")
+    assert sorted(path.name for path in folder.iterdir()) == before
 
 
 def news(page: Page, number: str, after: int) -> dict[str, Any]:
