@@ -178,7 +178,7 @@ def _compare_obstructions(check: Check, log: PlanLog, name: str) -> None:
     source = f"the attached {name}"
     scan_id, _, kind = name.removeprefix(OBSTRUCTIONS).rpartition(".")
     refers: frozenset[str] = frozenset()
-    usual = attached_as(Path(f"{scan_id}.{kind}"))
+    usual = attached_as(Path(f"{scan_id or OBSTRUCTIONS}.{kind}"))
     check.look(name == usual, f"attached {name}: bimvox calls such a file {usual}")
     with scratch_folder() as folder:
         try:

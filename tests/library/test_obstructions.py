@@ -65,6 +65,12 @@ def listed(*entries: dict[str, object], unit: str = "m", also: Write | None = No
     return write
 
 
+def toml(folder: Path) -> Path:
+    text = 'version = 1\n[[obstructions]]\nid = "truck"\nbox = { min = [1, -8, 0], max = [2, -7, 3] }\n'
+    (folder / "mine.toml").write_text(text)
+    return folder / "mine.toml"
+
+
 def ifc(folder: Path) -> Path:
     (folder / "neighbour.ifc").write_bytes((SAMPLES / "paper.ifc").read_bytes())
     return folder / "neighbour.ifc"
@@ -80,6 +86,7 @@ def box(low: list[float], high: list[float], name: str = "truck") -> dict[str, o
 
 SILO: dict[str, object] = {"id": "silo", "cylinder": {"base": [1000, -8000, 0], "radius": 400, "height": 9e4}}
 FILES = {
+    "a list in TOML": toml,
     "a scan above": xyz(TALL),
     "a scan below": xyz(TALL - [0, 0, 30]),
     "a scan that crosses the side": xyz(np.c_[np.linspace(-90, 90, 200), np.full(200, -8.0), np.full(200, 0.3)]),
