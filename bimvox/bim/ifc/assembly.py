@@ -100,8 +100,13 @@ class Aggregation:
 
     def highest_of(self, group: Group) -> int:
         """Return the step id of the highest element above a group, or its owner, that has no other members."""
-        above = (step_id for step_id in group.ancestors if self._leaves(step_id) == group.members)
-        return next(above, group.owner)
+        highest = group.owner
+        if self._leaves(highest) == group.members:
+            for step_id in reversed(group.ancestors):
+                if step_id in self._extents or self._parts[step_id] != [highest]:
+                    break
+                highest = step_id
+        return highest
 
     def parts(self) -> list[Group]:
         """Return every product with triangles as its own group."""

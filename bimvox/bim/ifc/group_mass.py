@@ -64,9 +64,20 @@ class GroupMasses:
 
     def weigh(self, step_id: int, members: Collection[int]) -> Weighed | None:
         """Return a product with the members of a lift that are it or below it; None if there are none."""
-        below = [one for part in self._parts_of(step_id) if (one := self.weigh(part, members)) is not None]
+        order = [step_id]
+        for whole in order:  # wholes may be nested deeper than Python calls
+            order += self._parts_of(whole)
+        found: dict[int, Weighed] = {}
+        for one in reversed(order):
+            below = [found[part] for part in self._parts_of(one) if part in found]
+            if below or one in members:
+                found[one] = self._weigh(one, below, members)
+        return found.get(step_id)
+
+    def _weigh(self, step_id: int, below: list[Weighed], members: Collection[int]) -> Weighed:
+        """Return a product with its weighed parts; it is a member itself, or has parts."""
         body = self._body(step_id) if step_id in members else None
-        if not below:
+        if body is not None and not below:
             return body
         parts = _sum(below)
         if body is not None:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
 
-_RAYS = 40
+_RAYS = 24
 """Vertical rays through the first solid, along x and along y."""
 _OFF = 0.4142
 """Place of a ray in its square: in its middle it would run along edges that are drawn on round numbers."""

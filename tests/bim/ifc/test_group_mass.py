@@ -5,10 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from bimvox.bim.building import Building, Element
-from bimvox.bim.ifc.mass import ASSEMBLY_LOW, REPEATED, REPEATED_WHOLE, WEIGHT_REFUSED, WEIGHT_SLIP
+from bimvox.bim.building import Building, Element, TriangleMesh
+from bimvox.bim.ifc.assembly import Aggregation, Extent, MeshedProduct
+from bimvox.bim.ifc.group_mass import GroupMasses
+from bimvox.bim.ifc.mass import ASSEMBLY_LOW, REPEATED, REPEATED_WHOLE, WEIGHT_REFUSED, WEIGHT_SLIP, Masses
+from bimvox.bim.ifc.properties import Properties
+from bimvox.bim.mesh.repair import Solid
 from bimvox.bim.options import ReadOptions
 from bimvox.bim.read import read_building
 
@@ -167,3 +172,22 @@ def test_the_weight_of_an_assembly_within_an_assembly_and_of_one_with_a_single_p
     _, found = read(made, tmp_path)
     assert found["outer"].mass_kg == pytest.approx(1578.5)
     assert (found["column"].mass_kg, found["column"].mass_source) == (1300.0, "quantity")
+
+
+def test_wholes_may_be_nested_deeper_than_the_interpreter_calls() -> None:
+    made = IfcMaker()
+    beam = made.rooted("IfcBeam")
+    whole = beam
+    for _ in range(1200):
+        part, whole = whole, made.rooted("IfcElementAssembly")
+        made.aggregate(whole, [part])
+    made.properties(whole, "Qto", NetWeight=3000.0)
+    mesh = TriangleMesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32))
+    extent = Extent(np.zeros(3), np.ones(3), 1.0)
+    parts = {beam.id(): MeshedProduct(mesh, extent, Solid(1.0, True, 0.0))}
+    aggregation = Aggregation(made.file, {beam.id(): extent}, lambda product: False)
+    masses = GroupMasses(made.file, Masses(made.file, Properties()), parts, aggregation.parts_of)
+    (group,) = aggregation.parts()
+    weighed = masses.weigh(aggregation.highest_of(group), group.members)
+    assert weighed is not None
+    assert (weighed.mass.kg, weighed.mass.source) == (3000.0, "quantity")
