@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject
 from bimvox.site.obstructions.coordinates import is_about_coordinates
+from bimvox.site.site import Site
 
 OUTSIDE = "outside"
 COORDINATES = "coordinates"
@@ -20,19 +21,27 @@ def outside(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about obstructions outside the site, a serious one if none is inside, and how others were read."""
     notes = subject.site.obstruction_notes
     yield from (Remark(COORDINATES, Severity.NOTE, note) for note in notes if is_about_coordinates(note))
-    named = [found for note in notes if (found := _NAMED.fullmatch(note))]
-    counted = (int(found[1].replace(",", "")) for note in notes if (found := _COUNTED.match(note)))
-    count = len(named) + sum(counted)
-    if not count:
-        return
-    lie, them = ("lies", "it") if count == 1 else ("lie", "them")
-    if any(blocker.kind == "obstruction" for blocker in subject.site.blockers):
+    if (said := none_inside(subject.site)) is not None:
+        yield Remark(OUTSIDE, Severity.SERIOUS, said)
+    elif count := _count(notes):
+        lie, them = ("lies", "it") if count == 1 else ("lie", "them")
         said = f"{count:,} obstruction{'s' * (count > 1)} {lie} outside the site; nothing is planned around {them}"
         yield Remark(OUTSIDE, Severity.NOTE, said)
-        return
-    whole = "the only obstruction lies" if count == 1 else f"all {count:,} obstructions lie"
-    extent = f", which is {named[0][1]}" if named else ""
+
+
+def none_inside(site: Site) -> str | None:
+    """Return the serious remark about a site outside of which all its obstructions lie; None if that is not so."""
+    notes = site.obstruction_notes
+    count = _count(notes)
+    if not count or any(blocker.kind == "obstruction" for blocker in site.blockers):
+        return None
+    whole, them = ("the only obstruction lies", "it") if count == 1 else (f"all {count:,} obstructions lie", "them")
+    extent = next((f", which is {found[1]}" for note in notes if (found := _NAMED.fullmatch(note))), "")
     check = "check unit and coordinates of the file (bimvox inspect shows them)"
-    yield Remark(
-        OUTSIDE, Severity.SERIOUS, f"{whole} outside the site{extent}: nothing is planned around {them}; {check}"
-    )
+    return f"{whole} outside the site{extent}: nothing is planned around {them}; {check}"
+
+
+def _count(notes: Sequence[str]) -> int:
+    """Return how many obstructions lie outside the site by these notes."""
+    counted = (int(found[1].replace(",", "")) for note in notes if (found := _COUNTED.match(note)))
+    return sum(_NAMED.fullmatch(note) is not None for note in notes) + sum(counted)

@@ -9,7 +9,10 @@ from bimvox.log.plan_log import LogEvent
 from bimvox.log.segments import REPLAN_EVENT
 from bimvox.records.lift import LiftPlan, Method, by_change
 from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.remark import Severity
+from bimvox.remarks.outside import none_inside
 from bimvox.revision.current_plan import RevisionPart
+from bimvox.site.site import Site
 from bimvox.stop.brake_axes import STOP_EVENT
 from bimvox.stop.redirect import Held, Redirected
 
@@ -106,3 +109,9 @@ def left_to_search(part: RevisionPart) -> set[int]:
     made = set(part.replanned)
     lifts = part.current.plan.lifts
     return {lift.component for lift in lifts if lift.order in made and lift.method is Method.SEARCH}
+
+
+def notes_about(site: Site) -> list[str]:
+    """Return the notes about the obstructions of a site; that none is inside comes first."""
+    said = none_inside(site)
+    return [*([] if said is None else [f"{Severity.SERIOUS}: {said}"]), *site.obstruction_notes]

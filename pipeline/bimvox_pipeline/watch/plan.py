@@ -18,7 +18,7 @@ from bimvox.policy.choice import PolicyInUse
 from bimvox.records.lift import LiftPlan
 from bimvox.revision.current_plan import CurrentPlan, RevisionPart, current_plan_of
 from bimvox_pipeline.plan import infeasible_lifts
-from bimvox_pipeline.watch.documents import outcome
+from bimvox_pipeline.watch.documents import notes_about, outcome
 from bimvox_pipeline.watch.log import segments_on_disk
 
 
@@ -138,7 +138,7 @@ class WatchedPlan:
         if plan is None:
             document |= {"kept": [], "replanned": [], "infeasible": [], "retimed": []}
         else:
-            document |= outcome(plan, before, retimed or ()) | {"notes": list(plan.site.obstruction_notes)}
+            document |= outcome(plan, before, retimed or ()) | {"notes": notes_about(plan.site)}
         return document | {"log": str(self.target), "latency_ms": ms_since(started_s)}
 
     def unchanged(

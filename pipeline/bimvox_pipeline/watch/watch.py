@@ -39,7 +39,7 @@ from bimvox.site.site import Site
 from bimvox.undisturbed import interruptible
 from bimvox.workers import ALONE, Workers
 from bimvox_pipeline.plan import infeasible_lifts
-from bimvox_pipeline.watch.documents import left_to_search, revision_events
+from bimvox_pipeline.watch.documents import left_to_search, notes_about, revision_events
 from bimvox_pipeline.watch.file_watch import FileState, changes, state_of
 from bimvox_pipeline.watch.live import DrivenLog, LiveView, Sink, driven_until_ns, server_at
 from bimvox_pipeline.watch.log import Newest, WholeLog, keep_as_segment, read_newest, segment_file
@@ -382,7 +382,7 @@ class Watcher:
         if current is not None and current.plan.site.digest == site.digest and not plan.is_left_over:
             reader.accept()
             if known == reader.files:  # otherwise only the list of watched files has changed
-                yield plan.unchanged("unchanged", state.seen_s, notes=site.obstruction_notes)
+                yield plan.unchanged("unchanged", state.seen_s, notes=notes_about(site))
             return
         yield from self._revise(Change(site, content, state.seen_s))
 
