@@ -37,9 +37,9 @@ from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.extent import site_extent, with_room_for_slings
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import map_of_model, on_site
-from bimvox.site.obstructions.cells import clipped_note, outside_note
 from bimvox.site.obstructions.coordinates import is_about_coordinates
 from bimvox.site.obstructions.file import without_references
+from bimvox.site.obstructions.notes import Where, note_about
 from bimvox.site.programme import ATTACHED
 from bimvox.site.site import HookHeights, Site
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
@@ -198,10 +198,10 @@ def _compare_obstructions(check: Check, log: PlanLog, name: str) -> None:
     found, given = ([one for one in each.blockers if one.kind == "obstruction"] for each in (site, wanted))
     by_id, may_be = {blocker.id: blocker for blocker in found}, set()
     for lost in sorted(refers):
-        name_there, outside = id_on_site(lost, site), outside_note(lost, site.frame, site.shape)
+        name_there, outside = id_on_site(lost, site), note_about(lost, Where.OUTSIDE, site.frame, site.shape)
         if name_there in by_id:
             given.append(by_id[name_there])  # of these the log has only the cells
-            may_be.add(clipped_note(lost))
+            may_be.add(note_about(lost, Where.CLIPPED, site.frame, site.shape))
         elif outside in site.obstruction_notes:
             may_be.add(outside)
         else:

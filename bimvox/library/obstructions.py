@@ -26,6 +26,7 @@ from bimvox.site.map_frame import ifc_to_map, map_of_model
 from bimvox.site.nested import toml_values
 from bimvox.site.obstructions.coordinates import Survey, in_site_frame
 from bimvox.site.obstructions.file import parse_obstructions, read_obstruction_file
+from bimvox.site.obstructions.notes import MOST_NAMED
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
 from bimvox.site.obstructions.point_file import SCAN_SUFFIXES, is_scan
 from bimvox.site.site import Site
@@ -33,7 +34,6 @@ from bimvox.voxelization.part import voxelize_mesh
 
 KINDS = frozenset({".json", ".toml", *IFC_SUFFIXES, *MESH_SUFFIXES, *SCAN_SUFFIXES})
 """Suffixes of the files that hold obstructions."""
-_NOTES_SHOWN = 100
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,9 +141,9 @@ def rasterise(mesh: TriangleMesh, frame: GridFrame, shape: tuple[int, int, int])
 def obstructed(site: Site, obstructions: ObstructionSet, progress: Progress) -> Site:
     """Return the site with these obstructions in place of its own; clipped ones are noted."""
     changed = with_obstructions(site, obstructions, rasterise)
-    notes = changed.obstruction_notes
-    for note in notes[:_NOTES_SHOWN]:
+    first, others = changed.obstruction_notes[:MOST_NAMED], changed.obstruction_notes[MOST_NAMED:]
+    for note in (*first, *others[-1:]):  # the last one may count obstructions
         progress.note(note)
-    if len(notes) > _NOTES_SHOWN:
-        progress.note(f"{len(notes) - _NOTES_SHOWN:,} more obstructions are clipped, renamed or outside the site")
+    if len(others) > 1:
+        progress.note(f"the log has {len(others) - 1:,} more notes about obstructions")
     return changed

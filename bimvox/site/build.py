@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Element, Role, TriangleMesh
+from bimvox.bim.building import Element, Role
 from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.outline import highest_point_m
 from bimvox.crane.tower_crane import TowerCrane
@@ -26,9 +27,12 @@ from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.digest import digest_of
 from bimvox.site.lifting import hung
 from bimvox.site.means import Means, means_of, nothing_to_lift
-from bimvox.site.obstructions.cells import Rasterise, cells_of_all, obstruction_cells
+from bimvox.site.obstructions.cells import Rasterise, obstruction_cells
 from bimvox.site.obstructions.crowd import blockers_of
-from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet, Points
+from bimvox.site.obstructions.many import cells_of_all
+from bimvox.site.obstructions.notes import KINDS, Notes, Where, note_about
+from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
+from bimvox.site.obstructions.rows import OTHER, Rows
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import component_of, entries_by_id, first_ids
 from bimvox.site.rigging import gear_by_crane
@@ -179,36 +183,38 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
 
     An obstruction outside the site is left out, and one that sticks out is clipped, each with a note. If a part has the
     same id, the obstruction's id gets the prefix ``obstruction:``, so that the reason of a blocked lift is unambiguous.
-    Very many obstructions share objects: see :func:`bimvox.site.obstructions.crowd.blockers_of`.
+    Very many obstructions share objects, see :func:`bimvox.site.obstructions.crowd.blockers_of`, and a note.
     """
     fixed = [blocker for blocker in site.blockers if blocker.kind != "obstruction"]
     taken = _taken(site)
-    notes: list[str] = list(obstructions.notes)
+    notes = Notes()
 
     def found() -> Iterator[tuple[str, NDArray[np.int32], bool]]:
-        all_of_them, grow_vox = obstructions.obstructions, whole_cells(site.rules.clearance_m, site.frame.voxel_size_m)
-        every = cells_of_all(all_of_them, site.frame, site.shape, rasterise, grow_vox=grow_vox)
-        for obstruction, (cells, note) in zip(all_of_them, every, strict=True):
-            name = _free_id(obstruction.id, taken)
-            if note:
-                notes.append(note)
-            if name != obstruction.id:
-                notes.append(renamed_note(obstruction.id, name))
-            yield name, cells, isinstance(obstruction.form, TriangleMesh | Points)
+        frame, shape, rows = site.frame, site.shape, Rows.of(obstructions.obstructions)
+        grow_vox, inside = whole_cells(site.rules.clearance_m, frame.voxel_size_m), Where.INSIDE
+        every = cells_of_all(rows, frame, shape, rasterise, grow_vox=grow_vox)
+        for given, kind, (cells, where) in zip(rows.ids, rows.kinds.tolist(), every, strict=True):
+            # A log does not carry the other files, so its proof looks for the notes about what is in them.
+            name, is_other_file = _free_id(given, taken), kind == OTHER
+            if where is not inside:
+                notes.add(KINDS[where], partial(note_about, given, where, frame, shape), always=is_other_file)
+            if name != given:
+                notes.add("renamed", partial(renamed_note, given, name), always=is_other_file)
+            yield name, cells, is_other_file
 
     added = blockers_of(found(), site.shape)
     return replace(
         site,
         labels=_labels(site.labels[:, :, 0], site.shape, [*fixed, *added]),
         blockers=(*fixed, *added),
-        obstruction_notes=tuple(notes),
+        obstruction_notes=(*obstructions.notes, *notes.lines()),
         digest=_digest(site.fixed_digest, added),
     )
 
 
-def renamed_note(name: str, name_on_site: str) -> str:
+def renamed_note(given: str, name: str) -> str:
     """Return the note about an obstruction that has another id on the site than in its file."""
-    return f"obstruction {name!r} has the id of a part; it is renamed {name_on_site!r}"
+    return f"obstruction {given!r} has the id of a part; it is renamed {name!r}"
 
 
 def id_on_site(name: str, site: Site) -> str:

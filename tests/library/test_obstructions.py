@@ -127,6 +127,21 @@ FILES = {
     "voxels outside": listed({"id": "pile", "voxels": [[9000, 1, 1]]}),
     "an IFC file": ifc,
     "nothing": listed(),
+    "boxes aside and above, more than have a note each": listed(
+        *(box([900, n, 0], [901, n + 1, 1], f"far {n}") for n in range(120)),
+        *(box([1, -8, n], [2, -7, 90], f"tall {n}") for n in range(3)),
+    ),
+    "cylinders aside, more than have a note each, and points": listed(
+        *({"id": f"m{n}", "cylinder": {"base": [900, n, 0], "radius": 1, "height": 2}} for n in range(120)),
+        {"id": "aside", "points": "mast.xyz"},
+        {"id": "zone", "points": "mast.xyz"},
+        also=xyz(ASIDE),
+    ),
+    "voxels outside, more than have a note each, and a mesh above": listed(
+        *({"id": f"pile {n}", "voxels": [[9000, n, 1]]} for n in range(120)),
+        {"id": "shed", "mesh": "shed.obj"},
+        also=obj([1, -8, 0], [2, -7, 90]),
+    ),
 }  # fmt: skip
 
 
@@ -179,6 +194,45 @@ def test_a_log_agrees_with_the_file_that_it_was_planned_with(record: PlanLog, tm
     assert check_user_files(made, Given(obstructions=file), SilentProgress()).failures == []
 
 
+@pytest.mark.parametrize(
+    ("name", "named", "counted"),
+    [
+        ("boxes aside and above", 99, "3 clipped to the site, 21 outside the site"),
+        ("cylinders aside", 99 + 2, "21 outside the site"),
+        ("voxels outside", 99 + 1, "21 outside the site"),
+    ],
+)
+def test_from_the_hundredth_note_on_obstructions_are_counted_but_for_those_of_other_files(
+    record: PlanLog, tmp_path: Path, name: str, named: int, counted: str
+) -> None:
+    write = next(FILES[one] for one in FILES if one.startswith(f"{name}, more"))
+    *notes, last = with_file(record, write(tmp_path)).plan.site.obstruction_notes
+    assert len({note for note in notes if note.startswith("obstruction ")}) == len(notes) == named
+    assert last == f"more obstructions: {counted}"
+
+
+def test_the_count_is_shown_where_not_all_notes_are(record: PlanLog, tmp_path: Path) -> None:
+    shown: list[str] = []
+    progress = SilentProgress()
+    progress.note = shown.append  # type: ignore[method-assign]
+    file = FILES["cylinders aside, more than have a note each, and points"](tmp_path)
+    obstructions, _ = obstructions_of(file, record.plan.site, survey_in(record))
+    obstructed(record.plan.site, obstructions, progress)
+    assert len(shown) == 101
+    assert shown[-2:] == [
+        "more obstructions: 21 outside the site",
+        "the log has 2 more notes about obstructions",
+    ]
+
+
+def test_a_forged_count_of_obstructions_is_refused(record: PlanLog, tmp_path: Path) -> None:
+    made = with_file(record, FILES["boxes aside and above, more than have a note each"](tmp_path))
+    *notes, last = made.plan.site.obstruction_notes
+    site = replace(made.plan.site, obstruction_notes=(*notes, last.replace("21", "22")))
+    forged = replace(made, plan=replace(made.plan, site=site))
+    assert any("obstruction_notes" in said for said in check_attached_files(forged).failures)
+
+
 EAST_NORTH_UP = np.array([155_000.0, 463_000.0, 3.2])
 MAP = {"eastings_m": 155_000.0, "northings_m": 463_000.0, "height_m": 3.2, "x_axis_yaw_rad": 0.0, "scale": 1.0}
 ON_MAP = {
@@ -186,6 +240,10 @@ ON_MAP = {
     "a mesh": obj([155_001, 462_992, 3.2], [155_002, 462_993, 9.2]),
     "boxes, one of them outside": listed(
         box([155_001, 462_992, 3.2], [155_002, 462_993, 9.2]), box([155_901, 462_992, 3], [155_902, 462_993, 9], "x")
+    ),
+    "boxes, most of them outside": listed(
+        box([155_001, 462_992, 3.2], [155_002, 462_993, 9.2], "in"),
+        *(box([155_901, 462_992 + n, 3], [155_902, 462_993 + n, 9], f"x{n}") for n in range(120)),
     ),
     "points, and a box in site coordinates": listed(
         {"id": "mast", "points": "mast.xyz"}, box([1, -8, 0], [2, -7, 9]), also=xyz(TALL + EAST_NORTH_UP)

@@ -96,10 +96,13 @@ class McapFile:
 
     def attachment(self, name: str, media_type: str, data: bytes) -> None:
         """Write an attachment, at time 0."""
-        record = _bytes_of(Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=data))
+        # Its data is not copied: it may be a large file.
+        times_and_names = _bytes_of(Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=b""))
+        fields = times_and_names[9:-12] + struct.pack("<Q", len(data))
+        head = struct.pack("<BQ", Opcode.ATTACHMENT, len(fields) + len(data) + 4) + fields
         index = AttachmentIndex(
             offset=self._stream.tell(),
-            length=len(record),
+            length=len(head) + len(data) + 4,
             create_time=0,
             log_time=0,
             data_size=len(data),
@@ -107,7 +110,9 @@ class McapFile:
             media_type=media_type,
         )
         self._attachments.append(index)
-        self._write(record)
+        self._write(head)
+        self._write(data)
+        self._write(struct.pack("<I", zlib.crc32(data, zlib.crc32(fields))))
 
     def message(self, channel: int, sequence: int, time_ns: int, data: bytes) -> None:
         """Write a message, logged when it is published."""

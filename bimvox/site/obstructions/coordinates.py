@@ -16,12 +16,12 @@ from bimvox.site.obstructions.obstruction_set import (
     Box,
     Coordinates,
     Cylinder,
-    Form,
     Obstruction,
     ObstructionSet,
     Points,
     Voxels,
 )
+from bimvox.site.obstructions.rows import CYLINDER, VOXELS, Rows
 from bimvox.site.site import Site
 
 _WORDS: dict[Coordinates, str] = {
@@ -79,7 +79,9 @@ def in_site_frame(
             hint = 'add it to the model, or give site coordinates: coordinates = "site"'
             raise ObstructionFileError(given.name, NO_CONVERSION, key="coordinates", hint=hint)
         matrix = to_site[given.coordinates]
-        return given if _is_identity(matrix) else _replaced(given, [_moved(one, matrix) for one in given.obstructions])
+        if _is_identity(matrix):
+            return given
+        return _replaced(given, Rows.of(_moved(one, matrix) for one in given.obstructions))
     words = [survey.coordinates, *(name for name in _WORDS if name != survey.coordinates)]
     readings = [(_WORDS[name], to_site[name]) for name in words if name in to_site]
     if own_map is not None and "map" in to_site:
@@ -106,28 +108,28 @@ def _as_they_fit(
     """Return obstructions read in the first coordinates in which each meets the site's extent on plan."""
     first = readings[0][1]
     others = [(words, matrix) for words, matrix in readings[1:] if _apart_m(first, matrix, site) > _FAR_M]
-    solid = [n for n, one in enumerate(given.obstructions) if not isinstance(one.form, Voxels)] if others else []
-    bounds = np.array([_bounds_m(given.obstructions[n].form) for n in solid]).reshape(-1, 2, 3)
+    rows = Rows.of(given.obstructions)
+    bounds = _bounds_m(rows) if others else np.empty((0, 2, 3))
     left = ~_meets_site(bounds, first, site)
     chosen: dict[int, NDArray[np.float64]] = {}
     notes = []
     for words, matrix in others:
         fits = left & _meets_site(bounds, matrix, site)
-        numbers = [solid[n] for n in np.flatnonzero(fits)]
+        numbers = np.flatnonzero(fits).tolist()
         chosen |= dict.fromkeys(numbers, matrix)
         left &= ~fits
         if numbers:
-            names = listed((repr(given.obstructions[n].id) for n in numbers), _NAMED)
+            names = listed((repr(rows.ids[n]) for n in numbers), _NAMED)
             said = "obstruction is" if len(numbers) == 1 else "obstructions are"
             notes.append(f"{len(numbers):,} {said} {_READ_IN} {words}: far outside the site otherwise: {names}")
     if not chosen and _is_identity(first):
-        return _replaced(given, given.obstructions)
-    moved = [_moved(one, chosen.get(n, first)) for n, one in enumerate(given.obstructions)]
+        return _replaced(given, rows)
+    moved = Rows.of(_moved(one, chosen.get(n, first)) for n, one in enumerate(rows))
     return replace(_replaced(given, moved), notes=(*given.notes, *notes))
 
 
 def _replaced(given: ObstructionSet, obstructions: Sequence[Obstruction]) -> ObstructionSet:
-    return replace(given, obstructions=tuple(obstructions), coordinates="site")
+    return replace(given, obstructions=obstructions, coordinates="site")
 
 
 def _is_identity(matrix: NDArray[np.float64]) -> bool:
@@ -149,18 +151,20 @@ def _meets_site(bounds_m: NDArray[np.float64], matrix: NDArray[np.float64], site
     return found
 
 
-def _bounds_m(form: Form) -> tuple[Sequence[float], Sequence[float]] | NDArray[np.float64]:
-    """Return the (2, 3) box around a form that is not of cells."""
-    match form:
-        case Box(low_m, high_m):
-            return low_m, high_m
-        case Cylinder((x, y, z), radius_m, height_m):
-            return (x - radius_m, y - radius_m, z), (x + radius_m, y + radius_m, z + height_m)
-        case Points(points_m):
-            return np.stack([points_m.min(axis=0), points_m.max(axis=0)])
-        case TriangleMesh():
-            return form.bounds_m
-    raise TypeError(form)
+def _bounds_m(rows: Rows) -> NDArray[np.float64]:
+    """Return the (N, 2, 3) boxes around obstructions; NaN, which meets nothing, around those of cells."""
+    bounds_m = rows.numbers_m.reshape(-1, 2, 3).copy()
+    bounds_m[rows.kinds == VOXELS] = np.nan
+    is_cylinder = rows.kinds == CYLINDER
+    base_m, (radius_m, height_m) = rows.numbers_m[is_cylinder, :3], rows.numbers_m[is_cylinder, 3:5].T
+    bounds_m[is_cylinder, 0] = base_m - np.stack([radius_m, radius_m, 0 * height_m], axis=1)
+    bounds_m[is_cylinder, 1] = base_m + np.stack([radius_m, radius_m, height_m], axis=1)
+    for n, one in rows.others.items():
+        if isinstance(one.form, Points):
+            bounds_m[n] = one.form.points_m.min(axis=0), one.form.points_m.max(axis=0)
+        elif isinstance(one.form, TriangleMesh):
+            bounds_m[n] = one.form.bounds_m
+    return bounds_m
 
 
 def _moved(one: Obstruction, matrix: NDArray[np.float64]) -> Obstruction:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -14,7 +14,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.errors import InputError, ObstructionFileError
 from bimvox.files import read_input, require_regular, resolved, status_of
-from bimvox.site.config.validation import MOST, Point3, Positive, Table, Text, Whole, first_finding
+from bimvox.site.config.validation import Point3, Positive, Table, Text, Whole, first_finding
 from bimvox.site.nested import UTF8_HINT, WHERE_HINT, json_values, toml_values
 from bimvox.site.obstructions.esri_grid import is_esri_grid, surface_of
 from bimvox.site.obstructions.obstruction_set import (
@@ -28,26 +28,24 @@ from bimvox.site.obstructions.obstruction_set import (
     Vec3,
     Voxels,
 )
+from bimvox.site.obstructions.plain import END_INDEX, LEAST_INDEX, LONGEST_ID, PLAIN, is_reserved, plain_or_table
 from bimvox.site.obstructions.point_file import read_points
-from bimvox.site.site import CRANE_ID, GROUND_ID
+from bimvox.site.obstructions.rows import Gathered
 from bimvox.uncollected import uncollected
 from bimvox.units import metres_per
 
 ReadMesh = Callable[[Path, str], TriangleMesh]
 """(mesh file, its length unit) -> its triangles in metres, in the file's own coordinates."""
 
+OfTable = Callable[[dict[str, object]], object]
+"""Given a table, returns what takes its place."""
+
 _MOST_BYTES = 256 << 20
-_LONGEST_ID = 1000
-_NUMBERS = (int, float)
-CellIndex = Annotated[Whole, Field(ge=-(2**31), lt=2**31)]
-
-
-def _is_reserved(name: str) -> bool:
-    return name in (GROUND_ID, CRANE_ID) or name.startswith(f"{CRANE_ID}:")
+CellIndex = Annotated[Whole, Field(ge=LEAST_INDEX, lt=END_INDEX)]
 
 
 def _not_reserved(name: str) -> str:
-    if _is_reserved(name):
+    if is_reserved(name):
         raise ValueError(f"{name!r} is reserved for the site")
     return name
 
@@ -82,7 +80,7 @@ class CylinderEntry(Table):
 class ObstructionEntry(Table):
     """One obstruction: an id and exactly one of box, voxels, cylinder, mesh, points."""
 
-    id: Annotated[Text, Field(max_length=_LONGEST_ID), AfterValidator(_not_reserved)]
+    id: Annotated[Text, Field(max_length=LONGEST_ID), AfterValidator(_not_reserved)]
     """Id, unique in the file."""
     box: BoxEntry | None = None
     """As below."""
@@ -167,87 +165,58 @@ def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadM
         ObstructionFileError: If the syntax is wrong (line and column), an entry is not allowed (key), an id is not
             unique, or a referenced file cannot be used.
     """
-    values = _decode(data, name, _plain_box)
+    gathered = Gathered()
+    found = _validated(_decode(data, name, partial(plain_or_table, gathered)), gathered.ids)
+    if found is None:  # something is wrong; all entries are looked at to say where
+        gathered = Gathered()
+        try:
+            whole = ObstructionFile.model_validate(_decode(data, name))
+        except ValidationError as error:
+            finding = first_finding(error, ObstructionFile)
+            raise ObstructionFileError(name, finding.message, key=finding.key or None, hint=finding.hint) from None
+        found = whole, range(len(whole.obstructions))
+    rest, numbers = found
+    files = []
     try:
-        unit, entries = _validated(values)
-    except ValidationError as error:
-        found = first_finding(error, ObstructionFile)
-        raise ObstructionFileError(name, found.message, key=found.key or None, hint=found.hint) from None
-    obstructions, files, scale = [], [], metres_per(unit)
-    for number, entry in enumerate(entries):
-        if isinstance(entry, Obstruction):
-            obstructions.append(entry if scale == 1.0 else _box(entry.id, *_corners(entry), scale))
-            continue
-        if entry.box is not None:
-            obstructions.append(_box(entry.id, entry.box.min, entry.box.max, scale))
-            continue
+        gathered.scale(metres_per(rest.unit))
+    except InputError as error:
+        raise ObstructionFileError(name, error.message, hint=error.hint) from None
+    for number, entry in zip(numbers, rest.obstructions, strict=True):
         for key, reference in (("mesh", entry.mesh), ("points", entry.points)):
             if reference is not None:
                 files.append(_existing(folder / reference, name, f"obstructions[{number}].{key}"))
         try:
-            obstructions.append(Obstruction(entry.id, _form(entry, unit, folder, read_mesh)))
+            gathered.add(Obstruction(entry.id, _form(entry, rest.unit, folder, read_mesh)))
         except InputError as error:
-            key = f"obstructions[{number}].{'mesh' if entry.mesh is not None else 'points'}"
+            form = next(key for key in FORMS if getattr(entry, key) is not None)
+            key = f"obstructions[{number}].{form}"
             raise ObstructionFileError(name, error.message, key=key, hint=error.hint) from error
-    coordinates = values.get("coordinates") if isinstance(values, dict) else None
-    return replace(ObstructionSet.of(obstructions, name, tuple(files)), coordinates=coordinates)
+    ordered = gathered.by_id() if gathered.ids else ()
+    return ObstructionSet(ordered, name, tuple(files), rest.coordinates)
 
 
-def _plain_box(table: dict[str, object]) -> object:
-    """Return the obstruction of a table that is a box without a fault, lengths in the file's unit; otherwise the table.
+def _validated(values: object, plain: Sequence[str]) -> tuple[ObstructionFile, Sequence[int]] | None:
+    """Return a file with the entries that were not gathered, and the numbers of those.
 
-    A file may hold a million of them. Only what is left goes through the schema, which says what is wrong.
+    Args:
+        values: The file's values; ``PLAIN`` takes the place of an entry that was gathered.
+        plain: The ids of those.
+
+    Returns:
+        None if something is wrong with the file.
     """
-    name, box = table.get("id"), table.get("box")
-    if len(table) != 2 or type(name) is not str or type(box) is not dict or len(box) != 2:
-        return table
-    low, high = box.get("min"), box.get("max")
-    if type(low) is not list or type(high) is not list or len(low) != 3 or len(high) != 3:
-        return table
-    for a, b in zip(low, high, strict=True):
-        if type(a) not in _NUMBERS or type(b) not in _NUMBERS or not -MOST <= a < b <= MOST:
-            return table
-    if not 0 < len(name) <= _LONGEST_ID or _is_reserved(name) or not name.isprintable():
-        return table
-    return _box(name, low, high, 1.0)
-
-
-def _validated(values: object) -> tuple[str, Sequence[Obstruction | ObstructionEntry]]:
-    """Return the unit and the entries of a file, whose boxes without a fault are obstructions already."""
     given = values.get("obstructions") if isinstance(values, dict) else None
-    if isinstance(values, dict) and isinstance(given, list):
-        try:
-            rest = ObstructionFile.model_validate(
-                {**values, "obstructions": [one for one in given if not isinstance(one, Obstruction)]}
-            )
-        except ValidationError:
-            pass  # said below, with the place in the whole file
-        else:
-            left = iter(rest.obstructions)
-            entries = [one if isinstance(one, Obstruction) else next(left) for one in given]
-            if len({one.id for one in entries}) == len(entries):
-                return rest.unit, entries
-    whole = ObstructionFile.model_validate(_as_tables(values))
-    return whole.unit, whole.obstructions
-
-
-def _as_tables(values: object) -> object:
-    """Return values as they stand in the file."""
-    if isinstance(values, Obstruction):
-        low, high = _corners(values)
-        return {"id": values.id, "box": {"min": list(low), "max": list(high)}}
-    if isinstance(values, dict):
-        return {key: _as_tables(value) for key, value in values.items()}
-    return [_as_tables(value) for value in values] if isinstance(values, list) else values
-
-
-def _corners(one: Obstruction) -> tuple[Vec3, Vec3]:
-    assert isinstance(one.form, Box)
-    return one.form.low_m, one.form.high_m
-
-
-def _box(name: str, low: Sequence[float], high: Sequence[float], scale: float) -> Obstruction:
-    return Obstruction(name, Box(_scaled(low, scale), _scaled(high, scale)))
+    if not isinstance(values, dict) or not isinstance(given, list):
+        return None
+    numbers = [number for number, one in enumerate(given) if one is not PLAIN]
+    try:
+        rest = ObstructionFile.model_validate({**values, "obstructions": [given[number] for number in numbers]})
+    except ValidationError:
+        return None
+    # Tables that look like an entry may stand in a wrong place, too.
+    if len({*plain, *(one.id for one in rest.obstructions)}) < len(given) or len(plain) + len(numbers) != len(given):
+        return None
+    return rest, numbers
 
 
 def obstructions_to_json(given: ObstructionSet) -> bytes:
@@ -291,14 +260,14 @@ def without_references(data: bytes, name: str) -> tuple[bytes, frozenset[str]]:
     return json.dumps({**document, "obstructions": kept}).encode(), ids
 
 
-def _decode(data: bytes, name: str, of_table: Callable[[dict[str, object]], object] | None = None) -> object:
-    """Return the parsed text; errors give the line. ``of_table`` may replace each table of JSON, to save memory."""
+def _decode(data: bytes, name: str, of_table: OfTable | None = None) -> object:
+    """Return the parsed text; errors give the line. ``of_table`` may replace an entry, to save memory."""
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise ObstructionFileError(name, f"not UTF-8 text (line {line})", hint=UTF8_HINT) from None
-    if not text.strip():
+    if not text or text.isspace():
         raise ObstructionFileError(
             name, "the file is empty", hint='without obstructions, write {"version": 1, "obstructions": []}'
         )
@@ -308,14 +277,16 @@ def _decode(data: bytes, name: str, of_table: Callable[[dict[str, object]], obje
         values = toml_values(text)
     except ValueError as error:
         raise ObstructionFileError(name, str(error), hint=WHERE_HINT) from None
-    entries = values.get("obstructions")
-    if of_table is not None and isinstance(entries, list):
-        entries[:] = (of_table(entry) if isinstance(entry, dict) else entry for entry in entries)
+    if of_table is not None and isinstance(entries := values.get("obstructions"), list):
+        for number, one in enumerate(entries):
+            entries[number] = of_table(one) if isinstance(one, dict) else one
     return values
 
 
 def _form(entry: ObstructionEntry, unit: str, folder: Path, read_mesh: ReadMesh) -> Form:
     scale = metres_per(unit)
+    if entry.box is not None:
+        return Box(_scaled(entry.box.min, scale), _scaled(entry.box.max, scale))
     if entry.voxels is not None:
         return Voxels(entry.voxels)
     if entry.cylinder is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
@@ -160,7 +160,7 @@ class ObstructionSet:
         notes: What was assumed when they were put into the site frame.
     """
 
-    obstructions: tuple[Obstruction, ...] = ()
+    obstructions: Sequence[Obstruction] = ()
     name: str = ""
     files: tuple[Path, ...] = field(default=(), repr=False)
     coordinates: Coordinates | None = "site"

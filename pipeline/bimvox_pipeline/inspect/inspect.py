@@ -101,11 +101,7 @@ def _obstructions(path: Path, progress: Progress) -> dict[str, Any]:
     progress.stage("read")
     found = as_written(path)
     head = {"sha256": sha256_of(path), **how_read(path, found)}
-    left = list(reversed(found.obstructions))
-    del found
-    described = []
-    while left:  # each is freed when it has been described: there may be a million of them
-        described.append(describe_obstruction(left.pop()))
+    described = [describe_obstruction(one) for one in found.obstructions]
     return {**head, **extent_of(described), "obstructions": described}
 
 

@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 
 from bimvox.grid.frame import GridFrame
 from bimvox.site.obstructions.cells import obstruction_cells
+from bimvox.site.obstructions.notes import Where
 from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Points, Voxels
 from bimvox.site.transit_clearance import grown_cells
 
 FRAME = GridFrame((-1.0, 0.0, -0.1), 0.1)
 SHAPE = (20, 15, 12)
-OUTSIDE = "obstruction 'x' lies outside the site, which is from (-1.00, 0.00, -0.10) to (1.00, 1.50, 1.10) m"
 coordinate = st.floats(-2.0, 3.0)
 
 
@@ -31,10 +31,10 @@ def as_set(cells):
 def test_a_box_on_cell_borders_does_not_spill(low, size):
     high = np.minimum(np.add(low, size), SHAPE)
     low_m, high_m = FRAME.corner_of(low), FRAME.corner_of(high)
-    cells, note = cells_of(Box(tuple(np.round(low_m, 6)), tuple(np.round(high_m, 6))))
+    cells, where = cells_of(Box(tuple(np.round(low_m, 6)), tuple(np.round(high_m, 6))))
     expected = {tuple(np.add(low, offset)) for offset in np.ndindex(*(high - low))}
     assert as_set(cells) == expected
-    assert note is None
+    assert where is Where.INSIDE
 
 
 @given(st.tuples(coordinate, coordinate, coordinate), st.tuples(*[st.floats(0.001, 1.0)] * 3))
@@ -77,15 +77,15 @@ def test_a_cylinder_takes_every_cell_that_holds_a_point_of_it(base, radius, heig
 
 def test_points_take_the_cells_that_hold_them():
     points = FRAME.centre_of([[1, 2, 3], [1, 2, 3], [4, 5, 6], [90, 0, 0]])
-    cells, note = cells_of(Points(np.vstack([points, [[1e300, 0.0, 0.0]]])))
+    cells, where = cells_of(Points(np.vstack([points, [[1e300, 0.0, 0.0]]])))
     assert cells.tolist() == [[1, 2, 3], [4, 5, 6]]
-    assert "clipped" in note
+    assert where is Where.CLIPPED
 
 
 def test_a_mesh_is_rasterised_by_the_callers_means():
-    cells, note = cells_of(box_mesh(FRAME.corner_of((1, 1, 1)), FRAME.corner_of((3, 2, 2))))
+    cells, where = cells_of(box_mesh(FRAME.corner_of((1, 1, 1)), FRAME.corner_of((3, 2, 2))))
     assert cells.tolist() == [[1, 1, 1], [2, 1, 1]]
-    assert note is None
+    assert where is Where.INSIDE
 
 
 @pytest.mark.parametrize(
@@ -99,12 +99,12 @@ def test_a_mesh_is_rasterised_by_the_callers_means():
         box_mesh((-3.0, 0.0, 0.0), (0.0, 1.0, 0.5)),
     ],
 )
-def test_what_sticks_out_is_clipped_with_a_note(form):
-    cells, note = cells_of(form)
+def test_what_sticks_out_is_clipped(form):
+    cells, where = cells_of(form)
     assert len(cells)
     assert (cells >= 0).all()
     assert (cells < SHAPE).all()
-    assert note == "obstruction 'x' is clipped to the site"
+    assert where is Where.CLIPPED
 
 
 @pytest.mark.parametrize(
@@ -118,10 +118,10 @@ def test_what_sticks_out_is_clipped_with_a_note(form):
         box_mesh((5.0, 5.0, 5.0), (6.0, 6.0, 6.0)),
     ],
 )
-def test_obstructions_outside_take_no_cell_and_are_noted(form):
-    cells, note = cells_of(form)
+def test_obstructions_outside_take_no_cell(form):
+    cells, where = cells_of(form)
     assert cells.shape == (0, 3)
-    assert note == OUTSIDE
+    assert where is Where.OUTSIDE
 
 
 @given(
@@ -139,6 +139,6 @@ def test_growing_takes_the_cells_within_that_many(cells, by):
 
 def test_clearance_counts_for_what_stands_just_outside():
     beside = Box((-1.1, 0.0, 0.0), (-1.0, 0.1, 0.1))
-    cells, note = cells_of(beside, grow_vox=1)
+    cells, where = cells_of(beside, grow_vox=1)
     assert as_set(cells) == {(0, j, k) for j in (0, 1) for k in (0, 1, 2)}
-    assert note == OUTSIDE
+    assert where is Where.OUTSIDE

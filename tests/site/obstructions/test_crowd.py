@@ -4,57 +4,12 @@ import itertools
 
 import numpy as np
 import pytest
-from box_buildings import rasterise_boxes
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from bimvox.errors import InputError
-from bimvox.grid.frame import GridFrame
-from bimvox.site.obstructions import cells as cells_module
 from bimvox.site.obstructions import crowd
-from bimvox.site.obstructions.cells import cells_of_all, obstruction_cells
 from bimvox.site.obstructions.crowd import blockers_of
-from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction
 
-FRAME = GridFrame((-1.0, 0.0, -0.1), 0.1)
 SHAPE = (20, 15, 12)
-coordinate = (
-    st.floats(-2.0, 3.0) | st.integers(-20, 30).map(lambda tenths: tenths / 10) | st.sampled_from([-1e300, 1e9])
-)
-edge = st.floats(1e-5, 1.0) | st.integers(1, 40).map(lambda tenths: tenths / 10) | st.sampled_from([1e300])
-
-
-@given(
-    st.lists(st.tuples(*[coordinate] * 3, *[edge] * 3), min_size=3, max_size=9),
-    st.integers(0, 3),
-    st.sampled_from([0, 10**6]),
-)
-@settings(deadline=None)
-def test_many_boxes_are_the_same_cells_as_one_by_one(drawn, grow_vox, at_once):
-    boxes = [
-        Box((x, y, z), (x + a, y + b, z + c)) for x, y, z, a, b, c in drawn if min(x + a - x, y + b - y, z + c - z)
-    ]
-    given_ = [Obstruction(f"{n}", box) for n, box in enumerate(boxes)]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cells_module, "_MANY", 3)
-        patch.setattr(cells_module, "_MOST_AT_ONCE", at_once)
-        found = list(cells_of_all(given_, FRAME, SHAPE, rasterise_boxes, grow_vox=grow_vox))
-    assert len(found) == len(given_)
-    for one, (cells, note) in zip(given_, found, strict=True):
-        wanted, wanted_note = obstruction_cells(one, FRAME, SHAPE, rasterise_boxes, grow_vox=grow_vox)
-        assert cells.tolist() == wanted.tolist()
-        assert cells.dtype == wanted.dtype
-        assert note == wanted_note
-
-
-def test_other_forms_among_many_boxes(monkeypatch):
-    monkeypatch.setattr(cells_module, "_MANY", 2)
-    boxes = [Obstruction(f"{n}", Box((0.1 * n, 0, 0), (0.1 * n + 0.2, 1, 1))) for n in range(5)]
-    mixed = [*boxes[:3], Obstruction("c", Cylinder((0, 1, 0), 0.3, 0.5)), *boxes[3:]]
-    found = list(cells_of_all(mixed, FRAME, SHAPE, rasterise_boxes))
-    assert [len(cells) for cells, _ in found] == [
-        len(obstruction_cells(one, FRAME, SHAPE, rasterise_boxes)[0]) for one in mixed
-    ]
 
 
 def column(x, y, high):

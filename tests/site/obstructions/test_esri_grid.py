@@ -12,6 +12,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.library.obstructions import rasterise
 from bimvox.site.obstructions.cells import obstruction_cells
 from bimvox.site.obstructions.esri_grid import is_esri_grid, read_esri_grid, surface_of
+from bimvox.site.obstructions.notes import Where
 from bimvox.site.obstructions.obstruction_set import Obstruction
 
 HEAD = "ncols 3\nnrows 2\nxllcorner 10\nyllcorner 5\ncellsize 2\n"
@@ -57,8 +58,8 @@ def test_each_cell_is_a_block_up_to_its_height(tmp_path, unit_m):
 def test_the_cells_of_the_site_are_those_below_the_heights(tmp_path):
     mesh = surface_of(written(tmp_path, HEAD.replace("cellsize 2", "dx 2\ndy 1") + BODY))
     frame, shape = GridFrame((9.0, 4.0, -0.5), 0.5), (20, 12, 20)
-    cells, note = obstruction_cells(Obstruction("hill", mesh), frame, shape, rasterise)
-    assert note is None
+    cells, where = obstruction_cells(Obstruction("hill", mesh), frame, shape, rasterise)
+    assert where is Where.INSIDE
     wanted = np.zeros(shape, bool)
     for row, south in ((0, 4), (1, 2)):
         for column, height in enumerate(WANTED[row]):

@@ -1,0 +1,210 @@
+"""Cells of very many obstructions, computed for a thousand of them at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.grid.frame import GridFrame
+from bimvox.site.component import IntVec
+from bimvox.site.obstructions.cells import FAR_M, TOLERANCE_M, Rasterise, obstruction_cells
+from bimvox.site.obstructions.notes import Where
+from bimvox.site.obstructions.obstruction_set import Obstruction
+from bimvox.site.obstructions.rows import BOX, CYLINDER, VOXELS, Rows
+
+_AT_ONCE = 1000
+"""Obstructions of which the cells are computed at once."""
+_MOST_AT_ONCE = 500_000
+"""If they have more cells than this, each is computed by itself, which takes less memory."""
+
+Found = tuple[NDArray[np.int32], Where]
+
+
+def cells_of_all(
+    obstructions: Sequence[Obstruction], frame: GridFrame, shape: IntVec, rasterise: Rasterise, *, grow_vox: int = 0
+) -> Iterator[Found]:
+    """Yield what ``obstruction_cells`` returns for each obstruction; a million of them take seconds."""
+    rows, grid = Rows.of(obstructions), _Grid(frame, shape, grow_vox)
+    for first in range(0, len(rows), _AT_ONCE):
+        kinds = rows.kinds[first : first + _AT_ONCE]
+        found: dict[int, Found] = {}
+        for kind, cells_of in _CELLS_OF.items():
+            numbers = np.flatnonzero(kinds == kind) + first
+            found.update(zip(numbers.tolist(), cells_of(rows, numbers, grid), strict=False))
+        for n in range(first, first + len(kinds)):
+            own = found.get(n)
+            yield obstruction_cells(rows[n], frame, shape, rasterise, grow_vox=grow_vox) if own is None else own
+
+
+@dataclass(frozen=True, slots=True)
+class _Grid:
+    """The grid and the clearance.
+
+    Attributes:
+        frame: Its frame.
+        shape: (X, Y, Z).
+        grow_vox: The clearance in cells.
+    """
+
+    frame: GridFrame
+    shape: IntVec
+    grow_vox: int
+
+    @property
+    def origin_m(self) -> NDArray[np.float64]:
+        """Lowest corner of the wide grid, which is larger by the clearance on every side."""
+        return np.array(self.frame.origin_m) - self.grow_vox * self.frame.voxel_size_m
+
+    def ranges(
+        self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+        """Return the cells of boxes in the wide grid, as ``obstruction_cells`` finds them.
+
+        Returns:
+            (N, 3) first cells, (N, 3) ends, and which boxes leave the wide grid.
+        """
+        low_m, high_m = np.clip(low_m, -FAR_M, FAR_M), np.clip(high_m, -FAR_M, FAR_M)
+        size_m, limit = self.frame.voxel_size_m, np.array(self.shape) + 2 * self.grow_vox
+        thin = high_m - low_m < 3 * TOLERANCE_M
+        first_m = np.where(thin, (low_m + high_m) / 2, low_m + TOLERANCE_M)
+        last_m = np.where(thin, (low_m + high_m) / 2, high_m - TOLERANCE_M)
+        start = np.clip(np.floor((first_m - self.origin_m) / size_m), -1, limit).astype(np.int64)
+        above = np.ceil((last_m - self.origin_m) / size_m)
+        stop = np.clip(np.maximum(above, start + 1), 0, limit + 1).astype(np.int64)
+        cut: NDArray[np.bool_] = np.any((start < 0) | (stop > limit), axis=1)
+        start, stop = np.maximum(start, 0), np.minimum(stop, limit)
+        stop[(stop <= start).any(axis=1)] = 0
+        return start, stop, cut
+
+    def meets(self, start: NDArray[np.int64], stop: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return on which axes ranges in the wide grid reach into the grid."""
+        found: NDArray[np.bool_] = (start < np.array(self.shape) + self.grow_vox) & (stop > self.grow_vox)
+        return found
+
+    def leaves(self, start: NDArray[np.int64], stop: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return on which axes ranges in the wide grid reach out of the grid."""
+        found: NDArray[np.bool_] = (start < self.grow_vox) | (stop > np.array(self.shape) + self.grow_vox)
+        return found
+
+    def grown(self, start: NDArray[np.int64], stop: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return first cells and sizes, in the grid and with the clearance, of ranges in the wide grid."""
+        first = np.maximum(start - 2 * self.grow_vox, 0)
+        size = np.maximum(np.minimum(stop, self.shape) - first, 0)
+        return first, np.where(np.all(stop > start, axis=1)[:, None], size, 0)
+
+
+def _boxes(rows: Rows, numbers: NDArray[np.int64], grid: _Grid) -> Iterator[Found]:
+    """Yield cells and place of boxes; of none if they have too many cells."""
+    corners_m = rows.numbers_m[numbers]
+    start, stop, cut = grid.ranges(corners_m[:, :3], corners_m[:, 3:])
+    inside, leaves = np.all(grid.meets(start, stop), axis=1), cut | np.any(grid.leaves(start, stop), axis=1)
+    first, size = grid.grown(start, stop)
+    counts = size.prod(axis=1)
+    if counts.sum() <= _MOST_AT_ONCE:
+        yield from _each(_cells_of_blocks(first, size), counts, inside, leaves)
+
+
+def _cylinders(rows: Rows, numbers: NDArray[np.int64], grid: _Grid) -> Iterator[Found]:
+    """Yield cells and place of cylinders; of none if they have too many cells."""
+    base_m = np.clip(rows.numbers_m[numbers, :3], -FAR_M, FAR_M)
+    radius_m, height_m = np.minimum(rows.numbers_m[numbers, 3:5], FAR_M).T
+    arm_m = np.stack([radius_m, radius_m, np.zeros(len(numbers))], axis=1)
+    high_m = base_m + arm_m + np.stack([np.zeros(len(numbers)), np.zeros(len(numbers)), height_m], axis=1)
+    start, stop, cut = grid.ranges(base_m - arm_m, high_m)
+    first, size = grid.grown(start, stop)
+    if size.prod(axis=1).sum() > _MOST_AT_ONCE:
+        return
+    grow, cell_m, levels = grid.grow_vox, grid.frame.voxel_size_m, size[:, 2]
+
+    def met(columns: NDArray[np.int32], of: NDArray[np.int64], within: int) -> NDArray[np.bool_]:
+        """Return whether a cylinder meets a column of the wide grid, or one within so many cells of it.
+
+        It does if the point nearest to its axis, of a cell shrunk by the tolerance, lies in its circle.
+        """
+        away_m = np.full((len(of), 2), np.inf)
+        for step in range(-within, within + 1):
+            cell, centre_m = columns[:, :2] + step, base_m[of, :2]
+            corner_m = cell_m * cell + grid.origin_m[:2]
+            nearest_m = np.clip(centre_m, corner_m + TOLERANCE_M, corner_m + cell_m - TOLERANCE_M)
+            own = (cell >= start[of, :2]) & (cell < stop[of, :2])
+            away_m = np.where(own, np.minimum(away_m, np.abs(nearest_m - centre_m)), away_m)
+        found: NDArray[np.bool_] = np.hypot(*away_m.T) < np.maximum(radius_m, 2 * TOLERANCE_M)[of]
+        return found
+
+    columns, of = _columns(start, stop - start)
+    columns, of = columns[hit := met(columns, of, 0)], of[hit]
+    within = ((columns >= grow) & (columns < np.array(grid.shape) + grow))[:, :2].all(axis=1)
+    in_grid, out_of_it = (np.bincount(of[one], minlength=len(numbers)) > 0 for one in (within, ~within))
+    inside = in_grid & grid.meets(start, stop)[:, 2]
+    leaves = cut | out_of_it | grid.leaves(start, stop)[:, 2]
+    columns, of = _columns(first, size)
+    columns, of = columns[hit := met(columns + grow, of, grow)], of[hit]
+    ones = np.ones(len(of), np.int64)
+    cells = _cells_of_blocks(columns.astype(np.int64), np.stack([ones, ones, levels[of]], axis=1))
+    yield from _each(cells, np.bincount(of, minlength=len(numbers)) * levels, inside, leaves)
+
+
+def _voxels(rows: Rows, numbers: NDArray[np.int64], grid: _Grid) -> Iterator[Found]:
+    """Yield cells and place of voxels; of none if they have too many cells."""
+    shape, grow, count = np.array(grid.shape), grid.grow_vox, len(numbers)
+    counts = rows.first[numbers + 1] - rows.first[numbers]
+    of = np.repeat(np.arange(count), counts)
+    place = np.arange(len(of)) - (np.cumsum(counts) - counts)[of] + rows.first[numbers][of]
+    cells = rows.cells[place]
+    within = ((cells >= 0) & (cells < shape)).all(axis=1)
+    inside, leaves = (np.bincount(of[one], minlength=count) > 0 for one in (within, ~within))
+    near = ((cells >= -grow) & (cells < shape + grow)).all(axis=1)
+    cells, of = cells[near].astype(np.int64), of[near]
+    first = np.maximum(cells - grow, 0)
+    size = np.minimum(cells + grow + 1, shape) - first
+    if size.prod(axis=1).sum() <= _MOST_AT_ONCE:
+        of = np.repeat(of, size.prod(axis=1))
+        grown = _cells_of_blocks(first, size)
+        if counts.max(initial=0) > 1:  # the cells of one may overlap, or be in another order
+            key = np.unique(np.ravel_multi_index((of, *grown.T), (count, *grid.shape)))
+            of, x, y, z = np.unravel_index(key, (count, *grid.shape))
+            grown = np.stack([x, y, z], axis=1).astype(np.int32)
+        yield from _each(grown, np.bincount(of, minlength=count), inside, leaves)
+
+
+_WHERE = {
+    (True, False): Where.INSIDE,
+    (True, True): Where.CLIPPED,
+    (False, True): Where.OUTSIDE,
+    (False, False): Where.OUTSIDE,
+}
+"""Where an obstruction is: whether it has a cell in the grid, and whether it leaves the grid."""
+_CELLS_OF = {BOX: _boxes, CYLINDER: _cylinders, VOXELS: _voxels}
+
+
+def _columns(first: NDArray[np.int64], size: NDArray[np.int64]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    """Return the lowest cell of each column of blocks of cells, and the number of its block."""
+    flat = np.where(np.all(size > 0, axis=1)[:, None], size, 0)
+    flat[:, 2] = np.minimum(flat[:, 2], 1)
+    return _cells_of_blocks(first, flat), np.repeat(np.arange(len(flat)), flat.prod(axis=1))
+
+
+def _each(
+    cells: NDArray[np.int32], counts: NDArray[np.int64], inside: NDArray[np.bool_], leaves: NDArray[np.bool_]
+) -> Iterator[Found]:
+    """Yield the cells of each, of which there are so many, and its place."""
+    at = 0
+    for count, is_inside, does_leave in zip(counts.tolist(), inside.tolist(), leaves.tolist(), strict=True):
+        yield cells[at : at + count], _WHERE[is_inside, does_leave]
+        at += count
+
+
+def _cells_of_blocks(start: NDArray[np.int64], size: NDArray[np.int64]) -> NDArray[np.int32]:
+    """Return the (N, 3) cells of blocks of cells, block by block."""
+    counts = size.prod(axis=1)
+    number = np.repeat(np.arange(len(size)), counts)
+    place = np.arange(len(number)) - (np.cumsum(counts) - counts)[number]
+    cells = np.empty((len(number), 3), np.int32)
+    for axis in (2, 1, 0):
+        along = size[number, axis]
+        cells[:, axis] = place % along + start[number, axis]
+        place //= along
+    return cells

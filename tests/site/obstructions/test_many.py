@@ -1,0 +1,69 @@
+"""Very many obstructions: the same cells as one by one."""
+
+import numpy as np
+import pytest
+from box_buildings import rasterise_boxes
+from box_sites import box_mesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bimvox.grid.frame import GridFrame
+from bimvox.site.obstructions import many
+from bimvox.site.obstructions.cells import obstruction_cells
+from bimvox.site.obstructions.many import cells_of_all
+from bimvox.site.obstructions.notes import Where
+from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Points, Voxels
+from bimvox.site.obstructions.rows import Rows
+
+FRAME = GridFrame((-1.0, 0.0, -0.1), 0.1)
+SHAPE = (20, 15, 12)
+coordinate = (
+    st.floats(-2.0, 3.0) | st.integers(-20, 30).map(lambda tenths: tenths / 10) | st.sampled_from([-1e300, 1e9])
+)
+edge = st.floats(1e-5, 1.0) | st.integers(1, 40).map(lambda tenths: tenths / 10) | st.sampled_from([1e300])
+boxes = (
+    st.tuples(*[coordinate] * 3, *[edge] * 3)
+    .filter(lambda b: all(b[n] + b[n + 3] > b[n] for n in range(3)))
+    .map(lambda b: Box(b[:3], (b[0] + b[3], b[1] + b[4], b[2] + b[5])))
+)
+cylinders = st.builds(Cylinder, st.tuples(*[coordinate] * 3), edge, edge)
+index = st.integers(-5, 24) | st.sampled_from([-(2**31), 2**31 - 1])
+voxels = st.lists(st.tuples(index, index, index), min_size=1, max_size=4).map(lambda cells: Voxels(tuple(cells)))
+
+
+@given(
+    st.lists(boxes | cylinders | voxels, min_size=1, max_size=9),
+    st.integers(0, 3),
+    st.sampled_from([0, 10**6]),
+    st.sampled_from([2, 1000]),
+)
+@settings(deadline=None, max_examples=300)
+def test_many_are_the_same_cells_as_one_by_one(forms, grow_vox, most, at_once):
+    given_ = [Obstruction(f"{n}", form) for n, form in enumerate(forms)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(many, "_AT_ONCE", at_once)
+        patch.setattr(many, "_MOST_AT_ONCE", most)
+        found = list(cells_of_all(given_, FRAME, SHAPE, rasterise_boxes, grow_vox=grow_vox))
+    assert len(found) == len(given_)
+    for one, (cells, where) in zip(given_, found, strict=True):
+        wanted, wanted_where = obstruction_cells(one, FRAME, SHAPE, rasterise_boxes, grow_vox=grow_vox)
+        assert cells.tolist() == wanted.tolist()
+        assert cells.dtype == wanted.dtype
+        assert where is wanted_where
+
+
+def test_every_form_is_found_among_the_others():
+    forms = [
+        Box((0, 0, 0), (0.2, 1, 1)),
+        Cylinder((0, 1, 0), 0.3, 0.5),
+        box_mesh((0, 0, 0), (0.1, 0.1, 0.1)),
+        Voxels(((1, 2, 3), (1, 2, 4))),
+        Points(np.array([[0.05, 0.05, 0.05]])),
+    ]
+    mixed = [Obstruction(f"{n}", form) for n, form in enumerate(forms)]
+    found = list(cells_of_all(mixed, FRAME, SHAPE, rasterise_boxes))
+    assert [cells.tolist() for cells, _ in found] == [
+        obstruction_cells(one, FRAME, SHAPE, rasterise_boxes)[0].tolist() for one in mixed
+    ]
+    assert {where for _, where in found} == {Where.INSIDE}
+    assert [one.form for one in Rows.of(mixed)[:2]] == forms[:2]
