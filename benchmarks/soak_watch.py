@@ -271,7 +271,7 @@ class Soak:
         """Prove the newest plan on disk, compare it with the reports, and remove segments that are not needed."""
         from bimvox_pipeline.watch.log import segments_on_disk
 
-        from bimvox.library.obstructions import load_obstructions, rasterise
+        from bimvox.library.obstructions import load_obstructions, rasterise, survey_in
         from bimvox.log.reader import read_log
         from bimvox.log.segments import pending_of
         from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
@@ -287,7 +287,9 @@ class Soak:
                 verify_motions_over_time(log.plan, log.motions),
             ):
                 self._expect(proof.verified, f"{when}: not proven: {proof.failures[:2]}")
-        wanted = with_obstructions(log.plan.site, load_obstructions(self.file, log.plan.site), rasterise)
+        wanted = with_obstructions(
+            log.plan.site, load_obstructions(self.file, log.plan.site, survey_in(log)), rasterise
+        )
         self._expect(wanted.digest == log.plan.site.digest, f"{when}: the plan on disk is for other obstructions")
         self._expect(log.revision >= self.told, f"{when}: revision {self.told} was reported, {log.revision} is on disk")
         segments = segments_on_disk(self.folder / LOG)

@@ -9,6 +9,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.kinds.kind import UNKNOWN, Judgement
 from bimvox.bim.mass_uncertainty import mass_uncertainty
 from bimvox.kept import kept
 
@@ -111,6 +112,7 @@ class Element:
         predefined_type: Its IFC predefined type in capitals, for example ``HOLLOWCORE``, if any.
         casting: Whether its source states that it is precast, or cast in place; None if it states neither.
         volume_guessed: Whether its mass is that of a guessed volume: its mesh is open.
+        judgement: What kind of part it is, and why.
     """
 
     id: str
@@ -133,6 +135,7 @@ class Element:
     predefined_type: str | None = None
     casting: Casting | None = None
     volume_guessed: bool = False
+    judgement: Judgement = UNKNOWN
 
     @property
     def mass_uncertainty(self) -> float:

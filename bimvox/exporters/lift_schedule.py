@@ -13,10 +13,9 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.records.crews import Crew, casting_crew, erection_crews, unloading_crew
 from bimvox.records.dates import PlanDates
 from bimvox.records.motion import LiftMotion
-from bimvox.records.not_lifted import HOW
 from bimvox.records.steps import Step, Steps, cured_ns
 from bimvox.records.track import LoadTrack
-from bimvox.site.means import Means
+from bimvox.site.means import HOW, Means
 from bimvox.site.site import Site
 from bimvox.site.work import kind_of
 from bimvox.units import elapsed
@@ -256,7 +255,7 @@ def time_text(minutes: int) -> str:
 
 def _step_task(site: Site, step: Step, dates: PlanDates | None) -> LiftTask:
     component = site.components[step.component]
-    how = HOW.get(component.means.value, "set by other means")
+    how = HOW.get(component.means, "set by other means")
     wait_s = (step.carries_ns - step.ends_ns) / 1e9
     begins_ns, ends_ns = dates.steps[step.order][:2] if dates else (step.begins_ns, step.ends_ns)
     return LiftTask(

@@ -76,6 +76,7 @@ def _lifted(component: Component) -> Element:
         task_rank=hints.task_rank,
         casting=component.casting,
         volume_guessed=component.volume_guessed,
+        judgement=component.judgement,
     )
 
 

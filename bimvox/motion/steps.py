@@ -66,7 +66,7 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
                 carries_ns[lift.component] = carries_at_ns
         elif lift.is_set_otherwise:
             means = component.means
-            work_s, wait_s = work_and_wait_s(casting, component, means, component.mass_kg)
+            work_s, wait_s = work_and_wait_s(casting, site.rules.building, component, component.mass_kg)
             begins_ns = max(ready_ns, 0 if last_ns is None else so_far.ending_ns(last_ns))
             if means is not Means.CRANE:
                 begins_ns = max(begins_ns, free_ns[means])

@@ -33,12 +33,14 @@ class Status(StrEnum):
     PLANNED = "planned"
     INFEASIBLE = "infeasible"
     IN_SITU = "in_situ"
-    """No lift of the crane: its part is cast, or built up, in its place when it is its turn."""
+    """No lift of the crane: its part is cast in its place when it is its turn."""
+    BUILT = "built"
+    """No lift of the crane: its trade builds it in its place when it is its turn."""
     BY_HAND = "by_hand"
     """No lift of the crane: a few people set its part when it is its turn."""
 
 
-NOT_LIFTED = frozenset((Status.IN_SITU, Status.BY_HAND))
+NOT_LIFTED = frozenset((Status.IN_SITU, Status.BUILT, Status.BY_HAND))
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)

@@ -11,11 +11,8 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.other_means import needed_by_ns
 from bimvox.records.steps import Steps
 from bimvox.site.component import Component
-from bimvox.site.means import Means
+from bimvox.site.means import HOW, Means
 from bimvox.site.site import Site
-
-HOW = {Means.IN_SITU.value: "cast in place", Means.BY_HAND.value: "set by hand"}
-"""What a part is that the crane does not lift, by the status of its lift."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +48,7 @@ class NotLifted:
     def name(self) -> str:
         """What the group is called: ``bundle: 24 railings, Level 2``."""
         where = "" if self.storey is None else f", {self.storey}"
-        what = "bundle" if self.means is Means.BY_HAND else HOW[self.means.value]
+        what = "bundle" if self.means is Means.BY_HAND else HOW[self.means]
         return f"{what}: {len(self.lifts):,} x {self.kind}{where}"
 
     def to_dict(self) -> dict[str, Any]:

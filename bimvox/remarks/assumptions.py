@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from math import degrees
 
 import numpy as np
 
+from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.placed_twice import is_about_place
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import enumerated
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, metres
 from bimvox.site.component import Component
@@ -17,6 +20,7 @@ from bimvox.site.part_names import names_by_id, with_names
 from bimvox.site.site import HeadingRule, SwingRule
 from bimvox.site.work import work_of
 
+ASSUMED_KIND = "assumed_kind"
 ASSUMED_MASS = "assumed_mass"
 ASSUMED_CONTACT = "assumed_contact"
 ASSUMED_TACKLE = "assumed_tackle"
@@ -27,6 +31,7 @@ ASSUMED_GROUND = "assumed_ground"
 PLAN_NOTE = "plan_note"
 PLACED_TWICE = "placed_twice"
 
+_MOST_REASONS = 4
 _MASSES = {
     "default": "no mass and no known material in the model: 2,400 kg/m3 of solid volume",
     "density": "no mass in the model: volume times a density of the material",
@@ -37,6 +42,7 @@ _MASSES = {
 def assumptions(subject: Subject) -> Iterator[Remark]:
     """Yield notes about what is assumed."""
     site, own = subject.site, subject.site.rules
+    yield from _kinds(subject)
     for source, said in _MASSES.items():
         count = sum(component.mass_source == source for component in subject.lifted)
         if count:
@@ -58,6 +64,27 @@ def assumptions(subject: Subject) -> Iterator[Remark]:
             yield Remark(PLACED_TWICE, Severity.MINOR, note)
         else:
             yield _note(PLAN_NOTE, with_names(note, names))
+
+
+def _kinds(subject: Subject) -> Iterator[Remark]:
+    """Yield a note about the parts of which the model does not say what they are: what is assumed, and by what."""
+    reasons = Counter(
+        (part.judgement.kind, part.judgement.why)
+        for part in subject.site.components
+        if part.judgement.confidence is Confidence.ASSUMED
+    )
+    if not reasons:
+        return
+    said = [
+        f"{count:,} {'of unknown kind' if kind is Kind.OTHER else f'taken as {kind.value}'} ({why})"
+        for (kind, why), count in reasons.most_common(_MOST_REASONS)
+    ]
+    rest = reasons.total() - sum(count for _, count in reasons.most_common(_MOST_REASONS))
+    yield _note(
+        ASSUMED_KIND,
+        f"what {reasons.total():,} of {len(subject.site.components):,} parts are is an assumption: "
+        + enumerated([*said, f"{rest:,} others"] if rest else said),
+    )
 
 
 def _ground(subject: Subject) -> str:

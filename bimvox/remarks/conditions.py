@@ -60,6 +60,7 @@ def _of_the_parts(plan: LiftPlan, lifts: Sequence[Lift], labels: Mapping[str, st
 
     yield where(lambda lift: lift.by_other_means), f"parts are set by other means {_TURN}"
     yield where(lambda lift: lift.status is Status.IN_SITU), f"parts are cast in place {_TURN}"
+    yield where(lambda lift: lift.status is Status.BUILT), f"parts are built in place by their trade {_TURN}"
     yield where(lambda lift: lift.status is Status.BY_HAND), f"parts are set by hand {_TURN}"
     yield (
         where(lambda lift: not lift.is_set),

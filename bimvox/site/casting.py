@@ -1,4 +1,4 @@
-"""The time of work that the crane does not do: cast in place, by class of work, or set by hand.
+"""The time of work that the crane does not do: cast in place, by class of work, built in place, or set by hand.
 
 The defaults are typical values of the field, not measured:
 
@@ -16,7 +16,10 @@ The defaults are typical values of the field, not measured:
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
+from bimvox.bim.kinds.kind import Judgement
+from bimvox.site.building_times import Building, built_and_wait_s
 from bimvox.site.limits import MOST_WORK_S, ON_GROUND_M
 from bimvox.site.means import Means
 from bimvox.site.work import Part, Work, work_of
@@ -94,15 +97,29 @@ FIELD_CASTING = Casting(
 """The defaults of the site file."""
 
 
-def work_and_wait_s(casting: Casting, part: Part, means: Means, mass_kg: float) -> tuple[float, float]:
+class JudgedPart(Part, Protocol):
+    """A part of which is known what it is and how it gets to its place."""
+
+    @property
+    def judgement(self) -> Judgement:
+        """What kind of part it is."""
+
+    @property
+    def means(self) -> Means:
+        """How it gets to its place."""
+
+
+def work_and_wait_s(casting: Casting, building: Building, part: JudgedPart, mass_kg: float) -> tuple[float, float]:
     """Return how long a part that the crane does not set is worked on, and then waited for until it carries, seconds.
 
     Both are 0 for a part that the crane should set but cannot: nobody has said how it gets there.
     """
-    if means is Means.BY_HAND:
+    if part.means is Means.BY_HAND:
         return casting.hand_s, 0.0
-    if means is Means.CRANE:
+    if part.means is Means.CRANE:
         return 0.0, 0.0
+    if part.means is Means.BUILT:
+        return built_and_wait_s(building, part.judgement.kind, part.mesh)
     own = times_of(casting, cast_work(part))
     work_s = 3600.0 * own.hours_m3 * mass_kg / CONCRETE_KG_M3 / casting.people
     return min(work_s, MOST_WORK_S), 3600.0 * own.wait_h

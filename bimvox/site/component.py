@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Casting, TriangleMesh, part_name
+from bimvox.bim.kinds.kind import UNKNOWN, Judgement
 from bimvox.bim.mass_uncertainty import mass_uncertainty
 from bimvox.crane.rig import Rig
 from bimvox.site.means import Means
@@ -138,6 +139,7 @@ class Component:
         means_reason: Why the crane does not lift it; empty if it does.
         casting: Whether its source states that it is precast, or cast in place.
         volume_guessed: Whether its mass is that of a guessed volume: its mesh is open.
+        judgement: What kind of part it is, and why.
     """
 
     index: int
@@ -168,6 +170,7 @@ class Component:
     means: Means = field(default=Means.CRANE, metadata=SPARSE)
     means_reason: str = field(default="", metadata=SPARSE)
     casting: Casting | None = field(default=None, metadata=SPARSE)
+    judgement: Judgement = field(default=UNKNOWN, metadata=SPARSE)
     hook_aside_vox: tuple[float, float] = field(default=(0.0, 0.0), metadata=SPARSE)
     volume_guessed: bool = field(default=False, metadata=SPARSE)
 

@@ -1,12 +1,13 @@
-"""How a part gets to its place: lifted by the crane, cast there, or set by hand.
+"""How a part gets to its place: lifted by the crane, cast there, built there by its trade, or set by hand.
 
-What the site file says of a part decides; then what the building file states about casting; then size and mass:
-concrete that no road and no crane takes in one piece is cast where it stays, and what a few people carry is not a lift
-of its own.
+What the site file says of a part decides; then its kind: masonry, partitions, glazing and earth are built in place.
+Then what the building file states about casting, then size and mass: concrete that no road and no crane takes in one
+piece is cast where it stays, and what a few people carry is not a lift of its own.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Casting, Element
-from bimvox.errors import SelectionError
+from bimvox.bim.kinds.kind import Confidence, Kind
+from bimvox.errors import SelectionError, enumerated
 from bimvox.site.limits import ON_GROUND_M
 from bimvox.site.upright_box import sizes_m
+from bimvox.site.work import Work, work_of
 
 if TYPE_CHECKING:
     from bimvox.site.component import Component
@@ -36,7 +39,9 @@ class Means(StrEnum):
     CRANE = "crane"
     """The crane lifts it."""
     IN_SITU = "in_situ"
-    """It is cast, or built up, in its place."""
+    """It is cast in its place."""
+    BUILT = "built"
+    """Its trade builds it in its place, of pieces: masonry, partitions, cladding, glazing."""
     BY_HAND = "by_hand"
     """A few people set it; it comes up in a bundle with others of its kind and storey."""
 
@@ -49,6 +54,9 @@ class Reasoned(NamedTuple):
 
 
 LIFTED = Reasoned(Means.CRANE)
+HOW = {Means.IN_SITU: "cast in place", Means.BUILT: "built in place", Means.BY_HAND: "set by hand"}
+"""What a part is that the crane does not lift."""
+_BUILT = (Kind.MASONRY, Kind.LIGHT, Kind.GLAZING, Kind.EARTH)
 
 
 def means_of(
@@ -62,11 +70,6 @@ def means_of(
         limits: The site file's ``[means]`` table.
     """
     found = {element.id: _means_of(element, limits) for element in elements}
-    if not any(one.means is Means.CRANE for one in found.values()):
-        # A model in which everything says so says nothing (a default material), and one at toy scale has light parts.
-        found = {element.id: _means_of(element, limits, by_words=False, by_hand=False) for element in elements}
-    if not any(one.means is Means.CRANE for one in found.values()):
-        found = dict.fromkeys(found, LIFTED)  # somebody wants a plan of it: let the crane say no
     slabs = [element for element in elements if found[element.id].means is Means.IN_SITU and _is_ground_slab(element)]
     bounds_m = {element.id: element.mesh.bounds_m for element in (*elements, *slabs)}
     under: dict[str, Reasoned] = {}
@@ -79,8 +82,7 @@ def means_of(
             under[element.id] = Reasoned(Means.BY_HAND, why)
         else:
             under[element.id] = Reasoned(Means.IN_SITU, f"it is under {over.label}, which is cast on the ground")
-    if any(one.means is Means.CRANE for one in {**found, **under}.values()):  # otherwise it is not a slab, but a whole
-        found |= under
+    found |= under
     for element_id, entry in entries.items():
         if entry.means is not None and element_id in found:
             found[element_id] = (
@@ -93,24 +95,42 @@ def nothing_to_lift(parts: Sequence[Component | Reasoned]) -> SelectionError:
     """Return the error for a model in which the crane has nothing to do; ``parts`` are those that are no lifts."""
     if not parts:
         return SelectionError("nothing to lift: no part of the model is a component", hint="see [model] select")
-    cast = sum(part.means is Means.IN_SITU for part in parts)
+    counts = Counter(part.means for part in parts)
+    what = enumerated([f"{counts[means]:,} are {HOW[means]}" for means in HOW if counts[means]])
     return SelectionError(
-        f"nothing to lift: {cast:,} parts are cast in place and {len(parts) - cast:,} are set by hand",
+        f"nothing to lift: of {len(parts):,} parts, {what}",
         hint='give limits in [means], or means = "crane" in a [[component]]',
     )
 
 
-def _means_of(element: Element, limits: MeansConfig, *, by_words: bool = True, by_hand: bool = True) -> Reasoned:
-    if by_words and element.casting is Casting.IN_SITU:
-        return Reasoned(Means.IN_SITU, "the building file says that it is cast in place")
-    if by_hand and element.mass_kg < limits.lift_from_kg:
+def _means_of(element: Element, limits: MeansConfig) -> Reasoned:
+    kind, why = element.judgement.kind, element.judgement.why
+    if element.casting is Casting.IN_SITU:
+        said = why if kind is Kind.CONCRETE else "the building file says that it is cast in place"
+        return Reasoned(Means.IN_SITU, said)
+    is_light_bar = kind is Kind.LIGHT and work_of(element) in (Work.BEAM, Work.COLUMN)
+    if kind in _BUILT and element.casting is None and not is_light_bar:
+        return Reasoned(Means.BUILT, why)
+    if element.mass_kg < limits.lift_from_kg:
         return Reasoned(
             Means.BY_HAND, f"it weighs {element.mass_kg:.0f} kg; lifts of their own begin at {limits.lift_from_kg:g} kg"
         )
-    may_be_cast = element.casting is not Casting.PRECAST and _is_concrete(element)
-    if may_be_cast and (beyond := _beyond(element, limits)) is not None:
+    beyond = _beyond(element, limits) if _may_be_cast(element, limits) else None
+    if beyond is not None:
         return Reasoned(Means.IN_SITU, f"{beyond}: concrete beyond what goes by road in one piece is cast in place")
     return LIFTED
+
+
+def _may_be_cast(element: Element, limits: MeansConfig) -> bool:
+    """Return whether a part is cast if it is too large for the road.
+
+    A floor wider than any load that is called precast only by its words is drawn in one piece: planks with a topping.
+    """
+    judgement = element.judgement
+    if element.casting is not Casting.PRECAST:
+        return judgement.kind in (Kind.CONCRETE, Kind.OTHER) and _is_concrete(element)
+    is_floor = work_of(element) in (Work.SLAB, Work.FOOTING)
+    return judgement.confidence is not Confidence.STATED and is_floor and sizes_m(element.mesh)[1] > limits.widest_m
 
 
 def _beyond(element: Element, limits: MeansConfig) -> str | None:
@@ -129,7 +149,9 @@ def _beyond(element: Element, limits: MeansConfig) -> str | None:
 
 
 def _is_concrete(element: Element) -> bool:
-    """Return whether a part is of concrete or masonry, by its density; also if its material is not known."""
+    """Return whether a part is of concrete: by its kind, otherwise by its density; also if nothing is known of it."""
+    if element.judgement.kind is Kind.CONCRETE:
+        return True
     volume_m3 = abs(element.mesh.signed_volume_m3)
     low, high = _CONCRETE_KG_M3
     return element.mass_source == "default" or low * volume_m3 <= element.mass_kg <= high * volume_m3

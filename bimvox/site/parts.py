@@ -117,6 +117,7 @@ def component_of(
         means=means.means,
         means_reason=means.why,
         casting=element.casting,
+        judgement=element.judgement,
         hook_aside_vox=aside_vox,
         volume_guessed=element.volume_guessed,
     )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
+from bimvox.site.building_times import FIELD_BUILDING, Building
 from bimvox.site.casting import FIELD_CASTING, Casting, Curing
 from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
@@ -78,6 +79,7 @@ class Rules:
         gives_way: Names of the rules that are defaults: a lift that cannot keep them is planned with what it can keep.
         times: The crew's times by class of work.
         casting: The times of work that the crane does not do.
+        building: The times of parts that are built in place.
         curing: How long the joints of lifted parts cure until they carry what rests on these; None: they carry at once.
         order_search: Whether a faster erection sequence than the greedy one is searched.
         heading: What keeps the heading of a load while the jib turns. A load with no room to turn keeps its heading.
@@ -106,6 +108,7 @@ class Rules:
     gives_way: tuple[str, ...] = field(default=(), metadata=SPARSE)
     times: TimesByWork = FIELD_TIMES
     casting: Casting = FIELD_CASTING
+    building: Building = FIELD_BUILDING
     heading: HeadingRule = field(default=HeadingRule.KEPT, metadata=SPARSE)
     yard: YardRules | None = field(default=None, metadata=SPARSE)
     curing: Curing | None = field(default=None, metadata=SPARSE)

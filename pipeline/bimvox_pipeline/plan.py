@@ -96,6 +96,9 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
                 "elapsed_start_s": round(steps.starting_ns(motion.start_ns) / 1e9, 3) if motion else None,
                 "elapsed_end_s": round(steps.ending_ns(motion.end_ns) / 1e9, 3) if motion else None,
                 "status": lift.status.value,
+                "kind": component.judgement.kind.value,
+                "kind_confidence": component.judgement.confidence.value,
+                "kind_why": component.judgement.why,
                 **({"with_jib": True} if lift.with_jib else {}),
                 **({"crane": site.cranes[component.crane].name} if site.has_several_cranes else {}),
             }

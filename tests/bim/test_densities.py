@@ -38,7 +38,7 @@ from bimvox.bim.densities import density_by_name
         ("TIMBER/HOUT", 500),
         ("Madera aserrada", 500),
         ("Bois lamellé-collé", 500),
-        ("Brettsperrholz (CLT)", 650),
+        ("Brettsperrholz (CLT)", 500),
         ("CLT 140 5s", 500),
         ("GL24h", 500),
         ("C24", 500),

@@ -59,12 +59,6 @@ BAD: dict[str, tuple[str, Callable[[], bytes | str], str, str]] = {
     "two projects": ("a.ifc", lambda: FRAME.replace(PROJECT, f"{PROJECT}\n#99999{PROJECT[3:]}"), "ifc", "2 IfcProject"),
     "no unit": ("a.ifc", lambda: FRAME.replace("((#1,#2,", "((#2,"), "ifc", "no length unit"),
     "no units": ("a.ifc", lambda: FRAME.replace("(#8),#10);", "(#8),$);"), "ifc", "no length unit"),
-    "absurd extents": (
-        "a.ifc",
-        lambda: FRAME.replace(POINT, "IFCCARTESIANPOINT((6.2E6,0.2,0.))"),
-        "grid-too-large",
-        "cells",
-    ),
     "infinite": ("a.ifc", lambda: FRAME.replace(POINT, "IFCCARTESIANPOINT((6.2E699,0.2,0.))"), "ifc", "6.2E699"),
     "a unit of zero": ("a.ifc", lambda: length_unit("IFCLENGTHMEASURE(0.)"), "ifc", "LENGTHUNIT"),
     "a unit below zero": ("a.ifc", lambda: length_unit("IFCLENGTHMEASURE(-0.3)"), "ifc", "LENGTHUNIT"),
@@ -144,6 +138,17 @@ def test_a_bad_file_is_refused(case: str, capsys: pytest.CaptureFixture[str]) ->
     assert error["hint"]
     assert "Traceback" not in printed.err
     assert [item.name for item in Path().iterdir()] == [name]
+
+
+def test_a_part_thousands_of_kilometres_away_is_left_out_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+    path = written("a.ifc", FRAME.replace(POINT, "IFCCARTESIANPOINT((6.2E6,0.2,0.))"))
+    assert run(["voxelize", str(path), "--voxel-size", "0.2", "-o", "grid.zarr.zip", "--json", "-q"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert len(document["components"]) == 7
+    assert [(one["name"], one["reason"]) for one in document["skipped"]] == [
+        ("Column B1", "lies more than 1,000 km away")
+    ]
+    assert "Column B1" in " ".join(document["notes"])
 
 
 @pytest.mark.parametrize("case", READ)

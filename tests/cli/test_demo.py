@@ -33,6 +33,7 @@ def test_every_step_is_printed_and_the_end_says_where_to_look(
         assert str(Path("demo-output") / name) in out.split("The lift log:")[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variable", [None, "BIMVOX_JSON"])
 def test_as_json_it_is_one_document_that_of_plan(
     variable: str | None, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

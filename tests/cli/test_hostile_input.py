@@ -304,6 +304,7 @@ def log_of_zeros(uncompressed: int) -> bytes:
     return empty[:header_end] + b"\x06" + struct.pack("<Q", len(body)) + body + empty[header_end:]
 
 
+@pytest.mark.slow
 # What is small enough to be read is read record by record, so that 32 MiB of them take a second.
 @pytest.mark.parametrize(
     ("size", "command"),

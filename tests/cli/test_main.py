@@ -94,6 +94,7 @@ def test_a_wrong_number_is_called_so(arguments: list[str], said: str, capsys: py
     assert capsys.readouterr().err.startswith(said)
 
 
+@pytest.mark.slow
 def test_v_prints_the_stages_on_stderr(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     frame = Path(__file__).parents[2] / "sample_models" / "frame.ifc"
     command = ["voxelize", str(frame), "--voxel-size", "0.5", "-o", str(tmp_path / "grid.zarr.zip"), "--json"]

@@ -17,6 +17,7 @@ from bimvox_cli import main
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="sends signals")
 def test_it_answers_at_the_printed_address_until_it_is_interrupted(tmp_path: Path) -> None:
     shutil.copy(SAMPLES / "frame.ifc", tmp_path)

@@ -265,7 +265,15 @@ NOT_AGAIN = {
 WITHOUT_FIGURES = ("docs/index.md", "docs/install.md", "docs/lift-plan.md", "docs/reading.md", "docs/verified.md")
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{Path(row.page).stem}-{row.key}")
+LONG = ("stops and waits", "our mode (tests every 250)")
+"""Rows that take some seconds."""
+
+
+@pytest.mark.parametrize(
+    "row",
+    [pytest.param(row, marks=pytest.mark.slow if row.key in LONG else ()) for row in ROWS],
+    ids=[f"{Path(row.page).stem}-{row.key}" for row in ROWS],
+)
 def test_a_row_agrees_with_what_is_measured_again(row: Row, tmp_path: Path):
     table = table_of(row.page, row.head)
     documented = table[row.key]

@@ -118,6 +118,7 @@ print(time.process_time())
 """
 
 
+@pytest.mark.slow
 def test_the_first_observations_of_a_fresh_process_come_soon():
     for _ in range(2):  # the first run may compile
         ran = subprocess.run([sys.executable, "-c", FIRST], capture_output=True, text=True, check=True)

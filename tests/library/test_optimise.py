@@ -80,6 +80,7 @@ def test_for_each_plan_that_refuses_parts_another_set_up_is_planned(
     assert {one.machine for one in around} == {other.machine}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle_deg", [pytest.param(60, marks=pytest.mark.slow), 20])
 def test_its_sites_have_the_cranes_of_the_search_and_of_the_commands_site_files(
     site: Path, monkeypatch: pytest.MonkeyPatch, angle_deg: int
@@ -106,6 +107,7 @@ def test_its_sites_have_the_cranes_of_the_search_and_of_the_commands_site_files(
         assert (config.areas.yard, config.rules.truckload_kg) == (theirs.areas.yard, theirs.rules.truckload_kg)
 
 
+@pytest.mark.slow
 def test_a_budget_that_nothing_keeps_and_a_site_of_several_cranes_are_refused(site: Path) -> None:
     poor = site.with_name("poor.site.toml")
     poor.write_text(f"{site.read_text()}\n[costs]\nbudget = 1\n")

@@ -75,6 +75,7 @@ def test_between_samples_any_order_of_the_axes_is_covered(room_seed, seed):
             assert load_is_clear(room, at)
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(st.integers(0, 40), st.integers(0, 10_000), st.integers(2, 400), st.floats(0.0, 0.5))
 def test_stretches_of_samples_tell_the_same_as_each_sample(room_seed, seed, count, share):

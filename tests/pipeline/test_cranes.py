@@ -145,6 +145,7 @@ def test_a_machines_file_is_next_to_the_site_file(folder: Path, tmp_path: Path, 
     assert caught.value.key == "crane.machine"
 
 
+@pytest.mark.slow
 def test_init_says_why_smaller_machines_do_not_serve(tmp_path: Path) -> None:
     target = tmp_path / "prefab.site.toml"
     document = init(SAMPLES / "prefab.ifc", target, progress=SilentProgress())

@@ -349,7 +349,8 @@ def test_a_fault_is_caught_by_its_check_and_by_no_other(
     assert failed(document) == {name}
     assert document["checks"][name]["failures"]
     switch_off(name, monkeypatch)
-    assert verify(tmp_path / "log.mcap", progress=SilentProgress())["verified"] is True
+    made_again = {"shown"} if name == "values" else set()  # remarks follow from values, so nonsense shows there, too
+    assert failed(verify(tmp_path / "log.mcap", progress=SilentProgress())) <= made_again
 
 
 @pytest.mark.parametrize(("forge", "by"), TOGETHER, ids=lambda value: getattr(value, "__name__", ""))

@@ -58,6 +58,6 @@ def test_last_moves_begin_where_nothing_above_the_place_is_near_any_more(plan: L
     path, over = dipped(plan.lifts[0])
     honest = dataclasses.replace(plan.lifts[0], path_vox=path, shortest_moves=None)
     (said,) = told(plan, honest)
-    assert said.startswith(f"margin: slab: at placement [{over + 1}] it comes nearer than 1 m")
+    assert said.startswith(f"margin: slab: at placement {over + 1} it comes nearer than 1 m")
     claimed = dataclasses.replace(honest, contact_moves=len(path) - 1 - over)
     assert told(plan, claimed) == [said]

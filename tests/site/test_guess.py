@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.bim.building import Casting, Role
+from bimvox.bim.kinds.kind import Judgement, Kind
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.errors import ConfigError, SelectionError
@@ -90,7 +92,8 @@ def test_the_crane_serves_every_place_and_the_yard(building):
 
 
 def test_parts_too_heavy_for_any_crane_still_give_a_site_file_to_edit():
-    storeys = building_of(*(box_element(f"s{n}", (0, 0, 3 * n), (20, 20, 3 * n + 3), mass_kg=5e6) for n in range(3)))
+    boxes = (box_element(f"s{n}", (0, 0, 3 * n), (20, 20, 3 * n + 3), mass_kg=5e6) for n in range(3))
+    storeys = building_of(*(replace(box, judgement=Judgement(Kind.STEEL)) for box in boxes))
     config = guess_site(storeys, ModelConfig(path="a.ifc"))
     crane = crane_of(config)
     placed, _ = place_building(config, storeys)
@@ -120,10 +123,11 @@ def test_areas_keep_apart():
 )
 @settings(deadline=None, max_examples=8)
 def test_the_largest_lift_fits_into_the_yard(sizes, ifc_class):
-    parts = [
+    boxes = [
         box_element(f"p{n}", (0, 0, 5 * n), (x, y, 5 * n + z), ifc_class=ifc_class, mass_kg=500.0)
         for n, (x, y, z) in enumerate(sizes)
     ]
+    parts = [replace(box, judgement=Judgement(Kind.STEEL)) for box in boxes]
     config = guess_site(building_of(*parts), ModelConfig(path="a.ifc"))
     size_m = config.model.voxel_size_m
     width, depth = np.ptp(np.array(config.areas.yard[0]), axis=0)

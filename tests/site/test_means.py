@@ -8,6 +8,7 @@ import pytest
 from box_buildings import box_element
 
 from bimvox.bim.building import Casting
+from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.errors import SelectionError
 from bimvox.site.config.site_config import ComponentConfig, MeansConfig
 from bimvox.site.means import Means, means_of, nothing_to_lift
@@ -35,7 +36,37 @@ def test_a_usual_part_is_lifted():
 def test_what_the_file_states_about_casting_decides():
     found = means_of([BEAM, cast(dataclasses.replace(BEAM, id="poured"), Casting.IN_SITU)], {}, MeansConfig())
     assert found["poured"] == (Means.IN_SITU, "the building file says that it is cast in place")
-    assert works(BEAM, cast(DECK, Casting.PRECAST))["deck"] is Means.CRANE
+    stated = dataclasses.replace(cast(DECK, Casting.PRECAST), judgement=Judgement(Kind.PRECAST, Confidence.STATED))
+    assert works(BEAM, stated)["deck"] is Means.CRANE
+
+
+def test_a_floor_beyond_the_road_that_only_its_words_call_precast_is_drawn_in_one_piece():
+    named = dataclasses.replace(cast(DECK, Casting.PRECAST), judgement=Judgement(Kind.PRECAST, Confidence.NAMED))
+    assert works(BEAM, named)["deck"] is Means.IN_SITU
+    plank = box_element("plank", (0, 0, 3.3), (12, 1.2, 3.5), ifc_class="IfcSlab")
+    assert works(dataclasses.replace(named, id="plank", mesh=plank.mesh))["plank"] is Means.CRANE
+
+
+@pytest.mark.parametrize("kind", [Kind.MASONRY, Kind.LIGHT, Kind.GLAZING, Kind.EARTH])
+def test_what_a_trade_builds_of_pieces_is_built_in_place_whatever_it_weighs(kind):
+    wall = box_element("wall", (0, 0, 0), (6, 0.3, 3), ifc_class="IfcWall")
+    known = dataclasses.replace(wall, judgement=Judgement(kind, Confidence.NAMED, "its material says so"))
+    found = means_of([BEAM, known, dataclasses.replace(known, id="small", mass_kg=3.0)], {}, MeansConfig())
+    assert found["wall"] == (Means.BUILT, "its material says so")
+    assert found["small"].means is Means.BUILT
+    assert works(BEAM, cast(known, Casting.PRECAST))["wall"] is Means.CRANE
+
+
+@pytest.mark.parametrize("kind", [Kind.TIMBER, Kind.STEEL])
+def test_timber_and_steel_beyond_the_road_are_not_cast(kind):
+    deck = dataclasses.replace(DECK, judgement=Judgement(kind, Confidence.NAMED))
+    assert works(BEAM, deck)["deck"] is Means.CRANE
+
+
+def test_a_layered_floor_of_concrete_is_concrete_although_its_mean_density_is_not():
+    deck = dataclasses.replace(DECK, mass_kg=88e3, mass_source="density")
+    assert works(BEAM, deck)["deck"] is Means.CRANE
+    assert works(BEAM, dataclasses.replace(deck, judgement=Judgement(Kind.CONCRETE)))["deck"] is Means.IN_SITU
 
 
 @pytest.mark.parametrize(
@@ -79,10 +110,10 @@ def test_what_a_few_people_carry_is_set_by_hand():
     assert works(BEAM, LINTEL, lift_from_kg=30.0)["lintel"] is Means.CRANE
 
 
-def test_a_model_at_toy_scale_or_with_one_material_for_all_is_lifted():
-    assert works(LINTEL) == {"lintel": Means.CRANE}
-    assert works(cast(BEAM, Casting.IN_SITU)) == {"beam": Means.CRANE}
-    assert works(DECK) == {"deck": Means.CRANE}
+def test_no_rule_is_dropped_where_nothing_would_be_left_to_lift():
+    assert works(LINTEL) == {"lintel": Means.BY_HAND}
+    assert works(cast(BEAM, Casting.IN_SITU)) == {"beam": Means.IN_SITU}
+    assert works(DECK) == {"deck": Means.IN_SITU}
 
 
 def test_the_site_file_overrides_everything():
@@ -98,5 +129,5 @@ def test_a_model_in_which_nothing_is_lifted_says_what_is():
     entries = {"deck": ComponentConfig(global_id="deck", means="in_situ")}
     found = list(means_of([DECK], entries, MeansConfig()).values())
     assert isinstance(nothing_to_lift(found), SelectionError)
-    assert "1 parts are cast in place and 0 are set by hand" in str(nothing_to_lift(found))
+    assert str(nothing_to_lift(found)).startswith("nothing to lift: of 1 parts, 1 are cast in place")
     assert "no part of the model is a component" in str(nothing_to_lift([]))

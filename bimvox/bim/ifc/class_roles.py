@@ -67,6 +67,11 @@ SPLIT = frozenset({"IfcStair", "IfcRamp", "IfcRoof"})
 """Wholes that are assembled on site: their flights, stringers and slabs are lifted one by one."""
 
 
+_NEVER_PRECAST = frozenset({"IfcDoor", "IfcWindow", "IfcFurnishingElement", "IfcDistributionElement"})
+"""Fittings that are never lifted as precast parts, whatever their names say; chambers of drains are."""
+_CHAMBER = "IfcDistributionChamberElement"
+
+
 @functools.cache
 def ancestry(schema: str, ifc_class: str) -> tuple[str, ...]:
     """Return a class and its supertypes, nearest first."""
@@ -91,6 +96,12 @@ def reason_not_solid(schema: str, ifc_class: str) -> str | None:
 def reason_too_small(schema: str, ifc_class: str) -> str | None:
     """Return why a class is left out by default; None if it is not."""
     return _nearest(TOO_SMALL, schema, ifc_class)
+
+
+def is_never_precast(schema: str, ifc_class: str) -> bool:
+    """Return whether a fitting is never a precast part of concrete: a door, a window, furniture, services."""
+    above = ancestry(schema, ifc_class)
+    return _CHAMBER not in above and not _NEVER_PRECAST.isdisjoint(above)
 
 
 def _nearest(table: Mapping[str, T], schema: str, ifc_class: str) -> T | None:

@@ -9,17 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Casting, Element, Role, TriangleMesh
+from bimvox.bim.densities import density_of_kind
 from bimvox.bim.ifc.anchors import anchors_without_mesh, points_of_group
 from bimvox.bim.ifc.assembly import Aggregation, Group, MeshedProduct
-from bimvox.bim.ifc.casting import casting_by_words, stated_casting
-from bimvox.bim.ifc.class_roles import CURTAIN_TYPES, UNKNOWN, role_of_class
+from bimvox.bim.ifc.casting import stated_casting
+from bimvox.bim.ifc.class_roles import CURTAIN_TYPES, UNKNOWN, is_never_precast, role_of_class
 from bimvox.bim.ifc.group_mass import GroupMasses, Weighed
 from bimvox.bim.ifc.mass import DOUBTS, REPEATED_WHOLE, Masses
 from bimvox.bim.ifc.open import OpenedIfc
-from bimvox.bim.ifc.properties import Properties
+from bimvox.bim.ifc.properties import Properties, layers_of
 from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_height, storey_of
 from bimvox.bim.ifc.tasks import ProductTask, tasks_of_products
 from bimvox.bim.ifc.text import label
+from bimvox.bim.kinds.evidence import Facts, judge
+from bimvox.bim.kinds.kind import Judgement, Kind
 from bimvox.bim.name_roles import is_existing_by_name, role_by_name
 
 _SHOWN = 5
@@ -45,7 +48,7 @@ class ElementBuilder:
         self._properties = properties
         extents = {step_id: part.extent for step_id, part in parts.items()}
         self._aggregation = Aggregation(opened.file, extents, lambda product: self._role(product) in _STAYS)
-        masses = Masses(opened.file, properties)
+        masses = Masses(opened.file, properties, self._default_kg_m3)
         self._masses = GroupMasses(opened.file, masses, parts, self._aggregation.parts_of)
         self._ids: set[str] = set()
         self._made_unique: list[str] = []
@@ -71,6 +74,8 @@ class ElementBuilder:
         """Return the element of a group."""
         owner = self._file.by_id(group.owner)
         weighed = self._weighed(group)
+        mesh = TriangleMesh.joined([self._parts[step_id].mesh for step_id in weighed.shown])
+        judgement, casting = self._judged(group, mesh)
         self._guessed += sum(not self._parts[step_id].solid.exact for step_id in group.members)
         self._doubt(weighed.mass.doubts, owner)
         material = self._properties.material(owner)
@@ -88,8 +93,8 @@ class ElementBuilder:
             global_id=str(owner.GlobalId),
             ifc_class=str(owner.is_a()),
             name=label(owner.Name),
-            mesh=TriangleMesh.joined([self._parts[step_id].mesh for step_id in weighed.shown]),
-            role=self._planned_role(owner, group),
+            mesh=mesh,
+            role=self._planned_role(owner, group, judgement.kind),
             mass_kg=weighed.mass.kg,
             mass_source=weighed.mass.source,
             volume_guessed=weighed.mass.guessed,
@@ -103,7 +108,8 @@ class ElementBuilder:
             task_rank=None if task is None else task.rank,
             lifting_points_m=self._lifting_points(group),
             predefined_type=self._properties.predefined_type(owner),
-            casting=self._casting(group, (label(owner.Name), self._properties.type_name(owner), material)),
+            casting=casting,
+            judgement=judgement,
         )
 
     def _weighed(self, group: Group) -> Weighed:
@@ -141,13 +147,32 @@ class ElementBuilder:
         inside = [self._tasks[step_id] for step_id in group.members if step_id in self._tasks]
         return max(inside, key=lambda task: task.rank) if inside else None
 
-    def _casting(self, group: Group, words: tuple[str | None, ...]) -> Casting | None:
-        """Return how a group is cast: by the properties of its owner or members, otherwise by words."""
-        for step_id in (group.owner, *group.members):
-            stated = stated_casting(self._properties.sets_of(self._file.by_id(step_id)))
-            if stated is not None:
-                return stated
-        return casting_by_words(words)
+    def _default_kg_m3(self, product: Any) -> float:
+        """Return the density of a product with a mesh whose material is not known: that of its kind."""
+        own = Group(product.id(), (product.id(),), ())
+        return density_of_kind(self._judged(own, self._parts[product.id()].mesh)[0].kind)
+
+    def _judged(self, group: Group, mesh: TriangleMesh) -> tuple[Judgement, Casting | None]:
+        """Return what a group is and how it is cast: by its owner, and by the largest member that has a material."""
+        owner = self._file.by_id(group.owner)
+        largest = sorted(group.members, key=lambda one: -self._parts[one].extent.volume_m3)
+        layered = (layers_of(self._file.by_id(step_id)) for step_id in (group.owner, *largest))
+        sets = [self._properties.sets_of(self._file.by_id(step_id)) for step_id in (group.owner, *group.members)]
+        return judge(
+            Facts(
+                ifc_class=str(owner.is_a()),
+                names=(
+                    label(owner.Name),
+                    self._properties.type_name(owner),
+                    label(getattr(owner, "ObjectType", None)),
+                ),
+                layers=[(label(one.Name), share) for one, share in next(filter(None, layered), [])],
+                mesh=mesh,
+                predefined_type=self._properties.predefined_type(owner),
+                casting=next(filter(None, map(stated_casting, sets)), None),
+                classes=self._properties.classes(owner),
+            )
+        )
 
     def _lifting_points(self, group: Group) -> tuple[tuple[float, float, float], ...]:
         """Return the anchors of its members, and those of the assembly above it if that has only one part."""
@@ -179,14 +204,17 @@ class ElementBuilder:
             return Role.FITTING
         return role
 
-    def _planned_role(self, owner: Any, group: Group) -> Role:
+    def _planned_role(self, owner: Any, group: Group, kind: Kind) -> Role:
         """Return the role of a group, with the selection applied."""
         role = self._role(owner)
         if owner.is_a("IfcElementAssembly"):
             inside = [self._role(self._file.by_id(step_id)) for step_id in group.members]
             role = role if role in inside else inside[0]
         if self._selected is None:
-            return role
+            if kind is Kind.FORMWORK and role is Role.COMPONENT:
+                return Role.FITTING
+            is_part = role is Role.FITTING and kind is Kind.PRECAST and not is_never_precast(self._schema, owner.is_a())
+            return Role.COMPONENT if is_part else role
         if not self._selected.isdisjoint((group.owner, *group.members, *group.ancestors)):
             return Role.COMPONENT
         return Role.STRUCTURE if role is Role.COMPONENT else role

@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from bimvox.bim.building import Element, Role
 from bimvox.bim.ifc.class_roles import UNKNOWN
+from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
+from bimvox.bim.kinds.words import meaning_of
+from bimvox.errors import shown
 
 HAND_CARRIED_KG = 5.0
 """A part lighter than this is not a crane lift, unless every part is (a model at toy scale)."""
+_PILE_SLENDER = 3.0
+"""A pile is at least this many times as high as wide."""
 INSULATION_KG_M3 = 60.0
 """A part whose mean density is below this is a layer of insulation or air modelled as a slab, wall or plate: it is
 laid by hand. (The lightest layer that is lifted is a stud layer, about 100 kg/m3.)"""
@@ -22,7 +29,10 @@ def by_default(elements: list[Element], notes: list[str]) -> list[Element]:
         elements: All elements, each with the role that its class and name give it.
         notes: Each decision is appended here; a planner can override it with a query.
     """
-    elements = _promoted(elements, notes)
+    elements = _piles(_promoted(elements, notes), notes)
+    formwork = sum(one.judgement.kind is Kind.FORMWORK and one.role is Role.FITTING for one in elements)
+    if formwork:
+        notes.append(f"formwork and temporary works, not part of the plan: {formwork}; select them to lift them")
     elements = _fitted(
         elements, notes, _is_insulation, f"insulation and air (under {INSULATION_KG_M3:g} kg/m3), treated as fittings"
     )
@@ -46,6 +56,34 @@ def _promoted(elements: list[Element], notes: list[str]) -> list[Element]:
         replace(element, role=Role.COMPONENT) if is_unknown else element
         for element, is_unknown in zip(elements, unknown, strict=True)
     ]
+
+
+def _piles(elements: list[Element], notes: list[str]) -> list[Element]:
+    """Return the elements; an upright part below the rest that is called a pile is in place before the first lift."""
+    parts = [element for element in elements if element.role is Role.COMPONENT]
+    named = [element for element in parts if _is_pile(element)]
+    rest = [float(one.mesh.bounds_m[0, 2]) for one in parts if not _is_pile(one)]
+    if not named or not rest:
+        return elements
+    level_m = float(np.median(rest))
+    piles = {element.id for element in named if element.mesh.bounds_m[1, 2] <= level_m}
+    if not piles:
+        return elements
+    notes.append(f"piles, in place before the first lift: {len(piles)}; select them to lift them")
+    return [_as_pile(one) if one.id in piles else one for one in elements]
+
+
+def _as_pile(element: Element) -> Element:
+    why = f"its name {shown(element.name or element.type_name)} says a pile, and it stands below the rest"
+    return replace(element, role=Role.STRUCTURE, judgement=Judgement(Kind.PILE, Confidence.NAMED, why))
+
+
+def _is_pile(element: Element) -> bool:
+    """Return whether a part is called a pile and has the shape of one."""
+    x_m, y_m, z_m = np.ptp(element.mesh.bounds_m, axis=0)
+    names = (element.name, element.type_name)
+    said = (meaning_of(name, "part") for name in names if name)
+    return bool(z_m >= _PILE_SLENDER * max(x_m, y_m)) and any(one is not None and one.kind is Kind.PILE for one in said)
 
 
 def _is_insulation(element: Element) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
@@ -105,10 +105,14 @@ class Masses:
     Args:
         file: The ``ifcopenshell.file``.
         properties: Looks its properties up.
+        default_kg_m3: Returns the density of a product whose material is not known.
     """
 
-    def __init__(self, file: Any, properties: Properties) -> None:
+    def __init__(
+        self, file: Any, properties: Properties, default_kg_m3: Callable[[Any], float] = lambda _: DEFAULT_DENSITY_KG_M3
+    ) -> None:
         self._properties = properties
+        self._default_kg_m3 = default_kg_m3
         self._units = Units(file)
         self._density_by_material: dict[int, float | None] = {}
         self._old_densities: dict[int, float] = {}
@@ -148,7 +152,7 @@ class Masses:
         elif volume_m3 > (1.0 + _ROUNDING) * box_m3:
             volume_m3, doubts = box_m3, (OVERFULL,)
         density = self._density(product)
-        kg = volume_m3 * (DEFAULT_DENSITY_KG_M3 if density is None else density)
+        kg = volume_m3 * (self._default_kg_m3(product) if density is None else density)
         source = "default" if density is None else "density"
         return Mass(kg, source, not exact and volume_m3 == guess_m3, doubts), volume_m3
 

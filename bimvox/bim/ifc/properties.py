@@ -51,6 +51,15 @@ class Properties:
         found = element_util.get_predefined_type(product)
         return str(found).upper() if found else None
 
+    def classes(self, product: Any) -> list[str]:
+        """Return the names of the classifications of a product itself."""
+        references = (
+            association.RelatingClassification
+            for association in getattr(product, "HasAssociations", ()) or ()
+            if association.is_a("IfcRelAssociatesClassification")
+        )
+        return [name for one in references if (name := label(getattr(one, "Name", None)))]
+
     def is_existing(self, product: Any) -> bool:
         """Return whether its common property set states that it already exists (``Status``)."""
         for properties in self.sets_of(product).values():

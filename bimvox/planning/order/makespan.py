@@ -31,12 +31,13 @@ from bimvox.site.site import Site
 Places = tuple[YardPlace | None, ...]
 _OVER = 2.0
 """Timed loaded motions take 1.8 to 2.5 times the slowest axis over the parts below, on seven models."""
+_CREW_OF = {Means.IN_SITU: 0, Means.BY_HAND: 1, Means.BUILT: 2, Means.CRANE: 3}
 NOTHING_BESIDE = np.zeros((0, 0), np.bool_)
 """Of one crane."""
 _SAME_S = 1e-6
-_RAISED, _RELEASED, _EARLIER, _DELIVERY, _CREWS, _SET, _BEGUN, COLUMNS = 0, 1, 2, 3, 4, 6, 7, 8
+_RAISED, _RELEASED, _EARLIER, _DELIVERY, _CREWS, _SET, _BEGUN, COLUMNS = 0, 1, 2, 3, 4, 7, 8, 9
 """Columns of a state, after each crane's free time and last part: when the last part was raised, when the slings of all
-were off, the same of earlier deliveries, the delivery, when each of two crews is free, when all parts were at their
+were off, the same of earlier deliveries, the delivery, when each of three crews is free, when all parts were at their
 places, whether a lift has begun."""
 
 
@@ -53,7 +54,7 @@ class OrderTimes(NamedTuple):
         off_s: (N,) from there until the slings are off.
         hold_s: (N,) from there until it carries what rests on it; of other work after it has ended.
         work_s: (N,) how long other work takes.
-        crew: (N,) int64 who does that: 0 casts, 1 sets by hand, 2 nobody that is known.
+        crew: (N,) int64 who does that: 0 casts, 1 sets by hand, 2 builds, 3 nobody that is known.
         first: (N + 1,) int64 where those that it rests on begin in ``under``.
         under: (M,) int64.
         apart: What keeps several cranes apart.
@@ -132,7 +133,7 @@ def order_times(
             spans_s[k, 1:, i] = up_s, across_s[i], down_s
     carry_s = _OVER * np.maximum(spans_s[:, 2], spans_s[:, 1] + spans_s[:, 3])
     crew = [crew_times(rules, part) for part in parts]
-    works = [work_and_wait_s(rules.casting, part, part.means, part.mass_kg) for part in parts]
+    works = [work_and_wait_s(rules.casting, rules.building, part, part.mass_kg) for part in parts]
     lead_s[lifted] = np.array([one.hook_on_s + TRIAL_LIFT_S for one in crew])[lifted]
     hold_s = np.where(lifted, [curing_s(rules.curing, part) for part in parts], [wait_s for _, wait_s in works])
     # What carries at once holds nothing up.
@@ -149,7 +150,7 @@ def order_times(
         np.where(lifted, [one.brace_s + one.hook_off_s for one in crew], 0.0),
         hold_s,
         np.array([work_s for work_s, _ in works]),
-        np.array([{Means.IN_SITU: 0, Means.BY_HAND: 1}.get(part.means, 2) for part in parts], np.int64),
+        np.array([_CREW_OF[part.means] for part in parts], np.int64),
         np.concatenate([[0], np.cumsum([len(own) for own in under])]).astype(np.int64),
         np.array([j for own in under for j in own], np.int64),
         apart_of(site, axes, over_m, spans_s),
@@ -241,12 +242,12 @@ def walk(
         if k < 0:
             crew = times.crew[i]
             begins_s = max(ready_s, states[n, released])
-            if crew < 2:
+            if crew < 3:
                 begins_s = max(begins_s, states[n, crews + crew])
                 states[now, crews + crew] = begins_s + times.work_s[i]
             carries_s[i] = begins_s + times.work_s[i] + times.hold_s[i]
             if states[n, begun] == 0.0:  # it is done before the clock starts
-                states[now, crews] = states[now, crews + 1] = 0.0
+                states[now, crews] = states[now, crews + 1] = states[now, crews + 2] = 0.0
                 carries_s[i] = 0.0
             continue
         if times.delivery[i] != states[n, delivery]:

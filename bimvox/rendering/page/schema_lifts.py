@@ -99,7 +99,7 @@ class PageLift(Table):
     """Its position in the sequence, from 0."""
     part: Count
     """Index in ``parts``."""
-    status: Literal["planned", "infeasible", "in_situ", "by_hand"]
+    status: Literal["planned", "infeasible", "in_situ", "built", "by_hand"]
     """Its status."""
     carried: bool
     """Whether the log carries it."""

@@ -17,6 +17,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.rendering.colours import (
     ARRIVED,
     ASSEMBLED,
+    BUILT_IN_PLACE,
     CAST_IN_PLACE,
     IN_TRANSIT,
     OTHER_MEANS,
@@ -103,6 +104,7 @@ def scene_of_plan(
 
 _OTHERWISE = {
     Status.IN_SITU: ("cast in place", CAST_IN_PLACE),
+    Status.BUILT: ("built in place", BUILT_IN_PLACE),
     Status.BY_HAND: ("set by hand", SET_BY_HAND),
     Status.INFEASIBLE: ("set by other means", OTHER_MEANS),
 }

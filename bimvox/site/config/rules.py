@@ -9,6 +9,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field
 
+from bimvox.site.building_times import FIELD_BUILDING, Building
 from bimvox.site.casting import FIELD_CASTING, Casting, CastTimes, Curing
 from bimvox.site.config.validation import (
     Flag,
@@ -137,6 +138,25 @@ class CastingConfig(Table):
         return replace(FIELD_CASTING, **own)
 
 
+class BuildingConfig(Table):
+    """Parts that their trade builds in place: working hours of one person."""
+
+    people: Annotated[Positive, Field(le=1e4)] = FIELD_BUILDING.people
+    """People of a trade, at one part after the other."""
+    masonry_h_m3: NotNegative = FIELD_BUILDING.masonry_h_m3
+    """For a cubic metre of masonry."""
+    light_h_m2: NotNegative = FIELD_BUILDING.light_h_m2
+    """For a square metre of partitions, cladding, roof covering."""
+    glazing_h_m2: NotNegative = FIELD_BUILDING.glazing_h_m2
+    """For a square metre of glass."""
+    earth_h_m3: NotNegative = FIELD_BUILDING.earth_h_m3
+    """For a cubic metre of earth."""
+    other_h_m3: NotNegative = FIELD_BUILDING.other_h_m3
+    """For a cubic metre of anything else."""
+    wait_h: Annotated[NotNegative, Field(le=2e4)] = FIELD_BUILDING.wait_h
+    """Until it carries what rests on it."""
+
+
 Cures = Annotated[NotNegative, Field(le=2e4)]
 
 
@@ -183,6 +203,8 @@ class RulesConfig(Table):
     """How long the crew takes, by class of work."""
     casting: CastingConfig = CastingConfig()
     """How long work takes that the crane does not do."""
+    building: BuildingConfig = BuildingConfig()
+    """How long trades take for what they build in place."""
     curing: CuringConfig | None = None
     """Grout and other joints of lifted parts. Default: they carry at once."""
     bracing_s: Pause | None = None
@@ -218,6 +240,7 @@ class RulesConfig(Table):
         """Return the rules as a value for the planner, those that the file does not give by their defaults."""
         own: dict[str, object] = {"swing": SwingRule(self.swing), "heading": HeadingRule(self.heading)}
         own |= {"times": self.times.times(), "casting": self.casting.casting()}
+        own |= {"building": Building(**self.building.model_dump())}
         own["curing"] = None if self.curing is None else Curing(**self.curing.model_dump())
         own["sling_angle_rad"] = math.radians(self.sling_angle_deg)
         given = self.model_dump(exclude={"sling_angle_deg"}) | own

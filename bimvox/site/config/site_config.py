@@ -150,7 +150,7 @@ class ComponentConfig(Table):
     """Whether it stands already."""
     crane: Text | None = None
     """Which of several cranes lifts it. Default: chosen."""
-    means: Literal["crane", "in_situ", "by_hand"] | None = None
+    means: Literal["crane", "in_situ", "built", "by_hand"] | None = None
     """Lifted, built in place, or set by hand. Default: by ``[means]``."""
 
     @model_validator(mode="after")

@@ -203,7 +203,7 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
             '# pose = "as_built"      # or "lying_x", "lying_y": stored lying and upended before the lift',
             f"# after = {_value([second])}  # set later than these parts; `before`: set earlier",
             "# turn = 1               # stored with a quarter turn, counter-clockwise; turned back while it hangs",
-            '# means = "in_situ"       # cast in place; "by_hand"; "crane": lifted whatever [means] says',
+            '# means = "in_situ"       # cast in place; "built" by its trade; "by_hand"; "crane": lifted in any case',
             "# pinned = true          # it already exists (only without the keys above)",
         ]
     for entry in entries:
@@ -310,6 +310,8 @@ def _rules(config: SiteConfig) -> str:
         _key("bundle_kg", rules.casting.bundle_kg, "heavier bundles of such parts are material lifts of the crane"),
         _key("bundle_s", rules.casting.bundle_s, "crane time of a material lift; it has no path"),
         *(_key(work.value, getattr(rules.casting, work.value)) for work in Work),
+        "[rules.building]",
+        *(_key(name, value) for name, value in rules.building.model_dump().items()),
         *_curing(rules.curing),
     )
 

@@ -270,8 +270,8 @@ def _other_machine(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_heig
 
 def _with_means(entries: tuple[ComponentConfig, ...], changed: Mapping[str, str]) -> tuple[ComponentConfig, ...]:
     """Return the tables of parts with the means of some of them."""
-    for means in set(changed.values()) - {"crane", "in_situ", "by_hand"}:
-        raise InputError(f"{means!r} is no way to set a part", hint="crane, in_situ or by_hand")
+    for means in set(changed.values()) - {"crane", "in_situ", "built", "by_hand"}:
+        raise InputError(f"{means!r} is no way to set a part", hint="crane, in_situ, built or by_hand")
     left = dict(changed)
     found = [
         one.model_copy(update={"means": left.pop(one.global_id)}) if one.global_id in left else one for one in entries

@@ -96,6 +96,7 @@ def test_a_part_in_a_circle_of_wholes_is_left_out_by_name(ring: int, maker: type
     assert "Beam in the circle" in note
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("levels, read", [(20, 2), (1500, 1)])
 def test_assemblies_nested_without_end_are_left_out(
     levels: int, read: int, maker: type[IfcMaker], tmp_path: Path

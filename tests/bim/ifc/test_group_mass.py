@@ -174,6 +174,7 @@ def test_the_weight_of_an_assembly_within_an_assembly_and_of_one_with_a_single_p
     assert (found["column"].mass_kg, found["column"].mass_source) == (1300.0, "quantity")
 
 
+@pytest.mark.slow
 def test_wholes_may_be_nested_deeper_than_the_interpreter_calls() -> None:
     made = IfcMaker()
     beam = made.rooted("IfcBeam")

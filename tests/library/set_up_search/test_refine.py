@@ -50,6 +50,7 @@ def test_half_as_many_again_the_truckload_halved_and_places_apart(search: Search
         assert one.cost == pytest.approx(search.rates_of(one).total(one.crane_s / 3600.0))
 
 
+@pytest.mark.slow
 def test_few_plans_are_not_refined_and_another_yard_keeps_its_number(search: Search, best: Tried) -> None:
     assert refined(search, best, Effort(3)) == []
     assert refined(search, replace(best, crane=None), Effort(8)) == []

@@ -34,6 +34,7 @@ while True:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no kill -9 here")
 def test_a_killed_process_loses_less_than_a_second(tmp_path: Path) -> None:
     path = tmp_path / "live.mcap"

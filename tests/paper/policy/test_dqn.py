@@ -32,6 +32,7 @@ def test_the_plain_network_is_the_torch_network():
     np.testing.assert_array_equal(learner.network(observations), arrays_of(learner.q_net)(observations))
 
 
+@pytest.mark.slow
 def test_two_streams_without_a_layer_in_common_that_begin_after_glorot():
     network = dqn().network
     assert network.actions.layer_sizes == (5 * 5 * 6, 16, 16, 6)

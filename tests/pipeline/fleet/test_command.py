@@ -103,6 +103,7 @@ def test_a_folder_has_one_fleet_at_a_time(sites: Path):
         fleet([Wish(sites / "x")], sites / "paper.ifc", progress=SilentProgress())
 
 
+@pytest.mark.slow
 def test_several_sites_are_planned_in_one_command(sites: Path, capsys: pytest.CaptureFixture[str]):
     names = [str(sites / name) for name in ("paper.site.toml", "yard.site.toml")]
     arguments = ["plan", *names, "--policy", "none", "--jobs", "2", "-o", str(sites / "both")]

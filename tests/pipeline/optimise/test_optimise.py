@@ -85,6 +85,7 @@ def test_the_front_is_proven_and_not_beaten_by_the_given_set_up(made: tuple[Path
     assert all(one["why_lost"] for one in document["losers"])
 
 
+@pytest.mark.slow
 def test_hours_are_paid_by_the_site_files_rates(made: tuple[Path, dict[str, Any]]) -> None:
     site, document = made
     assert document["currency"] == "EUR"
@@ -290,6 +291,7 @@ def test_no_set_up_over_the_budget_is_planned(made: tuple[Path, dict[str, Any]])
         run(limited, site.parent / "none")
 
 
+@pytest.mark.slow
 def test_two_cranes_are_planned_and_proven_and_their_site_file_holds_both(made: tuple[Path, dict[str, Any]]) -> None:
     site, _ = made
     document = run(site, site.parent / "two", effort=Effort(3, 0), crane="hammerhead-45")

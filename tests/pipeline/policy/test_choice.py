@@ -64,6 +64,7 @@ def made(site: Path, **options) -> dict:
     return plan(site, site.with_name("made.mcap"), wish=PolicyWish(**options), progress=progress)
 
 
+@pytest.mark.slow
 def test_a_plan_takes_greedy_values_without_training_and_without_torch(site, own_store):
     out = site.with_name("without.mcap")
     done = subprocess.run([sys.executable, "-c", WITHOUT_TORCH, site, out], capture_output=True, text=True, check=True)

@@ -206,6 +206,7 @@ def test_a_loop_of_links_is_refused_in_a_sentence(two: Two) -> None:
         assert answer.status_code == 400, path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "to"), [("frame.mcap", "new.mcap"), ("frame.ifc", "frame.ifc")])
 def test_the_process_of_a_plan_looks_itself(two: Two, name: str, to: str) -> None:
     two.link(name, to)

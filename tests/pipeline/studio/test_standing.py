@@ -97,6 +97,7 @@ def test_a_crane_that_is_moved_saved_and_moved_back_is_planned_again(page: Page)
     assert page.differs() == []
 
 
+@pytest.mark.slow
 def test_rules_that_are_edited_on_disk_are_seen_and_then_named(page: Page) -> None:
     page.rewrite("[rules]\n", "[rules]\nhighest_utilisation = 0.9\n")
     assert page.differs() == ["the site file on disk"]
@@ -147,6 +148,7 @@ def test_a_pipe_in_the_place_of_a_file_is_refused_and_not_waited_for(page: Page,
         assert answer.json()["error"] == f"{name}: cannot be read: this is a pipe, not a regular file"
 
 
+@pytest.mark.slow
 def test_a_plan_of_the_studio_is_of_the_obstructions_too(page: Page) -> None:
     page.send("/api/obstructions", path=SITE, obstructions=[CRATE])
     job = page.send("/api/plan", path=SITE)["job"]

@@ -119,6 +119,7 @@ def test_a_model_without_a_site_file_opens_as_init_guesses_it_and_writes_nothing
     assert sorted(path.name for path in folder.iterdir()) == before
 
 
+@pytest.mark.slow
 def test_the_share_of_the_chart_is_at_most_that_of_the_planned_lift(page: Page, folder: Path):
     opened = page.open()
     tried = page.ok("/api/try", path="a.site.toml", setup=opened["setup"])
@@ -454,6 +455,7 @@ def test_a_plan_is_made_beside_its_site_and_shown(page: Page, folder: Path):
     assert page.get("/api/plan/77").status_code == 400
 
 
+@pytest.mark.slow
 def test_a_cancelled_plan_leaves_nothing(page: Page, folder: Path):
     shutil.copy(SAMPLES / "prefab.ifc", folder)
     opened = page.open("prefab.ifc")
@@ -466,6 +468,7 @@ def test_a_cancelled_plan_leaves_nothing(page: Page, folder: Path):
     assert sorted(path.name for path in folder.iterdir()) == before
 
 
+@pytest.mark.slow
 def test_a_plan_that_fails_says_why(page: Page, folder: Path):
     (folder / "far.site.toml").write_text(SITE.replace("[-6, -4]", "[-300, -4]"))
     found = finished(page, page.ok("/api/plan", path="far.site.toml")["job"])
@@ -532,6 +535,7 @@ def news(page: Page, number: str, after: int) -> dict[str, Any]:
     raise AssertionError("nothing happens")
 
 
+@pytest.mark.slow
 def test_a_watch_replans_what_a_dropped_box_is_in_the_way_of(page: Page, folder: Path):
     number = page.ok("/api/watch", path="a.site.toml", simulate=None)["watch"]
     assert page.post("/api/plan", path="a.site.toml").status_code == 400

@@ -70,6 +70,7 @@ def test_a_plan_is_carried_out_among_random_traffic_and_its_log_proves_it(site: 
     assert carried_out(site, "light:5")[-1] == whole
 
 
+@pytest.mark.slow
 def test_recorded_tracks_are_followed_attached_and_proven(site: Path) -> None:
     tracks = site.with_name("tracks.csv")
     tracks.write_text(TRACK)

@@ -189,6 +189,7 @@ sys.exit(run(["watch", *sys.argv[1:]]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [(), pytest.param(("--simulate", "1000", "--retrain", "100"), marks=pytest.mark.slow)])
 def test_ctrl_c_ends_a_watch_well(site_folder, more):
     (site_folder / "obstructions.json").write_text('{"version": 1, "unit": "m", "obstructions": []}')

@@ -173,7 +173,7 @@ const isSet = (lift) => lift.status !== "infeasible" || lift.by_other_means;
 const waits = (lift) => lift.status === "planned" || !isSet(lift);
 
 /** What a part is that the crane does not lift. */
-export const HOW = { in_situ: "cast in place", by_hand: "set by hand" };
+export const HOW = { in_situ: "cast in place", built: "built in place", by_hand: "set by hand" };
 
 /** Lifts sorted by a key, ties by order; infeasible ones without a number come last when descending. */
 export function sorted(plan, lifts, key, descending) {

@@ -10,8 +10,8 @@ export const ZONE_KINDS = {
   limiter: "hook height limited over it",
   assembly: "built together",
 };
-export const MEANS = { crane: "lifted by the crane", in_situ: "cast in place", by_hand: "set by hand", pinned: "stays where it is" };
-export const CHOICES = ["crane", "in_situ", "by_hand"];
+export const MEANS = { crane: "lifted by the crane", in_situ: "cast in place", built: "built in place", by_hand: "set by hand", pinned: "stays where it is" };
+export const CHOICES = ["crane", "in_situ", "built", "by_hand"];
 
 /** All areas: {id, what, name, polygon}; the ids are `yard/0`, `access/0`, `zones/1`, `construction/0`. */
 export function areasOf(setup) {

@@ -11,6 +11,7 @@ export const BANDS = [
 export const OTHERS = {
   cannot: "cannot be lifted",
   in_situ: "cast in place",
+  built: "built in place",
   by_hand: "set by hand",
   pinned: "stays where it is",
   unknown: "not checked yet",
@@ -29,7 +30,7 @@ export function stateOf(part, setup, found) {
 }
 
 /** A state in a word or two, as the list has it. */
-export const useWords = (state, found) => (state === "cannot" ? "no" : state in OTHERS ? { in_situ: "cast", by_hand: "by hand", pinned: "stays", unknown: "…" }[state] : percent(found.utilisation));
+export const useWords = (state, found) => (state === "cannot" ? "no" : state in OTHERS ? { in_situ: "cast", built: "built", by_hand: "by hand", pinned: "stays", unknown: "…" }[state] : percent(found.utilisation));
 
 /** How many parts have each state. */
 export function countsOf(parts, setup, found) {

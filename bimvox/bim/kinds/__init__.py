@@ -1,0 +1,1 @@
+"""What a part is: the one place that decides its kind."""

@@ -1,0 +1,201 @@
+"""The kind of a part, from what its source says of it: the strongest evidence first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bimvox.bim.building import Casting, TriangleMesh
+from bimvox.bim.kinds.kind import UNKNOWN, Confidence, Judgement, Kind
+from bimvox.bim.kinds.words import Meaning, casting_by_name, meaning_of
+from bimvox.errors import shown
+
+_SAID = {
+    Kind.PRECAST: "precast concrete",
+    Kind.CONCRETE: "concrete",
+    Kind.LIGHT: "light construction",
+    Kind.FORMWORK: "formwork or temporary works",
+    Kind.PILE: "a pile",
+}
+_BY_TYPE = {
+    ("IfcWall", "PARTITIONING"): Kind.LIGHT,
+    ("IfcPlate", "CURTAIN_PANEL"): Kind.GLAZING,
+    ("IfcMember", "MULLION"): Kind.LIGHT,
+}
+_BY_CLASS = {
+    "IfcPile": Kind.PILE,
+    "IfcFooting": Kind.CONCRETE,
+    "IfcCovering": Kind.LIGHT,
+    "IfcCurtainWall": Kind.LIGHT,
+    "IfcEarthworksElement": Kind.EARTH,
+    "IfcEarthworksFill": Kind.EARTH,
+    "IfcCourse": Kind.EARTH,
+}
+_VARIANTS = ("StandardCase", "ElementedCase")
+_SHORTEST_WORD = 4
+"""Words of materials this short say nothing in the name of a part, where they may be anything."""
+_THIN_WALL_M = 0.13
+"""A wall up to this thick of which nothing is known is a partition."""
+_THIN_BAR_M = 0.12
+"""A bar of concrete is thicker, for its reinforcement and cover."""
+_SLENDER = 10.0
+_INCLINED = 0.1
+"""Height over width from which a roof slab is not flat."""
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What a source says of a part.
+
+    Attributes:
+        ifc_class: For example ``IfcWall``.
+        names: Of the part, its type and its object type; None where it has none.
+        layers: Names of its materials with their thickness or share.
+        mesh: Its triangles.
+        predefined_type: In capitals, if any.
+        casting: How its properties state that it is cast, if they do.
+        classes: Names of its classifications.
+    """
+
+    ifc_class: str
+    names: Sequence[str | None]
+    layers: Sequence[tuple[str, float]]
+    mesh: TriangleMesh
+    predefined_type: str | None = None
+    casting: Casting | None = None
+    classes: Sequence[str] = ()
+
+    @property
+    def plain_class(self) -> str:
+        """The class without its variants of IFC2X3."""
+        found = self.ifc_class
+        for ending in _VARIANTS:
+            found = found.removesuffix(ending)
+        return found
+
+
+def judge(facts: Facts) -> tuple[Judgement, Casting | None]:
+    """Return what a part is, and how it is cast if that is said.
+
+    Formwork is what is called so. Of all others decide: properties and classifications, the materials (of layers, the
+    kind that weighs most), what the name and the type call it, its predefined type and class, words of materials in its
+    name, its shape.
+    """
+    called = _called(facts.names)
+    if called is not None and called.says == Kind.FORMWORK:
+        return _judged(Kind.FORMWORK, Confidence.NAMED, _in_name(called)), None
+    casting, casting_words = _casting(facts)
+    found = next(_evidence(facts, called), UNKNOWN)
+    if called is not None and called.casting is not None and casting is None:
+        casting = Casting(called.casting)
+        why = f"{_in_name(called)} says {called.name}, made in place"
+        return Judgement(Kind.CONCRETE, Confidence.NAMED, why), casting
+    is_concrete = found.kind in (Kind.CONCRETE, Kind.OTHER)
+    if casting is Casting.PRECAST and (is_concrete or found.kind is Kind.MASONRY):
+        return _cast(Kind.PRECAST, facts, casting_words, "is precast"), casting
+    if casting is Casting.IN_SITU and is_concrete:
+        return _cast(Kind.CONCRETE, facts, casting_words, "is cast in place"), casting
+    if is_concrete and casting is None and called is not None and called.says == "footing":
+        why = f"{_in_name(called)} says that it is a footing"
+        return Judgement(Kind.CONCRETE, Confidence.NAMED, why), Casting.IN_SITU
+    return found, casting
+
+
+def _evidence(facts: Facts, called: Meaning | None) -> Iterator[Judgement]:
+    """Yield what each evidence says, the strongest first."""
+    for text in facts.classes:
+        if (meaning := meaning_of(text)) is not None and meaning.kind is not None:
+            yield _judged(meaning.kind, Confidence.STATED, f"its classification {shown(text)}")
+    if (by_material := _by_layers(facts.layers)) is not None:
+        kind, name = by_material
+        yield _judged(kind, Confidence.NAMED, f"its material {shown(name)}")
+    if called is not None and called.kind not in (None, Kind.PILE):
+        yield _judged(Kind(called.says), Confidence.ASSUMED, _in_name(called))
+    by_type = _BY_TYPE.get((facts.plain_class, facts.predefined_type or ""))
+    if by_type is not None:
+        yield _judged(by_type, Confidence.NAMED, f"its predefined type {facts.predefined_type}")
+    by_class = _BY_CLASS.get(facts.plain_class)
+    if by_class is not None:
+        yield _judged(by_class, Confidence.NAMED, f"its class {facts.ifc_class}")
+    for text in filter(None, facts.names):
+        meaning = meaning_of(text, shortest=_SHORTEST_WORD)
+        if meaning is not None and meaning.kind not in (None, Kind.EARTH):
+            yield _judged(Kind(meaning.says), Confidence.ASSUMED, _in_name(meaning))
+    if (by_shape := _by_shape(facts)) is not None:
+        yield by_shape
+
+
+def _judged(kind: Kind, confidence: Confidence, evidence: str) -> Judgement:
+    return Judgement(kind, confidence, f"{evidence} says {_SAID.get(kind, kind.value)}")
+
+
+def _cast(kind: Kind, facts: Facts, words: str, what: str) -> Judgement:
+    """Return the judgement of a part that is said to be cast somewhere; ``words``: where it is said."""
+    if facts.casting is not None:
+        return Judgement(kind, Confidence.STATED, f"its properties state that it {what}")
+    return Judgement(kind, Confidence.NAMED, f"{shown(words)} says that it {what}")
+
+
+def _in_name(meaning: Meaning) -> str:
+    return f"{shown(meaning.word)} in its name"
+
+
+def _called(names: Sequence[str | None]) -> Meaning | None:
+    """Return what the names call a part; formwork before all else."""
+    found = [meaning for name in filter(None, names) if (meaning := meaning_of(name, "part")) is not None]
+    return next((one for one in found if one.says == Kind.FORMWORK), found[0] if found else None)
+
+
+def _casting(facts: Facts) -> tuple[Casting | None, str]:
+    """Return how a part is cast, by its properties, otherwise by words; and those words."""
+    if facts.casting is not None:
+        return facts.casting, ""
+    texts = [*(name for name, _ in facts.layers), *filter(None, facts.names)]
+    joined = " ; ".join(texts)
+    casting = casting_by_name(joined)
+    words = next((text for text in texts if casting_by_name(text) is casting), joined)
+    return casting, words
+
+
+def _by_layers(layers: Sequence[tuple[str, float]]) -> tuple[Kind, str] | None:
+    """Return the kind whose layers weigh most, and the name of the heaviest of them; None if no name says anything."""
+    weights: dict[Kind, dict[str, float]] = {}
+    for name, thickness in layers:
+        meaning = meaning_of(name)
+        if meaning is not None and meaning.kind is not None:
+            of_kind = weights.setdefault(meaning.kind, {})
+            of_kind[name] = of_kind.get(name, 0.0) + max(thickness, 1e-9) * (meaning.kg_m3 or 0.0)
+    if not weights:
+        return None
+    kind = max(weights, key=lambda one: sum(weights[one].values()))
+    return kind, max(weights[kind], key=lambda name: weights[kind][name])
+
+
+def _by_shape(facts: Facts) -> Judgement | None:
+    """Return what the shape of a part says of which nothing else is known; None if it says nothing."""
+    short_m, middle_m, long_m = sorted(_sides_m(facts.mesh))
+    if facts.plain_class == "IfcWall" and short_m <= _THIN_WALL_M:
+        return Judgement(Kind.LIGHT, Confidence.ASSUMED, f"a wall {1e3 * short_m:.0f} mm thick is taken as a partition")
+    if facts.plain_class in ("IfcBeam", "IfcMember", "IfcColumn"):
+        is_bar = long_m >= _SLENDER * middle_m and short_m < _THIN_BAR_M
+        if is_bar:
+            return Judgement(
+                Kind.TIMBER, Confidence.ASSUMED, f"a bar {1e3 * short_m:.0f} mm thick is too thin for concrete"
+            )
+    height_m = float(np.ptp(facts.mesh.bounds_m[:, 2]))
+    width_m = float(np.ptp(facts.mesh.bounds_m[:, :2], axis=0).min())
+    is_roof = facts.plain_class in ("IfcSlab", "IfcRoof") and "ROOF" in (facts.predefined_type or "")
+    if is_roof and height_m > _INCLINED * width_m and height_m > 2.0 * short_m:
+        return Judgement(Kind.LIGHT, Confidence.ASSUMED, "an inclined roof plane is taken as a covered roof structure")
+    return None
+
+
+def _sides_m(mesh: TriangleMesh) -> tuple[float, float, float]:
+    """Return the sides of the box around a part along its own axes, by its main directions."""
+    points_m = mesh.vertices_m[np.unique(mesh.faces)]
+    spread = points_m - points_m.mean(axis=0)
+    _, axes = np.linalg.eigh(spread.T @ spread)
+    a, b, c = (float(side) for side in np.ptp(spread @ axes, axis=0))
+    return a, b, c

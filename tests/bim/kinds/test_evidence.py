@@ -1,0 +1,121 @@
+"""The kind of a part, by the strongest evidence."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from bimvox.bim.building import Casting, TriangleMesh
+from bimvox.bim.kinds.evidence import Facts, judge
+from bimvox.bim.kinds.kind import Confidence, Kind
+
+
+def box(x_m: float, y_m: float, z_m: float, tilt_rad: float = 0.0) -> TriangleMesh:
+    made = trimesh.creation.box((x_m, y_m, z_m))
+    if tilt_rad:
+        made.apply_transform(trimesh.transformations.rotation_matrix(tilt_rad, (0, 1, 0)))
+    return TriangleMesh(np.array(made.vertices), np.array(made.faces, np.int32))
+
+
+WALL = Facts("IfcWall", ("Wall-1", "Basic Wall", None), (), box(6.0, 0.3, 3.0))
+
+
+def kind_of(facts: Facts = WALL, **changes: object) -> tuple[Kind, Confidence]:
+    judgement, _ = judge(replace(facts, **changes))  # type: ignore[arg-type]
+    return judgement.kind, judgement.confidence
+
+
+def test_of_a_part_of_which_nothing_is_said_nothing_is_known() -> None:
+    judgement, casting = judge(WALL)
+    assert (judgement.kind, judgement.confidence, casting) == (Kind.OTHER, Confidence.ASSUMED, None)
+    assert judgement.why == "nothing says what it is made of"
+
+
+def test_a_classification_comes_before_the_material_and_the_material_before_the_name() -> None:
+    named = {"names": ("Interior - Partition", None, None)}
+    assert kind_of(**named) == (Kind.LIGHT, Confidence.ASSUMED)
+    made_of = {**named, "layers": [("Kalksandstein", 0.2)]}
+    assert kind_of(**made_of) == (Kind.MASONRY, Confidence.NAMED)
+    assert kind_of(**made_of, classes=["Timber framed wall systems"]) == (Kind.TIMBER, Confidence.STATED)
+
+
+def test_of_layers_the_kind_that_weighs_most_decides() -> None:
+    cavity = [("Brick, Common", 0.102), ("Fiberglass Batt", 0.075), ("Concrete Masonry Units", 0.1), ("Plaster", 0.012)]
+    assert kind_of(layers=cavity)[0] is Kind.MASONRY
+    assert (
+        kind_of(layers=[("Plasterboard", 0.0125), ("Metal Stud Layer", 0.07), ("Plasterboard", 0.0125)])[0]
+        is Kind.LIGHT
+    )
+    assert kind_of(layers=[("EPS", 0.2), ("Beton C30/37", 0.2), ("Estrich", 0.05)])[0] is Kind.CONCRETE
+    assert kind_of(layers=[("Unnamed", 0.2), ("", 0.1)])[0] is Kind.OTHER
+
+
+def test_what_is_cast_where() -> None:
+    concrete = [("Concrete C30/37", 1.0)]
+    assert judge(replace(WALL, layers=concrete))[1] is None
+    judgement, casting = judge(replace(WALL, layers=concrete, casting=Casting.PRECAST))
+    assert (judgement.kind, judgement.confidence, casting) == (Kind.PRECAST, Confidence.STATED, Casting.PRECAST)
+    assert judgement.why == "its properties state that it is precast"
+    judgement, casting = judge(replace(WALL, layers=[("02 Beton gewapend - prefab", 1.0)]))
+    assert (judgement.kind, judgement.confidence, casting) == (Kind.PRECAST, Confidence.NAMED, Casting.PRECAST)
+    assert judgement.why == "'02 Beton gewapend - prefab' says that it is precast"
+    judgement, casting = judge(replace(WALL, names=("vloer", "betonvloer breedplaat 60, ihw", None)))
+    assert (judgement.kind, casting) == (Kind.CONCRETE, Casting.IN_SITU)
+    assert kind_of(layers=[("Stahl S355", 1.0)], casting=Casting.PRECAST)[0] is Kind.STEEL
+    assert kind_of(layers=[("Brick", 1.0)], casting=Casting.PRECAST)[0] is Kind.PRECAST
+
+
+def test_formwork_is_what_is_called_so_whatever_it_is_made_of() -> None:
+    assert kind_of(names=("BEKISTING", "PL18*800", None), layers=[("TIMBER/HOUT", 1.0)])[0] is Kind.FORMWORK
+    assert kind_of(names=("Wall", None, "Formwork panel"), casting=Casting.PRECAST)[0] is Kind.FORMWORK
+
+
+def test_a_footing_is_cast_in_place_unless_it_is_precast() -> None:
+    beam = replace(WALL, ifc_class="IfcBeam", names=("FUND", "PL800*2000", None), layers=[("CONCRETE/BETON", 1.0)])
+    judgement, casting = judge(beam)
+    assert (judgement.kind, casting) == (Kind.CONCRETE, Casting.IN_SITU)
+    assert judgement.why == "'fund' in its name says that it is a footing"
+    assert judge(replace(beam, casting=Casting.PRECAST))[0].kind is Kind.PRECAST
+    assert judge(replace(beam, layers=[("Steel", 1.0)]))[1] is None
+
+
+def test_floors_of_hollow_blocks_are_made_in_place() -> None:
+    floor = replace(WALL, ifc_class="IfcSlab", names=("Solaio", "Latero Cementizio - 30 cm", None))
+    judgement, casting = judge(replace(floor, layers=[("Laterizio", 0.2), ("Calcestruzzo", 0.05)]))
+    assert (judgement.kind, casting) == (Kind.CONCRETE, Casting.IN_SITU)
+
+
+def test_predefined_type_and_class() -> None:
+    assert kind_of(predefined_type="PARTITIONING") == (Kind.LIGHT, Confidence.NAMED)
+    assert kind_of(ifc_class="IfcWallStandardCase", predefined_type="PARTITIONING")[0] is Kind.LIGHT
+    assert kind_of(ifc_class="IfcCovering")[0] is Kind.LIGHT
+    assert kind_of(ifc_class="IfcCovering", layers=[("Beton prefab", 1.0)])[0] is Kind.PRECAST
+
+
+@pytest.mark.parametrize("name", ["Sparren-12", "Floor joist 45x195", "KROKIEW 8x18"])
+def test_names_of_timber_parts_are_assumptions(name: str) -> None:
+    assert kind_of(ifc_class="IfcMember", names=(name, None, None), layers=[("Solid", 1.0)]) == (
+        Kind.TIMBER,
+        Confidence.ASSUMED,
+    )
+
+
+def test_words_of_materials_in_a_name_are_assumptions_and_short_ones_say_nothing() -> None:
+    assert kind_of(names=("Basic Roof:Live Roof over Wood Joist", None, None)) == (Kind.TIMBER, Confidence.ASSUMED)
+    assert kind_of(names=("Oak Street 4, air", None, None))[0] is Kind.OTHER
+
+
+def test_shape_comes_last() -> None:
+    thin = {"mesh": box(4.0, 0.1, 2.6)}
+    assert kind_of(**thin) == (Kind.LIGHT, Confidence.ASSUMED)
+    assert kind_of(**thin, layers=[("Concrete", 1.0)])[0] is Kind.CONCRETE
+    bar = Facts("IfcBeam", ("First", None, None), (), box(6.0, 0.08, 0.16, tilt_rad=0.5))
+    assert kind_of(bar) == (Kind.TIMBER, Confidence.ASSUMED)
+    assert kind_of(bar, mesh=box(6.0, 0.3, 0.4))[0] is Kind.OTHER
+    roof = Facts("IfcSlab", ("Dach-1", None, None), [("Solid", 0.2)], box(8.0, 10.0, 0.2, tilt_rad=0.5), "ROOF")
+    assert kind_of(roof) == (Kind.LIGHT, Confidence.ASSUMED)
+    assert kind_of(roof, mesh=box(8.0, 10.0, 0.2))[0] is Kind.OTHER
+    assert kind_of(roof, layers=[("Stahlbeton", 0.2)])[0] is Kind.CONCRETE

@@ -1,0 +1,155 @@
+"""What the words of the table say, in many languages."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from importlib.resources import files
+
+import pytest
+
+from bimvox.bim.building import Casting
+from bimvox.bim.kinds.kind import Kind
+from bimvox.bim.kinds.words import casting_by_name, meaning_of, plain
+
+TABLE = tomllib.loads(files("bimvox.bim.kinds").joinpath("words.toml").read_text(encoding="utf-8"))
+LANGUAGES = ("de", "en", "es", "fr", "it", "ja", "nl", "pl", "ru", "sv", "zh")
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "kg_m3"),
+    [
+        # The longest word decides.
+        ("Fiberglass Batt", Kind.LIGHT, 40.0),
+        ("Concrete Masonry Units, Low Density", Kind.MASONRY, 1800.0),
+        ("Schaumglas", Kind.LIGHT, 40.0),
+        ("Concrete, Sand/Cement Screed", Kind.CONCRETE, 2500.0),
+        ("Dachziegel", Kind.LIGHT, 2000.0),
+        ("Lightweight concrete block", Kind.MASONRY, 1800.0),
+        # Of equal ones the last: Germanic languages put the head of a compound last.
+        ("Stahlbeton", Kind.CONCRETE, 2500.0),
+        ("Betonstahl", Kind.STEEL, 7850.0),
+        # Generic words only where no other does.
+        ("Metal - Stud Layer", Kind.LIGHT, 100.0),
+        ("wood_mdf_plate", Kind.TIMBER, 650.0),
+        ("Metal - Copper", Kind.LIGHT, 8900.0),
+        # Camel case, underscores, accents.
+        ("GewapendBeton", Kind.CONCRETE, 2500.0),
+        ("beton_arme", Kind.CONCRETE, 2500.0),
+        # Languages.
+        ("drewno klejone", Kind.TIMBER, 500.0),
+        ("Drewno", Kind.TIMBER, 500.0),
+        ("żelbet", Kind.CONCRETE, 2500.0),
+        ("stal S355", Kind.STEEL, 7850.0),
+        ("Tegel", Kind.MASONRY, 1800.0),
+        ("Trä", Kind.TIMBER, 500.0),
+        ("Murstein", Kind.MASONRY, None),
+        ("Кирпич керамический", Kind.MASONRY, 1800.0),
+        ("Железобетон", Kind.CONCRETE, 2500.0),
+        ("Гипсокартон", Kind.LIGHT, 900.0),
+        ("Дерево", Kind.TIMBER, 500.0),
+        ("コンクリート-構造2", Kind.CONCRETE, 2500.0),
+        ("钢筋混凝土", Kind.CONCRETE, 2500.0),
+        ("木材", Kind.TIMBER, 500.0),
+        ("Çelik", Kind.STEEL, 7850.0),
+        ("Teräs", Kind.STEEL, 7850.0),
+        ("Ocel", Kind.STEEL, 7850.0),
+        ("Mattoni", Kind.MASONRY, 1800.0),
+        ("Acél", Kind.STEEL, 7850.0),
+    ],
+)
+def test_materials(name: str, kind: Kind, kg_m3: float | None) -> None:
+    meaning = meaning_of(name)
+    assert meaning is not None
+    assert meaning.kind is kind
+    if kg_m3 is not None:
+        assert meaning.kg_m3 == kg_m3
+
+
+@pytest.mark.parametrize(
+    "name", ["without", "Default Wall", "Villa Rossi", "Leer", "Mur de base", "Материал", "Les Halles"]
+)
+def test_names_that_say_nothing(name: str) -> None:
+    assert meaning_of(name) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("BEKISTING", "formwork"),
+        ("Wandschalung", "formwork"),
+        ("Опалубка", "formwork"),
+        ("PAAL", "pile"),
+        ("Bored pile D600", "pile"),
+        ("FUND", "footing"),
+        ("Streifenfundament", "footing"),
+        ("Sparren-1", "timber"),
+        ("Interior - Partition (92mm)", "light"),
+        ("UB305x165x40", "steel"),
+        ("HEA 200", "steel"),
+        ("Solaio Latero Cementizio 30", "concrete"),
+    ],
+)
+def test_parts(name: str, says: str) -> None:
+    meaning = meaning_of(name, "part")
+    assert meaning is not None
+    assert meaning.says == says
+
+
+@pytest.mark.parametrize(
+    ("name", "casting"),
+    [
+        ("Concrete - Cast-in-Place Concrete", Casting.IN_SITU),
+        ("Cast in situ", Casting.IN_SITU),
+        ("Ortbeton C25/30", Casting.IN_SITU),
+        ("Béton coulé en place", Casting.IN_SITU),
+        ("betonvloer ihw", Casting.IN_SITU),
+        ("Strop monolityczny", Casting.IN_SITU),
+        ("Concrete - Precast Concrete", Casting.PRECAST),
+        ("Kanaalplaat 200", Casting.PRECAST),
+        ("breedplaat 60 met druklaag ihw", Casting.IN_SITU),
+        ("Precast plank ; poured topping", Casting.PRECAST),
+        ("Beton - Fertigteil", Casting.PRECAST),
+        ("Steel S235, cast iron", None),
+        ("Insitute wall", None),
+        ("", None),
+    ],
+)
+def test_casting(name: str, casting: Casting | None) -> None:
+    assert casting_by_name(name) is casting
+
+
+def test_a_plain_name() -> None:
+    assert plain("  Béton-armé_C30/37 ") == "beton arme c30 37"
+    assert plain("MetalStudLayer") == "metal stud layer"
+    assert plain("Łąka ß Ø") == "laka ss o"
+
+
+def test_the_table_can_be_read_by_a_person() -> None:
+    for group, entries in TABLE.items():
+        for entry in entries:
+            assert ("says" in entry) if group == "casting" else {"name", "kind"} <= set(entry)
+            for key, value in entry.items():
+                if re.fullmatch(r"[a-z]{2}", key):
+                    words = [word.strip() for word in value.split(",")]
+                    assert all(words), f"{group} {entry.get('name')}: an empty word in {key}"
+                    inside = [word for word in words if "*" in word.strip("*")]
+                    assert not inside, f"{group} {entry.get('name')}: a star inside {inside}"
+
+
+@pytest.mark.parametrize("name", ["concrete", "steel", "wood", "brick", "insulation", "glass"])
+def test_the_common_materials_have_words_in_each_language(name: str) -> None:
+    entries = [entry for entry in TABLE["material"] if entry["name"] == name]
+    assert not {*LANGUAGES} - {key for entry in entries for key in entry}
+
+
+@pytest.mark.parametrize("table", ["material", "part"])
+def test_every_word_says_what_its_entry_says(table: str) -> None:
+    wrong = []
+    for entry in TABLE[table]:
+        for key, value in entry.items():
+            for word in value.split(",") if re.fullmatch(r"[a-z]{2}", key) else ():
+                meaning = meaning_of(word.replace("*", ""), table)
+                if meaning is None or meaning.says != entry["kind"]:
+                    wrong.append(f"{word.strip()} ({key}, {entry['name']}): {meaning and meaning.name}")
+    assert not wrong
