@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Role, SkippedProduct
+from bimvox.bim.duplicates import without_duplicates
 from bimvox.bim.pavements import pavements_as_ground
 from bimvox.errors import listed
 
@@ -21,11 +22,11 @@ _BUILT = (Role.COMPONENT, Role.STRUCTURE)
 
 
 def without_strays(building: Building) -> Building:
-    """Return a building in which strays are not lifted and not in the way, with a note.
+    """Return a building in which strays and duplicates are not lifted and not in the way, with a note.
 
     Parts belong together if no empty strip ``FAR_M`` wide lies between them on any axis. The largest group stays.
     """
-    building = pavements_as_ground(building)
+    building = pavements_as_ground(without_duplicates(building))
     built = [n for n, element in enumerate(building.elements) if element.role in _BUILT]
     if not built:
         return building
