@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.kinds.kind import UNKNOWN, Judgement
 from bimvox.bim.mass_uncertainty import mass_uncertainty
+from bimvox.errors import listed
 from bimvox.kept import kept
 
 
@@ -27,6 +28,10 @@ class Role(StrEnum):
     """Terrain."""
 
 
+BUILT = (Role.COMPONENT, Role.STRUCTURE)
+"""What stands on the site when all lifts are done."""
+
+
 class Casting(StrEnum):
     """Where a concrete part is cast, as its source states it."""
 
@@ -38,6 +43,11 @@ def part_name(id_: str, *names: str) -> str:
     """Return the first name that is not empty, with the id in brackets; the id alone if there is no other name."""
     name = next(filter(None, names), id_)
     return id_ if name == id_ else f"{name} ({id_})"
+
+
+def plain_class(ifc_class: str) -> str:
+    """Return an IFC class without the variants of IFC2X3: ``IfcWall`` for ``IfcWallStandardCase``."""
+    return ifc_class.removesuffix("StandardCase").removesuffix("ElementedCase")
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
@@ -204,6 +214,18 @@ class Building:
     def __repr__(self) -> str:
         lifted = sum(element.role is Role.COMPONENT for element in self.elements)
         return f"<Building {self.source.name!r}: {len(self.elements):,} elements, {lifted:,} to lift>"
+
+    def with_role(self, numbers: Collection[int], role: Role, said: str) -> Building:
+        """Return it with another role of some elements, and a note that names them.
+
+        Args:
+            numbers: Their places in ``elements``.
+            role: Their role.
+            said: The note, up to their names.
+        """
+        elements = tuple(replace(one, role=role) if n in numbers else one for n, one in enumerate(self.elements))
+        names = listed((self.elements[n].label for n in sorted(numbers)), most=5)
+        return replace(self, elements=elements, notes=(*self.notes, f"{said}: {names}"))
 
     @property
     def bounds_m(self) -> NDArray[np.float64]:

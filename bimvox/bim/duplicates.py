@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Element, Role, TriangleMesh
-from bimvox.errors import listed
+from bimvox.bim.building import BUILT, Building, Role, TriangleMesh
 
 _SAME_M = 1e-3
-_BUILT = (Role.COMPONENT, Role.STRUCTURE)
 
 
 def without_duplicates(building: Building) -> Building:
@@ -22,28 +19,19 @@ def without_duplicates(building: Building) -> Building:
     """
     boxes: dict[Hashable, list[int]] = {}
     for n, element in enumerate(building.elements):
-        if element.role in _BUILT:
+        if element.role in BUILT:
             boxes.setdefault(_rounded(element.mesh.bounds_m).tobytes(), []).append(n)
-    twins: dict[int, int] = {}
+    twins: set[int] = set()
     for alike in boxes.values():
         places: dict[Hashable, int] = {}
-        for n in sorted(alike, key=lambda n: (_stays_last(building.elements[n]), n)) if len(alike) > 1 else ():
-            first = places.setdefault(_corners(building.elements[n].mesh), n)
-            if first != n:
-                twins[n] = first
+        # What is already in place comes before what is lifted.
+        for n in sorted(alike, key=lambda n: building.elements[n].role is Role.COMPONENT) if len(alike) > 1 else ():
+            if places.setdefault(_corners(building.elements[n].mesh), n) != n:
+                twins.add(n)
     if not twins:
         return building
-    elements = tuple(
-        replace(element, role=Role.FITTING) if n in twins else element for n, element in enumerate(building.elements)
-    )
-    names = listed((building.elements[n].label for n in sorted(twins)), most=5)
     what = "parts are duplicates of others" if len(twins) > 1 else "part is a duplicate of another"
-    note = f"{len(twins)} {what} in the same place, so left out: {names}"
-    return replace(building, elements=elements, notes=(*building.notes, note))
-
-
-def _stays_last(element: Element) -> bool:
-    return element.role is Role.COMPONENT
+    return building.with_role(twins, Role.FITTING, f"{len(twins)} {what} in the same place, so left out")
 
 
 def _corners(mesh: TriangleMesh) -> Hashable:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from bimvox.bim.building import Building, Role
-from bimvox.errors import listed
+from bimvox.bim.building import BUILT, Building, Role
 
 _REACH_M = 50.0
 """From the edge of such a slab, few jibs reach the middle of what stands on it."""
@@ -20,7 +17,7 @@ def pavements_as_ground(building: Building) -> Building:
     A pavement is a thin component that extends further than ``_REACH_M`` in each direction from the middle of all that
     is smaller. A mast next to it would not reach the building.
     """
-    built = [n for n, one in enumerate(building.elements) if one.role in (Role.COMPONENT, Role.STRUCTURE)]
+    built = [n for n, one in enumerate(building.elements) if one.role in BUILT]
     bounds_m = np.array([building.elements[n].mesh.bounds_m for n in built]).reshape(-1, 2, 3)
     wide = (np.ptp(bounds_m, axis=1)[:, :2] > 2.0 * _REACH_M).all(axis=1)
     if not wide.any() or wide.all():
@@ -32,8 +29,6 @@ def pavements_as_ground(building: Building) -> Building:
     found = {n for n in found if building.elements[n].role is Role.COMPONENT}
     if not found:
         return building
-    elements = tuple(replace(one, role=Role.GROUND) if n in found else one for n, one in enumerate(building.elements))
-    names = listed((building.elements[n].label for n in sorted(found)), most=5)
     verb = "slabs extend" if len(found) > 1 else "slab extends"
-    note = f"{len(found)} {verb} more than {_REACH_M:g} m around the building, so the crane stands on it: {names}"
-    return replace(building, elements=elements, notes=(*building.notes, note))
+    said = f"{len(found)} {verb} more than {_REACH_M:g} m around the building, so the crane stands on it"
+    return building.with_role(found, Role.GROUND, said)

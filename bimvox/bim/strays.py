@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Role, SkippedProduct
+from bimvox.bim.building import BUILT, Building, Role, SkippedProduct
 from bimvox.bim.duplicates import without_duplicates
 from bimvox.bim.pavements import pavements_as_ground
-from bimvox.errors import listed
 
 FAR_M = 250.0
 """Three times the longest jib: a gap as wide lies between two sites."""
@@ -18,7 +17,6 @@ _TOO_LARGE = 3.0
 """A part as long as that many times the rest of the building, and longer than ``FAR_M``, has a wrong unit."""
 _NOWHERE_M = 1e6
 """So far from the building, coordinates are too large for cells."""
-_BUILT = (Role.COMPONENT, Role.STRUCTURE)
 
 
 def without_strays(building: Building) -> Building:
@@ -27,7 +25,7 @@ def without_strays(building: Building) -> Building:
     Parts belong together if no empty strip ``FAR_M`` wide lies between them on any axis. The largest group stays.
     """
     building = pavements_as_ground(without_duplicates(building))
-    built = [n for n, element in enumerate(building.elements) if element.role in _BUILT]
+    built = [n for n, element in enumerate(building.elements) if element.role in BUILT]
     if not built:
         return building
     bounds_m = np.stack([building.elements[n].mesh.bounds_m for n in built])
@@ -48,22 +46,15 @@ def without_strays(building: Building) -> Building:
     strays = {built[n] for n in np.flatnonzero(~fits)}
     center_m = bounds_m[fits].mean(axis=(0, 1))
     nowhere = {built[n] for n in np.flatnonzero(~(np.abs(bounds_m - center_m) < _NOWHERE_M).all(axis=(1, 2)))}
-    elements = tuple(
-        replace(element, role=Role.FITTING) if n in strays else element
-        for n, element in enumerate(building.elements)
-        if n not in nowhere
-    )
-    names = listed((building.elements[n].label for n in sorted(strays)), most=5)
-    note = (
-        f"{len(strays)} {'parts are' if len(strays) > 1 else 'part is'} left out, more than {FAR_M:g} m from all "
-        f"others or too large for them; check coordinates and units: {names}"
-    )
+    what = f"{len(strays)} {'parts are' if len(strays) > 1 else 'part is'} left out"
+    said = f"{what}, more than {FAR_M:g} m from all others or too large for them; check coordinates and units"
+    found = building.with_role(strays, Role.FITTING, said)
     skipped = [
         SkippedProduct(one.global_id, one.ifc_class, one.name, f"lies more than {_NOWHERE_M / 1e3:,.0f} km away")
         for one in (building.elements[n] for n in sorted(nowhere))
     ]
-    notes = (*building.notes, note)
-    return replace(building, elements=elements, skipped=(*building.skipped, *skipped), notes=notes)
+    elements = tuple(element for n, element in enumerate(found.elements) if n not in nowhere)
+    return replace(found, elements=elements, skipped=(*building.skipped, *skipped))
 
 
 def _strips(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -13,7 +13,7 @@ from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check
 from bimvox.records.steps import Pause, Step, Steps
-from bimvox.site.building_times import Building
+from bimvox.site.building_times import BuildingTimes
 from bimvox.site.casting import Casting
 from bimvox.site.component import Component
 from bimvox.site.limits import MOST_WORK_S
@@ -167,7 +167,7 @@ class _Proof:
         return sum(one.length_ns for one in self.pauses if one.at_ns == pause.at_ns and one.order <= pause.order)
 
 
-def _asked_s(casting: Casting, building: Building, part: Component) -> tuple[float, float]:
+def _asked_s(casting: Casting, building: BuildingTimes, part: Component) -> tuple[float, float]:
     """Return the time of work and of waiting that the rules ask for, seconds."""
     if part.means is Means.BY_HAND:
         return casting.hand_s, 0.0
@@ -183,7 +183,7 @@ def _asked_s(casting: Casting, building: Building, part: Component) -> tuple[flo
     return 0.0, 0.0
 
 
-def _built_s(building: Building, part: Component) -> tuple[float, float]:
+def _built_s(building: BuildingTimes, part: Component) -> tuple[float, float]:
     """Return the time in which a trade builds a part, and of waiting; by triangles, not by the planner's function."""
     a_m, b_m, c_m = (part.mesh.vertices_m[part.mesh.faces[:, corner]] - part.mesh.vertices_m[0] for corner in range(3))
     normals_m2 = np.cross(b_m - a_m, c_m - a_m) / 2.0

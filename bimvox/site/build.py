@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Element, Role
+from bimvox.bim.building import BUILT, Element, Role
 from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.outline import highest_point_m
 from bimvox.crane.tower_crane import TowerCrane
@@ -146,7 +146,7 @@ def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component]
             check_component(config, element, cells, frame, model.shape)
             entry, number = entries.get(element.id), len(components)
             components.append(component_of(number, element, cells, entry, frame, hints[element.id], means[element.id]))
-        elif element.role in (Role.COMPONENT, Role.STRUCTURE):
+        elif element.role in BUILT:
             if len(cells):
                 structure.append(Blocker(element.id, "structure", _frozen(cells), element.mesh))
             else:

@@ -18,7 +18,7 @@ from bimvox.site.limits import MOST_WORK_S
 
 
 @dataclass(frozen=True, slots=True)
-class Building:
+class BuildingTimes:
     """The times of parts that are built in place.
 
     Attributes:
@@ -40,11 +40,11 @@ class Building:
     wait_h: float
 
 
-FIELD_BUILDING = Building(4.0, 4.0, 1.0, 1.5, 0.5, 6.0, 24.0)
+FIELD_BUILDING = BuildingTimes(4.0, 4.0, 1.0, 1.5, 0.5, 6.0, 24.0)
 """The defaults of the site file."""
 
 
-def built_and_wait_s(building: Building, kind: Kind, mesh: TriangleMesh) -> tuple[float, float]:
+def built_and_wait_s(building: BuildingTimes, kind: Kind, mesh: TriangleMesh) -> tuple[float, float]:
     """Return how long a part is built, and then waited for until it carries, seconds."""
     volume_m3 = abs(mesh.signed_volume_m3)
     if kind is Kind.LIGHT:

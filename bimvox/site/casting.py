@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from bimvox.bim.kinds.kind import Judgement
-from bimvox.site.building_times import Building, built_and_wait_s
+from bimvox.site.building_times import BuildingTimes, built_and_wait_s
 from bimvox.site.limits import MOST_WORK_S, ON_GROUND_M
 from bimvox.site.means import Means
 from bimvox.site.work import Part, Work, work_of
@@ -109,7 +109,7 @@ class JudgedPart(Part, Protocol):
         """How it gets to its place."""
 
 
-def work_and_wait_s(casting: Casting, building: Building, part: JudgedPart, mass_kg: float) -> tuple[float, float]:
+def work_and_wait_s(casting: Casting, building: BuildingTimes, part: JudgedPart, mass_kg: float) -> tuple[float, float]:
     """Return how long a part that the crane does not set is worked on, and then waited for until it carries, seconds.
 
     Both are 0 for a part that the crane should set but cannot: nobody has said how it gets there.

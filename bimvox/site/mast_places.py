@@ -13,7 +13,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
-from bimvox.bim.building import Element, Role
+from bimvox.bim.building import BUILT, Element
 from bimvox.crane.fit import MARGIN_M, MAST_CLEARANCE_M
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.config.site_config import SiteConfig
@@ -28,7 +28,7 @@ _OPEN = ("assembly", "slow", "limiter")
 
 def ground_plan(elements: Iterable[Element]) -> BaseGeometry:
     """Return what the building covers on plan, every part and what exists already; courts and openings are free."""
-    return shapely.union_all([shadow(one.mesh) for one in elements if one.role in (Role.COMPONENT, Role.STRUCTURE)])
+    return shapely.union_all([shadow(one.mesh) for one in elements if one.role in BUILT])
 
 
 class MastPlaces:

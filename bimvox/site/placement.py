@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Element, Role
+from bimvox.bim.building import BUILT, Building, Element
 from bimvox.bim.site_frame import in_site_frame
 from bimvox.errors import SelectionError
 from bimvox.site.config.site_config import SiteConfig
@@ -46,7 +46,7 @@ def lowest_m(building: Building) -> float:
 
 def built_elements(elements: Iterable[Element]) -> list[Element]:
     """Return the elements that are components or structure."""
-    return [element for element in elements if element.role in (Role.COMPONENT, Role.STRUCTURE)]
+    return [element for element in elements if element.role in BUILT]
 
 
 def built_bounds_m(elements: Iterable[Element]) -> NDArray[np.float64]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
-from bimvox.site.building_times import FIELD_BUILDING, Building
+from bimvox.site.building_times import FIELD_BUILDING, BuildingTimes
 from bimvox.site.casting import FIELD_CASTING, Casting, Curing
 from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
@@ -108,7 +108,7 @@ class Rules:
     gives_way: tuple[str, ...] = field(default=(), metadata=SPARSE)
     times: TimesByWork = FIELD_TIMES
     casting: Casting = FIELD_CASTING
-    building: Building = FIELD_BUILDING
+    building: BuildingTimes = FIELD_BUILDING
     heading: HeadingRule = field(default=HeadingRule.KEPT, metadata=SPARSE)
     yard: YardRules | None = field(default=None, metadata=SPARSE)
     curing: Curing | None = field(default=None, metadata=SPARSE)

@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bimvox.bim.building import TriangleMesh
+from bimvox.bim.building import TriangleMesh, plain_class
 from bimvox.bim.densities import STEEL_KG_M3, density_by_name
 from bimvox.kept import kept
 
@@ -77,7 +77,6 @@ _BY_CLASS = {
     "IfcRamp": Work.STAIR,
     "IfcRampFlight": Work.STAIR,
 }
-_VARIANTS = ("StandardCase", "ElementedCase")
 
 _SLENDER = 2.0
 """A part at least this many times as high as wide on plan is a column; as long as wide and high, a beam."""
@@ -99,9 +98,7 @@ def work_of(part: Part) -> Work:
 
 def kind_of(part: Part) -> Work:
     """Return what a part is, whatever its material: never ``STEEL``."""
-    ifc_class = part.ifc_class
-    for ending in _VARIANTS:
-        ifc_class = ifc_class.removesuffix(ending)
+    ifc_class = plain_class(part.ifc_class)
     found = _BY_TYPE.get((ifc_class, part.predefined_type or "")) or _BY_CLASS.get(ifc_class)
     if found is None:
         found = _by_shape(part.mesh)

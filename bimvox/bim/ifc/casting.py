@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from bimvox.bim.building import Casting
+from bimvox.bim.ifc.properties import plain_key
 from bimvox.bim.kinds.words import casting_by_name
 
 _STATED = ("castingmethod", "constructionmethod", "castunittype")
@@ -17,7 +18,7 @@ def stated_casting(sets: Mapping[str, Mapping[str, Any]]) -> Casting | None:
     """Return how a part is cast, as its property sets state it; None if they do not."""
     for name, properties in sets.items():
         for key, value in properties.items():
-            is_stated = key.lower().replace(" ", "").replace("_", "") in _STATED and isinstance(value, str)
+            is_stated = plain_key(key) in _STATED and isinstance(value, str)
             if is_stated and (found := casting_by_name(value)) is not None:
                 return found
         if name.startswith(_PRECAST_SET):

@@ -61,12 +61,10 @@ def _promoted(elements: list[Element], notes: list[str]) -> list[Element]:
 def _piles(elements: list[Element], notes: list[str]) -> list[Element]:
     """Return the elements; an upright part below the rest that is called a pile is in place before the first lift."""
     parts = [element for element in elements if element.role is Role.COMPONENT]
-    named = [element for element in parts if _is_pile(element)]
-    rest = [float(one.mesh.bounds_m[0, 2]) for one in parts if not _is_pile(one)]
-    if not named or not rest:
-        return elements
-    level_m = float(np.median(rest))
-    piles = {element.id for element in named if element.mesh.bounds_m[1, 2] <= level_m}
+    named = {element.id: element for element in parts if _is_pile(element)}
+    rest = [float(one.mesh.bounds_m[0, 2]) for one in parts if one.id not in named]
+    level_m = float(np.median(rest)) if rest else -np.inf
+    piles = {name for name, element in named.items() if element.mesh.bounds_m[1, 2] <= level_m}
     if not piles:
         return elements
     notes.append(f"piles, in place before the first lift: {len(piles)}; select them to lift them")

@@ -85,7 +85,7 @@ class Properties:
             product: The ``IfcProduct``.
             names: In lower case, without blanks and underscores.
         """
-        if not any(_plain(key) in names for values in self.sets_of(product).values() for key in values):
+        if not any(plain_key(key) in names for values in self.sets_of(product).values() for key in values):
             return []
         found = [
             (names.index(name), stated)
@@ -100,11 +100,11 @@ def numbers_in(definition: Any) -> Iterator[tuple[str, Stated]]:
     """Yield the positive numbers in a set of properties or quantities, by name in lower case without blanks."""
     for entry in getattr(definition, "Quantities", None) or ():
         if entry.is_a("IfcPhysicalSimpleQuantity") and _is_positive(entry[3]):
-            yield _plain(label(entry.Name)), Stated(float(entry[3]), entry.is_a(), entry.Unit)
+            yield plain_key(label(entry.Name)), Stated(float(entry[3]), entry.is_a(), entry.Unit)
     for entry in getattr(definition, "HasProperties", None) or getattr(definition, "Properties", None) or ():
         value = entry.NominalValue if entry.is_a("IfcPropertySingleValue") else None
         if value is not None and _is_positive(value.wrappedValue):
-            yield _plain(label(entry.Name)), Stated(float(value.wrappedValue), value.is_a(), entry.Unit)
+            yield plain_key(label(entry.Name)), Stated(float(value.wrappedValue), value.is_a(), entry.Unit)
 
 
 def _definitions(product: Any) -> Iterator[Any]:
@@ -121,7 +121,8 @@ def _is_positive(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < _MOST
 
 
-def _plain(name: str) -> str:
+def plain_key(name: str) -> str:
+    """Return the name of a property in lower case, without blanks and underscores."""
     return name.lower().replace(" ", "").replace("_", "")
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Role, SkippedProduct, Source, TriangleMesh, part_name
+from bimvox.bim.building import BUILT, Building, Role, SkippedProduct, Source, TriangleMesh, part_name
 from bimvox.bim.ifc.assembly import Extent, MeshedProduct
 from bimvox.bim.ifc.class_roles import TOO_SMALL, reason_not_solid, reason_too_small, role_of_class
 from bimvox.bim.ifc.curves import largely_curved
@@ -177,7 +177,7 @@ def _without_body(opened: OpenedIfc, reasons: Mapping[int, str]) -> list[str]:
     names: dict[str, list[str]] = {}
     for step_id, reason in sorted(reasons.items()):
         product = opened.file.by_id(step_id)
-        if role_of_class(opened.schema, product.is_a()) in (Role.COMPONENT, Role.STRUCTURE):
+        if role_of_class(opened.schema, product.is_a()) in BUILT:
             names.setdefault(reason, []).append(part_name(str(product.GlobalId), label(product.Name)))
     return [
         f"{len(every)} {'products are' if len(every) > 1 else 'product is'} left out, because the model has no usable "

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bimvox.bim.building import Casting, TriangleMesh
+from bimvox.bim.building import Casting, TriangleMesh, plain_class
 from bimvox.bim.kinds.kind import UNKNOWN, Confidence, Judgement, Kind
 from bimvox.bim.kinds.words import Meaning, casting_by_name, meaning_of
 from bimvox.errors import shown
@@ -33,7 +33,6 @@ _BY_CLASS = {
     "IfcEarthworksFill": Kind.EARTH,
     "IfcCourse": Kind.EARTH,
 }
-_VARIANTS = ("StandardCase", "ElementedCase")
 _SHORTEST_WORD = 4
 """Words of materials this short say nothing in the name of a part, where they may be anything."""
 _THIN_WALL_M = 0.13
@@ -70,10 +69,7 @@ class Facts:
     @property
     def plain_class(self) -> str:
         """The class without its variants of IFC2X3."""
-        found = self.ifc_class
-        for ending in _VARIANTS:
-            found = found.removesuffix(ending)
-        return found
+        return plain_class(self.ifc_class)
 
 
 def judge(facts: Facts) -> tuple[Judgement, Casting | None]:

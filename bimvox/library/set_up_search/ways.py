@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Element, Role
+from bimvox.bim.building import BUILT, Building, Element
 from bimvox.grid.frame import whole_cells
 from bimvox.library.set_up_search.picks import Picks, around_m, taken_m2
 from bimvox.site.component import Component
@@ -123,4 +123,4 @@ def ways_on(
 
 def _stands(element: Element, lifted: Collection[str]) -> bool:
     """Return whether an element is in the way of loads, but not lifted itself."""
-    return element.role in (Role.COMPONENT, Role.STRUCTURE) and element.id not in lifted
+    return element.role in BUILT and element.id not in lifted

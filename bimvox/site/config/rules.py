@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field
 
-from bimvox.site.building_times import FIELD_BUILDING, Building
+from bimvox.site.building_times import FIELD_BUILDING, BuildingTimes
 from bimvox.site.casting import FIELD_CASTING, Casting, CastTimes, Curing
 from bimvox.site.config.validation import (
     Flag,
@@ -240,7 +240,7 @@ class RulesConfig(Table):
         """Return the rules as a value for the planner, those that the file does not give by their defaults."""
         own: dict[str, object] = {"swing": SwingRule(self.swing), "heading": HeadingRule(self.heading)}
         own |= {"times": self.times.times(), "casting": self.casting.casting()}
-        own |= {"building": Building(**self.building.model_dump())}
+        own |= {"building": BuildingTimes(**self.building.model_dump())}
         own["curing"] = None if self.curing is None else Curing(**self.curing.model_dump())
         own["sling_angle_rad"] = math.radians(self.sling_angle_deg)
         given = self.model_dump(exclude={"sling_angle_deg"}) | own
