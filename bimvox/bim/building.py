@@ -109,7 +109,7 @@ class Element:
         mesh: Triangles in metres in the building's frame.
         role: What it is to the planner.
         mass_kg: Its mass.
-        mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3).
+        mass_source: ``quantity``, ``density`` (of its material) or ``default`` (of its kind).
         type_name: Name of its IFC type, if any.
         storey: Name of the storey that contains it, if any.
         material: Name of its (main) material, if any.

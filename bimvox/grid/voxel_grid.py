@@ -32,7 +32,7 @@ class Part:
         cells: Number of cells that it meets.
         solid_volume_m3: Volume of its solid.
         mass_kg: Its mass.
-        mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3).
+        mass_source: ``quantity``, ``density`` (of its material) or ``default`` (of its kind).
         fill: How its interior was found: ``winding``, ``vote``, ``flood`` or ``surface``.
         type_name: Name of its IFC type, if any.
         storey: Name of its storey, if any.

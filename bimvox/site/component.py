@@ -131,7 +131,7 @@ class Component:
         type_name: Name of its IFC type, if any.
         storey: Name of the storey that holds it, if any.
         material: Name of its (main) material, if any.
-        mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3); empty if not known.
+        mass_source: ``quantity``, ``density`` (of its material) or ``default`` (of its kind); empty if not known.
         hints: Wishes about its position in the order.
         crane: Index in ``Site.cranes`` of the crane that lifts it.
         predefined_type: Its IFC predefined type in capitals, for example ``HOLLOWCORE``, if any.

@@ -175,7 +175,7 @@ class Logged:
             ("Storey", part.storey or ""),
             ("Material", part.material or ""),
             ("Mass", tonnes(lift["mass_kg"])),
-            ("Mass from", "volume × 2,400 kg/m³ (default density)" if part.mass_source == "default" else ""),
+            ("Mass from", "volume × usual density of its kind" if part.mass_source == "default" else ""),
             ("Cells", f"{len(part.shape.cells):,}"),
             ("Size", f"{size} m"),
         ]

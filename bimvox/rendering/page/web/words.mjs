@@ -69,7 +69,7 @@ export const plain = (text) => text.replace(/[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-
 export const nameOf = (part) => plain(part.name || part.global_id || part.id);
 
 export const METHODS = { policy: "policy", retrained: "policy, retrained", search: "search (A*)" };
-export const MASS_SOURCES = { quantity: "from the model's quantities", density: "volume × density of its material", default: "volume × 2,400 kg/m³ (default density)" };
+export const MASS_SOURCES = { quantity: "from the model's quantities", density: "volume × density of its material", default: "volume × usual density of its kind" };
 export const STORED = { as_built: "as built in", lying_x: "lying along x, tipped up", lying_y: "lying along y, tipped up" };
 export const PHASES = { approach: "empty hook, moving to the part", wait: "waiting for the other crane", leave: "leaving", hook_on: "hooking on", raise: "raising", turn: "turning the part", hoist: "hoisting", traverse: "slewing and trolleying", lower: "lowering", set: "setting", release: "releasing the slings", stop: "stopping" };
 export const STATES = ["not delivered yet", "in the yard", "in transit", "arrived", "assembled"];
