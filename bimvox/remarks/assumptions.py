@@ -33,7 +33,7 @@ PLACED_TWICE = "placed_twice"
 
 _MOST_REASONS = 4
 _MASSES = {
-    "default": "no mass and no known material: volume times the usual density of their kind, or 2,400 kg/m3",
+    "default": "no mass and no known material: volume times the density of their kind, otherwise 2,400 kg/m3",
     "density": "no mass in the model: volume times a density of the material",
     "": "a mass of unknown origin",
 }

@@ -25,8 +25,8 @@ def show_parts(console: Console, parts: _Parts) -> None:
         _by_class(console, parts)
     if any(part["mass_source"] == "default" for part in parts):
         console.print(
-            "mass from default: the model has no weight and no known material; the usual density of its kind is assumed, "
-            "2,400 kg/m3 if that is not known",
+            "mass from default: the model has no weight and no known material; the usual density of its kind is "
+            "assumed, 2,400 kg/m3 if that is not known",
             style="dim",
         )
 
