@@ -310,7 +310,7 @@ def _rules(config: SiteConfig) -> str:
         _key("bundle_kg", rules.casting.bundle_kg, "heavier bundles of such parts are material lifts of the crane"),
         _key("bundle_s", rules.casting.bundle_s, "crane time of a material lift; it has no path"),
         *(_key(work.value, getattr(rules.casting, work.value)) for work in Work),
-        "# What its trade builds in place, of pieces (masonry, partitions, glazing, earth), from its turn on in the way:",
+        "# What its trade builds in place, of pieces (masonry, partitions, glazing, earth), and then is in the way:",
         "# working hours of one person for a cubic or a square metre; wait_h as above.",
         "[rules.building]",
         *(_key(name, value) for name, value in rules.building.model_dump().items()),
