@@ -126,7 +126,7 @@ def test_a_long_selection_is_not_repeated_in_its_message(query: str, frame_file:
 @pytest.mark.slow
 def test_the_longest_selection_is_read(maker: type[IfcMaker], tmp_path: Path) -> None:
     made = maker()
-    ids = [made.box("IfcBeam").GlobalId for _ in range(400)]
+    ids = [made.box("IfcBeam", (2.0 * i, 0.0, 0.0)).GlobalId for i in range(400)]
     query = ", ".join(ids)
     assert MOST_SELECT - 1000 < len(query) <= MOST_SELECT
     elements = read_building(made.write(tmp_path / "a.ifc"), ReadOptions(select=query)).elements
