@@ -35,7 +35,7 @@ class ReadOptions:
         unit: Length unit of a mesh file; metres if neither this nor the file states one.
         up: Axis of a mesh file that points up; z if neither this nor the format's standard states one.
         assemblies: ``whole`` lifts an assembly in one piece where that makes sense, ``parts`` lifts each part alone.
-        timeout_s: Seconds that the geometry kernel may spend on one shape.
+        timeout_s: Seconds of processor time that the geometry kernel may spend on one shape.
         processes: Number of geometry workers for an IFC file; it does not change the building.
 
     Raises:

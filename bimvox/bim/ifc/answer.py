@@ -9,6 +9,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.ifc.processor_time import processor_time_limit
 from bimvox.bim.ifc.shape import Shape
 from bimvox.errors import SelectionError
 
@@ -30,8 +31,13 @@ def no_selector(query: str) -> Selected:
 
 
 def answer_requests(channel: Connection, mesher: Mesher, selector: Selector = no_selector) -> None:
-    """Answer (step ids, library) requests and queries until the parent closes the connection."""
+    """Answer requests until the parent closes the connection: a query or (step ids, library), each with its limit.
+
+    The limit is in seconds of processor time; the process ends there.
+    """
     with suppress(EOFError, OSError):
         while True:
-            request = channel.recv()
-            channel.send(selector(request) if isinstance(request, str) else mesher(*request))
+            request, limit_s = channel.recv()
+            with processor_time_limit(limit_s):
+                answer = selector(request) if isinstance(request, str) else mesher(*request)
+            channel.send(answer)

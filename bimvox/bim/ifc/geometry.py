@@ -11,7 +11,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from bimvox.bim.ifc.process import WORKER_COMMAND, Task, Worker, geometry_processes
+from bimvox.bim.ifc.process import ASLEEP, WORKER_COMMAND, Task, Worker, geometry_processes
+from bimvox.bim.ifc.processor_time import OUT_OF_TIME
 from bimvox.bim.ifc.shape import PlacedShape
 from bimvox.errors import SelectionError, shown
 
@@ -27,7 +28,7 @@ _TASKS_A_WORKER = 16
 """Tasks that justify forking another worker."""
 _NOTHING = object()
 SELECT_LIMIT_S = 30.0
-"""Seconds that a selection may take."""
+"""Seconds of processor time that a selection may take."""
 _SLOW = "simplify its patterns: a repetition within a repetition, such as (a+)+, may take for ever"
 
 
@@ -51,7 +52,7 @@ class GeometryPool:
 
     Args:
         path: The IFC file.
-        timeout_s: Seconds a worker may spend on one shape; less after many shapes of the file hung.
+        timeout_s: Seconds of processor time a worker may spend on one shape; less after many shapes of the file hung.
         processes: Largest number of workers; it does not change the shapes.
         command: Command for the process that forks the workers (tests of hangs and crashes replace it).
     """
@@ -128,16 +129,18 @@ class GeometryPool:
             IfcError: If no worker can be started.
         """
         worker = self._server.new_worker()
-        answer: frozenset[int] | SelectionError
+        answer: frozenset[int] | SelectionError | None = None
+        is_late = False
         try:
-            worker.channel.send(query)
-            if worker.channel.poll(SELECT_LIMIT_S):
-                answer = worker.channel.recv()
-            else:
-                answer = SelectionError(f"select {shown(query)}: not finished within {SELECT_LIMIT_S:g} s", hint=_SLOW)
+            worker.channel.send((query, SELECT_LIMIT_S))
+            is_late = not worker.channel.poll(ASLEEP * SELECT_LIMIT_S)
+            answer = None if is_late else worker.channel.recv()
         except (EOFError, OSError):
-            answer = SelectionError(f"select {shown(query)}: the selector crashed", hint="simplify the query")
-        self._server.bury(worker)
+            pass
+        is_late |= self._server.bury(worker) == OUT_OF_TIME
+        if answer is None:
+            why = f"not finished within {SELECT_LIMIT_S:g} s" if is_late else "the selector crashed"
+            answer = SelectionError(f"select {shown(query)}: {why}", hint=_SLOW if is_late else "simplify the query")
         if isinstance(answer, SelectionError):
             raise answer
         return answer
@@ -150,7 +153,7 @@ class GeometryPool:
         for ahead in range(1, _TASKS_AHEAD + 1):
             for worker in self._workers:
                 if todo and len(worker.tasks) < ahead:
-                    worker.give(todo.popleft(), self._limit_s)
+                    worker.give(todo[0], self._limit_s(todo.popleft()))
 
     def _answers(self, todo: deque[Task], other_work: Iterator[object]) -> list[tuple[Task, Any]]:
         """Wait for an event; return each finished task with its shape, or with the reason why it failed."""
@@ -163,29 +166,29 @@ class GeometryPool:
         for worker in busy:
             if worker.channel in speaking:
                 try:
-                    finished.append(worker.answer(self._limit_s))
+                    finished.append(worker.answer())
                 except (EOFError, OSError):
-                    task, status = self._bury(worker, todo)
-                    died = f"signal {-status}" if status < 0 else f"exit status {status}"
-                    finished.append((task, f"the geometry kernel crashed ({died})"))
+                    finished.append(self._bury(worker, todo))
             elif time.monotonic() >= worker.deadline:
-                task, _ = self._bury(worker, todo)
-                limit_s = self._limit_s(task)
-                self._lost_s += limit_s
-                finished.append((task, f"no result from the geometry kernel within {limit_s:g} s"))
+                finished.append(self._bury(worker, todo, is_asleep=True))
         return finished
 
     def _limit_s(self, task: Task) -> float:
-        """Return how long a task may take."""
+        """Return how much processor time a task may take, seconds."""
         share = _FAST_SHARE if task[1] == FAST_LIBRARY else 1.0
         return self._timeout_s * share * (1.0 if self._lost_s < _PATIENCE * self._timeout_s else 0.1)
 
-    def _bury(self, worker: Worker, todo: deque[Task]) -> tuple[Task, int]:
-        """End a worker; return its current task and its exit status. Its other tasks go back to the queue."""
+    def _bury(self, worker: Worker, todo: deque[Task], *, is_asleep: bool = False) -> tuple[Task, str]:
+        """End a worker; return its current task and why it has no shape. Its other tasks go back to the queue."""
         self._workers.remove(worker)
         task = worker.tasks.popleft()
         todo.extendleft(reversed(worker.tasks))
-        return task, self._server.bury(worker)
+        status = self._server.bury(worker)
+        if is_asleep or status == OUT_OF_TIME:
+            self._lost_s += worker.limit_s
+            return task, f"no result from the geometry kernel within {worker.limit_s:g} s of processor time"
+        died = f"signal {-status}" if status < 0 else f"exit status {status}"
+        return task, f"the geometry kernel crashed ({died})"
 
 
 def _first_library(step_ids: Sequence[int], plain: Set[int]) -> str:

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import send_handle
 from pathlib import Path
@@ -21,6 +21,8 @@ WORKER_COMMAND = tuple(python_module("bimvox.bim.ifc.worker"))
 _START_LIMIT_S = 600.0
 _CRASH_S = 0.5
 """Seconds between the end of a crashed worker's connection and the end of the worker, at most."""
+ASLEEP = 20
+"""A worker that neither answers nor uses up its processor time is ended after this many times its limit."""
 
 Task = tuple[tuple[int, ...], str]
 """Step ids of products that share one shape, and the geometry library to mesh it with."""
@@ -180,27 +182,38 @@ class Worker:
         self.channel = channel
         self.pid = pid
         self.tasks: deque[Task] = deque()
-        self.deadline = float("inf")
+        self._limits_s: deque[float] = deque()
+        self._since_s = 0.0
 
-    def give(self, task: Task, limit_s: Callable[[Task], float]) -> None:
-        """Send a task; its time starts when it becomes the first of the unanswered tasks."""
+    @property
+    def limit_s(self) -> float:
+        """Seconds of processor time that the task in progress may take."""
+        return self._limits_s[0]
+
+    @property
+    def deadline(self) -> float:
+        """Time of the monotonic clock from which a worker with a task counts as asleep."""
+        return self._since_s + ASLEEP * self.limit_s
+
+    def give(self, task: Task, limit_s: float) -> None:
+        """Send a task that may take ``limit_s`` seconds of processor time."""
         if not self.tasks:
-            self.deadline = time.monotonic() + limit_s(task)
+            self._since_s = time.monotonic()
         self.tasks.append(task)
+        self._limits_s.append(limit_s)
         try:
-            self.channel.send(task)
+            self.channel.send((task, limit_s))
         except OSError:
             return  # it died while idle: reading its answer reports that
 
-    def answer(self, limit_s: Callable[[Task], float]) -> tuple[Task, Any]:
-        """Return the first task and its answer; the time of the next task starts.
+    def answer(self) -> tuple[Task, Any]:
+        """Return the first task and its answer.
 
         Raises:
             EOFError: If it died.
             OSError: If it died.
         """
         answer = self.channel.recv()
-        task = self.tasks.popleft()
-        if self.tasks:
-            self.deadline = time.monotonic() + limit_s(self.tasks[0])
-        return task, answer
+        self._limits_s.popleft()
+        self._since_s = time.monotonic()
+        return self.tasks.popleft(), answer

@@ -26,8 +26,10 @@ from bimvox.bim.ifc.forks import serve
 
 def mesh(step_ids, library):
     step_id, fast = step_ids[0], library == "{FAST_LIBRARY}"
-    if step_id == 1 or (step_id == 2 and fast):
-        time.sleep(60)
+    while step_id == 1 or (step_id == 2 and fast):
+        pass
+    if step_id in (1011, 1012):
+        time.sleep(60 if step_id == 1011 else 0.5)
     if step_id == 3 or (step_id == 4 and fast):
         os.kill(os.getpid(), signal.SIGSEGV)
     if step_id == 5:
@@ -49,6 +51,35 @@ def pool(script: str, timeout_s: float = 0.7, processes: int = 1) -> GeometryPoo
     return GeometryPool(Path("a.ifc"), timeout_s=timeout_s, processes=processes, command=[sys.executable, "-c", script])
 
 
+def test_the_limit_is_processor_time_so_a_busy_machine_loses_no_part() -> None:
+    with pool(_SERVER, timeout_s=0.3) as workers:
+        meshed = workers.mesh([(1012,), (1,)])
+    assert sorted(meshed.shapes) == [1012], "it took longer than its limit only because it did not run"
+    assert not meshed.retried
+    assert "within 0.3 s of processor time" in meshed.failures[1]
+
+
+def test_time_is_counted_for_each_shape_anew() -> None:
+    busy = _SERVER.replace(
+        "def mesh(step_ids, library):",
+        """def mesh(step_ids, library):
+    until = time.process_time() + 0.1
+    while time.process_time() < until:
+        pass""",
+    )
+    with pool(busy, timeout_s=0.6) as workers:
+        meshed = workers.mesh([(step_id,) for step_id in range(20, 30)])
+    assert len(meshed.shapes) == 10
+    assert not meshed.retried
+
+
+def test_a_worker_that_sleeps_for_ever_is_ended_too() -> None:
+    with pool(_SERVER, timeout_s=0.03) as workers:
+        meshed = workers.mesh([(1011,), (10,)])
+    assert "no result" in meshed.failures[1011]
+    assert sorted(meshed.shapes) == [10]
+
+
 @pytest.mark.parametrize("processes", [1, 2, 3])
 def test_everything_else_survives(processes: int) -> None:
     done: list[int] = []
@@ -59,7 +90,7 @@ def test_everything_else_survives(processes: int) -> None:
         meshed = workers.mesh(groups, done.append, meanwhile=map(work.append, range(5)))
     assert sorted([*meshed.shapes, *meshed.failures]) == ids
     assert sorted(meshed.failures) == [1, 3, 5, 6]
-    assert "within 0.7 s" in meshed.failures[1]
+    assert "within 0.7 s of processor time" in meshed.failures[1]
     assert "signal 11" in meshed.failures[3]
     assert meshed.failures[5] == "no geometry"
     assert "exit status 3" in meshed.failures[6]
@@ -113,7 +144,7 @@ from bimvox.bim.ifc.geometry import GeometryPool
 
 with GeometryPool(Path("a.ifc"), timeout_s=60.0, command=[sys.executable, "-c", sys.argv[1]]) as workers:
     worker = workers._server.new_worker()
-    worker.give(((1,), "opencascade"), lambda task: 60.0)
+    worker.give(((1011,), "opencascade"), 60.0)
     print(workers._server.pid, worker.pid, flush=True)
     sys.stdin.read()
 """
