@@ -8,9 +8,10 @@ from collections import Counter
 from typing import Any
 
 import ifcopenshell
-import ifcopenshell.util.selector
+from ifcopenshell.util.selector import filter_elements_grammar
 from lark.exceptions import LarkError, UnexpectedInput
 
+from bimvox.bim.ifc.facets import Facets
 from bimvox.errors import SelectionError, cut, shown
 
 _HELP = "a query is written like `IfcColumn, IfcBeam` or `IfcWall, material=Concrete + IfcSlab`"
@@ -21,24 +22,33 @@ def select_products(file: Any, query: str) -> frozenset[int]:
 
     Args:
         file: The ``ifcopenshell.file``.
-        query: In the filter syntax of ``ifcopenshell.util.selector``.
+        query: In the filter syntax of ``ifcopenshell.util.selector``; what it means is in ``facets``.
 
     Raises:
-        SelectionError: If the query is malformed, names a class the schema lacks, or matches no product.
+        SelectionError: If the query is malformed, names a class or an attribute that the schema lacks, or matches no
+            product.
     """
     try:
-        tree = ifcopenshell.util.selector.filter_elements_grammar.parse(query)
+        tree = filter_elements_grammar.parse(query)
     except UnexpectedInput as error:
         raise SelectionError(f"select {shown(query)}: {_what_is_wrong(query, error)}", hint=_HELP) from error
     schema = file.schema_identifier
     for token in tree.scan_values(lambda value: getattr(value, "type", "") != "" and str(value).startswith("Ifc")):
         _check_class(query, schema, str(token))
+    for named in tree.find_data("attribute_name"):
+        _check_attribute(query, schema, str(named.children[0]))
+    for named in tree.find_data("pset"):
+        if str(next(named.scan_values(str))).startswith("query:"):
+            raise SelectionError(
+                f"select {shown(query)}: a path with a full stop needs quotes", hint='as in query:"material.Name"=Steel'
+            )
+    facets = Facets(file)
     try:
-        found = ifcopenshell.util.selector.filter_elements(file, query)
+        facets.transform(tree)
     except (LarkError, ValueError, TypeError, AttributeError, RuntimeError) as error:
         why = str(error).strip().splitlines() or [type(error).__name__]
         raise SelectionError(f"select {shown(query)}: {cut(why[-1])}", hint=_HELP) from error
-    ids = frozenset(int(entity.id()) for entity in found if entity.is_a("IfcProduct"))
+    ids = frozenset(int(entity.id()) for entity in facets.get_results() if entity.is_a("IfcProduct"))
     if not ids:
         raise SelectionError(f"select {shown(query)}: matches no product of the file", hint=_classes_present(file))
     return ids
@@ -80,6 +90,16 @@ def _check_class(query: str, schema: str, name: str) -> None:
         close = difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {close[0]}?" if close else _HELP
         raise SelectionError(f"select {shown(query)}: {schema} has no class {cut(name)}", hint=hint) from error
+
+
+def _check_attribute(query: str, schema: str, name: str) -> None:
+    """Raise if no class of the schema has an attribute: with ``!=``, a typing error would select everything."""
+    entities = ifcopenshell.ifcopenshell_wrapper.schema_by_name(schema).entities()
+    known = {each.name() for entity in entities for each in (*entity.attributes(), *entity.all_inverse_attributes())}
+    if name not in known:
+        close = difflib.get_close_matches(name, sorted(known), n=1)
+        hint = f"did you mean {close[0]}?" if close else _HELP
+        raise SelectionError(f"select {shown(query)}: {schema} has no attribute {cut(name)}", hint=hint)
 
 
 def _classes_present(file: Any) -> str:
