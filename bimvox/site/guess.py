@@ -27,7 +27,7 @@ from bimvox.site.lifting import HangsAt, lifting_by
 from bimvox.site.machine import crane_config, cranes_of, machine_config
 from bimvox.site.map_frame import read_from_map
 from bimvox.site.mast_places import ground_plan
-from bimvox.site.means import Means, means_of, nothing_to_lift
+from bimvox.site.means import Means, Reasoned, means_of, nothing_to_lift
 from bimvox.site.parts import entries_by_id, is_erected
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, ground_height_m, lowest_m
 from bimvox.site.rigging import gear_by_crane, gear_of_site
@@ -139,10 +139,15 @@ def _rounded(element: Element) -> Element:
 
 def placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building, list[Element]]:
     """Return the building in the site frame, and the elements that are lifted."""
+    placed = placed_on_site(config, building)
+    return placed, lifted_of(config, placed)
+
+
+def placed_on_site(config: SiteConfig, building: Building) -> Building:
+    """Return the building in the site frame: its lowest point or the given height of the ground at z = 0."""
     lowest = config.model.ground_m
     ground_local_m = lowest_m(building) if lowest is None else lowest - float(building.origin_m[2])
-    placed, _ = in_site_frame(building, ground_m=ground_local_m, yaw_rad=config.model.yaw_rad)
-    return placed, lifted_of(config, placed)
+    return in_site_frame(building, ground_m=ground_local_m, yaw_rad=config.model.yaw_rad)[0]
 
 
 def lifted_of(config: SiteConfig, placed: Building) -> list[Element]:
@@ -151,14 +156,19 @@ def lifted_of(config: SiteConfig, placed: Building) -> list[Element]:
     Raises:
         SelectionError: If there are none.
     """
-    entries = entries_by_id(config, placed.elements)
-    pinned = {element_id for element_id, entry in entries.items() if entry.pinned}
-    parts = [one for one in placed.elements if one.role is Role.COMPONENT and one.id not in pinned]
-    means = means_of(parts, entries, config.means)
-    lifted = [one for one in parts if means[one.id].means is Means.CRANE]
+    means = means_on_site(config, placed)
+    lifted = [one for one in placed.elements if one.id in means and means[one.id].means is Means.CRANE]
     if not lifted:
         raise nothing_to_lift(list(means.values()))
     return lifted
+
+
+def means_on_site(config: SiteConfig, placed: Building) -> dict[str, Reasoned]:
+    """Return how each part of a building, in the site frame, gets to its place, by id; what is pinned stands there."""
+    entries = entries_by_id(config, placed.elements)
+    pinned = {element_id for element_id, entry in entries.items() if entry.pinned}
+    parts = [one for one in placed.elements if one.role is Role.COMPONENT and one.id not in pinned]
+    return means_of(parts, entries, config.means)
 
 
 def planning_voxel_size_m(config: SiteConfig, building: Building) -> float:

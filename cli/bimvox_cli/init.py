@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox_cli import complete
+from bimvox_cli.kind_table import show_kinds
 from bimvox_cli.options import Assemblies, Json, Model, Quiet, Select, Unit, Up, Verbose, VoxelSize, read_options
 from bimvox_cli.output import facts, open_output
 
@@ -71,4 +72,6 @@ def init(
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:
-    facts(console, {key: value for key, value in document.items() if key != "notes"})  # they were printed as they came
+    said = ("notes", "kinds")  # the notes were printed as they came
+    facts(console, {key: value for key, value in document.items() if key not in said})
+    show_kinds(console, document["kinds"])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bimvox_cli.kind_table import show_kinds
 from bimvox_cli.options import Json, Quiet, Verbose
 from bimvox_cli.output import facts, open_output
 from bimvox_cli.part_table import show_parts
@@ -42,7 +43,10 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     if "part" in document:
         facts(console, document["part"])
         return
-    facts(console, _each_crane({key: value for key, value in document.items() if key not in ("parts", "totals")}))
+    facts(
+        console, _each_crane({key: value for key, value in document.items() if key not in ("parts", "totals", "kinds")})
+    )
+    show_kinds(console, document.get("kinds", ()))
     if document.get("parts"):
         console.print()
         show_parts(console, document["parts"])

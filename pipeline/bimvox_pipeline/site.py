@@ -49,6 +49,7 @@ def init(
     from bimvox.site.config.site_config import ModelConfig
     from bimvox.site.config.template import site_toml
     from bimvox.site.guess import cranes_that_fit, guess_site
+    from bimvox.site.kind_rows import kind_rows
     from bimvox.site.machine_names import machines_called
 
     machines = () if crane is None else machines_called(crane)
@@ -76,6 +77,7 @@ def init(
         name=model.stem,
         machines=machines,
     )
+    kinds = kind_rows(config, building)
     progress.stage("cranes")
     own, fits = cranes_that_fit(config, building)
     assert own is not None
@@ -106,6 +108,7 @@ def init(
         "other_cranes": [fit.machine for fit in fits if fit.serves and fit.machine not in listed],
         "smaller_cranes": [{"machine": fit.machine, "reason": fit.reason} for fit in smaller],
         "cannot_lift": unserved_document(own),
+        "kinds": [row.to_dict() for row in kinds],
         "notes": list(building.notes),
         "seconds": progress.seconds,
     }

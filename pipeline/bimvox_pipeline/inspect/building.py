@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.site.map_frame import ifc_to_map
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from bimvox.bim.building import Building
+    from bimvox.site.kind_rows import KindRow
 
 
 def describe_building(building: Building) -> dict[str, Any]:
@@ -31,6 +33,7 @@ def describe_building(building: Building) -> dict[str, Any]:
         "roles": dict(Counter(element.role.value for element in building.elements)),
         "mass_t": round(sum(element.mass_kg for element in building.elements) / 1000, 3),
         "classes": _classes(building),
+        "kinds": [row.to_dict() for row in kinds_of(building)],
         "storeys": _storeys(building),
         "bounds_m": rounded_m(world_m),
         "size_m": rounded_m(bounds_m[1] - bounds_m[0]),
@@ -48,6 +51,14 @@ def describe_building(building: Building) -> dict[str, Any]:
         ],
         "notes": list(building.notes),
     }
+
+
+def kinds_of(building: Building) -> tuple[KindRow, ...]:
+    """Return what the parts of a model are, by type, as its site file would have it by default."""
+    from bimvox.site.config.site_config import ModelConfig, SiteConfig
+    from bimvox.site.kind_rows import kind_rows
+
+    return kind_rows(SiteConfig(model=ModelConfig(path=Path(building.source.name))), building)
 
 
 def _classes(building: Building) -> list[dict[str, Any]]:

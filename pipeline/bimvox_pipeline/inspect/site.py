@@ -27,6 +27,7 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
     from bimvox.site.config.file import load_site_config
     from bimvox.site.extent import site_extent
     from bimvox.site.guess import complete_config
+    from bimvox.site.kind_rows import kind_rows
     from bimvox.site.machine import cranes_of
     from bimvox.site.map_frame import ifc_to_map, set_out
     from bimvox.site.placement import place_building
@@ -52,6 +53,7 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
         "model": str(model.path),
         "select": model.select,
         "assemblies": model.assemblies,
+        "kinds": [row.to_dict() for row in kind_rows(config, building)],
         "components": len(lifted),
         "heaviest_t": round(max(one.mass_kg for one in lifted) / 1000, 3) if lifted else None,
         "shape": list(shape),

@@ -4,6 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bimvox_pipeline.inspect.inspect import inspect
+from bimvox_pipeline.site import init
 from bimvox_pipeline.voxelize import voxelize
 
 from bimvox.errors import FileError
@@ -145,3 +146,10 @@ def test_an_ifc_file_with_another_suffix(tmp_path: Path) -> None:
     (tmp_path / "frame.obj").write_bytes((SAMPLES / "frame.ifc").read_bytes())
     with pytest.raises(FileError, match="name says otherwise"):
         inspect(tmp_path / "frame.obj", SilentProgress())
+
+
+def test_the_types_of_a_model_are_the_same_rows_in_inspect_and_init(tmp_path: Path) -> None:
+    rows = inspect(SAMPLES / "frame.ifc", SilentProgress())["kinds"]
+    assert sum(row["count"] for row in rows) == inspect(SAMPLES / "frame.ifc", SilentProgress())["elements"]
+    assert init(SAMPLES / "frame.ifc", tmp_path / "a.site.toml", progress=SilentProgress())["kinds"] == rows
+    assert inspect(tmp_path / "a.site.toml", SilentProgress())["kinds"] == rows

@@ -1,0 +1,198 @@
+"""What the parts of a model are and how each gets to its place, by type: the one table that every output shows."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from bimvox.bim.building import BUILT, Building, Element, Role, plain_class
+from bimvox.bim.kinds.kind import Confidence, Kind
+from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.guess import means_on_site, placed_on_site
+from bimvox.site.means import Reasoned
+
+OUT, PINNED = "out", "pinned"
+"""The ways of what is not part of the plan, and of what stands before the first lift."""
+_ROLES = {
+    Role.FITTING: (OUT, "installed after the lifts"),
+    Role.GROUND: (OUT, "terrain"),
+    Role.STRUCTURE: (PINNED, "in place before the first lift"),
+    Role.COMPONENT: (PINNED, "the site file says that it stands already"),
+}
+_NUMBERED = re.compile(r"(?:[-\s:_#.]+\d+)+$")
+_ANY_NUMBER = r"[-:_#.\s\d]*$"
+_MARK = re.compile(r"[^\W\d]+(?=\d+$)")
+"""The letters of a part's mark: ``C`` of ``C101``."""
+_OF_PATTERNS = re.compile(r"([\\.^$*+?{}\[\]|()])")
+_MOST_NAMES = 10
+MESH = "Mesh"
+_Key = tuple[str, str | None, str | None, Kind, str]
+"""Class, type, material, kind and way."""
+
+
+@dataclass(frozen=True, slots=True)
+class KindRow:
+    """The parts of one class, type, material, kind and way.
+
+    Attributes:
+        ifc_class: For example ``IfcWall``, without the variants of IFC2X3.
+        type_name: Name of their type, otherwise what their names have in common; None if they have neither, and of
+            what is not part of the plan.
+        material: Name of their main material, if any.
+        kind: What they are.
+        means: How they get to their places: a value of ``Means``, ``out`` or ``pinned``.
+        count: Number of parts.
+        mass_kg: The lightest and the heaviest of them.
+        why: The strongest reason for kind and way.
+        confidence: How much the source says about the kind.
+        select: What selects them in the site file: an IfcOpenShell query, or names of bodies.
+        selects: How many parts it selects; more than ``count`` if other rows have the same type.
+    """
+
+    ifc_class: str
+    type_name: str | None
+    material: str | None
+    kind: Kind
+    means: str
+    count: int
+    mass_kg: tuple[float, float]
+    why: str
+    confidence: Confidence
+    select: str
+    selects: int
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether they are part of the plan, and what they are is an assumption."""
+        return self.confidence is Confidence.ASSUMED and self.means not in (OUT, PINNED)
+
+    @property
+    def name(self) -> str:
+        """What they are called: ``IfcWall, Partition 100, Plasterboard``."""
+        return ", ".join(filter(None, (self.ifc_class, self.type_name, self.material)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the row for the JSON documents."""
+        return {
+            "ifc_class": self.ifc_class,
+            "type": self.type_name,
+            "material": self.material,
+            "kind": self.kind.value,
+            "means": self.means,
+            "count": self.count,
+            "mass_kg": [round(kg, 1) for kg in self.mass_kg],
+            "kind_from": self.why,
+            "confidence": self.confidence.value,
+            "doubtful": self.is_doubtful,
+            "select": self.select,
+            "selects": self.selects,
+        }
+
+
+def kind_rows(config: SiteConfig, building: Building) -> tuple[KindRow, ...]:
+    """Return what the parts of a building are, by type: the doubtful ones first, in each group those that weigh most.
+
+    Args:
+        config: The site file.
+        building: As read, before it is placed on the site.
+    """
+    means: Mapping[str, Reasoned] = {}
+    if any(element.role in BUILT for element in building.elements):
+        placed = placed_on_site(config, building)
+        means = means_on_site(config, placed)
+        building = placed
+    in_plan = {plain_class(element.ifc_class) for element in building.elements if element.role in BUILT}
+    groups: dict[_Key, list[Element]] = {}
+    for element in building.elements:
+        way = means[element.id].means.value if element.id in means else _ROLES[element.role][0]
+        ifc_class = plain_class(element.ifc_class)
+        of_type = (_type_of(element), element.material) if ifc_class in in_plan else (None, None)
+        groups.setdefault((ifc_class, *of_type, element.judgement.kind, way), []).append(element)
+    materials: dict[tuple[str, str | None], set[str | None]] = {}
+    for ifc_class, type_name, material, *_ in groups:
+        materials.setdefault((ifc_class, type_name), set()).add(material)
+    selects = {key: _select(key, own, len(materials[key[:2]]) > 1) for key, own in groups.items()}
+    parts: Counter[str] = Counter()
+    for key, own in groups.items():
+        parts[selects[key]] += len(own)
+    rows = [_row(key, own, means, selects[key], parts[selects[key]]) for key, own in groups.items()]
+    total_kg = {key: sum(one.mass_kg for one in own) for key, own in groups.items()}
+    ranked = sorted(zip(rows, total_kg.values(), strict=True), key=lambda one: (*_rank(one[0]), -one[1], one[0].name))
+    return tuple(row for row, _ in ranked)
+
+
+def doubtful(rows: Iterable[KindRow]) -> int:
+    """Return how many parts of the plan are of a kind that is an assumption."""
+    return sum(row.count for row in rows if row.is_doubtful)
+
+
+def _row(
+    key: _Key,
+    elements: Sequence[Element],
+    means: Mapping[str, Reasoned],
+    select: str,
+    selects: int,
+) -> KindRow:
+    least_sure = list(Confidence)
+    element = max(elements, key=lambda one: (least_sure.index(one.judgement.confidence), one.mass_kg))
+    judgement = element.judgement
+    reasons = [_ROLES[element.role][1]]
+    if element.id in means:
+        heaviest = max(elements, key=lambda one: one.mass_kg)
+        reasons = [judgement.why, means[heaviest.id].why]
+    masses_kg = [one.mass_kg for one in elements]
+    return KindRow(
+        *key,
+        count=len(elements),
+        mass_kg=(min(masses_kg), max(masses_kg)),
+        why="; ".join(dict.fromkeys(filter(None, reasons))),
+        confidence=judgement.confidence,
+        select=select,
+        selects=selects,
+    )
+
+
+def _rank(row: KindRow) -> tuple[bool, bool]:
+    return not row.is_doubtful, row.means in (OUT, PINNED)
+
+
+def _type_of(element: Element) -> str | None:
+    """Return the name of a part's type, otherwise its own without the number at its end."""
+    return element.type_name or _without_number(element.name) or None
+
+
+def _without_number(name: str) -> str:
+    plain = _NUMBERED.sub("", name)
+    mark = _MARK.match(plain)
+    return mark[0] if mark else plain
+
+
+def _select(key: _Key, elements: Sequence[Element], by_material: bool) -> str:
+    """Return what selects the parts of a row."""
+    ifc_class, type_name, material, _, means = key
+    if ifc_class == MESH:
+        names = [one.name for one in elements]
+        if len(names) <= _MOST_NAMES and not any("," in name for name in names):
+            return ", ".join(names)
+        return f"{(type_name or '').replace(',', '?')}*"
+    facets = [ifc_class]
+    if type_name is not None:
+        is_type = all(one.type_name is not None for one in elements)
+        facets.append(_equal("type", type_name) if is_type else f"Name=/{_pattern(type_name)}{_ANY_NUMBER}/")
+    elif means != OUT:
+        facets.append("type=NULL")
+    if by_material:
+        facets.append("material=NULL" if material is None else _equal("material", material))
+    return ", ".join(facets)
+
+
+def _equal(facet: str, text: str) -> str:
+    """Return the comparison of a query; a text with quotes can only be compared as a pattern."""
+    return f"{facet}=/{_pattern(text)}$/" if set('"\\') & set(text) else f'{facet}="{text}"'
+
+
+def _pattern(text: str) -> str:
+    return _OF_PATTERNS.sub(r"\\\1", text).replace("/", ".").replace('"', ".").replace("\\\\", ".")

@@ -1,0 +1,116 @@
+"""What the parts of a model are, by type."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+from box_buildings import box_element
+
+from bimvox.bim.building import Building, Role, Source
+from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
+from bimvox.site.config.site_config import ComponentConfig, ModelConfig, SiteConfig
+from bimvox.site.kind_rows import kind_rows
+
+WALL = Judgement(Kind.MASONRY, Confidence.NAMED, "its material 'Brick' says masonry")
+GUESSED = Judgement(Kind.TIMBER, Confidence.ASSUMED, "a bar 80 mm thick is too thin for concrete")
+
+
+def part(name, ifc_class="IfcBeam", at=0.0, kg=500.0, judgement=GUESSED, role=Role.COMPONENT, **more):
+    element = box_element(name, (at, 0, 3), (at + 6, 0.3, 3.5), ifc_class=ifc_class, mass_kg=kg, role=role)
+    return dataclasses.replace(element, name=name, judgement=judgement, **more)
+
+
+def rows_of(*elements, entries=()):
+    building = Building(elements, (), Source("m.ifc", "0" * 64, "IFC4", "m"))
+    return kind_rows(SiteConfig(model=ModelConfig(path=Path("m.ifc")), component=entries), building)
+
+
+def test_parts_of_the_same_type_are_one_row_with_its_masses_and_its_query():
+    found = rows_of(
+        part("a:1", "IfcWall", judgement=WALL, type_name="Brick 100", material="Brick"),
+        part("b:2", "IfcWallStandardCase", 9, 900.0, WALL, type_name="Brick 100", material="Brick"),
+    )
+    assert [row.to_dict() for row in found] == [
+        {
+            "ifc_class": "IfcWall",
+            "type": "Brick 100",
+            "material": "Brick",
+            "kind": "masonry",
+            "means": "built",
+            "count": 2,
+            "mass_kg": [500.0, 900.0],
+            "kind_from": "its material 'Brick' says masonry",
+            "confidence": "named",
+            "doubtful": False,
+            "select": 'IfcWall, type="Brick 100"',
+            "selects": 2,
+        }
+    ]
+
+
+def test_doubtful_rows_come_first_then_what_weighs_most_then_what_is_not_in_the_plan():
+    found = rows_of(
+        part("door", "IfcDoor", role=Role.FITTING),
+        part("footing", "IfcFooting", role=Role.STRUCTURE),
+        part("light", judgement=WALL),
+        part("heavy", kg=1e4, judgement=WALL),
+        part("unsure", kg=100.0),
+    )
+    assert [(row.type_name, row.is_doubtful) for row in found[:3]] == [
+        ("unsure", True),
+        ("heavy", False),
+        ("light", False),
+    ]
+    assert {(row.ifc_class, row.means, row.is_doubtful) for row in found[3:]} == {
+        ("IfcDoor", "out", False),
+        ("IfcFooting", "pinned", False),
+    }
+
+
+def test_parts_without_a_type_are_called_by_their_names_without_the_numbers():
+    found = rows_of(
+        *(part(name) for name in ("Sparren-1", "Sparren-2", "C101", "C102", "W310X60:207325", "W310X60:2", "")),
+    )
+    assert sorted((row.type_name or "", row.count) for row in found) == [
+        ("", 1), ("C", 2), ("Sparren", 2), ("W310X60", 2),
+    ]  # fmt: skip
+
+
+def test_one_type_that_goes_two_ways_is_two_rows_and_each_says_how_many_its_query_selects():
+    found = rows_of(part("a", kg=20.0, type_name="Lintel"), part("b", type_name="Lintel"), part("c", type_name="X"))
+    assert [(row.means, row.count, row.selects) for row in found if row.type_name == "Lintel"] == [
+        ("crane", 1, 2), ("by_hand", 1, 2),
+    ]  # fmt: skip
+    assert "it weighs 20 kg" in next(row.why for row in found if row.means == "by_hand")
+
+
+def test_the_material_is_in_the_query_only_where_it_tells_types_apart():
+    found = rows_of(part("a", type_name="X", material="Wood"), part("b", type_name="X"))
+    assert {row.select for row in found} == {
+        'IfcBeam, type="X", material="Wood"',
+        'IfcBeam, type="X", material=NULL',
+    }
+
+
+def test_names_with_quotes_slashes_and_brackets_can_be_selected():
+    found = rows_of(part("a", type_name='8" Block (a/b)'))
+    assert found[0].select == r"IfcBeam, type=/8. Block \(a.b\)$/"
+
+
+def test_bodies_of_a_mesh_are_selected_by_their_names():
+    found = rows_of(part("col-1", "Mesh"), part("col-2", "Mesh"))
+    assert [(row.type_name, row.count, row.select) for row in found] == [("col", 2, "col-1, col-2")]
+    many = rows_of(*(part(f"col-{n}", "Mesh") for n in range(40)))
+    assert many[0].select == "col*"
+
+
+def test_what_the_site_file_says_of_a_part_counts():
+    entries = (ComponentConfig(global_id="a", means="in_situ"), ComponentConfig(global_id="b", pinned=True))
+    found = rows_of(part("a"), part("b"), part("c"), entries=entries)
+    assert {row.type_name: row.means for row in found} == {"a": "in_situ", "b": "pinned", "c": "crane"}
+    assert next(row.why for row in found if row.type_name == "b") == "the site file says that it stands already"
+
+
+def test_a_model_of_fittings_alone_has_rows():
+    assert [row.means for row in rows_of(part("door", "IfcDoor", role=Role.FITTING))] == ["out"]
