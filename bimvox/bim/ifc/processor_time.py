@@ -77,4 +77,5 @@ else:
 
     def _set_limit(limit_s: float | None) -> None:
         """Start or stop the timer that ends this process; a signal without a handler needs no Python."""
-        signal.setitimer(signal.ITIMER_PROF, limit_s or 0.0)
+        if hasattr(signal, "setitimer"):  # otherwise the limit of elapsed time is left
+            signal.setitimer(signal.ITIMER_PROF, limit_s or 0.0)
