@@ -62,10 +62,11 @@ def open_ifc(path: Path, data: bytes) -> OpenedIfc:
     check_frame(path, step)
     stated, _ = stated_schema(path, step)
     ifcopenshell.get_log()  # discards the log of earlier files
-    text = parser_text(path, step)
+    text, text_notes = parser_text(path, step)
     file = parse_text(path, text)
     schema = str(file.schema_identifier)
     notes = [f"schema {stated} was read as {schema}"] if schema != stated else []
+    notes += text_notes
     notes += judge_log(path, text, file, ifcopenshell.get_log(), stated)
     notes += _check_complete(path, step, file)
     check_points(path, step)

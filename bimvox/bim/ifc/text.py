@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from bimvox.bim.ifc.stars import without_stars
 from bimvox.bim.ifc.step_file import stated_schema
 from bimvox.errors import IfcError, cut
 
@@ -38,8 +39,8 @@ def label(value: object) -> str:
     return cut(str(value or ""), _MOST_LABEL)
 
 
-def parser_text(path: Path, step: bytes) -> str:
-    """Return STEP text as IfcOpenShell can read it, with the same number of lines.
+def parser_text(path: Path, step: bytes) -> tuple[str, list[str]]:
+    """Return STEP text as IfcOpenShell can read it, with the same number of lines, and notes.
 
     - A plain header replaces the original: only its schema matters, and the parser fails on a comment or a Windows
       path in it. A schema that the parser does not know is renamed.
@@ -47,6 +48,7 @@ def parser_text(path: Path, step: bytes) -> str:
       parser would drop them.
     - A backslash that does not begin an encoding of the standard is kept as a backslash, also if an encoding was cut
       short: the parser would end the file there.
+    - An asterisk is read as an empty value wherever the schema derives none (``stars``), with a note.
 
     Args:
         path: Names the file in errors.
@@ -73,7 +75,8 @@ def parser_text(path: Path, step: bytes) -> str:
         text = _ESCAPE.sub(lambda found: "\\\\" if found[0] == "\\" else found[0], text)
     if not text.isascii():
         text = _BEYOND_ASCII.sub(_encoded, text)
-    return _HEADER.format(schema) + lines + text
+    text, notes = without_stars(text, schema)
+    return _HEADER.format(schema) + lines + text, notes
 
 
 def _encoded(run: re.Match[str]) -> str:

@@ -94,7 +94,7 @@ def geometry_settings() -> Any:
 
 
 def _kernel_of(path: Path) -> Kernel:
-    return Kernel(parse_text(path, parser_text(path, step_bytes(path, read_input(path)))))
+    return Kernel(parse_text(path, parser_text(path, step_bytes(path, read_input(path)))[0]))
 
 
 def main() -> None:
