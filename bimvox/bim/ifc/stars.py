@@ -65,7 +65,8 @@ def _stars_of(text: str, begin: int, derived: tuple[bool, ...]) -> tuple[list[in
         begin: Where its first attribute begins.
         derived: Of each attribute, whether it is derived; of those beyond, it is not known.
     """
-    places, depth, attribute = [], 0, 0
+    places: list[int] = []
+    depth = attribute = 0
     for sign in _SIGN.finditer(text, begin):
         if sign[0] == ";":
             return places, sign.end()
