@@ -195,6 +195,10 @@ class SelectionError(InputError):
     code = "selection"
 
 
+class NothingSelectedError(SelectionError):
+    """A selection that can be read, but matches nothing."""
+
+
 class PolicyError(InputError):
     """A policy that is missing, damaged, or does not fit the site; ``differs`` holds the differences."""
 

@@ -123,6 +123,7 @@ class Element:
         casting: Whether its source states that it is precast, or cast in place; None if it states neither.
         volume_guessed: Whether its mass is that of a guessed volume: its mesh is open.
         judgement: What kind of part it is, and why.
+        stated_means: How the site file says that parts of its type get to their places, if it does.
     """
 
     id: str
@@ -146,6 +147,7 @@ class Element:
     casting: Casting | None = None
     volume_guessed: bool = False
     judgement: Judgement = UNKNOWN
+    stated_means: str | None = None
 
     @property
     def mass_uncertainty(self) -> float:

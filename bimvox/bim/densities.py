@@ -22,6 +22,14 @@ _BY_KIND = {
 """Of parts whose kind is known, but not their material: of the usual member of the kind."""
 
 
+_LIKE = {Kind.PRECAST: Kind.CONCRETE}
+
+
+def of_same_mass(one: Kind | None, other: Kind) -> bool:
+    """Return whether two kinds are made of the same materials."""
+    return one is not None and _LIKE.get(one, one) is _LIKE.get(other, other)
+
+
 def density_by_name(material: str) -> float | None:
     """Return the density that a material's name implies, kg/m3; None if it implies none."""
     meaning = meaning_of(material)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from bimvox.bim.kinds.correction import Correction
 from bimvox.errors import InputError, SelectionError, shown
 from bimvox.processes import processors
 
@@ -37,6 +38,7 @@ class ReadOptions:
         assemblies: ``whole`` lifts an assembly in one piece where that makes sense, ``parts`` lifts each part alone.
         timeout_s: Seconds of processor time that the geometry kernel may spend on one shape.
         processes: Number of geometry workers for an IFC file; it does not change the building.
+        corrections: What a person says of parts: it wins over what the file says.
 
     Raises:
         InputError: If a value is out of range.
@@ -49,6 +51,7 @@ class ReadOptions:
     assemblies: Literal["whole", "parts"] = "whole"
     timeout_s: float = 60.0
     processes: int = field(default_factory=default_processes)
+    corrections: tuple[Correction, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the values."""

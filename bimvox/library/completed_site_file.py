@@ -77,6 +77,7 @@ def _lifted(component: Component) -> Element:
         casting=component.casting,
         volume_guessed=component.volume_guessed,
         judgement=component.judgement,
+        stated_means=component.stated_means,
     )
 
 

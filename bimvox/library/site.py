@@ -150,8 +150,7 @@ def read_site(path: Path, told: Progress, *, model: Path | None = None, programm
     config = load_site_config(path, content, model=model, programme=programme)
     _ = config.programme  # is refused before the model is read, which takes its time
     given = config.model
-    options = ReadOptions(select=given.select, unit=given.unit, up=given.up, assemblies=given.assemblies)
-    building = read_building(given.path, options, told.report)
+    building = read_building(given.path, config.read_options, told.report)
     say_notes(building, told)
     told.stage("site")
     files = {SITE_FILE: content} | {MACHINE + name: data for name, data in config.machine_files.items()}

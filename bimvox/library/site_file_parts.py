@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from bimvox.bim.building import Building
+from bimvox.bim.kinds.correction import OUT, SITE_FILE_SAYS
 from bimvox.library.compare import same, same_fields
 from bimvox.records.proof import Check
 from bimvox.site.assign import assigned
@@ -22,7 +23,7 @@ _OF_THE_FILE = ("first", "zone", "zone_name")
 
 
 def compare_pinned(check: Check, site: Site, config: SiteConfig, source: str) -> SiteConfig:
-    """Check that what the site file pins is there and is not lifted.
+    """Check that what the site file pins is there and is not lifted, and that what it leaves out is not there.
 
     Args:
         check: Receives what was compared.
@@ -31,8 +32,8 @@ def compare_pinned(check: Check, site: Site, config: SiteConfig, source: str) ->
         source: What to call the file.
 
     Returns:
-        The site file without the tables of pinned parts that are not in the log: they are outside the site, or the
-        check has failed.
+        The site file without the tables of parts that are left out, and of pinned parts that are not in the log: they
+        are outside the site, or the check has failed.
     """
     fixed = {blocker.id for blocker in site.blockers if blocker.kind == "structure"}
     known = fixed | {name.rpartition("#")[0] for name in fixed}
@@ -45,7 +46,10 @@ def compare_pinned(check: Check, site: Site, config: SiteConfig, source: str) ->
             outside = left_out(name) in site.notes
             there = name in known or lifted is not None or outside
             check.look(there, f"{name}: {source} pins it, but it is not a fixed object of the log")
-        if not entry.pinned or name in known:
+        elif entry.means == OUT:
+            inside = next((c.label for c in site.components if name in (c.id, c.global_id)), None)
+            check.look(inside is None, f"{inside}: it is a part of the plan, but {source} leaves it out")
+        if (not entry.pinned or name in known) and entry.means != OUT:
             kept.append(entry)
     return config.model_copy(update={"component": tuple(kept)})
 
@@ -66,9 +70,15 @@ def compare_parts(check: Check, site: Site, config: SiteConfig, building: Buildi
     elements = building.elements[: len(site.components)]
     entries = entries_by_id(config, building.elements)
     hints = order_hints(config, elements, first_ids(config, elements), ())
-    means = means_of(elements, entries, config.means)
+    means = means_of(elements, entries, config.means, selected=config.model.select is not None)
+    said = config.corrections
+    kinds, ways = {one.kind for one in said}, {one.means for one in said}
     for part, element in zip(site.components, elements, strict=True):
         check.about = part.id
+        of_file = part.judgement.why != SITE_FILE_SAYS or part.judgement.kind in kinds
+        check.look(of_file, f"{part.label}: {source} says of no part that its kind is {part.judgement.kind.value}")
+        of_file = part.stated_means is None or part.stated_means in ways
+        check.look(of_file, f"{part.label}: {source} says of no type of part that its means are {part.stated_means}")
         same(check, f"{part.label}: means", part.means, means[part.id].means, source)
         same(check, f"{part.label}: means_reason", part.means_reason, means[part.id].why, source)
         wanted = stored_as(element, entries.get(part.id), site.frame)

@@ -71,7 +71,7 @@ def _kinds(subject: Subject) -> Iterator[Remark]:
     reasons = Counter(
         (part.judgement.kind, part.judgement.why)
         for part in subject.site.components
-        if part.judgement.confidence is Confidence.ASSUMED
+        if part.judgement.confidence is Confidence.ASSUMED and part.stated_means is None
     )
     if not reasons:
         return

@@ -137,7 +137,7 @@ def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component]
     entries = entries_by_id(config, (element for element, _ in parts))
     lifted = [e for e, _ in parts if e.role is Role.COMPONENT and not (e.id in entries and entries[e.id].pinned)]
     hints = order_hints(config, lifted, first_ids(config, lifted), model.connections)
-    means = means_of(lifted, entries, config.means)
+    means = means_of(lifted, entries, config.means, selected=config.model.select is not None)
     components: list[Component] = []
     structure: list[Blocker] = []
     notes: list[str] = []

@@ -140,6 +140,7 @@ class Component:
         casting: Whether its source states that it is precast, or cast in place.
         volume_guessed: Whether its mass is that of a guessed volume: its mesh is open.
         judgement: What kind of part it is, and why.
+        stated_means: How the site file says that parts of its type get to their places, if it does.
     """
 
     index: int
@@ -173,6 +174,7 @@ class Component:
     judgement: Judgement = field(default=UNKNOWN, metadata=SPARSE)
     hook_aside_vox: tuple[float, float] = field(default=(0.0, 0.0), metadata=SPARSE)
     volume_guessed: bool = field(default=False, metadata=SPARSE)
+    stated_means: str | None = field(default=None, metadata=SPARSE)
 
     def __repr__(self) -> str:
         return f"<Component {self.label}: {self.ifc_class}, {self.mass_kg / 1000:.3g} t>"

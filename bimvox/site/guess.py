@@ -168,7 +168,7 @@ def means_on_site(config: SiteConfig, placed: Building) -> dict[str, Reasoned]:
     entries = entries_by_id(config, placed.elements)
     pinned = {element_id for element_id, entry in entries.items() if entry.pinned}
     parts = [one for one in placed.elements if one.role is Role.COMPONENT and one.id not in pinned]
-    return means_of(parts, entries, config.means)
+    return means_of(parts, entries, config.means, selected=config.model.select is not None)
 
 
 def planning_voxel_size_m(config: SiteConfig, building: Building) -> float:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bimvox.bim.building import BUILT, Building, Element, Role, plain_class
+from bimvox.bim.kinds.correction import SITE_FILE_SAYS
 from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.guess import means_on_site, placed_on_site
@@ -22,11 +23,12 @@ _ROLES = {
     Role.STRUCTURE: (PINNED, "in place before the first lift"),
     Role.COMPONENT: (PINNED, "the site file says that it stands already"),
 }
-_NUMBERED = re.compile(r"(?:[-\s:_#.]+\d+)+$")
-_ANY_NUMBER = r"[-:_#.\s\d]*$"
+_NUMBERED = re.compile(r"(?:[-\s:_#.]+[^\W\d_]{0,2}\d+)+$")
+_ANY_NUMBER = r"([-\s:_#.]*\w{0,2}\d+)*$"
 _MARK = re.compile(r"[^\W\d]+(?=\d+$)")
 """The letters of a part's mark: ``C`` of ``C101``."""
 _OF_PATTERNS = re.compile(r"([\\.^$*+?{}\[\]|()])")
+_QUOTED = set('"\\')
 _MOST_NAMES = 10
 MESH = "Mesh"
 _Key = tuple[str, str | None, str | None, Kind, str]
@@ -114,7 +116,7 @@ def kind_rows(config: SiteConfig, building: Building) -> tuple[KindRow, ...]:
     materials: dict[tuple[str, str | None], set[str | None]] = {}
     for ifc_class, type_name, material, *_ in groups:
         materials.setdefault((ifc_class, type_name), set()).add(material)
-    selects = {key: _select(key, own, len(materials[key[:2]]) > 1) for key, own in groups.items()}
+    selects = {key: _select(key, own, len(materials[key[:2]]) > 1, building.elements) for key, own in groups.items()}
     parts: Counter[str] = Counter()
     for key, own in groups.items():
         parts[selects[key]] += len(own)
@@ -136,23 +138,30 @@ def _row(
     select: str,
     selects: int,
 ) -> KindRow:
-    least_sure = list(Confidence)
-    element = max(elements, key=lambda one: (least_sure.index(one.judgement.confidence), one.mass_kg))
+    sure = list(Confidence)
+    element = max(elements, key=lambda one: (sure.index(_confidence(one)), one.mass_kg))
     judgement = element.judgement
     reasons = [_ROLES[element.role][1]]
     if element.id in means:
         heaviest = max(elements, key=lambda one: one.mass_kg)
         reasons = [judgement.why, means[heaviest.id].why]
+        if element.stated_means is not None:
+            reasons = [SITE_FILE_SAYS]
     masses_kg = [one.mass_kg for one in elements]
     return KindRow(
         *key,
         count=len(elements),
         mass_kg=(min(masses_kg), max(masses_kg)),
         why="; ".join(dict.fromkeys(filter(None, reasons))),
-        confidence=judgement.confidence,
+        confidence=_confidence(element),
         select=select,
         selects=selects,
     )
+
+
+def _confidence(element: Element) -> Confidence:
+    """Return how much is said of an element; the way of its type is enough."""
+    return element.judgement.confidence if element.stated_means is None else Confidence.STATED
 
 
 def _rank(row: KindRow) -> tuple[bool, bool]:
@@ -170,8 +179,8 @@ def _without_number(name: str) -> str:
     return mark[0] if mark else plain
 
 
-def _select(key: _Key, elements: Sequence[Element], by_material: bool) -> str:
-    """Return what selects the parts of a row."""
+def _select(key: _Key, elements: Sequence[Element], by_material: bool, every: Sequence[Element]) -> str:
+    """Return what selects the parts of a row among all elements."""
     ifc_class, type_name, material, _, means = key
     if ifc_class == MESH:
         names = [one.name for one in elements]
@@ -181,7 +190,7 @@ def _select(key: _Key, elements: Sequence[Element], by_material: bool) -> str:
     facets = [ifc_class]
     if type_name is not None:
         is_type = all(one.type_name is not None for one in elements)
-        facets.append(_equal("type", type_name) if is_type else f"Name=/{_pattern(type_name)}{_ANY_NUMBER}/")
+        facets.append(_equal("type", type_name) if is_type else _named(type_name, ifc_class, every))
     elif means != OUT:
         facets.append("type=NULL")
     if by_material:
@@ -189,9 +198,17 @@ def _select(key: _Key, elements: Sequence[Element], by_material: bool) -> str:
     return ", ".join(facets)
 
 
+def _named(text: str, ifc_class: str, every: Sequence[Element]) -> str:
+    """Return the comparison that selects the parts of a class whose names are a text with numbers."""
+    alike = (one.name for one in every if plain_class(one.ifc_class) == ifc_class and text in one.name)
+    if not _QUOTED & set(text) and all(_without_number(name) == text for name in alike):
+        return f'Name*="{text}"'
+    return f"Name=/{_pattern(text)}{_ANY_NUMBER}/"
+
+
 def _equal(facet: str, text: str) -> str:
     """Return the comparison of a query; a text with quotes can only be compared as a pattern."""
-    return f"{facet}=/{_pattern(text)}$/" if set('"\\') & set(text) else f'{facet}="{text}"'
+    return f"{facet}=/{_pattern(text)}$/" if _QUOTED & set(text) else f'{facet}="{text}"'
 
 
 def _pattern(text: str) -> str:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Casting, Element
+from bimvox.bim.kinds.correction import SITE_FILE_SAYS
 from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.errors import SelectionError, enumerated
 from bimvox.site.limits import ON_GROUND_M
@@ -56,11 +57,16 @@ class Reasoned(NamedTuple):
 LIFTED = Reasoned(Means.CRANE)
 HOW = {Means.IN_SITU: "cast in place", Means.BUILT: "built in place", Means.BY_HAND: "set by hand"}
 """What a part is that the crane does not lift."""
+_SAY_WHAT = (
+    "bimvox inspect MODEL --csv kinds.csv lists what the parts are; write crane into the column set_means of what is "
+    "to be lifted, then bimvox init MODEL --kinds kinds.csv"
+)
+"""It needs no site file: `init` writes none if there is nothing to lift."""
 _BUILT = (Kind.MASONRY, Kind.LIGHT, Kind.GLAZING, Kind.EARTH)
 
 
 def means_of(
-    elements: Sequence[Element], entries: Mapping[str, ComponentConfig], limits: MeansConfig
+    elements: Sequence[Element], entries: Mapping[str, ComponentConfig], limits: MeansConfig, *, selected: bool = False
 ) -> dict[str, Reasoned]:
     """Return how each part gets to its place, by id.
 
@@ -68,14 +74,17 @@ def means_of(
         elements: The components, in the site frame.
         entries: Their tables in the site file, by id.
         limits: The site file's ``[means]`` table.
+        selected: Whether a person has selected them as parts to lift; no trade then builds them in place.
     """
-    found = {element.id: _means_of(element, limits) for element in elements}
+    found = {element.id: _means_of(element, limits, selected=selected) for element in elements}
     slabs = [element for element in elements if found[element.id].means is Means.IN_SITU and _is_ground_slab(element)]
     bounds_m = {element.id: element.mesh.bounds_m for element in (*elements, *slabs)}
     under: dict[str, Reasoned] = {}
     for element in elements:
         over = next((slab for slab in slabs if _is_under(bounds_m[element.id], bounds_m[slab.id])), None)
         if over is None or found[element.id].means is not Means.CRANE or element.casting is Casting.PRECAST:
+            continue
+        if element.stated_means is not None:
             continue
         if _is_light(element):  # an insulation strip
             why = f"it is too light for concrete, and laid before {over.label} is cast on it"
@@ -85,31 +94,29 @@ def means_of(
     found |= under
     for element_id, entry in entries.items():
         if entry.means is not None and element_id in found:
-            found[element_id] = (
-                LIFTED if entry.means == "crane" else Reasoned(Means(entry.means), "the site file says so")
-            )
+            found[element_id] = LIFTED if entry.means == "crane" else Reasoned(Means(entry.means), SITE_FILE_SAYS)
     return found
 
 
 def nothing_to_lift(parts: Sequence[Component | Reasoned]) -> SelectionError:
     """Return the error for a model in which the crane has nothing to do; ``parts`` are those that are no lifts."""
     if not parts:
-        return SelectionError("nothing to lift: no part of the model is a component", hint="see [model] select")
+        return SelectionError("nothing to lift: no part of the model is a component", hint=_SAY_WHAT)
     counts = Counter(part.means for part in parts)
     what = enumerated([f"{counts[means]:,} are {HOW[means]}" for means in HOW if counts[means]])
-    return SelectionError(
-        f"nothing to lift: of {len(parts):,} parts, {what}",
-        hint='give limits in [means], or means = "crane" in a [[component]]',
-    )
+    return SelectionError(f"nothing to lift: of {len(parts):,} parts, {what}", hint=_SAY_WHAT)
 
 
-def _means_of(element: Element, limits: MeansConfig) -> Reasoned:
+def _means_of(element: Element, limits: MeansConfig, *, selected: bool) -> Reasoned:
+    if element.stated_means is not None:
+        stated = Means(element.stated_means)
+        return LIFTED if stated is Means.CRANE else Reasoned(stated, SITE_FILE_SAYS)
     kind, why = element.judgement.kind, element.judgement.why
     if element.casting is Casting.IN_SITU:
         said = why if kind is Kind.CONCRETE else "the building file says that it is cast in place"
         return Reasoned(Means.IN_SITU, said)
     is_light_bar = kind is Kind.LIGHT and work_of(element) in (Work.BEAM, Work.COLUMN)
-    if kind in _BUILT and element.casting is None and not is_light_bar:
+    if kind in _BUILT and element.casting is None and not is_light_bar and not selected:
         return Reasoned(Means.BUILT, why)
     if element.mass_kg < limits.lift_from_kg:
         return Reasoned(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Element, Role, TriangleMesh
+from bimvox.bim.kinds.correction import OUT
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import NO_HINTS, Component, IntVec, OrderHints, StoredPose
 from bimvox.site.config.site_config import ComponentConfig, SiteConfig
@@ -27,13 +28,19 @@ _ASIDE_VOX = 0.4999
 def entries_by_id(config: SiteConfig, elements: Iterable[Element]) -> dict[str, ComponentConfig]:
     """Return the site file's ``[[component]]`` tables by element id, with before and after as element ids.
 
+    What they leave out of the plan has none.
+
     Raises:
         ConfigError: If an id matches no component or several, or if before and after contradict each other.
     """
-    components = [element for element in elements if element.role is Role.COMPONENT]
+    every = list(elements)
+    components = [element for element in every if element.role is Role.COMPONENT]
     entries: dict[str, ComponentConfig] = {}
     for number, entry in enumerate(config.component):
         key = f"component[{number}]"
+        if entry.means == OUT:
+            _find(config, f"{key}.global_id", entry.global_id, every)
+            continue
         found = _find(config, f"{key}.global_id", entry.global_id, components)
         before = tuple(_find(config, f"{key}.before", name, components) for name in entry.before)
         after = tuple(_find(config, f"{key}.after", name, components) for name in entry.after)
@@ -120,6 +127,7 @@ def component_of(
         judgement=element.judgement,
         hook_aside_vox=aside_vox,
         volume_guessed=element.volume_guessed,
+        stated_means=element.stated_means,
     )
 
 

@@ -45,6 +45,14 @@ def init(
             "smallest hammerhead that serves. fictitious: also machines that do not exist.",
         ),
     ] = None,
+    kind_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--kinds",
+            metavar="FILE.csv",
+            help="What the parts are: a table that `bimvox inspect --csv` wrote, corrected, next to the site file.",
+        ),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", "-f", help="Replace an existing site file.")] = False,
     json: Json = False,
     quiet: Quiet = False,
@@ -61,6 +69,7 @@ def init(
             options=read_options(select, unit, up, assemblies),
             voxel_size_m=voxel_size,
             crane=crane,
+            kind_file=kind_file,
             force=force,
             progress=output.progress,
         )

@@ -26,6 +26,15 @@ def inspect(
         str | None,
         typer.Option("--part", metavar="ID", help="For a grid: only this part (id or name), with its boxes."),
     ] = None,
+    kind_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--csv",
+            metavar="FILE",
+            help="For a model or a site: write what its parts are, by type, as CSV. Correct it in a spreadsheet and "
+            'name it in the site file: [model] kinds = "FILE".',
+        ),
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -34,7 +43,7 @@ def inspect(
     from bimvox_pipeline.inspect.inspect import inspect as run
 
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(file, part=part, progress=output.progress)
+        document = run(file, part=part, kind_file=kind_file, progress=output.progress)
     raise typer.Exit(output.answer(document, _show))
 
 

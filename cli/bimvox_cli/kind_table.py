@@ -60,7 +60,7 @@ def show_kinds(console: Console, kinds: Sequence[Mapping[str, Any]]) -> None:
     if rest:
         parts = sum(row["count"] for row in rest)
         console.print(
-            f"... and {len(rest):,} more types with {parts:,} parts (--json lists all)",
+            f"... and {len(rest):,} more types with {parts:,} parts (bimvox inspect --csv FILE lists all)",
             style="dim",
         )
 

@@ -33,15 +33,13 @@ def cranes(site: Path | None, *, crane: str | None = None, progress: Progress) -
     machines = catalogue() if crane is None else machines_called(crane)
     if site is None:
         return {"site": None, "machines": [_machine_document(machine) for machine in machines]}
-    from bimvox.bim.read import ReadOptions, read_building
+    from bimvox.bim.read import read_building
     from bimvox.files import require_input
     from bimvox.site.config.file import load_site_config
     from bimvox.site.guess import complete_config, cranes_that_fit
 
     stated = load_site_config(require_input(site))
-    model = stated.model
-    options = ReadOptions(select=model.select, unit=model.unit, up=model.up, assemblies=model.assemblies)
-    building = read_building(model.path, options, progress.report)
+    building = read_building(stated.model.path, stated.read_options, progress.report)
     progress.stage("compare")
     own, fits = cranes_that_fit(complete_config(stated, building), building, machines)
     progress.finish()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
 from bimvox.bim.options import ReadOptions
 from bimvox.errors import FileError
-from bimvox.files import check_output, default_output, require_input, seen_from, write_together
+from bimvox.files import check_output, default_output, read_input, require_input, seen_from, write_together
 from bimvox.library.building import say_notes
 from bimvox.progress import Progress
 from bimvox_pipeline.cranes import choice_notes, smaller_machines, unserved_document
@@ -20,6 +21,7 @@ def init(
     options: ReadOptions | None = None,
     voxel_size_m: float | None = None,
     crane: str | None = None,
+    kind_file: Path | None = None,
     force: bool = False,
     progress: Progress,
 ) -> dict[str, Any]:
@@ -32,6 +34,7 @@ def init(
         options: How to read the model.
         voxel_size_m: Cell size for planning; default: guessed.
         crane: A kind of crane, a machine of the catalogue, or ``fictitious``; default: a hammerhead.
+        kind_file: A corrected CSV file of types, next to the site file, that says what parts are.
         force: Replace an existing site file, which may contain the planner's edits.
         progress: Receives the stages.
 
@@ -46,6 +49,7 @@ def init(
     from bimvox.bim.read import read_building
     from bimvox.rendering.report.drawing_file import drawing_file
     from bimvox.rendering.report.site_drawing import drawing_of_site
+    from bimvox.site.config.kind_file import corrections_in
     from bimvox.site.config.site_config import ModelConfig
     from bimvox.site.config.template import site_toml
     from bimvox.site.guess import cranes_that_fit, guess_site
@@ -61,6 +65,10 @@ def init(
         if path.exists() and not force:
             raise FileError(path, why, hint="--force replaces it, -o names another site file")
     options = options or ReadOptions()
+    if kind_file is not None:
+        if kind_file.resolve().parent != target.resolve().parent:
+            raise FileError(kind_file, "is not next to the site file", hint=f"copy it into {target.resolve().parent}")
+        options = replace(options, corrections=corrections_in(read_input(kind_file), kind_file))
     building = read_building(model, options, progress.report)
     say_notes(building, progress)
     progress.stage("guess")
@@ -73,6 +81,7 @@ def init(
             up=options.up,
             assemblies=options.assemblies,
             voxel_size_m=voxel_size_m,
+            kinds=() if kind_file is None else (kind_file.name,),
         ),
         name=model.stem,
         machines=machines,
@@ -85,7 +94,7 @@ def init(
     notes = choice_notes(own, smaller, config.costs.currency)
     listed = {own.machine, *(fit.machine for fit in smaller)}
     examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
-    toml = site_toml(config, example_ids=examples, crane_notes=notes).encode()
+    toml = site_toml(config, example_ids=examples, crane_notes=notes, kinds=kinds).encode()
     progress.stage("draw")
     name = config.name or model.stem
     write_together({target: toml, drawn: drawing_file(drawing_of_site(config, building), name)}, inputs=[model])

@@ -47,7 +47,7 @@ def test_doubtful_rows_are_counted_by_parts_and_marked():
 def test_of_a_long_table_the_rest_is_counted():
     lines = shown(*map(row, range(31)))
     assert len(lines) == 23
-    assert lines[-1] == "... and 11 more types with 22 parts (--json lists all)"
+    assert lines[-1] == "... and 11 more types with 22 parts (bimvox inspect --csv FILE lists all)"
 
 
 def test_the_material_is_shown_where_a_type_has_several():

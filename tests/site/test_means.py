@@ -131,3 +131,19 @@ def test_a_model_in_which_nothing_is_lifted_says_what_is():
     assert isinstance(nothing_to_lift(found), SelectionError)
     assert str(nothing_to_lift(found)).startswith("nothing to lift: of 1 parts, 1 are cast in place")
     assert "no part of the model is a component" in str(nothing_to_lift([]))
+
+
+def test_what_the_site_file_says_of_a_type_wins_over_kind_casting_and_size():
+    stated = [dataclasses.replace(one, stated_means="crane") for one in (cast(DECK, Casting.IN_SITU), LINTEL)]
+    assert works(*stated) == {"deck": Means.CRANE, "lintel": Means.CRANE}
+    found = means_of([dataclasses.replace(BEAM, stated_means="built")], {}, MeansConfig())
+    assert found["beam"] == (Means.BUILT, "the site file says so")
+    under = dataclasses.replace(FOOTING, stated_means="crane")
+    assert works(SLAB, under)["footing"] is Means.CRANE
+
+
+def test_masonry_that_a_person_selects_to_be_lifted_is_lifted():
+    wall = dataclasses.replace(BEAM, id="wall", judgement=Judgement(Kind.MASONRY, Confidence.NAMED))
+    poured = cast(dataclasses.replace(BEAM, id="poured"), Casting.IN_SITU)
+    found = means_of([wall, poured], {}, MeansConfig(), selected=True)
+    assert {name: one.means for name, one in found.items()} == {"wall": Means.CRANE, "poured": Means.IN_SITU}

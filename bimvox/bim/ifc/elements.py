@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Casting, Element, Role, TriangleMesh
-from bimvox.bim.densities import density_of_kind
+from bimvox.bim.densities import density_of_kind, of_same_mass
 from bimvox.bim.ifc.anchors import anchors_without_mesh, points_of_group
 from bimvox.bim.ifc.assembly import Aggregation, Group, MeshedProduct
 from bimvox.bim.ifc.casting import stated_casting
 from bimvox.bim.ifc.class_roles import CURTAIN_TYPES, UNKNOWN, is_never_precast, role_of_class
+from bimvox.bim.ifc.corrections import NO_CORRECTIONS, ProductCorrections
 from bimvox.bim.ifc.group_mass import GroupMasses, Weighed
 from bimvox.bim.ifc.mass import DOUBTS, REPEATED_WHOLE, Masses
 from bimvox.bim.ifc.open import OpenedIfc
@@ -21,8 +22,10 @@ from bimvox.bim.ifc.properties import Properties, layers_of
 from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_height, storey_of
 from bimvox.bim.ifc.tasks import ProductTask, tasks_of_products
 from bimvox.bim.ifc.text import label
-from bimvox.bim.kinds.evidence import Facts, judge
+from bimvox.bim.kinds.correction import OUT, Corrected
+from bimvox.bim.kinds.evidence import Facts, casting_of, judge
 from bimvox.bim.kinds.kind import Judgement, Kind
+from bimvox.bim.kinds.words import meaning_of
 from bimvox.bim.name_roles import is_existing_by_name, role_by_name
 
 _SHOWN = 5
@@ -39,6 +42,7 @@ class ElementBuilder:
         selected: frozenset[int] | None,
         properties: Properties,
         origin_m: NDArray[np.float64],
+        corrections: ProductCorrections = NO_CORRECTIONS,
     ) -> None:
         self._file = opened.file
         self._schema = opened.schema
@@ -46,9 +50,10 @@ class ElementBuilder:
         self._parts = parts
         self._selected = selected
         self._properties = properties
+        self._corrections = corrections
         extents = {step_id: part.extent for step_id, part in parts.items()}
         self._aggregation = Aggregation(opened.file, extents, lambda product: self._role(product) in _STAYS)
-        masses = Masses(opened.file, properties, self._default_kg_m3)
+        masses = Masses(opened.file, properties, self._default_kg_m3, self._corrected_kg_m3)
         self._masses = GroupMasses(opened.file, masses, parts, self._aggregation.parts_of)
         self._ids: set[str] = set()
         self._made_unique: list[str] = []
@@ -76,6 +81,7 @@ class ElementBuilder:
         weighed = self._weighed(group)
         mesh = TriangleMesh.joined([self._parts[step_id].mesh for step_id in weighed.shown])
         judgement, casting = self._judged(group, mesh)
+        corrected = self._corrections.of(group, owner)
         self._guessed += sum(not self._parts[step_id].solid.exact for step_id in group.members)
         self._doubt(weighed.mass.doubts, owner)
         material = self._properties.material(owner)
@@ -94,7 +100,7 @@ class ElementBuilder:
             ifc_class=str(owner.is_a()),
             name=label(owner.Name),
             mesh=mesh,
-            role=self._planned_role(owner, group, judgement.kind),
+            role=self._planned_role(owner, group, judgement.kind, corrected),
             mass_kg=weighed.mass.kg,
             mass_source=weighed.mass.source,
             volume_guessed=weighed.mass.guessed,
@@ -110,6 +116,7 @@ class ElementBuilder:
             predefined_type=self._properties.predefined_type(owner),
             casting=casting,
             judgement=judgement,
+            stated_means=corrected.by_type,
         )
 
     def _weighed(self, group: Group) -> Weighed:
@@ -152,8 +159,21 @@ class ElementBuilder:
         own = Group(product.id(), (product.id(),), ())
         return density_of_kind(self._judged(own, self._parts[product.id()].mesh)[0].kind)
 
+    def _corrected_kg_m3(self, product: Any) -> float | None:
+        """Return the density of a product if the site file says that it is of another kind than its materials."""
+        kind = self._corrections.of(Group(product.id(), (product.id(),), ()), product).kind
+        if kind is None:
+            return None
+        said = (meaning_of(label(material.Name)) for material, _ in layers_of(product))
+        return None if any(one is not None and of_same_mass(one.kind, kind) for one in said) else density_of_kind(kind)
+
     def _judged(self, group: Group, mesh: TriangleMesh) -> tuple[Judgement, Casting | None]:
         """Return what a group is and how it is cast: by its owner, and by the largest member that has a material."""
+        judgement, casting = self._by_evidence(group, mesh)
+        corrected = self._corrections.of(group, self._file.by_id(group.owner)).judgement
+        return (judgement, casting) if corrected is None else (corrected, casting_of(corrected.kind, casting))
+
+    def _by_evidence(self, group: Group, mesh: TriangleMesh) -> tuple[Judgement, Casting | None]:
         owner = self._file.by_id(group.owner)
         largest = sorted(group.members, key=lambda one: -self._parts[one].extent.volume_m3)
         layered = (layers_of(self._file.by_id(step_id)) for step_id in (group.owner, *largest))
@@ -204,8 +224,12 @@ class ElementBuilder:
             return Role.FITTING
         return role
 
-    def _planned_role(self, owner: Any, group: Group, kind: Kind) -> Role:
-        """Return the role of a group, with the selection applied."""
+    def _planned_role(self, owner: Any, group: Group, kind: Kind, corrected: Corrected) -> Role:
+        """Return the role of a group, with the corrections and the selection applied."""
+        if corrected.means is not None:
+            return Role.FITTING if corrected.means == OUT else Role.COMPONENT
+        if corrected.kind is Kind.PILE:
+            return Role.STRUCTURE
         role = self._role(owner)
         if owner.is_a("IfcElementAssembly"):
             inside = [self._role(self._file.by_id(step_id)) for step_id in group.members]

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from bimvox.bim.ifc.answer import Selected
 from bimvox.bim.ifc.process import ASLEEP, WORKER_COMMAND, Task, Worker, geometry_processes
 from bimvox.bim.ifc.processor_time import OUT_OF_TIME
 from bimvox.bim.ifc.shape import PlacedShape
@@ -122,28 +123,41 @@ class GeometryPool:
         return Meshed(shapes, failures, tuple(sorted(retried)))
 
     def select(self, query: str) -> frozenset[int]:
-        """Return the step ids of the products that a query matches. A worker finds them: a pattern may never end.
+        """Return the step ids of the products that a query matches.
 
         Raises:
             SelectionError: If the query is malformed, matches nothing or takes too long.
             IfcError: If no worker can be started.
         """
-        worker = self._server.new_worker()
-        answer: frozenset[int] | SelectionError | None = None
-        is_late = False
-        try:
-            worker.channel.send((query, SELECT_LIMIT_S))
-            is_late = not worker.channel.poll(ASLEEP * SELECT_LIMIT_S)
-            answer = None if is_late else worker.channel.recv()
-        except (EOFError, OSError):
-            pass
-        is_late |= self._server.bury(worker) == OUT_OF_TIME
-        if answer is None:
-            why = f"not finished within {SELECT_LIMIT_S:g} s" if is_late else "the selector crashed"
-            answer = SelectionError(f"select {shown(query)}: {why}", hint=_SLOW if is_late else "simplify the query")
+        answer = self.select_each([query])[0]
         if isinstance(answer, SelectionError):
             raise answer
         return answer
+
+    def select_each(self, queries: Sequence[str]) -> list[Selected]:
+        """Return what each query matches, or the error about it. A worker finds it: a pattern may never end."""
+        found: list[Selected] = []
+        worker = None
+        for query in queries:
+            worker = worker or self._server.new_worker()
+            answer: Selected | None = None
+            is_late = False
+            try:
+                worker.channel.send((query, SELECT_LIMIT_S))
+                is_late = not worker.channel.poll(ASLEEP * SELECT_LIMIT_S)
+                answer = None if is_late else worker.channel.recv()
+            except (EOFError, OSError):
+                pass
+            if answer is None:
+                is_late |= self._server.bury(worker) == OUT_OF_TIME
+                worker = None
+                why = f"not finished within {SELECT_LIMIT_S:g} s" if is_late else "the selector crashed"
+                hint = _SLOW if is_late else "simplify the query"
+                answer = SelectionError(f"select {shown(query)}: {why}", hint=hint)
+            found.append(answer)
+        if worker is not None:
+            self._server.bury(worker)
+        return found
 
     def _staff(self, todo: deque[Task]) -> None:
         """Fork workers if there is work for them, and keep each of them busy."""

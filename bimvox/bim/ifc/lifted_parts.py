@@ -25,10 +25,17 @@ laid by hand. (The lightest layer that is lifted is a stud layer, about 100 kg/m
 def by_default(elements: list[Element], notes: list[str]) -> list[Element]:
     """Return the elements with the roles that they have if nothing is selected.
 
+    What the site file says of the way of an element stays.
+
     Args:
         elements: All elements, each with the role that its class and name give it.
         notes: Each decision is appended here; a planner can override it with a query.
     """
+    free = iter(_by_default([one for one in elements if one.stated_means is None], notes))
+    return [next(free) if one.stated_means is None else one for one in elements]
+
+
+def _by_default(elements: list[Element], notes: list[str]) -> list[Element]:
     elements = _piles(_promoted(elements, notes), notes)
     formwork = sum(one.judgement.kind is Kind.FORMWORK and one.role is Role.FITTING for one in elements)
     if formwork:
@@ -81,7 +88,12 @@ def _is_pile(element: Element) -> bool:
     x_m, y_m, z_m = np.ptp(element.mesh.bounds_m, axis=0)
     names = (element.name, element.type_name)
     said = (meaning_of(name, "part") for name in names if name)
-    return bool(z_m >= _PILE_SLENDER * max(x_m, y_m)) and any(one is not None and one.kind is Kind.PILE for one in said)
+    is_stated = element.judgement.confidence is Confidence.STATED
+    return (
+        not is_stated
+        and bool(z_m >= _PILE_SLENDER * max(x_m, y_m))
+        and any(one is not None and one.kind is Kind.PILE for one in said)
+    )
 
 
 def _is_insulation(element: Element) -> bool:

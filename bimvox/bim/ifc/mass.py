@@ -106,12 +106,18 @@ class Masses:
         file: The ``ifcopenshell.file``.
         properties: Looks its properties up.
         default_kg_m3: Returns the density of a product whose material is not known.
+        instead_kg_m3: Returns the density that counts instead of that of its material; None if none does.
     """
 
     def __init__(
-        self, file: Any, properties: Properties, default_kg_m3: Callable[[Any], float] = lambda _: DEFAULT_DENSITY_KG_M3
+        self,
+        file: Any,
+        properties: Properties,
+        default_kg_m3: Callable[[Any], float] = lambda _: DEFAULT_DENSITY_KG_M3,
+        instead_kg_m3: Callable[[Any], float | None] = lambda _: None,
     ) -> None:
         self._properties = properties
+        self._instead_kg_m3 = instead_kg_m3
         self._default_kg_m3 = default_kg_m3
         self._units = Units(file)
         self._density_by_material: dict[int, float | None] = {}
@@ -151,8 +157,9 @@ class Masses:
                 volume_m3 += (thickness_m - SHEET_M) * sheet_m2
         elif volume_m3 > (1.0 + _ROUNDING) * box_m3:
             volume_m3, doubts = box_m3, (OVERFULL,)
-        density = self._density(product)
-        kg = volume_m3 * (self._default_kg_m3(product) if density is None else density)
+        instead = self._instead_kg_m3(product)
+        density = self._density(product) if instead is None else None
+        kg = volume_m3 * (instead or self._default_kg_m3(product) if density is None else density)
         source = "default" if density is None else "density"
         return Mass(kg, source, not exact and volume_m3 == guess_m3, doubts), volume_m3
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import BUILT, Building, Role, SkippedProduct, Source, TriangleMesh, part_name
 from bimvox.bim.ifc.assembly import Extent, MeshedProduct
 from bimvox.bim.ifc.class_roles import TOO_SMALL, reason_not_solid, reason_too_small, role_of_class
+from bimvox.bim.ifc.corrections import ProductCorrections
 from bimvox.bim.ifc.curves import largely_curved
 from bimvox.bim.ifc.elements import ElementBuilder
 from bimvox.bim.ifc.endless import endless_products
@@ -55,9 +56,10 @@ def read_ifc(
     if options.unit is not None and options.unit != opened.unit:
         raise InputError(f"{path}: states its own unit ({opened.unit}), not {options.unit}", hint="leave unit out")
     selected = None if options.select is None else pool.select(options.select)
+    corrections = ProductCorrections(options.corrections, pool.select_each)
     report("open", 1, 1)
     with named_misfit(path, opened.file):
-        return _building(opened, path, sha256, options, report, pool, selected)
+        return _building(opened, path, sha256, options, report, pool, selected, corrections)
 
 
 def _building(
@@ -68,10 +70,11 @@ def _building(
     report: Report,
     pool: GeometryPool,
     selected: frozenset[int] | None,
+    corrections: ProductCorrections,
 ) -> Building:
     """Return the building in an opened file; ``selected`` holds step ids, None for the default selection."""
     notes = list(opened.notes)
-    wanted, skipped = _sort_out(opened, selected, notes)
+    wanted, skipped = _sort_out(opened, corrections.step_ids | (selected or frozenset()), notes)
     endless = endless_products(opened.file, opened.outlines, wanted)
     skipped.update({step_id: endless[step_id] for step_id in wanted if step_id in endless})
     wanted = [step_id for step_id in wanted if step_id not in endless]
@@ -96,14 +99,14 @@ def _building(
         raise IfcError(
             path, f"holds nothing solid ({reasons or 'no product has geometry'})", hint="export it with 3D bodies"
         )
-    builder = ElementBuilder(opened, parts, selected, properties, origin_m)
+    builder = ElementBuilder(opened, parts, selected, properties, origin_m, corrections)
     lifts, repeated = builder.groups(options.assemblies)
     skipped.update(repeated)
     elements = []
     for index, group in enumerate(lifts):
         elements.append(builder.element(group))
         report("elements", index + 1, len(lifts))
-    notes += builder.notes()
+    notes += [*builder.notes(), *corrections.notes()]
     elements = by_default(elements, notes) if selected is None else elements
     if selected is not None and not any(element.role is Role.COMPONENT for element in elements):
         raise SelectionError(
@@ -126,15 +129,18 @@ def _building(
     )
 
 
-def _sort_out(opened: OpenedIfc, selected: frozenset[int] | None, notes: list[str]) -> tuple[list[int], dict[int, str]]:
-    """Return the step ids to mesh, ascending, and for every other product with a representation why it is skipped."""
+def _sort_out(opened: OpenedIfc, named: frozenset[int], notes: list[str]) -> tuple[list[int], dict[int, str]]:
+    """Return the step ids to mesh, ascending, and for every other product with a representation why it is skipped.
+
+    ``named``: products that somebody selected, which are never too small.
+    """
     wanted, skipped = [], {}
     for product in opened.file.by_type("IfcProduct"):
         if product.Representation is None:
             continue
         step_id, ifc_class = product.id(), product.is_a()
         reason = reason_not_solid(opened.schema, ifc_class)
-        if reason is None and (selected is None or step_id not in selected):
+        if reason is None and step_id not in named:
             reason = reason_too_small(opened.schema, ifc_class)
         if reason is None and role_of_class(opened.schema, ifc_class) is None:
             reason = "not a building element"

@@ -12,7 +12,7 @@ from ifcopenshell.util.selector import filter_elements_grammar
 from lark.exceptions import LarkError, UnexpectedInput
 
 from bimvox.bim.ifc.facets import Facets
-from bimvox.errors import SelectionError, cut, shown
+from bimvox.errors import NothingSelectedError, SelectionError, cut, shown
 
 _HELP = "a query is written like `IfcColumn, IfcBeam` or `IfcWall, material=Concrete + IfcSlab`"
 
@@ -50,7 +50,9 @@ def select_products(file: Any, query: str) -> frozenset[int]:
         raise SelectionError(f"select {shown(query)}: {cut(why[-1])}", hint=_HELP) from error
     ids = frozenset(int(entity.id()) for entity in facets.get_results() if entity.is_a("IfcProduct"))
     if not ids:
-        raise SelectionError(f"select {shown(query)}: matches no product of the file", hint=_classes_present(file))
+        raise NothingSelectedError(
+            f"select {shown(query)}: matches no product of the file", hint=_classes_present(file)
+        )
     return ids
 
 

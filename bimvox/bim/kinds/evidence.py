@@ -89,7 +89,8 @@ def judge(facts: Facts) -> tuple[Judgement, Casting | None]:
         why = f"{_in_name(called)} says {called.name}, made in place"
         return Judgement(Kind.CONCRETE, Confidence.NAMED, why), casting
     is_concrete = found.kind in (Kind.CONCRETE, Kind.OTHER)
-    if casting is Casting.PRECAST and (is_concrete or found.kind is Kind.MASONRY):
+    is_guess = facts.casting is not None and found.confidence is Confidence.ASSUMED
+    if casting is Casting.PRECAST and (is_concrete or is_guess or found.kind is Kind.MASONRY):
         return _cast(Kind.PRECAST, facts, casting_words, "is precast"), casting
     if casting is Casting.IN_SITU and is_concrete:
         return _cast(Kind.CONCRETE, facts, casting_words, "is cast in place"), casting
@@ -97,6 +98,13 @@ def judge(facts: Facts) -> tuple[Judgement, Casting | None]:
         why = f"{_in_name(called)} says that it is a footing"
         return Judgement(Kind.CONCRETE, Confidence.NAMED, why), Casting.IN_SITU
     return found, casting
+
+
+def casting_of(kind: Kind, casting: Casting | None) -> Casting | None:
+    """Return how a part is cast of which a person says the kind; ``casting``: how its source says that it is."""
+    if kind is Kind.PRECAST:
+        return Casting.PRECAST
+    return Casting.IN_SITU if kind is Kind.CONCRETE and casting is Casting.IN_SITU else None
 
 
 def _evidence(facts: Facts, called: Meaning | None) -> Iterator[Judgement]:

@@ -13,9 +13,11 @@ import numpy as np
 
 from bimvox.bim.building import Building, Element, SkippedProduct, Source, TriangleMesh
 from bimvox.bim.densities import DEFAULT_DENSITY_KG_M3
+from bimvox.bim.kinds.correction import UNTOUCHED
 from bimvox.bim.local_origin import FAR_M, local_origin, stray
 from bimvox.bim.mesh.bodies import bodies_of
 from bimvox.bim.mesh.contents import MeshContents
+from bimvox.bim.mesh.corrections import corrections_of, with_correction
 from bimvox.bim.mesh.gltf import read_gltf
 from bimvox.bim.mesh.obj import read_obj
 from bimvox.bim.mesh.off import read_off
@@ -82,6 +84,8 @@ def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, r
     origin_m = local_origin(boxes)
     size_m = float((np.max([box[1] for box in boxes], axis=0) - np.min([box[0] for box in boxes], axis=0)).max())
     roles = roles_of(path.name, list(meshes), options.select)
+    corrected, lost = corrections_of(path.name, list(meshes), options.corrections)
+    notes += lost
     elements = []
     flipped, guessed = 0, []
     for index, (name, mesh) in enumerate(meshes.items()):
@@ -90,10 +94,18 @@ def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, r
         solid = solid_of(shells)
         flipped += turned
         guessed += [] if solid.exact else [name]
-        kg = solid.volume_m3 * DEFAULT_DENSITY_KG_M3
-        elements.append(
-            Element(name, name, MESH_CLASS, name, outward, roles[name], kg, "default", volume_guessed=not solid.exact)
+        element = Element(
+            name,
+            name,
+            MESH_CLASS,
+            name,
+            outward,
+            roles[name],
+            solid.volume_m3 * DEFAULT_DENSITY_KG_M3,
+            "default",
+            volume_guessed=not solid.exact,
         )
+        elements.append(with_correction(element, solid.volume_m3, corrected.get(name, UNTOUCHED)))
         report("elements", index + 1, len(meshes))
     heaviest_kg = max(element.mass_kg for element in elements)
     notes += doubts(scale, size_m, heaviest_kg, max(body.rounding for body in contents.bodies))

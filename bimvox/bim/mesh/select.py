@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from bimvox.bim.building import Role
 from bimvox.bim.name_roles import role_by_name
-from bimvox.errors import SelectionError, cut, listed, shown
+from bimvox.errors import NothingSelectedError, SelectionError, cut, listed, shown
 
 
 def roles_of(file: str, names: Sequence[str], select: str | None) -> Mapping[str, Role]:
@@ -28,12 +28,13 @@ def roles_of(file: str, names: Sequence[str], select: str | None) -> Mapping[str
     by_name = {name: role_by_name(name) for name in names}
     if select is None:
         return {name: role or Role.COMPONENT for name, role in by_name.items()}
-    chosen = _chosen(file, names, select)
+    chosen = chosen_names(file, names, select)
     rest = {name: Role.GROUND if role is Role.GROUND else Role.STRUCTURE for name, role in by_name.items()}
     return {name: Role.COMPONENT if name in chosen else rest[name] for name in names}
 
 
-def _chosen(file: str, names: Sequence[str], select: str) -> set[str]:
+def chosen_names(file: str, names: Sequence[str], select: str) -> set[str]:
+    """Return the names that a selection matches; the arguments and errors are those of :func:`roles_of`."""
     if select in names:  # a name may contain a comma
         return {select}
     patterns = [pattern.strip() for pattern in select.split(",") if pattern.strip()]
@@ -42,7 +43,7 @@ def _chosen(file: str, names: Sequence[str], select: str) -> set[str]:
         # As a name first: many exporters put brackets into names, which a pattern reads as a set of letters.
         matching = [pattern] if pattern in names else fnmatch.filter(names, pattern)
         if not matching:
-            raise SelectionError(
+            raise NothingSelectedError(
                 f"select {shown(select)}: no body of {file} is named {shown(pattern)}",
                 hint=f"{_nearest(pattern, names)}the file has {listed(names, 8)}; * and ? are wildcards",
             )

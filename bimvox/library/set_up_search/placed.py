@@ -58,7 +58,7 @@ class PlacedSite:
     @cached_property
     def means(self) -> dict[str, str]:
         """How each part gets to its place, by id."""
-        found = means_of(self.parts, self.entries, self.config.means)
+        found = means_of(self.parts, self.entries, self.config.means, selected=self.config.model.select is not None)
         return {name: one.means.value for name, one in found.items()}
 
     @cached_property

@@ -99,9 +99,10 @@ def _unreadable(path: Path, message: str, *, hint: str, key: str | None, of: Pat
 
 
 def named_files(config: SiteConfig) -> dict[str, str]:
-    """Return the files of machines and gear that a site file names, each with the key that names it first."""
+    """Return the files of machines, gear and kinds that a site file names, each with the key that names it first."""
     machines = [crane.machine for crane in config.cranes if crane.machine is not None]
     found = {name: "crane.machine" for name in machines if name.endswith(MACHINE_FILE)}
+    found |= dict.fromkeys(config.kind_files, "model.kinds")
     return {name: f"rigging.gear[{number}]" for number, name in enumerate(config.rigging.gear)} | found
 
 

@@ -13,19 +13,23 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import shapely
-from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, PrivateAttr, Tag, model_validator
 
-from bimvox.bim.options import MOST_SELECT
+from bimvox.bim.kinds.correction import Correction, Way
+from bimvox.bim.kinds.kind import Kind
+from bimvox.bim.options import MOST_SELECT, ReadOptions
 from bimvox.errors import ConfigError, shown
 from bimvox.site.component import StoredPose
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.config.costs import CostsConfig
 from bimvox.site.config.crane import CraneConfig
+from bimvox.site.config.kind_file import corrections_in
 from bimvox.site.config.project import ProjectConfig
 from bimvox.site.config.rigging import RiggingConfig
 from bimvox.site.config.rules import RulesConfig
 from bimvox.site.config.support import MOST_SUPPORTS, SupportConfig
 from bimvox.site.config.validation import (
+    A_FILE,
     ONE,
     SEVERAL,
     Flag,
@@ -51,6 +55,9 @@ from bimvox.site.limits import (
 from bimvox.site.programme import Programme, read_programme
 from bimvox.site.site import Rules
 
+KindName = Literal[
+    "precast", "concrete", "masonry", "timber", "steel", "light", "glazing", "formwork", "pile", "earth", "other"
+]
 CellSize = Annotated[Positive, Field(le=100.0), AfterValidator(partial(not_below, 1e-3))]
 
 
@@ -69,6 +76,34 @@ MOST_AREAS = 1000
 """The most corners of a polygon, and the most zones and yard areas: no site needs more, and they would take minutes."""
 Polygon = Annotated[tuple[Point2, ...], Field(min_length=3, max_length=MOST_CORNERS), AfterValidator(_simple_polygon)]
 """Corners [x, y] in site metres, in either direction, without repeating the first one."""
+
+
+class KindConfig(Table):
+    """What parts are and how they get to their places, whatever the model says."""
+
+    select: Annotated[Text, Field(max_length=MOST_SELECT)]
+    """Which parts: an IfcOpenShell query, or names of a mesh's bodies."""
+    kind: KindName | None = None
+    """What they are. Default: as the evidence in the model says."""
+    means: Way | None = None
+    """How they get to their places; ``out``: not part of the plan. Default: by kind, size and mass."""
+
+    @model_validator(mode="after")
+    def _says_something(self) -> Self:
+        if self.kind is None and self.means is None:
+            raise ValueError("it says nothing: give kind, means, or both")
+        return self
+
+
+def _file_or_table(given: object) -> str:
+    return A_FILE if isinstance(given, str) else ONE
+
+
+def _several(given: object) -> object:
+    return (given,) if isinstance(given, str) else given
+
+
+KindOrFile = Annotated[Annotated[Text, Tag(A_FILE)] | Annotated[KindConfig, Tag(ONE)], Discriminator(_file_or_table)]
 
 
 class ModelConfig(Table):
@@ -90,6 +125,9 @@ class ModelConfig(Table):
     """Height in the model of the site's z = 0. Default: the lowest component or structure, rounded down to a cell."""
     assemblies: Literal["whole", "parts"] = "whole"
     """How an assembly is lifted."""
+    kinds: Annotated[tuple[KindOrFile, ...], BeforeValidator(_several)] = ()
+    """What parts are if bimvox guesses wrongly: tables, and names of CSV files next to the site file, as ``bimvox
+    inspect --csv`` writes them. Later ones count before earlier ones."""
 
     @property
     def yaw_rad(self) -> float:
@@ -150,15 +188,18 @@ class ComponentConfig(Table):
     """Whether it stands already."""
     crane: Text | None = None
     """Which of several cranes lifts it. Default: chosen."""
-    means: Literal["crane", "in_situ", "built", "by_hand"] | None = None
-    """Lifted, built in place, or set by hand. Default: by ``[means]``."""
+    means: Way | None = None
+    """Lifted, cast or built in place, set by hand, or ``out`` of the plan. Default: by ``[means]``."""
+    kind: KindName | None = None
+    """What it is. Default: as the evidence in the model says."""
 
     @model_validator(mode="after")
     def _liftable(self) -> Self:
-        given = self.start or self.pose or self.turn or self.before or self.after or self.crane or self.means
+        given = self.start or self.pose or self.turn or self.before or self.after or self.crane
+        given = given or self.means or self.kind
         if self.pinned and given:
             raise ValueError(
-                "a pinned part is not lifted: remove its start, pose, turn, before, after, crane and means"
+                "a pinned part is not lifted: remove its start, pose, turn, before, after, crane, means and kind"
             )
         return self
 
@@ -310,6 +351,38 @@ class SiteConfig(Table):
     def machine_files(self) -> Mapping[str, bytes]:
         """The files of machines and gear that it names, by name: their bytes."""
         return self._machine_files
+
+    @property
+    def kind_files(self) -> tuple[str, ...]:
+        """The names of the files that say what parts are."""
+        return tuple(one for one in self.model.kinds if isinstance(one, str))
+
+    @property
+    def corrections(self) -> tuple[Correction, ...]:
+        """What the site file, its ``[[component]]`` tables and its files of kinds say of parts.
+
+        Raises:
+            ConfigError: If a file of kinds is missing or has a bad row.
+        """
+        found: list[Correction] = []
+        for number, one in enumerate(self.model.kinds):
+            if isinstance(one, str):
+                found += corrections_in(self._machine_files.get(one), self._file.parent / one)
+            else:
+                kind = None if one.kind is None else Kind(one.kind)
+                found.append(Correction(one.select, kind, one.means, f"{self._file}: model.kinds[{number}]"))
+        for number, entry in enumerate(self.component):
+            if entry.kind is not None or entry.means is not None:
+                kind = None if entry.kind is None else Kind(entry.kind)
+                where = f"{self._file}: component[{number}]"
+                found.append(Correction(entry.global_id, kind, entry.means, where, one_part=True))
+        return tuple(found)
+
+    @property
+    def read_options(self) -> ReadOptions:
+        """How its model is read."""
+        own = self.model
+        return ReadOptions(own.select, own.unit, own.up, own.assemblies, corrections=self.corrections)
 
     @property
     def programme_name(self) -> str | None:

@@ -5,20 +5,33 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from datetime import date
+from typing import TYPE_CHECKING
 
+from bimvox.bim.kinds.correction import WAYS
+from bimvox.bim.kinds.kind import Kind
 from bimvox.site.config.calendar import DEFAULT_BREAKS, DEFAULT_SHIFT, CalendarConfig
 from bimvox.site.config.costs import CostsConfig
 from bimvox.site.config.crane import CraneConfig, OverrideConfig
 from bimvox.site.config.project import ProjectConfig
 from bimvox.site.config.rigging import RiggingConfig
 from bimvox.site.config.rules import CuringConfig
-from bimvox.site.config.site_config import AreasConfig, ComponentConfig, Polygon, SiteConfig, ZoneConfig
+from bimvox.site.config.site_config import (
+    AreasConfig,
+    ComponentConfig,
+    KindConfig,
+    Polygon,
+    SiteConfig,
+    ZoneConfig,
+)
 from bimvox.site.config.support import SupportConfig
 from bimvox.site.config.validation import Table
 from bimvox.site.config.yard import YardConfig
 from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.work import Work
 from bimvox.site.yard_guess import access_beside
+
+if TYPE_CHECKING:
+    from bimvox.site.kind_rows import KindRow
 
 _HEAD = """\
 # Site file of bimvox: parts to be lifted, yard, crane and rules. Units: m, degrees, kg, s (rates: rad/s).
@@ -40,19 +53,26 @@ _CALENDAR_EXAMPLE = (
 )
 
 
-def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = (), crane_notes: Sequence[str] = ()) -> str:
+def site_toml(
+    config: SiteConfig,
+    *,
+    example_ids: Sequence[str] = (),
+    crane_notes: Sequence[str] = (),
+    kinds: Sequence[KindRow] = (),
+) -> str:
     """Return the text of a site file; :func:`bimvox.site.config.file.load_site_config` reads the same values back.
 
     Args:
         config: Its content, with the model's path as it is to be written.
         example_ids: Ids of components, used in the commented-out examples.
         crane_notes: Lines about the choice of the crane, written as comments.
+        kinds: What the parts are, by type; each a comment to correct.
     """
     sections = [
         _HEAD + (f"\nname = {_value(config.name)}\n" if config.name else ""),
         config.coordinates != "site" and _lines(_key("coordinates", config.coordinates, "[easting, northing]")),
         _project(config.project),
-        _model(config),
+        _model(config, kinds),
         _grid(config),
         _areas(config.areas, [crane.base_m for crane in config.cranes if crane.base_m is not None]),
         *(_crane(crane, crane_notes, several=len(config.cranes) > 1) for crane in config.cranes),
@@ -83,7 +103,7 @@ def _project(project: ProjectConfig | None) -> str:
     return _lines("[project]", *(_key(key, value) for key, value in given.items() if value))
 
 
-def _model(config: SiteConfig) -> str:
+def _model(config: SiteConfig, kinds: Sequence[KindRow]) -> str:
     model = config.model
     return _lines(
         "[model]",
@@ -97,7 +117,51 @@ def _model(config: SiteConfig) -> str:
         _key("yaw_deg", model.yaw_deg, "angle of the site's x axis in the model, counter-clockwise"),
         _key("ground_m", model.ground_m, "height in the model that is the top of the ground"),
         _key("assemblies", model.assemblies, 'lift assemblies "whole" or as "parts"'),
+        *_kinds(model.kinds, kinds),
     )
+
+
+_KINDS_NOTE = f"""\
+# What the parts are and how each gets to its place, by type, as bimvox sees it; the doubtful ones first. To correct a
+# line, remove its first # and change the values. It wins over the model; nothing else has to be done again.
+# kind: {", ".join(Kind)}
+# means: {", ".join(WAYS)} (not in the plan); without it, kind, size and mass decide
+# For a spreadsheet: bimvox inspect MODEL --csv kinds.csv, then kinds = ["kinds.csv"]."""
+_MOST_KINDS = 60
+
+
+def _kinds(given: Sequence[KindConfig | str], rows: Sequence[KindRow]) -> Sequence[str]:
+    """Return the corrections, and what could be corrected as comments."""
+    if not (given or rows):
+        return ()
+    lines = [f"  {_value(one)}," for one in given]
+    lines += [f"  # {line}" for line in map(_kind_line, rows[:_MOST_KINDS])]
+    if len(rows) > _MOST_KINDS:
+        lines.append(f"  # ... and {len(rows) - _MOST_KINDS:,} more: bimvox inspect MODEL --csv FILE lists all")
+    return (*([_KINDS_NOTE] if rows else []), "kinds = [", *lines, "]")
+
+
+def _kind_line(row: KindRow) -> str:
+    """Return the line that confirms what is assumed of a type, with what is known as its comment."""
+    kind = Kind.CONCRETE if row.kind is Kind.OTHER and row.means in ("crane", "in_situ") else row.kind
+    values = [f"select = {_literal(row.select)}", f"kind = {_value(kind.value)}"]
+    if row.means in WAYS:
+        values.append(f"means = {_value(row.means)}")
+    light_t, heavy_t = (f"{kg / 1000.0:.2g}" if kg < 995.0 else f"{kg / 1000.0:.1f}" for kg in row.mass_kg)
+    mass = light_t if light_t == heavy_t else f"{light_t} to {heavy_t}"
+    unsure = "ASSUMED, " if row.is_doubtful else ""
+    others = f" (the line selects {row.selects - row.count:,} more)" if row.selects > row.count else ""
+    said = f"{unsure}{row.count:,} part{'s' * (row.count != 1)}{others}, {mass} t: {row.why}"
+    return f"{{ {', '.join(values)} }},  # {_one_line(said)}"
+
+
+def _literal(text: str) -> str:
+    """Return a text as TOML, without escapes if possible: queries are full of quotes and backslashes."""
+    return f"'{text}'" if text.isprintable() and "'" not in text else _value(text)
+
+
+def _one_line(text: str) -> str:
+    return "".join(letter if letter.isprintable() else " " for letter in text)
 
 
 def _grid(config: SiteConfig) -> str:
@@ -210,7 +274,8 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
         lines += ["[[component]]", _key("global_id", entry.global_id)]
         lines += [_key(name, getattr(entry, name)) for name in ("start", "pose", "turn")]
         lines += [
-            getattr(entry, name) and _key(name, getattr(entry, name)) for name in ("before", "after", "crane", "means")
+            getattr(entry, name) and _key(name, getattr(entry, name))
+            for name in ("before", "after", "crane", "kind", "means")
         ]
         lines += [entry.pinned and _key("pinned", True, "it already exists: cast in situ, or built before")]
     return _lines(*lines)

@@ -58,7 +58,8 @@ Point3 = tuple[Number, Number, Number]
 
 ONE = "one table"
 SEVERAL = "an array of tables"
-"""Tags of a key that takes one table or several; they do not occur in the file, so they are not part of a key."""
+A_FILE = "the name of a file"
+"""Tags of a key that takes one table, several, or a file; they do not occur in it, so they are not part of a key."""
 
 _EXPECTED = {
     "string_type": "a text in quotes",
@@ -98,7 +99,7 @@ def first_finding(error: ValidationError, schema: type[BaseModel]) -> Finding:
     details = error.errors(include_url=False)
     chosen = next((d for d in details if d["type"] == "extra_forbidden"), details[0])
     more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
-    loc = tuple(step for step in chosen["loc"] if step not in (ONE, SEVERAL))
+    loc = tuple(step for step in chosen["loc"] if step not in (ONE, SEVERAL, A_FILE))
     if chosen["type"] == "extra_forbidden":
         known = _known_keys(schema, loc[:-1])
         near = nearest(str(loc[-1]), known)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from bimvox.errors import FileError
 from bimvox.files import sha256_of
 from bimvox.progress import Progress
+from bimvox_pipeline.inspect.kind_file import check_kind_file, write_kind_file
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
 
 if TYPE_CHECKING:
@@ -16,22 +17,33 @@ if TYPE_CHECKING:
     from bimvox.grid.voxel_grid import VoxelGrid
 
 
-def inspect(path: Path, progress: Progress, *, part: str | None = None) -> dict[str, Any]:
+_WITH_KINDS = (Kind.IFC, Kind.MESH, Kind.SITE)
+
+
+def inspect(
+    path: Path, progress: Progress, *, part: str | None = None, kind_file: Path | None = None
+) -> dict[str, Any]:
     """Describe a file: its kind and content.
 
     Args:
         path: Any bimvox file, an IFC or a mesh; its content decides, not its name alone.
         progress: Receives stages and notes.
         part: Id or name of a part of a grid, to describe only that part, with its boxes.
+        kind_file: Where to write the types of a model or a site as CSV, to be corrected there.
 
     Returns:
         ``kind``, ``file`` and the keys of that kind.
 
     Raises:
-        FileError: If it is missing, damaged, or not of a known kind.
+        FileError: If it is missing, damaged, or not of a known kind; or if ``kind_file`` exists.
         InputError: If the grid has no such part.
     """
     kind = kind_of(path)
+    if kind_file is not None:
+        if kind not in _WITH_KINDS:
+            said = f"is of the kind {kind.value!r}; only models and sites have types of parts"
+            raise FileError(path, said, hint="leave --csv out")
+        check_kind_file(kind_file, [path])
     describe: dict[Kind, Callable[[Path, Progress], dict[str, Any]]] = {
         Kind.IFC: _model,
         Kind.MESH: _model,
@@ -42,6 +54,9 @@ def inspect(path: Path, progress: Progress, *, part: str | None = None) -> dict[
         Kind.POLICY: _policy,
     }
     document = describe[kind](path, progress) if part is None else _one_part(path, kind, part, progress)
+    if kind_file is not None:
+        write_kind_file(kind_file, document["kinds"], [path])
+        document = {"csv": str(kind_file), **document}
     progress.finish()
     size = {} if path.is_dir() else {"bytes": path.stat().st_size}
     return {"kind": kind.value, "file": str(path), **size, **document}

@@ -23,7 +23,7 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
     import numpy as np
 
     from bimvox.bim.building import Role
-    from bimvox.bim.read import ReadOptions, read_building
+    from bimvox.bim.read import read_building
     from bimvox.site.config.file import load_site_config
     from bimvox.site.extent import site_extent
     from bimvox.site.guess import complete_config
@@ -34,8 +34,7 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
 
     stated = load_site_config(path)
     model = stated.model
-    options = ReadOptions(select=model.select, unit=model.unit, up=model.up, assemblies=model.assemblies)
-    building = read_building(model.path, options, progress.report)
+    building = read_building(model.path, stated.read_options, progress.report)
     progress.stage("describe")
     config = complete_config(stated, building)
     placed, site_to_ifc = place_building(config, building)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Role
-from bimvox.bim.read import ReadOptions, read_building
+from bimvox.bim.read import read_building
 from bimvox.files import read_input
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.site import built_site
@@ -195,10 +195,8 @@ def open_site(path: Path, building: Building | None = None) -> Opened:
     """
     content = read_site_file(path)
     given = load_site_config(path, content)
-    model = given.model
     if building is None:
-        options = ReadOptions(select=model.select, unit=model.unit, up=model.up, assemblies=model.assemblies)
-        building = read_building(model.path, options)
+        building = read_building(given.model.path, given.read_options)
     return Opened(complete_config(given, building), building, path, content, given)
 
 

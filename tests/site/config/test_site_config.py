@@ -4,6 +4,8 @@ from dataclasses import asdict
 
 import pytest
 
+from bimvox.bim.kinds.correction import Correction
+from bimvox.bim.kinds.kind import Kind
 from bimvox.errors import ConfigError
 from bimvox.site.config.file import parse_site_config
 from bimvox.site.config.rules import RulesConfig
@@ -77,3 +79,39 @@ def test_loads_turn_with_the_jib_on_a_site_with_one_crane_only():
         parse_site_config(turning + '[crane]\nkind = "none"\n', "site.toml")
     with pytest.raises(ConfigError, match="heading"):
         parse_site_config(turning.replace("with_jib", "free"), "site.toml")
+
+
+def corrections_of(text):
+    return parse_site_config(f'[model]\npath = "m.ifc"\n{text}', "a.toml").corrections
+
+
+def test_corrections_of_types_files_and_parts_are_one_list():
+    text = """kinds = [{ select = "IfcWall", kind = "timber" }, { select = "IfcBeam", means = "out" }]
+    [[component]]
+    global_id = "A"
+    kind = "steel"
+    means = "by_hand"
+    """
+    assert corrections_of(text) == (
+        Correction("IfcWall", Kind.TIMBER, None, "a.toml: model.kinds[0]"),
+        Correction("IfcBeam", None, "out", "a.toml: model.kinds[1]"),
+        Correction("A", Kind.STEEL, "by_hand", "a.toml: component[0]", one_part=True),
+    )
+    assert corrections_of("") == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('kinds = [{ select = "IfcWall" }]', r"model\.kinds\[0\]: it says nothing: give kind, means, or both"),
+        ('kinds = [{ select = "IfcWall", kind = "wood" }]', r"model\.kinds\[0\]\.kind: input should be 'precast', "),
+        ('kinds = [{ select = "IfcWall", king = "wood" }]', r"model\.kinds\[0\]\.king: unknown key"),
+        ('kinds = [{ select = "IfcWall", means = "crain" }]', r"model\.kinds\[0\]\.means: input should be 'crane', "),
+        ('kinds = [{ kind = "timber" }]', r"model\.kinds\[0\]\.select is missing"),
+        ("kinds = [3]", r"model\.kinds\[0\]: expected a table, got 3"),
+        ('kinds = ["a.csv"]', r"a\.csv: no such file"),
+    ],
+)
+def test_a_wrong_correction_is_named(text, says):
+    with pytest.raises(ConfigError, match=says):
+        corrections_of(text)

@@ -5,6 +5,7 @@ from pathlib import Path
 from box_buildings import frame_house
 from named_cranes import LUFFING_CRANES, MOBILE_CRANES
 
+from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.site.component import StoredPose
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.config.crane import CraneConfig, OverrideConfig, ReevingConfig, WorkingRangeConfig
@@ -14,6 +15,7 @@ from bimvox.site.config.rules import RulesConfig
 from bimvox.site.config.site_config import (
     ComponentConfig,
     GridConfig,
+    KindConfig,
     ModelConfig,
     PolicyConfig,
     SiteConfig,
@@ -21,6 +23,7 @@ from bimvox.site.config.site_config import (
 )
 from bimvox.site.config.template import site_toml
 from bimvox.site.guess import guess_site
+from bimvox.site.kind_rows import KindRow
 from bimvox.site.machine import crane_config
 
 TRIANGLE = ((0.0, 0.0), (10.5, 0.0), (0.1, 1e-7))
@@ -119,3 +122,41 @@ def test_a_machine_of_the_catalogue_is_its_name_jib_and_falls_and_why_no_smaller
     crane = tomllib.loads(text)["crane"]
     assert set(crane) == {"kind", "machine", "base_m", "jib_height_m", "jib_length_m", "falls"}
     assert "# flat-top-1 does not serve this site: it is too small\n[crane]\n" in text
+
+
+OTHER, ASSUMED, NAMED = Kind.OTHER, Confidence.ASSUMED, Confidence.NAMED
+ROWS = (
+    KindRow(
+        "IfcWall", "it's", None, OTHER, "crane", 2, (20.0, 1340.0), "so\nit is", ASSUMED, "IfcWall, Name=/it's/", 3
+    ),
+    KindRow("IfcBeam", "B", None, Kind.STEEL, "by_hand", 1, (20.0, 20.0), "so", NAMED, 'IfcBeam, type="B"', 1),
+    KindRow("IfcFooting", "F", None, Kind.CONCRETE, "pinned", 1, (20.0, 20.0), "so", NAMED, "IfcFooting", 1),
+)
+
+
+def test_each_type_is_a_line_to_uncomment_that_confirms_what_is_assumed():
+    config = SiteConfig(model=ModelConfig(path=Path("m.ifc")))
+    text = site_toml(config, kinds=ROWS)
+    assert not parse_site_config(text, "a.toml").model.kinds
+    lines = [line for line in text.splitlines() if line.startswith("  # {")]
+    assert lines[0].endswith("# ASSUMED, 2 parts (the line selects 1 more), 0.02 to 1.3 t: so it is")
+    assert lines[1].endswith("# 1 part, 0.02 t: so")
+    found = parse_site_config(text.replace("  # {", "  {"), "a.toml").model.kinds
+    assert found == (
+        KindConfig(select="IfcWall, Name=/it's/", kind="concrete", means="crane"),
+        KindConfig(select='IfcBeam, type="B"', kind="steel", means="by_hand"),
+        KindConfig(select="IfcFooting", kind="concrete"),
+    )
+
+
+def test_kinds_are_written_as_they_were_read():
+    kinds = ("kinds.csv", KindConfig(select="IfcWall", kind="timber"))
+    config = SiteConfig(model=ModelConfig(path=Path("m.ifc"), kinds=kinds))
+    assert parse_site_config(site_toml(config), "a.toml").model.kinds == kinds
+    assert parse_site_config('[model]\npath = "m.ifc"\nkinds = "kinds.csv"', "a.toml").model.kinds == kinds[:1]
+
+
+def test_a_long_list_of_types_is_counted():
+    config = SiteConfig(model=ModelConfig(path=Path("m.ifc")))
+    text = site_toml(config, kinds=ROWS[1:2] * 75)
+    assert "# ... and 15 more: bimvox inspect MODEL --csv FILE lists all" in text
