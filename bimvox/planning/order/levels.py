@@ -2,8 +2,11 @@
 
 Columns and walls with feet at about the same height stand on one level. All other parts belong to the level whose
 columns and walls carry them: their top is at the feet of the next level, or above the last. So a floor is finished
-before what stands on it. The storeys of the file are not asked: some files keep a slab in the storey whose floor it is,
-others in the storey below.
+before what stands on it. Feet and tops are those of the bodies: neither a railing nor a bolt changes the level. Without
+columns and walls, the feet of all parts make the levels.
+
+The storeys of the file are not asked: some files keep a slab in the storey whose floor it is, others in the storey
+below, and some state a wrong one.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bimvox.planning.order.body import body_m
 from bimvox.site.component import Component
 from bimvox.site.work import Work, kind_of
 
@@ -24,23 +28,23 @@ _SUNK_M = 0.4
 _UPRIGHT = (Work.COLUMN, Work.WALL)
 
 
-def levels_of(components: Sequence[Component]) -> list[int] | None:
-    """Return the level of every part, from 0; -1 for what the lowest columns and walls stand on.
+def uprights_of(components: Sequence[Component]) -> list[bool]:
+    """Return which parts are columns or walls."""
+    return [kind_of(component) in _UPRIGHT for component in components]
 
-    None if there is neither a column nor a wall.
-    """
-    feet_m = [float(component.mesh.bounds_m[0, 2]) for component in components]
-    upright = [kind_of(component) in _UPRIGHT for component in components]
-    bounds = _bounds_m([foot_m for foot_m, stands in zip(feet_m, upright, strict=True) if stands])
-    if not bounds:
-        return None
-    lowest_m, highest_m = np.array(bounds).T
+
+def levels_of(components: Sequence[Component]) -> list[int]:
+    """Return the level of every part, from 0; -1 for what the lowest columns and walls stand on."""
+    bodies_m, stands = [body_m(component.mesh) for component in components], uprights_of(components)
+    if not any(stands):
+        stands = [True] * len(components)
+    bounds_m = _bounds_m([foot_m for (foot_m, _), is_upright in zip(bodies_m, stands, strict=True) if is_upright])
+    lowest_m, highest_m = np.array(bounds_m).T
     found = []
-    for component, foot_m, stands in zip(components, feet_m, upright, strict=True):
-        if stands:
+    for (foot_m, top_m), is_upright in zip(bodies_m, stands, strict=True):
+        if is_upright:
             found.append(int(np.searchsorted(lowest_m, foot_m, side="right")) - 1)
         else:
-            top_m = float(component.mesh.bounds_m[1, 2])
             found.append(int(np.searchsorted(highest_m, top_m - _SUNK_M, side="left")) - 1)
     return found
 

@@ -51,7 +51,7 @@ class Sequencer:
     def __init__(self, site: Site, relations: Precedence, contacts: Contacts) -> None:
         self._site, self._relations = site, relations
         self._graph = order_graph(site, relations, contacts)
-        own, self._stage_notes = stages(site.components, self._graph)
+        own, self._stage_notes = stages(site.components, self._graph, relations.supports)
         number = {stage: n for n, stage in enumerate(sorted(set(own)))}
         self._stages = np.array([number[stage] for stage in own], np.int64)
         self._foot_m = np.array([float(c.mesh.bounds_m[0, 2]) for c in site.components])

@@ -1,7 +1,9 @@
 """Erection stages: the preferred order of the parts, as far as geometry permits.
 
-Preferences rank: ``first`` in the site file, its assembly zones, the schedule in the building file, storeys, and within
-a storey the classes of parts: footings, columns and walls, beams, slabs and stairs, then what stands on that floor.
+Preferences rank: ``first`` in the site file, its assembly zones, the schedule in the building file, levels (what a part
+rests on is never of a higher one), and within a level the classes of parts: footings, columns and walls, beams, slabs
+and stairs, then what stands on that floor. If there are neither columns nor walls, the storeys of the building file
+take the place of the classes.
 Every part has a stage. A part that another one needs comes no later than that one's stage. So a preference never
 contradicts geometry: if it would, the part comes earlier, and a note names both.
 """
@@ -10,24 +12,29 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from bimvox.planning.order.graph import OrderGraph
-from bimvox.planning.order.levels import levels_of
+from bimvox.planning.order.levels import levels_of, uprights_of
 from bimvox.site.component import Component
 from bimvox.site.work import kind_of
 
 _KINDS = ("first", "zone", "task", "storey", "rank")
 _CALLED = {"rank": "class"}
 _NAMED = 10
-_SAME_M = 0.1
 
 Stage = tuple[int, int, int, int, int]
 
 
-def stages(components: Sequence[Component], graph: OrderGraph) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
-    """Return the stage of every component, and notes on the preferences that were not kept."""
-    preferred = _preferred(components)
+def stages(
+    components: Sequence[Component], graph: OrderGraph, supports: Sequence[Sequence[int]]
+) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
+    """Return the stage of every component, and notes on the preferences that were not kept.
+
+    Args:
+        components: The components.
+        graph: Which must come before which.
+        supports: Per component, those that it rests on.
+    """
+    preferred = _preferred(components, graph, supports)
     kept = list(preferred)
     cause = list(range(len(components)))
     for i in reversed(graph.topological()):
@@ -37,41 +44,25 @@ def stages(components: Sequence[Component], graph: OrderGraph) -> tuple[tuple[St
     return tuple(kept), _notes(components, preferred, kept, cause)
 
 
-def _preferred(components: Sequence[Component]) -> list[Stage]:
+def _preferred(components: Sequence[Component], graph: OrderGraph, supports: Sequence[Sequence[int]]) -> list[Stage]:
     zones = 1 + max((c.hints.zone for c in components if c.hints.zone is not None), default=-1)
     tasks = 1 + max((c.hints.task_rank for c in components if c.hints.task_rank is not None), default=-1)
-    ranked = any(c.hints.rank is not None for c in components)
-    levels = levels_of(components) if ranked else None
-    storeys = _storeys(components) if levels is None else levels
+    levels = [0] * len(components)
+    if any(c.hints.rank is not None or c.hints.storey_rank is not None for c in components):
+        levels = levels_of(components)
+    for i in graph.topological():  # never lower than what it rests on
+        levels[i] = max(levels[j] for j in (i, *supports[i]))
+    by_class = any(uprights_of(components))
     return [
         (
             0 if c.hints.first else 1,
             zones if c.hints.zone is None else c.hints.zone,
             tasks if c.hints.task_rank is None else c.hints.task_rank,
-            storeys[n],
-            0 if levels is None else c.hints.rank or 0,
+            level,
+            (c.hints.rank if by_class and c.hints.rank is not None else c.hints.storey_rank) or 0,
         )
-        for n, c in enumerate(components)
+        for c, level in zip(components, levels, strict=True)
     ]
-
-
-def _storeys(components: Sequence[Component]) -> list[int]:
-    """Return storey numbers; a part outside all storeys joins the highest one that begins no higher than the part."""
-    known = sorted({c.hints.storey_rank for c in components if c.hints.storey_rank is not None})
-    if not known:
-        return [0] * len(components)
-    low = [float(c.mesh.bounds_m[0, 2]) for c in components]
-    feet = [
-        float(np.median([low[n] for n, c in enumerate(components) if c.hints.storey_rank == rank])) for rank in known
-    ]
-    begins = np.maximum.accumulate(feet)
-    found = []
-    for n, component in enumerate(components):
-        rank = component.hints.storey_rank
-        if rank is None:
-            rank = known[max(0, int(np.searchsorted(begins, low[n] + _SAME_M, side="right")) - 1)]
-        found.append(rank)
-    return found
 
 
 def _notes(

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from box_sites import box_site
+from dataclasses import replace
 
+import numpy as np
+import pytest
+from box_sites import box_mesh, box_site
+
+from bimvox.bim.building import TriangleMesh
 from bimvox.planning.order.levels import levels_of
 
 POST = {"ifc_class": "IfcColumn"}
@@ -11,10 +16,9 @@ WALL = {"ifc_class": "IfcWall"}
 SLAB = {"ifc_class": "IfcSlab"}
 
 
-def levels(*parts: tuple) -> dict[str, int] | None:
+def levels(*parts: tuple) -> dict[str, int]:
     components = box_site(list(parts), shape=(40, 30, 40)).components
-    found = levels_of(components)
-    return None if found is None else {c.id: n for c, n in zip(components, found, strict=True)}
+    return {c.id: n for c, n in zip(components, levels_of(components), strict=True)}
 
 
 def test_a_floor_is_of_the_level_of_the_columns_that_carry_it() -> None:
@@ -54,9 +58,52 @@ def test_a_flight_of_stairs_is_of_the_level_that_it_starts_from() -> None:
 def test_feet_on_a_slope_do_not_become_one_level_for_ever() -> None:
     posts = [(f"{n}", (n, 1, 0.4 * n), (n + 0.5, 1.5, 0.4 * n + 3.0), POST) for n in range(9)]
     found = levels(*posts)
-    assert found is not None
     assert list(found.values()) == [0, 0, 0, 0, 1, 1, 1, 1, 2]
 
 
-def test_without_columns_and_walls_there_are_no_levels() -> None:
-    assert levels(("beam", (0, 0, 0), (5, 0.4, 0.5)), ("slab", (0, 1, 0), (5, 2.2, 0.3), SLAB)) is None
+def test_without_columns_and_walls_the_feet_of_all_parts_make_the_levels() -> None:
+    found = levels(
+        ("slab", (0, 1, 3.0), (5, 2.2, 3.2), SLAB),
+        ("beam", (0, 0, 2.6), (5, 0.4, 3.0)),
+        ("flight", (0, 3, 0), (3, 4, 3.2), {"ifc_class": "IfcStairFlight"}),
+        ("upper slab", (0, 1, 6.0), (5, 2.2, 6.2), SLAB),
+    )
+    assert found == {"slab": 1, "beam": 1, "flight": 0, "upper slab": 2}
+
+
+POSTS = [("post", (1, 1, 0), (1.5, 1.5, 2.8), POST), ("upper post", (1, 1, 3.0), (1.5, 1.5, 5.8), POST)]
+SMALL = {
+    "railing of a stair": ("IfcStair", [((3, 1, 0), (6, 2, 3.0)), ((5.9, 1, 3.0), (6, 2, 4.0))]),
+    "upstand of a slab": ("IfcSlab", [((0, 0, 2.8), (6, 4, 3.0)), ((0, 0, 3.0), (0.1, 4, 4.0))]),
+    "lug of a beam": ("IfcBeam", [((1, 1, 2.4), (5, 1.5, 2.8)), ((1, 1, 2.8), (1.1, 1.1, 3.9))]),
+}
+
+
+@pytest.mark.parametrize("boxes", SMALL.values(), ids=SMALL)
+def test_what_is_small_at_its_top_does_not_move_a_part_to_the_next_level(boxes: tuple) -> None:
+    assert with_part(*boxes) == {"post": 0, "part": 0, "upper post": 1}
+
+
+@pytest.mark.parametrize("ifc_class", ["IfcColumn", "IfcWall"])
+def test_what_is_small_at_its_foot_does_not_move_it_to_the_level_below(ifc_class: str) -> None:
+    boxes = [((3, 1, 3.0), (5, 1.2, 5.8)), ((3.5, 1.05, 1.9), (3.6, 1.15, 3.0))]
+    assert with_part(ifc_class, boxes) == {"post": 0, "part": 1, "upper post": 1}
+
+
+def test_a_wall_stands_on_its_legs_however_thin_they_are() -> None:
+    boxes = [((3, 1, 2.6), (9, 1.2, 2.9)), ((3, 1, 0), (3.05, 1.2, 2.6)), ((8.95, 1, 0), (9, 1.2, 2.6))]
+    assert with_part("IfcWall", boxes) == {"post": 0, "part": 0, "upper post": 1}
+
+
+def test_half_of_a_part_is_not_small() -> None:
+    boxes = [((3, 1, 0), (6, 2, 3.0)), ((3, 1, 3.0), (6, 1.5, 5.8))]
+    assert with_part("IfcStair", boxes) == {"post": 0, "part": 1, "upper post": 1}
+
+
+def with_part(ifc_class: str, boxes: list) -> dict[str, int]:
+    """Return the levels of two posts and of a part of several boxes."""
+    (low, high), lower, upper = zip(*boxes, strict=True), POSTS[0], POSTS[1]
+    part = ("part", np.min(low, axis=0), np.max(high, axis=0), {"ifc_class": ifc_class})
+    components = list(box_site([lower, part, upper], shape=(40, 30, 40)).components)
+    components[1] = replace(components[1], mesh=TriangleMesh.joined([box_mesh(*box) for box in boxes]))
+    return {c.id: n for c, n in zip(components, levels_of(components), strict=True)}

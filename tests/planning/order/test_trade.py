@@ -61,13 +61,23 @@ def test_columns_then_beams_then_slabs_then_what_stands_on_the_floor() -> None:
     assert not notes
 
 
+STUB = part("stub", (2.0, 0.8, 3.22), (2.4, 1.2, 3.3), "IfcColumn")
+
+
 def test_geometry_overrides_the_class_and_a_note_names_both() -> None:
+    sill = part("sill", (1.0, 0.8, 3.32), (3.0, 1.2, 3.5), "IfcBeam")
+    wall = part("wall on sill", (1.0, 0.9, 3.52), (3.0, 1.1, 6.0), "IfcWall")
+    order, notes = names([*BAYS, STUB, sill, wall])
+    assert order.index("floor 1") < order.index("stub") < order.index("sill") < order.index("wall on sill")
+    assert notes == ("sill (beam) comes before its turn: wall on sill (wall) needs it",)
+
+
+def test_a_part_is_of_the_level_of_what_it_stands_on() -> None:
     """A low tray belongs to the floor by its height, but stands on a stub on that floor."""
-    stub = part("stub", (2.0, 0.8, 3.22), (2.4, 1.2, 3.3), "IfcColumn")
-    tray = part("tray", (1.0, 0.4, 3.32), (3.0, 1.6, 3.5), "IfcSlab")
-    order, notes = names([*BAYS, stub, tray])
-    assert order.index("floor 1") < order.index("stub") < order.index("tray") < order.index("wall on floor 1")
-    assert notes == ("stub (column) comes before its turn: tray (slab) needs it",)
+    order, notes = names([*BAYS, STUB, part("tray", (1.0, 0.4, 3.32), (3.0, 1.6, 3.5), "IfcSlab")])
+    assert order.index("floor 2") < order.index("stub")
+    assert order[-1] == "tray"
+    assert not notes
 
 
 def test_other_ranks_change_the_order_of_classes() -> None:
@@ -132,5 +142,6 @@ def test_storeys_can_be_left_out(prefab: LoadedSite, tmp_path: Path) -> None:
     site = load_site(tmp_path / "prefab.site.toml").site
     assert {component.hints.rank for component in site.components} == {None}
     contacts = Contacts(site)
-    kept, _ = stages(site.components, order_graph(site, precedence(site, contacts), contacts))
+    relations = precedence(site, contacts)
+    kept, _ = stages(site.components, order_graph(site, relations, contacts), relations.supports)
     assert len(set(kept)) == 1
