@@ -36,6 +36,10 @@ class GridFrame:
         """Return the lowest corner of each cell, metres: (..., 3) int -> (..., 3) float64."""
         return np.array(self.origin_m) + self.voxel_size_m * np.asarray(cells, dtype=np.float64)
 
+    def in_words(self, cell: ArrayLike) -> str:
+        """Return where the lowest corner of a cell is, for people: ``(12.3, 4.5, 6.0) m``."""
+        return f"({', '.join(f'{round(value, 1) + 0.0:.1f}' for value in self.corner_of(cell).tolist())}) m"
+
     def centre_of(self, cells: ArrayLike) -> NDArray[np.float64]:
         """Return the centre of each cell, metres: (..., 3) int -> (..., 3) float64."""
         return self.corner_of(np.asarray(cells, dtype=np.float64) + 0.5)

@@ -121,7 +121,10 @@ def _compare_site(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
     _compare_parts(check, found.components, held.components)
     _compare_blockers(check, found, held, ("ground", "crane", "structure"))
     surfaces = {blocker.id: blocker.mesh for blocker in held.blockers}
+    names = {blocker.id: blocker.name for blocker in held.blockers}
     for blocker in found.blockers:
+        if blocker.kind == "structure" and blocker.id in names:
+            same(check, f"the name of fixed object {blocker.id!r}", blocker.name, names[blocker.id], _YOURS)
         if blocker.mesh is not None and (surface := surfaces.get(blocker.id)) is not None:
             good = _same_surface(blocker.mesh, surface)
             check.look(good, f"fixed object {blocker.id!r}: its surface is not that of your model")

@@ -97,10 +97,10 @@ def _check_resumed(check: Check, name: str, site: Site, crane: TowerCrane, lift:
         at_ns = resumed_ns - motion.start_ns
         axes = np.array([[np.interp(at_ns, loaded.time_ns, axis) for axis in loaded.axes.T]])
         load = reference_cells(crane, site.frame, axes, component.hook_line_vox)[0]
-        first = tuple(int(n) for n in path_vox[0])
         check.look(
             bool((np.abs(load - path_vox[0]) <= _AROUND_VOX).all()),
-            f"{name}: its path after the stop begins at {first}, but the load resumes at {_cells_text(load)}",
+            f"{name}: its path after the stop begins at {site.frame.in_words(path_vox[0])}, but the load resumes at "
+            f"{site.frame.in_words(load)}",
         )
 
 
@@ -147,7 +147,3 @@ def _hook_over(site: Site, crane: TowerCrane, component: Component, cell_vox: In
 
 def _text(point_m: NDArray[np.float64]) -> str:
     return "(" + ", ".join(f"{value:.3f}" for value in point_m) + ") m"
-
-
-def _cells_text(cells: NDArray[np.float64]) -> str:
-    return "(" + ", ".join(f"{value:.2f}" for value in cells) + ")"

@@ -91,7 +91,9 @@ class LoadProof(LiftProof):
             inside = ~self._found(placements, turning, component, lambda cells: ~self.cells.holds(placements, cells))
             if not inside.all():
                 n = int(np.argmin(inside))
-                check.look(False, f"{name}: leaves the site at {time_s[n]:.2f} s, cell {_text(cells[n])}")
+                check.look(
+                    False, f"{name}: leaves the site at {time_s[n]:.2f} s, at {self.site.frame.in_words(cells[n])}"
+                )
             hit = self._found(placements, turning, component, lambda cells: self.cells.meets(placements, cells))
             bad = hit & ~tail
             if (hit & tail).any() and lift is not None and guide is None:
@@ -107,9 +109,8 @@ class LoadProof(LiftProof):
                 n = int(np.argmax(bad))
                 own = cells_at_any_heading(component) if turning[n] else own
                 met = ", ".join(_met(moment.present if not tail[n] else far, placements, n, own))
-                check.look(
-                    False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the load is in cells of {met}"
-                )
+                place = self.site.frame.in_words(cells[n])
+                check.look(False, f"{name}: at {time_s[n]:.2f} s, at {place}, the load is in cells of {met}")
             if guide is None:
                 touched = [thing for thing in near if thing not in passed]
                 self._check_contact(component, cells, hit & tail & now, touched)
@@ -178,7 +179,10 @@ class LoadProof(LiftProof):
         if bad.any():
             n = int(np.argmax(bad))
             met = ", ".join(things_over(moment.present, placements, n, np.array(component.hook_offset_vox)))
-            check.look(False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the hoist rope meets {met}")
+            check.look(
+                False,
+                f"{name}: at {time_s[n]:.2f} s, at {self.site.frame.in_words(cells[n])}, the hoist rope meets {met}",
+            )
 
 
 def things_over(
@@ -199,7 +203,3 @@ def _met(things: Sequence[Thing], placements: Placements, position: int, own: ND
     """Return the names of what is in the load's cells at one position."""
     cells = {tuple(cell) for place in placements.at(position) for cell in (own + place).tolist()}
     return [thing.name for thing in things if any(tuple(cell) in cells for cell in thing.cells.tolist())]
-
-
-def _text(cell: NDArray[np.float64]) -> str:
-    return "(" + ", ".join(f"{value:.2f}" for value in cell) + ")"

@@ -326,14 +326,13 @@ class _Verifier:
             any_heading = cells_at_any_heading(component)
             for n in np.flatnonzero(self.marks.hits(any_heading, turning))[:1]:
                 names = [t.name for t in present if len(cells_in_common(any_heading + turning[n], t.cells))]
-                place = tuple(turning[n].tolist())
-                check.look(False, f"{component.id}: at cell {place}, turning, it meets {', '.join(names)}")
+                place = self.site.frame.in_words(turning[n])
+                check.look(False, f"{component.id}: at {place}, turning, it meets {', '.join(names)}")
         for n in np.flatnonzero(hits_far)[:1]:
             cells = own + path[n]
             names = [t.name for t in far if len(cells_in_common(cells, t.cells))]
-            check.look(
-                False, f"{component.id}: at placement {n}, cell {tuple(path[n].tolist())}, it meets {', '.join(names)}"
-            )
+            place = self.site.frame.in_words(path[n])
+            check.look(False, f"{component.id}: at {place}, placement {n}, it meets {', '.join(names)}")
         check.look(True, "", samples=len(path) * len(own))
         self.near_marks.move_to(near)
         hits_near = self.near_marks.hits(own, path)

@@ -11,11 +11,15 @@ class Severity(StrEnum):
     """How much a remark matters, the gravest first."""
 
     SERIOUS = "serious"
-    """The plan should not be carried out before a person has decided about this."""
+    """Somebody could be hurt, or the plan cannot be carried out as it is: a person decides before it is."""
     MINOR = "minor"
     """Unusual, or below what the field asks for."""
     NOTE = "note"
     """What was assumed; a plan with notes only is clean."""
+
+
+ASSUMED_KIND = "assumed_kind"
+"""The remark that counts the parts whose kind is an assumption, and by what; the verdict repeats it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.placed_twice import is_about_place
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import enumerated
-from bimvox.records.remark import Remark, Severity
+from bimvox.records.remark import ASSUMED_KIND, Remark, Severity
 from bimvox.remarks.subject import Subject, metres
 from bimvox.site.component import Component
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
@@ -20,7 +20,6 @@ from bimvox.site.part_names import names_by_id, with_names
 from bimvox.site.site import HeadingRule, SwingRule
 from bimvox.site.work import work_of
 
-ASSUMED_KIND = "assumed_kind"
 ASSUMED_MASS = "assumed_mass"
 ASSUMED_CONTACT = "assumed_contact"
 ASSUMED_TACKLE = "assumed_tackle"

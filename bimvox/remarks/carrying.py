@@ -7,6 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.densities import density_of_kind
+from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.mass_uncertainty import ASSUMED
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
@@ -31,6 +33,7 @@ judgement; 29 CFR 1926.751 calls lifts from 75 % on critical)."""
 DOUBTFUL_SHARE = 0.8
 """Above this share of the capacity, a mass that may be 25 % too low overloads the crane."""
 
+_LIGHT = (Kind.TIMBER, Kind.LIGHT)
 _ROUNDING_M = 0.051
 _FAR_M = 10.0
 _FREE = np.int32(2**31 - 1)
@@ -66,7 +69,7 @@ def _heights(subject: Subject, most_m: float) -> Iterator[tuple[Component, float
     since = _since(subject)
     names = {lift.order: name_of(site.components[lift.component]) for lift in subject.lifts}
     for number, blocker in enumerate(site.blockers):
-        names[-1 - number] = "the ground" if blocker.kind == "ground" else blocker.id
+        names[-1 - number] = "the ground" if blocker.kind == "ground" else blocker.name or blocker.id
     reach = int(np.ceil(most_m / site.frame.voxel_size_m))
     for motion in subject.motions:
         component = site.components[motion.component]
@@ -83,13 +86,30 @@ def high_utilisation(subject: Subject) -> Iterator[Remark]:
 
 
 def doubtful_mass(subject: Subject) -> Iterator[Remark]:
-    """Yield a remark about every lift that uses more than 80 % of the capacity with a mass that is an assumption."""
+    """Yield a remark about every lift that the crane may not carry because its mass or its kind is an assumption."""
     for component, crane, share in _used(subject):
         unsure = component.mass_uncertainty
+        heavier = _if_concrete(component)
+        if share * heavier > 1.0 + 1e-9:
+            said = f"is taken as {component.judgement.kind.value} ({component.judgement.why}); if it is concrete, it "
+            said += f"weighs {tonnes(heavier * component.mass_kg)}, {100.0 * share * heavier:.0f} % of the capacity of "
+            said += f"crane {crane.name!r}: say what it is ([model] kinds)"
+            yield about(component, DOUBTFUL_MASS, Severity.SERIOUS, said)
+            continue
         if share > DOUBTFUL_SHARE + 1e-9 and unsure >= ASSUMED:
             said = f"uses {100.0 * share:.0f} % of the capacity of crane {crane.name!r}, and its mass of "
             said += f"{tonnes(component.mass_kg)} is an assumption, which may be {100.0 * unsure:.0f} % too low: "
             yield about(component, DOUBTFUL_MASS, Severity.SERIOUS, said + "state its weight or material in the model")
+
+
+def _if_concrete(component: Component) -> float:
+    """Return how many times as much a part weighs if the assumption about its kind is wrong and it is concrete."""
+    judgement = component.judgement
+    if judgement.confidence is not Confidence.ASSUMED or component.mass_source != "default":
+        return 1.0
+    return (
+        max(density_of_kind(Kind.CONCRETE) / density_of_kind(judgement.kind), 1.0) if judgement.kind in _LIGHT else 1.0
+    )
 
 
 def _used(subject: Subject) -> Iterator[tuple[Component, TowerCrane, float]]:

@@ -23,6 +23,8 @@ NEAR_M = 0.05
 """Parts closer than this touch: bearings and grout joints are 10 to 50 mm high (professional judgement). A larger
 ``support_gap_m`` of the site counts instead."""
 
+_MANY = 10
+"""More parts that float together are a building without foundations, which is one remark."""
 _NARROWED_M = 0.015
 """A part is narrowed by this much on each side before what is under it is looked for: what is next to it is not."""
 _SUNK_M = 0.002
@@ -34,7 +36,12 @@ def floating(subject: Subject) -> Iterator[Remark]:
     neighbours = _Neighbours(subject)
     groups = neighbours.floating_groups()
     for group in groups:
-        for number in group:
+        if len(group) > _MANY:
+            foot = metres(min(float(subject.in_place[number].mesh.bounds_m[0, 2]) for number in group))
+            said = f"{len(group):,} parts float {foot} above the ground and touch only each other: "
+            said += "foundations are missing in the model, or [model] ground_m is too low"
+            yield Remark(FLOATS, Severity.SERIOUS, said)
+        for number in group if len(group) <= _MANY else ():
             component = subject.in_place[number]
             if component.index not in lifted:
                 continue

@@ -30,7 +30,7 @@ def crane_feet(subject: Subject) -> Iterator[Remark]:
             if blocker.kind in ("structure", "obstruction"):
                 cells = np.concatenate([blocker.cells, blocker.cells + 1], axis=1)
                 if _meets(cells, site.frame, low, high):
-                    met.append(blocker.id)
+                    met.append(blocker.name or blocker.id)
         if met:
             more = f" and {len(met) - 1:,} more" if len(met) > 1 else ""
             said = f"the mast of crane {crane.name!r} goes through {met[0]}{more}"

@@ -148,7 +148,7 @@ def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component]
             components.append(component_of(number, element, cells, entry, frame, hints[element.id], means[element.id]))
         elif element.role in BUILT:
             if len(cells):
-                structure.append(Blocker(element.id, "structure", _frozen(cells), element.mesh))
+                structure.append(Blocker(element.id, "structure", _frozen(cells), element.mesh, element.name))
             else:
                 notes.append(left_out(element.id))
     if (programme := config.programme) is not None and config.sequence.schedule:

@@ -10,8 +10,9 @@ from bimvox.site.site import Site
 
 
 def names_by_id(site: Site) -> dict[str, str]:
-    """Return the name of every part, by its id."""
-    return {part.id: part_name(part.id, part.name, part.ifc_class) for part in site.components}
+    """Return the name of every part and of every structure that has one, by its id."""
+    structure = {one.id: part_name(one.id, one.name) for one in site.blockers if one.name}
+    return structure | {part.id: part_name(part.id, part.name, part.ifc_class) for part in site.components}
 
 
 def with_names(text: str, names: Mapping[str, str]) -> str:

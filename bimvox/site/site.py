@@ -130,12 +130,14 @@ class Blocker:
         kind: ``ground``, ``crane``, ``structure`` or ``obstruction``.
         cells: (N, 3) int32 cells that it occupies, inside the grid; obstructions and masts include the clearance.
         mesh: Its triangles in the site frame, if neighbours may touch it (structure); otherwise None.
+        name: The source's name of a structure; empty if it has none.
     """
 
     id: str
     kind: str
     cells: NDArray[np.int32]
     mesh: TriangleMesh | None = None
+    name: str = field(default="", metadata=SPARSE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

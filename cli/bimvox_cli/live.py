@@ -93,7 +93,8 @@ def _rounded(seconds: float) -> str:
     """Return a time with the digits that an estimate deserves."""
     if seconds < 60.0:
         return f"{max(5 * round(seconds / 5.0), 1):.0f} s"
-    return f"{seconds / 60.0:.0f} min"
+    minutes = round(seconds / 60.0)
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
 
 
 class _Counted(ProgressColumn):

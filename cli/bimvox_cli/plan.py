@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox.errors import InputError, listed
+from bimvox.records.remark import ASSUMED_KIND
 from bimvox.units import clock, elapsed
 from bimvox_cli.crane_fields import crane_fields
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
@@ -19,6 +20,7 @@ from bimvox_cli.remarks import Remarks, show_remarks, verdict
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.text import Text
 
 _FOLDER = "plans"
 
@@ -123,6 +125,9 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
     lifts = document["lifts"]
     cranes = ("crane",) if document["figures"].get("cranes") else ()
     planned = [lift for lift in lifts if lift["status"] == "planned"]
+    others = sum(item["by_other_means"] for item in document["infeasible"])
+    console.print(_first_line(document, len(planned), others))
+    console.print()
     rows(
         console,
         ("lift", *cranes, "part", "component", "found by", "moves", "shortest", "crane s", "bound s"),
@@ -140,8 +145,6 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
             for lift in lifts
         ],
     )
-    labels = {lift["component"]: f"{lift['name']} ({lift['component']})" for lift in lifts if lift.get("name")}
-    others = sum(item["by_other_means"] for item in document["infeasible"])
     if document["infeasible"]:
         console.print()
     rows(
@@ -153,7 +156,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
                 item["name"],
                 item["component"],
                 item["reason"],
-                listed(labels.get(blocker, blocker) for blocker in item["blocked_by"]),
+                listed(item["blocked_by_names"]),
                 None if item["needed_by_s"] is None else clock(item["needed_by_s"]),
             )
             for item in document["infeasible"]
@@ -186,8 +189,6 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
         console,
         [
             ("log", document["log"]),
-            ("lifts", f"{len(planned):,} of {len(planned) + len(document['infeasible']):,} planned"),
-            ("proof", verdict(_verdict(document, others), document, others=others)),
             *crane_fields(document["cranes"]),
             *figure_fields(document["figures"]),
             ("elapsed", _elapsed(document)),
@@ -199,6 +200,14 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
             ("took", spent(document["seconds"])),
         ],
     )
+
+
+def _first_line(document: Mapping[str, Any], planned: int, others: int) -> Text:
+    """Return the verdict with what a reader must know first: what is not planned, and which kinds are assumed."""
+    said = f"{planned:,} of {planned + len(document['infeasible']):,} lifts planned, {_verdict(document, others)}"
+    line = verdict(said, document, others=others)
+    assumed = next((one["text"] for one in document["remarks"] if one["kind"] == ASSUMED_KIND), None)
+    return line if assumed is None else line.append(f"; {assumed}")
 
 
 def _verdict(document: Mapping[str, Any], others: int) -> str:
@@ -229,10 +238,10 @@ def _material_lifts(document: Mapping[str, Any]) -> str | None:
     bundles = [group for group in document["not_lifted"] if group["material_lift_s"] is not None]
     if not bundles:
         return None
-    kg, minutes = (sum(one[key] for one in bundles) for key in ("mass_kg", "material_lift_s"))
+    kg, taken_s = (sum(one[key] for one in bundles) for key in ("mass_kg", "material_lift_s"))
     return (
-        f"{len(bundles):,} of bundles set by hand, {kg / 1000.0:.2f} t: {minutes / 60.0:.0f} min of crane time in "
-        "addition, without a path and not proven"
+        f"{len(bundles):,} of bundles set by hand, {kg / 1000.0:.2f} t: {elapsed(taken_s)} of crane time in addition, "
+        "without a path and not proven"
     )
 
 

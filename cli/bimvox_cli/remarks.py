@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,6 +18,7 @@ Remarks = Annotated[
     bool, typer.Option("--remarks", help="List every remark about the plan by the name of its part, notes included.")
 ]
 
+_MOST_KINDS = 6
 _Remarks = Sequence[Mapping[str, Any]]
 _NOTE, _SERIOUS = "note", "serious"
 
@@ -52,17 +52,23 @@ def show_remarks(console: Console, remarks: _Remarks, *, every: bool) -> None:
         listed = [(remark["severity"], remark["name"] or "-", remark["text"]) for remark in remarks]
         rows(console, ("severity", "part", "remark"), listed, title=f"remarks: {len(matter):,}", limit=None)
         return
-    counts = Counter((remark["severity"], remark["kind"]) for remark in matter)
-    first: dict[tuple[str, str], Mapping[str, Any]] = {}
+    groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for remark in matter:
-        first.setdefault((remark["severity"], remark["kind"]), remark)
+        groups.setdefault((remark["severity"], remark["kind"]), []).append(remark)
     rows(
         console,
-        ("severity", "kind", "count", "first"),
-        [(*key, count, _sentence(first[key])) for key, count in counts.items()],
+        ("severity", "about", "count", "first"),
+        [
+            (severity, kind.replace("_", " "), len(own), _sentence(own[0]))
+            for (severity, kind), own in list(groups.items())[:_MOST_KINDS]
+        ],
         title=f"remarks: {len(matter):,} (--remarks lists them)",
         limit=None,
     )
+    rest = list(groups.values())[_MOST_KINDS:]
+    if rest:
+        serious = sum(remark["severity"] == _SERIOUS for own in rest for remark in own)
+        console.print(f"... and {number_in_words(sum(map(len, rest)), serious)} more", style="dim")
 
 
 def _sentence(remark: Mapping[str, Any]) -> str:

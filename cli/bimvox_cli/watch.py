@@ -222,7 +222,7 @@ def _why(change: Mapping[str, Any]) -> str:
     blocked = change.get("blocked") or []
     named = [
         (one.get("name") or one["component"])
-        + (f" by {', '.join(one['blocked_by'][:_NAMED])}" if one["blocked_by"] else "")
+        + (f" by {', '.join(one['blocked_by_names'][:_NAMED])}" if one["blocked_by"] else "")
         for one in blocked[:_NAMED]
     ]
     more = f" and {len(blocked) - _NAMED} more" if len(blocked) > _NAMED else ""

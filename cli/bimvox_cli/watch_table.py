@@ -59,7 +59,8 @@ class WatchTable:
                 self._latencies_ms = [*self._latencies_ms, float(document["latency_ms"])][-_LATENCIES_KEPT:]
             if "blocked" in document:
                 self._reasons = {
-                    entry["component"]: listed([entry["reason"], *entry["blocked_by"]]) for entry in document["blocked"]
+                    entry["component"]: listed([entry["reason"], *entry["blocked_by_names"]])
+                    for entry in document["blocked"]
                 }
         if self._last is not None:
             self._live.update(Group(self._table(self._last), Text(self._footer())), refresh=True)

@@ -23,6 +23,7 @@ from bimvox.records.lift import LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
 from bimvox.records.not_lifted import not_lifted_groups
 from bimvox.records.other_means import needed_by_ns
+from bimvox.site.part_names import names_by_id
 from bimvox_pipeline.log_ahead import LogAhead
 
 
@@ -97,8 +98,10 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
                 "elapsed_end_s": round(steps.ending_ns(motion.end_ns) / 1e9, 3) if motion else None,
                 "status": lift.status.value,
                 "kind": component.judgement.kind.value,
-                "kind_confidence": component.judgement.confidence.value,
-                "kind_why": component.judgement.why,
+                "kind_from": component.judgement.why,
+                "confidence": component.judgement.confidence.value,
+                "mass_kg": round(component.mass_kg, 1),
+                "mass_from": component.mass_source,
                 **({"with_jib": True} if lift.with_jib else {}),
                 **({"crane": site.cranes[component.crane].name} if site.has_several_cranes else {}),
             }
@@ -127,6 +130,7 @@ def infeasible_lifts(plan: LiftPlan, motions: Iterable[LiftMotion]) -> list[dict
     Those whose parts are set by other means have the time by which each is needed.
     """
     components, needed_ns = plan.site.components, needed_by_ns(plan.lifts, motions)
+    names = names_by_id(plan.site)
     return [
         {
             "number": lift.number,
@@ -135,6 +139,7 @@ def infeasible_lifts(plan: LiftPlan, motions: Iterable[LiftMotion]) -> list[dict
             "name": components[lift.component].name,
             "reason": lift.reason,
             "blocked_by": list(lift.blocked_by),
+            "blocked_by_names": [names.get(blocker, blocker) for blocker in lift.blocked_by],
             "by_other_means": lift.by_other_means,
             "needed_by_s": None if (at_ns := needed_ns.get(lift.order)) is None else round(at_ns / 1e9, 3),
         }

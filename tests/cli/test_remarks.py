@@ -68,6 +68,14 @@ def test_a_kind_is_counted_and_shown_by_its_first_remark() -> None:
     assert "masses" not in told
 
 
+def test_only_a_handful_of_kinds_is_shown_the_gravest_first() -> None:
+    more = [{**SOME[2], "kind": f"small_{n}", "text": f"matter {n}"} for n in range(7)]
+    told = shown([*SOME, *more, more[6]], every=False)
+    assert len(told.splitlines()) == 9
+    assert "small 4" not in told
+    assert told.splitlines()[-1] == "... and 4 remarks more"
+
+
 def test_remarks_are_listed_by_part_with_the_notes() -> None:
     told = shown(SOME, every=True)
     for remark in SOME:

@@ -12,8 +12,8 @@ CHANGE = {
     "infeasible": ["e", "f"],
     "latency_ms": 41.0,
     "blocked": [
-        {"component": "e", "reason": "it is blocked", "blocked_by": ["truck"]},
-        {"component": "f", "reason": "what it rests on cannot be set", "blocked_by": []},
+        {"component": "e", "reason": "it is blocked", "blocked_by": ["truck"], "blocked_by_names": ["truck"]},
+        {"component": "f", "reason": "what it rests on cannot be set", "blocked_by": [], "blocked_by_names": []},
     ],
 }
 
@@ -24,7 +24,7 @@ def test_a_line_names_what_cannot_be_lifted_and_why():
 
 
 def test_a_line_names_a_few_and_counts_the_rest():
-    blocked = [{"component": f"p{n}", "reason": "", "blocked_by": []} for n in range(9)]
+    blocked = [{"component": f"p{n}", "reason": "", "blocked_by": [], "blocked_by_names": []} for n in range(9)]
     assert "9 infeasible (p0; p1; p2 and 6 more)" in _line(
         CHANGE | {"infeasible": [one["component"] for one in blocked], "blocked": blocked}
     )

@@ -12,7 +12,14 @@ DOCUMENT = {
     "infeasible": ["e"],
     "pending": ["d"],
     "latency_ms": 41.0,
-    "blocked": [{"component": "e", "reason": "it is blocked at its place", "blocked_by": ["truck"]}],
+    "blocked": [
+        {
+            "component": "e",
+            "reason": "it is blocked at its place",
+            "blocked_by": ["truck"],
+            "blocked_by_names": ["truck"],
+        }
+    ],
 }
 
 

@@ -46,3 +46,7 @@ def test_a_flat_box_is_covered_by_one_layer_and_many_points_go_at_once() -> None
     assert (low.tolist(), high.tolist()) == ([0, 0, 2], [4, 4, 3])
     assert frame.cell_of(np.zeros((5, 2, 3))).shape == (5, 2, 3)
     assert frame.centre_of([[0, 1, 2]]).tolist() == [pytest.approx([0.125, 0.375, 0.625])]
+
+
+def test_a_cell_in_words_is_where_its_lowest_corner_is():
+    assert GridFrame((-0.5, 1.0, -0.25), 0.25).in_words((2, 0, 1)) == "(0.0, 1.0, 0.0) m"

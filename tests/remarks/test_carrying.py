@@ -9,6 +9,7 @@ import pytest
 from drawn_plans import motions_by_hand, plan_by_hand
 from remarked_plans import named, of_kind
 
+from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.crane.load_chart import LoadChart
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import Phase, PhaseName
@@ -100,3 +101,27 @@ def test_an_assumed_mass_near_the_capacity_is_serious(
     assert bool(found) is is_doubtful
     assert {remark.severity for remark in found} <= {Severity.SERIOUS}
     assert all(f"may be {40 if guessed else 25} % too low" in remark.text for remark in found)
+
+
+@pytest.mark.parametrize(
+    ("kind", "confidence", "source", "is_doubtful"),
+    [
+        (Kind.TIMBER, Confidence.ASSUMED, "default", True),
+        (Kind.TIMBER, Confidence.STATED, "default", False),
+        (Kind.TIMBER, Confidence.ASSUMED, "quantity", False),
+        (Kind.CONCRETE, Confidence.ASSUMED, "default", False),
+    ],
+)
+def test_a_light_kind_that_is_an_assumption_is_serious_if_concrete_would_be_too_heavy(
+    kind: Kind, confidence: Confidence, source: str, is_doubtful: bool
+) -> None:
+    plan = plan_by_hand(crane=True)
+    (crane,) = plan.site.cranes
+    judgement = Judgement(kind, confidence, "its name says so")
+    parts = tuple(dataclasses.replace(part, mass_source=source, judgement=judgement) for part in plan.site.components)
+    heaviest = max(component.mass_kg for component in parts) + crane.tackle_kg
+    flat = LoadChart((2.0, crane.jib_length_m), (3.0 * heaviest, 3.0 * heaviest))
+    site = dataclasses.replace(plan.site, components=parts, cranes=(dataclasses.replace(crane, chart=flat),))
+    found = of_kind(dataclasses.replace(plan, site=site), "doubtful_mass", motions_by_hand(plan))
+    assert bool(found) is is_doubtful
+    assert all("if it is concrete, it weighs" in remark.text for remark in found)

@@ -82,3 +82,10 @@ def test_a_part_between_others_hangs_unless_something_is_under_it() -> None:
 def test_a_part_set_before_what_holds_it_is_named() -> None:
     (remark,) = of_kind(plan_of([COLUMN, BEAM], unheld=("beam",)), "unheld")
     assert (remark.component, remark.severity) == ("beam", Severity.SERIOUS)
+
+
+def test_a_building_without_foundations_is_one_remark() -> None:
+    cloud = [(f"cloud {n}", (float(n), 2.0, 1.5), (n + 1.0, 3.0, 2.5)) for n in range(12)]
+    (remark,) = of_kind(plan_of([*cloud, ("column", (2.0, 8.0, 0.0), (2.5, 8.5, 3.0))]), "floats")
+    assert (remark.component, remark.severity) == (None, Severity.SERIOUS)
+    assert remark.text.startswith("12 parts float 1.5 m above the ground and touch only each other: foundations are")

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+
+import pytest
 from remarked_plans import named, of_kind, plan_of
 
+from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.records.lift import ModelledClash
 from bimvox.records.remark import Severity
+from bimvox.site.means import Means
 
 PARTS = [(name, (2.0 * n + 2.0, 2.0, 0.0), (2.0 * n + 3.0, 3.0, 3.0)) for n, name in enumerate("abc")]
 
@@ -36,3 +41,33 @@ def test_a_pair_without_a_way_out_is_serious_whatever_depth_is_listed() -> None:
     assert first.severity is Severity.SERIOUS
     assert first.text == "is drawn at least 20 mm into b"
     assert second.name == "b"
+
+
+@pytest.mark.parametrize(
+    ("changes", "is_serious"),
+    [
+        ({}, True),
+        ({"judgement": Judgement(Kind.PRECAST, Confidence.STATED)}, True),
+        ({"judgement": Judgement(Kind.STEEL, Confidence.NAMED)}, True),
+        ({"judgement": Judgement(Kind.TIMBER, Confidence.NAMED)}, False),
+        ({"judgement": Judgement(Kind.MASONRY, Confidence.NAMED)}, False),
+        ({"means": Means.IN_SITU}, False),
+        ({"means": Means.BUILT}, False),
+        ({"means": Means.BY_HAND}, False),
+    ],
+)
+def test_what_is_cut_or_cast_around_the_other_part_is_not_serious(changes: dict, is_serious: bool) -> None:
+    plan = plan_of(PARTS, clashes=(clash("a", "b", 0.2),))
+    parts = plan.site.components
+    site = dataclasses.replace(plan.site, components=(dataclasses.replace(parts[0], **changes), *parts[1:]))
+    found = of_kind(dataclasses.replace(plan, site=site), "overlap")
+    assert {remark.severity for remark in found} == {Severity.SERIOUS if is_serious else Severity.MINOR}
+    assert all(remark.text.endswith("is cut, cast or built on site") for remark in found) is not is_serious
+
+
+def test_the_pair_that_cannot_be_set_is_named_first() -> None:
+    plan = plan_of(PARTS, clashes=(clash("a", "b", 0.5), clash("a", "c", 0.1)))
+    parts = list(plan.site.components)
+    parts[1] = dataclasses.replace(parts[1], means=Means.IN_SITU)
+    site = dataclasses.replace(plan.site, components=tuple(parts))
+    assert named(dataclasses.replace(plan, site=site), "overlap")["a"] == "is drawn 100 mm into c, and 1 more"

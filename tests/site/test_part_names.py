@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
+from box_sites import box_site
 from log_building import tiny_log
 
 from bimvox.site.part_names import names_by_id, part_name, with_names
@@ -31,3 +34,10 @@ def test_every_part_is_found_by_its_id() -> None:
 def test_ids_in_a_text_become_names(text: str, named: str) -> None:
     assert with_names(text, {"2x": "Column (2x)", "2x$a": "Beam (2x$a)"}) == named
     assert with_names(text, {}) == text
+
+
+def test_structures_have_names_too():
+    site = box_site([("beam", (2, 2, 0), (3, 3, 1))], structure=[("id-7", (5, 5, 0), (6, 6, 1))])
+    named = tuple(dataclasses.replace(one, name="F1 pad" if one.id == "id-7" else "") for one in site.blockers)
+    names = names_by_id(dataclasses.replace(site, blockers=named))
+    assert names == {"id-7": "F1 pad (id-7)", "beam": "beam"}

@@ -90,6 +90,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "methods": _methods(lifts),
         "critical_share": critical_share,
         "lifts": lifts,
+        "structures": {blocker.id: blocker.name for blocker in site.blockers if blocker.name},
         "critical": [lift["order"] for lift in critical],
         "infeasible": _causes_first(lifts),
         **steps.documents(site),

@@ -109,7 +109,7 @@ def infeasible(record: dict[str, Any], pictures: Sequence[tuple[tuple[int, ...],
     chosen = [by_order[order] for order in record["infeasible"]]
     if not chosen:
         return ""
-    names = {lift["id"]: named(lift) for lift in record["lifts"]}
+    names = record["structures"] | {lift["id"]: named(lift) for lift in record["lifts"]}
     rows = [
         row(
             [
