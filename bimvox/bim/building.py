@@ -190,6 +190,21 @@ class Source:
     unit_assumed: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class Storey:
+    """A storey of the source.
+
+    Attributes:
+        name: Its name; may be empty.
+        elevation_m: Its elevation as stated, which is 0 for the reference level of most buildings.
+        height_m: Its height in the file's world coordinates.
+    """
+
+    name: str
+    elevation_m: float
+    height_m: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Building:
     """A building read from a file.
@@ -203,6 +218,8 @@ class Building:
         georeference: Map conversion of the file, if any, as plain values (``eastings_m``, ``crs`` ...).
         notes: What the user should know (repairs, doubts), one sentence each.
         connections: Pairs of element ids that the file connects (``IfcRelConnectsElements`` and its subtypes).
+        storeys: Its storeys, in the order of the file.
+        terrain_m: Height of the terrain in the file's world coordinates, if the file states it as a number.
     """
 
     elements: tuple[Element, ...]
@@ -212,6 +229,8 @@ class Building:
     georeference: Mapping[str, str | float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     connections: tuple[tuple[str, str], ...] = ()
+    storeys: tuple[Storey, ...] = ()
+    terrain_m: float | None = None
 
     def __repr__(self) -> str:
         lifted = sum(element.role is Role.COMPONENT for element in self.elements)

@@ -30,11 +30,12 @@ from bimvox.records.carried_out import TRACKS
 from bimvox.records.proof import Check
 from bimvox.site.access import ground_of
 from bimvox.site.areas import columns_centred_in
-from bimvox.site.build import ground_and_masts, id_on_site, labels_of, renamed_note, with_obstructions
+from bimvox.site.build import ground_and_masts, id_on_site, labels_of, level_yard, renamed_note, with_obstructions
 from bimvox.site.component import IntVec
 from bimvox.site.config.file import SITE_FILE, named_files, parse_site_config
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.extent import site_extent, with_room_for_slings
+from bimvox.site.ground import cranes_on_ground
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import map_of_model, on_site
 from bimvox.site.obstructions.coordinates import is_about_coordinates
@@ -130,7 +131,7 @@ def compare_config(check: Check, site: Site, config: SiteConfig, source: str) ->
     building = building_of(site, config)
     given, config = config, completed(config, site, building)
     chosen = f"{source}, which leaves it to be chosen"
-    cranes = cranes_of(config)
+    cranes = cranes_on_ground(config, cranes_of(config), site.frame, site.natural_ground_m)
     same_cranes(check, site.cranes, cranes, source if given.crane is not None else chosen)
     columns = site.shape[:2]
     for name, found, kinds in (("prohibited", site.prohibited, NO_HOOK), ("no_load", site.no_load, NO_LOAD)):
@@ -146,7 +147,8 @@ def compare_config(check: Check, site: Site, config: SiteConfig, source: str) ->
     check.look(bool((is_construction == construction).all()), f"areas.construction is not that of {own}")
     yard, access = ground_of(areas, site.frame, columns)
     own = source if given.areas.yard else chosen
-    check.look(bool((site.yard == (yard & ~construction)).all()), f"areas.yard is not that of {own}")
+    yard = level_yard(yard & ~construction, site.ground_vox)
+    check.look(bool((site.yard == yard).all()), f"areas.yard is not that of {own}")
     check.look(equal(site.access, access), f"areas.access is not that of {source}")
     own = source if given.model.voxel_size_m else chosen
     same(check, "model.voxel_size_m", site.frame.voxel_size_m, config.model.voxel_size_m, own)
@@ -157,8 +159,10 @@ def compare_config(check: Check, site: Site, config: SiteConfig, source: str) ->
     assert wanted_m is not None
     own = source if given.model.ground_m is not None else chosen
     check.look(abs(height_m - wanted_m) <= 1e-6, f"model.ground_m is {height_m:g} in the log, {wanted_m:g} in {own}")
-    frame, shape = site_extent(config, building, *cranes)
-    _compare_extent(check, site, (frame, with_room_for_slings(config, shape, site.components)), source)
+    # How low the terrain is, only the model tells.
+    depth_m = -site.frame.origin_m[2] - site.frame.voxel_size_m if site.natural_ground_m is not None else 0.0
+    frame, shape = site_extent(config, building, *cranes, least_depth_m=depth_m)
+    _compare_extent(check, site, (frame, with_room_for_slings(config, frame, shape, site.components)), source)
     compare_parts(check, site, config, building, source)
 
 

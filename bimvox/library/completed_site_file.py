@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
-from numpy.typing import NDArray
-
 from bimvox.bim.building import Building, Element, Role, Source, TriangleMesh
 from bimvox.site.component import Component
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.guess import complete_with_placed
 from bimvox.site.means import Means
-from bimvox.site.placement import ground_height_m, lowest_m
 from bimvox.site.site import Site
 
 _COPY = "#"
@@ -31,7 +25,9 @@ def building_of(site: Site, config: SiteConfig) -> Building:
 
 
 def completed(config: SiteConfig, site: Site, building: Building) -> SiteConfig:
-    """Return a site file with areas, crane, cell size and ground filled in, as they follow from the parts of a site.
+    """Return a site file with areas, crane and cell size filled in, as they follow from the parts of a site.
+
+    The height of the ground in the model, if the file leaves it out, is the site's: only the model says more.
 
     Args:
         config: The site file.
@@ -41,20 +37,13 @@ def completed(config: SiteConfig, site: Site, building: Building) -> SiteConfig:
     Raises:
         BimvoxError: If nothing can be chosen for these parts.
     """
-    placed = building
-    if config.model.ground_m is None:  # the choice is made with the lowest point at z = 0
-        shift_m = np.array([0.0, 0.0, lowest_m(building)])
-        placed = replace(building, elements=tuple(_moved(element, shift_m) for element in building.elements))
     lifted = [
-        element for element, part in zip(placed.elements, site.components, strict=False) if part.means is Means.CRANE
+        element for element, part in zip(building.elements, site.components, strict=False) if part.means is Means.CRANE
     ]
-    config = complete_with_placed(config, placed, lifted)
     if config.model.ground_m is None:
-        assert config.model.voxel_size_m is not None
-        in_model = replace(building, origin_m=site.site_to_ifc[:3, 3])
-        ground_m = ground_height_m(in_model, config.model.voxel_size_m)
+        ground_m = float(site.site_to_ifc[2, 3])
         config = config.model_copy(update={"model": config.model.model_copy(update={"ground_m": ground_m})})
-    return config
+    return complete_with_placed(config, building, lifted)
 
 
 def _lifted(component: Component) -> Element:
@@ -85,7 +74,3 @@ def _fixed(name: str, mesh: TriangleMesh, pinned: set[str]) -> Element:
     global_id = name if name in pinned else name.rpartition(_COPY)[0] or name
     role = Role.COMPONENT if global_id in pinned else Role.STRUCTURE
     return Element(name, global_id, "", name, mesh, role, 0.0, "")
-
-
-def _moved(element: Element, down_m: NDArray[np.float64]) -> Element:
-    return replace(element, mesh=TriangleMesh(element.mesh.vertices_m - down_m, element.mesh.faces))

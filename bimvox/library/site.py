@@ -202,7 +202,8 @@ def guess_site(
         ),
         machines=() if crane is None else machines_called(crane),
     )
-    return built_site(config, building, {SITE_FILE: site_toml(config).encode()}, told)
+    toml = site_toml(config, ground_why=guess.ground_why(config, building))
+    return built_site(config, building, {SITE_FILE: toml.encode()}, told)
 
 
 def built_site(config: SiteConfig, building: Building, files: Mapping[str, bytes], progress: Progress) -> LoadedSite:
@@ -229,7 +230,7 @@ def built_site(config: SiteConfig, building: Building, files: Mapping[str, bytes
         return build_site(config, model, cranes=cranes, rasterise=rasterise)
 
     site = on_grid(shape)
-    higher = with_room_for_slings(config, shape, site.components)
+    higher = with_room_for_slings(config, frame, shape, site.components)
     if higher != shape:
         site = on_grid(higher)
     for note in site.notes:

@@ -12,6 +12,7 @@ from bimvox.site.assign import assigned
 from bimvox.site.build import left_out
 from bimvox.site.component import Component, OrderHints
 from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.ground import are_over_others
 from bimvox.site.means import Means, means_of
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import entries_by_id, first_ids, stored_as
@@ -85,6 +86,9 @@ def compare_parts(check: Check, site: Site, config: SiteConfig, building: Buildi
         same_fields(check, f"{part.label}: ", part, wanted, source)
         _compare_hints(check, part, hints[part.id], config, source)
         same(check, f"{part.label}: hints.rank", part.hints.rank, hints[part.id].rank, source)
+    over = are_over_others(site.frame, site.shape[:2], site.natural_ground_m, site.components)
+    for part, spans in zip(site.components, over, strict=True):
+        same(check, f"{part.label}: spans", part.spans, spans, "its parts")
     parts = [replace(part, crane=0) for part in site.components]
     lifted_by = assigned(config, parts, site.cranes, site.yard, site.frame, site.rules)
     for part, other in zip(site.components, lifted_by, strict=True):

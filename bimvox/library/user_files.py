@@ -39,7 +39,7 @@ from bimvox.site.programme import ATTACHED, programme_table
 from bimvox.site.site import Site
 
 _YOURS = "your files"
-_OF_THE_SITE = ("shape", "yard", "access", "prohibited", "no_load", "site_to_ifc")
+_OF_THE_SITE = ("shape", "yard", "access", "natural_ground_m", "prohibited", "no_load", "site_to_ifc")
 
 
 @dataclass(frozen=True, slots=True)

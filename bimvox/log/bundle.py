@@ -21,7 +21,7 @@ from bimvox.log.archive import ArchiveError, pack, unpack
 from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, DecodeError, decode, encode
 from bimvox.log.mcap.encoded import Encoded, json_text
 from bimvox.site.component import Shape
-from bimvox.site.site import Site
+from bimvox.site.site import GROUND_ID, Site
 from bimvox.sparse import names_to_write
 
 _FORMAT = "bimvox-site"
@@ -146,8 +146,11 @@ def _check(site: Site) -> None:
         raise DecodeError("site.labels: unknown label")
     if site.yard.shape != site.labels.shape[:2] or site.site_to_ifc.shape != (4, 4):
         raise DecodeError("site.yard or site.site_to_ifc: wrong shape")
-    if site.access is not None and site.access.shape != site.yard.shape:
-        raise DecodeError("site.access: wrong shape")
+    for name in ("access", "natural_ground_m"):
+        if (columns := getattr(site, name)) is not None and columns.shape != site.yard.shape:
+            raise DecodeError(f"site.{name}: wrong shape")
+    if not site.blockers or site.blockers[0].kind != GROUND_ID:
+        raise DecodeError("site.blockers: the first is not the ground")
     if not site.frame.voxel_size_m > 0:
         raise DecodeError("site.frame.voxel_size_m: not positive")
     for n, blocker in enumerate(site.blockers):

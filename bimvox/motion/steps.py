@@ -176,7 +176,8 @@ class Resting:
         """Return whether a part is on the ground or over a structure."""
         cells = part.shape.cells + np.array(part.target_vox)
         below = self._site.labels[cells[:, 0], cells[:, 1], np.maximum(cells[:, 2] - 1, 0)]
-        return bool(part.target_vox[2] <= self._gap_vox or (below == Label.STRUCTURE).any())
+        over = cells[:, 2] - self._site.ground_vox[cells[:, 0], cells[:, 1]]
+        return bool((over <= self._gap_vox).any() or (below == Label.STRUCTURE).any())
 
 
 def _earlier(step: Step, by_ns: int) -> Step:

@@ -79,7 +79,7 @@ class BestPlace:
     def __init__(self, site: Site, tops: NDArray[np.int32], travels: Sequence[Travel]) -> None:
         self._site, self._tops, self._travels = site, tops, travels
         self._origin_m, self._size_m = np.array(site.frame.origin_m), site.frame.voxel_size_m
-        self._flat = np.zeros(site.shape[:2], np.int32)
+        self._flat, self._floor = np.zeros(site.shape[:2], np.int32), site.yard_floor_vox
         self._too_high: dict[int, NDArray[np.int32]] = {}
         columns = np.moveaxis(np.indices(site.shape[:2]), 0, -1)
         hooks = np.concatenate([columns, np.zeros((*site.shape[:2], 1), np.int64)], axis=-1)
@@ -118,7 +118,7 @@ class BestPlace:
             if turn:
                 hook = upright & (hook_room(site, crane, self._flat, component, turn).floor < HOOK_FORBIDDEN)
             size_x, size_y, size_z = erection_size_vox(turned_shape(shape, turn), pose)
-            if 1 + size_z > site.shape[2]:
+            if self._floor + size_z > site.shape[2]:
                 continue
             offset = turned_hook(shape, component.hook_offset_vox, turn)[:2]
             corners, around = self._room(component, offset, turn, clearance)
@@ -130,10 +130,10 @@ class BestPlace:
                 (size_x, size_y, *offset),
                 (corners, around),
                 self._picks[component.crane],
-                self._ends(component, before, size_z + 1),
+                self._ends(component, before, self._floor + size_z),
             )
             if x != _NOWHERE:
-                return (pose, turn), (x, y, 1)
+                return (pose, turn), (x, y, self._floor)
         return None
 
     def _room(

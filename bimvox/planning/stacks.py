@@ -145,7 +145,7 @@ class Stacks:
         """Write number and height of every part of a stack into the places, which are on the ground so far."""
         numbered = (stack for stack in self._stacks if len(stack.members) > 1)
         for number, stack in enumerate(numbered, start=1):
-            height = 1
+            height = self._site.yard_floor_vox
             for component in reversed(stack.members):
                 place = places[component.index]
                 assert place is not None
@@ -154,8 +154,9 @@ class Stacks:
                 height += place.shape.size_vox[2] + self._dunnage_vox
 
     def _top_vox(self, members: Sequence[Component]) -> int:
-        """Return the layer above a stack, which stands on the first."""
-        return 1 + sum(one.shape.size_vox[2] for one in members) + (len(members) - 1) * self._dunnage_vox
+        """Return the layer above a stack, which stands on the floor of the yard."""
+        high = sum(one.shape.size_vox[2] for one in members) + (len(members) - 1) * self._dunnage_vox
+        return self._site.yard_floor_vox + high
 
 
 def is_stacked(site: Site, component: Component) -> bool:

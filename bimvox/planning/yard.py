@@ -216,8 +216,8 @@ def risen(site: Site, order: tuple[int, ...], places: Sequence[YardPlace | None]
 
 
 def _fixed_tops(site: Site) -> NDArray[np.int32]:
-    """Return (X, Y) one above the highest cell of structure and masts."""
-    tops = np.zeros(site.shape[:2], np.int32)
+    """Return (X, Y) one above the highest cell of ground, structure and masts."""
+    tops = site.ground_vox + np.int32(1)
     for blocker in site.blockers:
         if blocker.kind in ("structure", "crane"):
             _raise_tops(tops, blocker.cells)
@@ -232,7 +232,9 @@ def _open_yard(site: Site) -> NDArray[np.bool_]:
     free = site.yard.copy()
     for blocker in site.blockers:
         if blocker.kind in ("structure", "crane"):
-            free[tuple(blocker.cells[blocker.cells[:, 2] > 0, :2].T)] = False
+            x, y, z = blocker.cells.T
+            above = z > site.ground_vox[x, y]
+            free[x[above], y[above]] = False
     if site.rules.yard is not None and site.rules.yard.gap_m > 0.0:
         free &= ~_within(_beside_people(site), whole_cells(site.rules.yard.gap_m, site.frame.voxel_size_m))
     return free
@@ -240,12 +242,12 @@ def _open_yard(site: Site) -> NDArray[np.bool_]:
 
 def _beside_people(site: Site) -> NDArray[np.bool_]:
     """Return (X, Y) the columns with structure, a mast or a finished part that a person on the ground meets."""
-    top = whole_cells(HEADROOM_M, site.frame.voxel_size_m)
+    floor, head = site.yard_floor_vox, whole_cells(HEADROOM_M, site.frame.voxel_size_m)
     found = np.zeros(site.shape[:2], np.bool_)
     own = [blocker.cells for blocker in site.blockers if blocker.kind in ("structure", "crane")]
     own += [component.shape.cells + np.array(component.target_vox, np.int32) for component in site.components]
     for cells in own:
-        found[tuple(cells[(cells[:, 2] > 0) & (cells[:, 2] <= top), :2].T)] = True
+        found[tuple(cells[(cells[:, 2] >= floor) & (cells[:, 2] < floor + head), :2].T)] = True
     return found
 
 

@@ -320,7 +320,7 @@ class _Verifier:
         # Its own gear replaces the crane's usual rigging, which the checks below add.
         mass_kg = component.mass_kg + rigging_kg(crane, component) - crane.rigging_mass_kg
         check_limits(self.checks["axis_limits"], name, crane, motion, mass_kg)
-        check_range(self.checks["axis_range"], name, crane, motion.samples()[1], self.site.frame.voxel_size_m)
+        check_range(self.checks["axis_range"], name, crane, motion.samples()[1], self.site.frame)
         masses = {id(motion.approach): 0.0, id(motion.departure): 0.0}
         for what, part in (
             ("approach", motion.approach),

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.proof.space import whole_cells
+from bimvox.proof.storage import ground_under
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, StoredPose
@@ -80,7 +81,7 @@ def _check_walls(check: Check, site: Site, name: str, members: list[tuple[Lift, 
     check.look(len(members) <= rules.rack_parts, f"{name}: has {len(members)} walls, more than {rules.rack_parts}")
     for lift, place in members:
         part = site.components[lift.component]
-        fault = _unfit(part, place)
+        fault = _unfit(site, part, place)
         check.look(not fault, f"{name}: {part.label} {fault}")
     side = 1 if members[0][1].rack > 0 else -1
     axis = _thin_axis(members[0][1])
@@ -110,11 +111,12 @@ def _check_frame(check: Check, site: Site, name: str, frame: Span) -> None:
     check.look(good, f"{name}: its frame stands outside the yard")
     on_access = inside and site.access is not None and bool(site.access[x0 : x1 + 1, y0 : y1 + 1].any())
     check.look(not on_access, f"{name}: its frame stands on the access of trucks")
+    floor = 1 + int(site.ground_vox[x0 : x1 + 1, y0 : y1 + 1].max(initial=0)) if inside else 1
     head = whole_cells(_HEAD_M, site.frame)
     fixed = [(one.id, one.cells) for one in site.blockers if one.kind in ("structure", "crane")]
     fixed += [(one.label, one.shape.cells + np.array(one.target_vox, np.int32)) for one in site.components]
     for other, cells in fixed:
-        low, high = np.array([x0, y0, 1]), np.array([x1, y1, head])
+        low, high = np.array([x0, y0, floor]), np.array([x1, y1, floor + head - 1])
         check.look(not ((cells >= low) & (cells <= high)).all(axis=1).any(), f"{name}: its frame stands in {other}")
 
 
@@ -138,13 +140,13 @@ def _frame(site: Site, members: list[tuple[Lift, YardPlace]]) -> Span:
     return low, high
 
 
-def _unfit(part: Component, place: YardPlace) -> str:
+def _unfit(site: Site, part: Component, place: YardPlace) -> str:
     """Return why a part may not stand in a rack; empty if it may."""
     if part.start_vox is not None:
         return "has a place of its own in the site file"
     if place.pose is not StoredPose.AS_BUILT or part.erected:
         return "is upended, so it lies"
-    if place.stack or place.cell_vox[2] != 1:
+    if place.stack or place.cell_vox[2] != ground_under(site, place) + 1:
         return "does not stand on the ground"
     if kind_of(part) is not Work.WALL:
         return f"is not a wall, but a {kind_of(part).value}"

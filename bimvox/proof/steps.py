@@ -175,7 +175,8 @@ def _asked_s(casting: Casting, building: BuildingTimes, part: Component) -> tupl
         return _built_s(building, part)
     if part.means is Means.IN_SITU:
         work = work_of(part)
-        if work in _SPANNING and part.mesh.vertices_m[part.mesh.faces.ravel(), 2].min() <= _ON_GROUND_M:
+        foot_m = part.mesh.vertices_m[part.mesh.faces.ravel(), 2].min()
+        if work in _SPANNING and not part.spans and foot_m <= _ON_GROUND_M:
             work = Work.FOOTING
         own = getattr(casting, work.value)
         work_s = part.mass_kg / 2400.0 * own.hours_m3 / casting.people * 3600.0

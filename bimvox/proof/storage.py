@@ -38,12 +38,13 @@ def check_gap(check: Check, site: Site, lift: Lift, present: Sequence[Thing], ra
     rules, place = site.rules.yard, lift.place
     if rules is None or place is None or place.cell_vox[2] < 1:
         return
+    floor = ground_under(site, place) + 1
     component = site.components[lift.component]
     frame, gap_m = site.frame, rules.gap_m
     own = stored_thing(site, lift, place)
     reach, head = whole_cells(gap_m, frame), whole_cells(_HEAD_M, frame)
-    low = [own.low[0] - reach, own.low[1] - reach, 1]
-    high = [own.high[0] + reach, own.high[1] + reach, head]
+    low = [own.low[0] - reach, own.low[1] - reach, floor]
+    high = [own.high[0] + reach, own.high[1] + reach, floor + head - 1]
     exempt = {GROUND_ID, *rack} | {blocker.id for blocker in site.blockers if blocker.kind == "obstruction"}
     if component.start_vox is not None:
         exempt |= {other.id for other in site.components if other.start_vox is not None}
@@ -52,7 +53,7 @@ def check_gap(check: Check, site: Site, lift: Lift, present: Sequence[Thing], ra
     for thing in beside(present, low, high):
         if thing.name in exempt:
             continue
-        cells = thing.cells[(thing.cells[:, 2] >= 1) & (thing.cells[:, 2] <= head)]
+        cells = thing.cells[(thing.cells[:, 2] >= floor) & (thing.cells[:, 2] < floor + head)]
         if place.stack and len(cells) and _lies_under(own, thing):
             continue
         apart_m = _apart_vox(columns, cells[:, :2]) * frame.voxel_size_m
@@ -179,7 +180,7 @@ def check_stacks(check: Check, site: Site, lifts: Collection[Lift]) -> None:
         else:
             check.look(
                 stands_on_something(site, place),
-                f"{name}: lies {place.cell_vox[2] - 1} cells high, but in no stack and on no structure",
+                f"{name}: lies neither on the ground, nor in a stack or on structure",
             )
     for (delivery, number), members in stacks.items():
         if rules is None:
@@ -191,13 +192,20 @@ def check_stacks(check: Check, site: Site, lifts: Collection[Lift]) -> None:
 def stands_on_something(site: Site, place: YardPlace) -> bool:
     """Return whether a stored part lies on the ground, or wholly on structure, such as a truck in the model."""
     below = place.shape.cells[place.shape.cells[:, 2] == 0] + np.array(place.cell_vox) - np.array([0, 0, 1])
-    if place.cell_vox[2] <= 1 or (below < 0).any() or (below >= site.shape).any():
-        return place.cell_vox[2] == 1
+    if (below < 0).any() or (below >= site.shape).any():
+        return False
     filled = np.zeros(site.shape, np.bool_)
     for blocker in site.blockers:
-        if blocker.kind == "structure":
+        if blocker.kind in ("ground", "structure"):
             filled[tuple(blocker.cells.T)] = True
     return bool(filled[tuple(below.T)].all())
+
+
+def ground_under(site: Site, place: YardPlace) -> int:
+    """Return the highest layer of the ground under a stored part; -1 if it lies outside the site."""
+    columns = place.shape.cells[:, :2] + np.array(place.cell_vox[:2], np.int32)
+    inside = ((columns >= 0) & (columns < site.shape[:2])).all(axis=1)
+    return int(site.ground_vox[tuple(columns[inside].T)].max(initial=-1))
 
 
 def _check_stack(check: Check, site: Site, name: str, members: list[tuple[Lift, YardPlace]]) -> None:
@@ -216,7 +224,8 @@ def _check_stack(check: Check, site: Site, name: str, members: list[tuple[Lift, 
     height_m = float(sum(extent[2] for extent in extents_m)) + (len(parts) - 1) * rules.dunnage_m
     most_m = min(rules.stack_height_m, float(extents_m[0][:2].min()))
     check.look(height_m <= most_m + _EPS, f"{name}: is {height_m:.2f} m high, more than {most_m:.2f} m")
-    check.look(members[0][1].cell_vox[2] == 1, f"{name}: does not stand on the ground")
+    lowest = members[0][1]
+    check.look(lowest.cell_vox[2] == ground_under(site, lowest) + 1, f"{name}: does not stand on the ground")
     for (under, below), (over, above) in pairwise(members):
         lower, upper = site.components[under.component].label, site.components[over.component].label
         free_vox = above.cell_vox[2] - below.cell_vox[2] - int(below.shape.cells[:, 2].max()) - 1

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+import numpy as np
+
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.proof import Check
@@ -21,6 +23,7 @@ class Supports:
 
     def __init__(self, plan: LiftPlan, lifts: Collection[Lift], triangles: TriangleCheck) -> None:
         self._site, self._unheld, self._triangles = plan.site, plan.unheld, triangles
+        self._ground = {tuple(cell) for cell in plan.site.blockers[0].cells.tolist()} if plan.unheld else set()
         self.infeasible = frozenset(lift.component for lift in lifts if lift.status is Status.INFEASIBLE)
 
     def check(self, check: Check, component: Component, placed: Collection[int]) -> None:
@@ -33,7 +36,7 @@ class Supports:
         """
         carried_by = self._triangles.carried_by(component)
         if component.id in self._unheld:
-            names = ["the ground"] if component.mesh.bounds_m[0, 2] <= self._site.rules.support_gap_m else []
+            names = ["the ground"] if self._is_on_ground(component) else []
             names += [self._site.components[other].id for other in carried_by]
             check.look(
                 not names, f"{component.id}: listed as held by nothing in the model, but {', '.join(names)} carries it"
@@ -48,6 +51,14 @@ class Supports:
             self._check_wanted(check, component, earlier, placed, must=True)
         for later in component.before:
             self._check_wanted(check, component, later, placed, must=False)
+
+    def _is_on_ground(self, component: Component) -> bool:
+        """Return whether ground is in the cell under one of a part's lowest cells, at most the support gap below it."""
+        cells = component.shape.cells + np.array(component.target_vox)
+        under = {tuple(cell) for cell in (cells[cells[:, 2] == cells[:, 2].min()] - [0, 0, 1]).tolist()}
+        foot_m = float(component.mesh.vertices_m[component.mesh.faces.ravel(), 2].min())
+        top_m = self._site.frame.origin_m[2] + self._site.frame.voxel_size_m * float(cells[:, 2].min())
+        return foot_m - top_m <= self._site.rules.support_gap_m and not under.isdisjoint(self._ground)
 
     def _check_wanted(
         self, check: Check, component: Component, other: str, placed: Collection[int], *, must: bool

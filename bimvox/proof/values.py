@@ -168,6 +168,8 @@ def _check_frame(check: Check, site: Site) -> None:
     _within(check, "site.frame.voxel_size_m", site.frame.voxel_size_m, _Range(0.0, 100.0, with_low=False))
     _finite(check, "site.frame.origin_m", site.frame.origin_m, most=_FAR_M)
     _check_transform(check, site.site_to_ifc)
+    if site.natural_ground_m is not None:
+        _finite(check, "site.natural_ground_m", site.natural_ground_m)
     if site.hook_heights is not None:
         unknown = np.isnan(site.hook_heights.low_m).any() or np.isnan(site.hook_heights.high_m).any()
         check.look(not unknown, "site.hook_heights: a limit is not a number")

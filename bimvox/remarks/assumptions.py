@@ -87,7 +87,9 @@ def _kinds(subject: Subject) -> Iterator[Remark]:
 
 
 def _ground(subject: Subject) -> str:
-    said = "the ground is flat, at z = 0, and carries the crane and the parts in the yard"
+    site = subject.site
+    said = "the ground is flat, at z = 0" if site.natural_ground_m is None else "the ground is the terrain of the model"
+    said += f" ({metres(float(site.site_to_ifc[2, 3]))} in the model), and carries the crane and the parts in the yard"
     feet_m = [float(component.mesh.bounds_m[0, 2]) for component in subject.in_place]
     above_m = min((foot for foot in feet_m if foot > 0.0), default=0.0)
     lowest_m = min(feet_m, default=0.0)

@@ -14,6 +14,7 @@ from bimvox.records.reasons import NOT_ITS_CELLS
 from bimvox.remarks.subject import name_of
 from bimvox.site.default_rules import ALL_KEPT
 from bimvox.site.governing_wind import needs_less_wind
+from bimvox.site.ground import WORKING_SPACE_M
 from bimvox.site.site import Site, SwingRule
 
 Condition: TypeAlias = tuple[Sequence[str] | None, str]
@@ -33,7 +34,7 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
     """
     labels = {component.id: name_of(component) for component in plan.site.components}
     lifts = plan.lifts_with(context)
-    every = [*_of_the_obstructions(plan, motions), *_of_the_parts(plan, lifts, labels)]
+    every = [*_of_the_obstructions(plan, motions), *_of_the_ground(plan.site), *_of_the_parts(plan, lifts, labels)]
     if plan.site.cranes:
         every += _of_the_lifts(plan, motions)
     return tuple(
@@ -49,6 +50,26 @@ def _of_the_obstructions(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Itera
         not_current(plan, motions),
         "lifts are proven against earlier obstructions only, because their parts were set before the current ones came",
     )
+
+
+def _of_the_ground(site: Site) -> Iterator[Condition]:
+    """Yield what is taken of terrain and excavation."""
+    size_m, natural_m = site.frame.voxel_size_m, site.natural_ground_m
+    dug_m = (0.0 if natural_m is None else natural_m) - site.frame.origin_m[2] - size_m * (site.ground_vox + 1.0)
+    deepest_m = float(dug_m.max(initial=0.0))
+    if deepest_m > 1e-6:
+        yield (
+            None,
+            f"the ground is dug out to the parts below it, {deepest_m:.1f} m deep at most and {WORKING_SPACE_M:g} m "
+            "wider than they are, with upright sides that hold, and stays open until the last lift",
+        )
+    if natural_m is not None:
+        level_m = site.frame.origin_m[2] + size_m * site.yard_floor_vox
+        yield (
+            None,
+            f"the ground is as the terrain of the model, {natural_m.min():.1f} to {natural_m.max():.1f} m high; "
+            f"the yard and the access are level, at {level_m:.1f} m",
+        )
 
 
 def _of_the_parts(plan: LiftPlan, lifts: Sequence[Lift], labels: Mapping[str, str]) -> Iterator[Condition]:

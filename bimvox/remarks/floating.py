@@ -14,6 +14,7 @@ from bimvox.proof.bodies.solid_queries import is_inside, surfaces_cross
 from bimvox.proof.bodies.triangle_tree import tree_over
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, about, metres
+from bimvox.site.ground import stand_on_ground
 
 FLOATS = "floats"
 HANGS = "hangs"
@@ -59,8 +60,8 @@ def floating(subject: Subject) -> Iterator[Remark]:
             said = "hangs: nothing is under it, it is held only by what it touches at its sides"
             yield about(component, HANGS, Severity.MINOR, said)
     unheld = set(subject.plan.unheld) - floats
-    for component in subject.lifted:
-        if component.id in unheld and component.mesh.bounds_m[0, 2] > neighbours.ground_m:
+    for number, component in enumerate(subject.in_place):
+        if component.index in lifted and component.id in unheld and not neighbours.on_ground[number]:
             yield about(component, UNHELD, Severity.SERIOUS, "is set before any part that could hold it")
 
 
@@ -71,14 +72,15 @@ class _Neighbours:
         subject: The plan.
 
     Attributes:
-        ground_m: A part whose foot is lower stands on the ground: by default its height in the model is the lowest
-            point, rounded down to a whole cell.
+        on_ground: Which parts stand on the ground, which is as much as a cell below a part.
     """
 
     def __init__(self, subject: Subject) -> None:
         site = subject.site
         self._near_m = max(NEAR_M, site.rules.support_gap_m)
-        self.ground_m = max(self._near_m, site.frame.voxel_size_m)
+        gap_m = max(self._near_m, site.frame.voxel_size_m) + 1e-6
+        columns, parts = site.shape[:2], list(subject.in_place)
+        self.on_ground = np.array(stand_on_ground(site.frame, columns, site.natural_ground_m, parts, gap_m), np.bool_)
         self._meshes: list[TriangleMesh] = [component.mesh for component in subject.in_place]
         self._parts = len(self._meshes)
         self._meshes += [blocker.mesh for blocker in site.blockers if blocker.mesh is not None]
@@ -87,8 +89,8 @@ class _Neighbours:
 
     def floating_groups(self) -> list[list[int]]:
         """Return the parts without a connection to ground or structure: groups of those that touch each other."""
-        held = self._low[:, 2] <= self.ground_m + 1e-6
-        held[self._parts :] = True
+        held = np.ones(len(self._meshes), np.bool_)
+        held[: self._parts] = self.on_ground
         self._spread(held, [int(n) for n in np.flatnonzero(held)])
         groups = []
         for number in range(self._parts):
@@ -103,7 +105,7 @@ class _Neighbours:
     def rests(self, number: int) -> bool:
         """Return whether a part stands on the ground, or anything is less than a joint under it."""
         low, high = self._low[number], self._high[number]
-        if low[2] <= self.ground_m + 1e-6:
+        if self.on_ground[number]:
             return True
         close = (self._low[:, :2] < high[:2]).all(axis=1) & (self._high[:, :2] > low[:2]).all(axis=1)
         close &= (self._low[:, 2] < low[2]) & (self._high[:, 2] >= low[2] - self._near_m)

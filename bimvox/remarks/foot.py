@@ -12,8 +12,10 @@ from bimvox.crane.geometry import mast_box_m
 from bimvox.grid.frame import GridFrame
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, name_of
+from bimvox.site.site import Site
 
 CRANE_FOOT = "crane_foot"
+_LEVEL_M = 0.5
 
 
 def crane_feet(subject: Subject) -> Iterator[Remark]:
@@ -35,9 +37,22 @@ def crane_feet(subject: Subject) -> Iterator[Remark]:
             more = f" and {len(met) - 1:,} more" if len(met) > 1 else ""
             said = f"the mast of crane {crane.name!r} goes through {met[0]}{more}"
             yield Remark(CRANE_FOOT, Severity.SERIOUS, said)
+        elif abs(off_m := low[2] - _ground_m(site, low, high)) > _LEVEL_M:
+            where = "above" if off_m > 0.0 else "below"
+            said = (
+                f"the foot of crane {crane.name!r} is {abs(off_m):.1f} m {where} the ground there: give its height, or "
+            )
+            yield Remark(CRANE_FOOT, Severity.SERIOUS, said + "move it clear of the excavation")
         elif _stands_in(subject, low, high):
             said = f"crane {crane.name!r} stands inside the outline of the building: its mast must stay until the end"
             yield Remark(CRANE_FOOT, Severity.MINOR, f"{said}, and its foundation must fit between the parts")
+
+
+def _ground_m(site: Site, low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
+    """Return the height of the lowest ground under a mast; that of its foot outside the site."""
+    first, last = np.clip(site.frame.cells_over(low, high), 0, site.shape)
+    tops = site.ground_vox[first[0] : last[0], first[1] : last[1]]
+    return site.frame.origin_m[2] + site.frame.voxel_size_m * (int(tops.min()) + 1) if tops.size else float(low[2])
 
 
 def _meets(boxes_vox: NDArray[np.int32], frame: GridFrame, low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:

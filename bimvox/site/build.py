@@ -25,6 +25,7 @@ from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.crane_checks import check_cranes, crane_key
 from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.digest import digest_of
+from bimvox.site.ground import are_over_others, cranes_on_ground, ground_cells, ground_tops, natural_ground_m
 from bimvox.site.lifting import hung
 from bimvox.site.means import Means, means_of, nothing_to_lift
 from bimvox.site.obstructions.cells import Rasterise, obstruction_cells
@@ -49,7 +50,7 @@ class PlacedModel:
     """A building on the grid of its site.
 
     Attributes:
-        parts: Its elements. Fittings and terrain are left out of the site: the ground is flat at z = 0.
+        parts: Its elements. Fittings are left out of the site; terrain is its ground.
         frame: Frame of the grid, from ``bimvox.site.extent.site_extent``.
         shape: (X, Y, Z) of the grid.
         site_to_ifc: (4, 4) transform from the site frame to model coordinates; None: identity.
@@ -92,15 +93,22 @@ def build_site(
         raise nothing_to_lift(components)
     if cranes:
         check_samples(config, components)
-    check_cranes(config, cranes, rules.crane_separation_m)
-    masts = _masts(config, cranes, model, components, rasterise)
-    blockers = (_ground(shape), *structure, *masts)
     columns = (shape[0], shape[1])
     construction = columns_centred_in([config.areas.construction] if config.areas.construction else [], frame, columns)
     yard, access = ground_of(config.areas, frame, columns)
     yard &= ~construction
+    terrain = [element.mesh for element, _ in model.parts if element.role is Role.GROUND]
+    natural_m = natural_ground_m(frame, terrain, yard if access is None else yard | access)
+    tops = ground_tops(frame, columns, natural_m, components)
+    spans = are_over_others(frame, columns, natural_m, components)
+    components = [replace(one, spans=over) if over else one for one, over in zip(components, spans, strict=True)]
+    yard = level_yard(yard, tops)
+    cranes = cranes_on_ground(config, cranes, frame, natural_m)
+    check_cranes(config, cranes, rules.crane_separation_m)
+    masts = _masts(config, cranes, model, components, rasterise)
     check_access(config)
-    check_yard(config, yard, [one for one in components if one.means is Means.CRANE], shape)
+    check_yard(config, yard, [one for one in components if one.means is Means.CRANE], tops, shape)
+    blockers = (_ground(tops, shape), *structure, *masts)
     elements = {element.id: element for element, _ in model.parts}
     gear = gear_by_crane(config, len(cranes))
 
@@ -124,11 +132,18 @@ def build_site(
         prohibited=None if prohibited is None else _frozen(prohibited),
         no_load=None if no_load is None else _frozen(no_load),
         hook_heights=hook_heights(config.zone, frame, columns),
+        natural_ground_m=None if natural_m is None else _frozen(natural_m),
         access=None if access is None else _frozen(access),
         source=dict(model.source),
         notes=tuple(notes),
     )
     return with_obstructions(_with_fixed_digests(site), obstructions, rasterise)
+
+
+def level_yard(yard: NDArray[np.bool_], tops: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Return the columns of a yard in which nothing is dug out; ``tops`` are the highest layers of the ground."""
+    found: NDArray[np.bool_] = yard & (tops == tops[yard].max(initial=0))
+    return found
 
 
 def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component], list[Blocker], list[str]]:
@@ -149,12 +164,10 @@ def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component]
         elif element.role in BUILT:
             if len(cells):
                 structure.append(Blocker(element.id, "structure", _frozen(cells), element.mesh, element.name))
-            else:
+            elif element.mesh.bounds_m[1, 2] > frame.origin_m[2]:  # nothing is set as deep as what lies below
                 notes.append(left_out(element.id))
     if (programme := config.programme) is not None and config.sequence.schedule:
         notes += programme.notes_about(lifted)
-    if ignored := sum(element.role is Role.GROUND for element, _ in parts):
-        notes.append(f"{ignored} terrain element(s) are left out: the ground is taken as flat at z = 0")
     return components, structure, notes
 
 
@@ -236,7 +249,8 @@ def ground_and_masts(site: Site, rasterise: Rasterise) -> tuple[Blocker, ...]:
     """Return the ground and the masts, as they follow from a site's shape, cranes and rules."""
     several = site.has_several_cranes
     masts = (_mast(crane, site.rules, site.frame, site.shape, rasterise, several=several) for crane in site.cranes)
-    return (_ground(site.shape), *(mast for mast in masts if mast is not None))
+    tops = ground_tops(site.frame, site.shape[:2], site.natural_ground_m, site.components)
+    return (_ground(tops, site.shape), *(mast for mast in masts if mast is not None))
 
 
 def with_digests(site: Site) -> Site:
@@ -265,6 +279,7 @@ def _with_fixed_digests(site: Site) -> Site:
         site.no_load,
         site.hook_heights,
         [blocker.cells for blocker in blockers[1:]],
+        *([blockers[0].cells] if blockers[0].cells[:, 2].any() else []),
         [(c.shape.cells, c.target_vox, c.hook_offset_vox, c.erected, c.mass_kg) for c in site.components],
         replace(first, name="") if first else None,
         *([[replace(crane, name="") for crane in others], lifted_by] if others else []),
@@ -309,9 +324,11 @@ def _with_fixed_digests(site: Site) -> Site:
             for c in site.components
         ],
         [work_of(component) for component in site.components],  # decides the crew's times
+        *([[c.spans for c in site.components]] if any(c.spans for c in site.components) else []),
         [(blocker.id, blocker.kind, blocker.mesh) for blocker in blockers],
         site.site_to_ifc,
         *([] if site.access is None else [site.access]),
+        *([] if site.natural_ground_m is None else [site.natural_ground_m]),
         site.source.get("sha256"),  # the file's name and the rest do not affect a plan
     )
     return replace(site, geometry_digest=geometry, fixed_digest=fixed)
@@ -333,8 +350,16 @@ def _slab(yard: NDArray[np.bool_], construction: NDArray[np.bool_]) -> NDArray[n
 
 
 def _labels(slab: NDArray[np.uint8], shape: IntVec, blockers: Sequence[Blocker]) -> NDArray[np.uint8]:
-    """Return the labels: blockers above the slab, obstructions over structures; the slab's layer keeps its areas."""
+    """Return the labels: blockers above the slab, obstructions over structures; the slab's layer keeps its areas.
+
+    The areas are on top of the ground too.
+    """
     labels = np.zeros(shape, np.uint8)
+    x, y, z = blockers[0].cells.T
+    labels[x, y, z] = Label.GROUND
+    tops = np.zeros(shape[:2], np.int32)
+    np.maximum.at(tops, (x, y), z)
+    labels[*np.indices(shape[:2]), tops] = slab
     for blocker in blockers[1:]:
         label = Label.OBSTRUCTION if blocker.kind == "obstruction" else Label.STRUCTURE
         labels[tuple(blocker.cells.T)] = label
@@ -342,9 +367,8 @@ def _labels(slab: NDArray[np.uint8], shape: IntVec, blockers: Sequence[Blocker])
     return _frozen(labels)
 
 
-def _ground(shape: IntVec) -> Blocker:
-    x, y = np.indices(shape[:2], dtype=np.int32).reshape(2, -1)
-    return Blocker(GROUND_ID, "ground", _frozen(np.stack([x, y, np.zeros_like(x)], axis=1)))
+def _ground(tops: NDArray[np.int32], shape: IntVec) -> Blocker:
+    return Blocker(GROUND_ID, "ground", _frozen(ground_cells(tops, shape)))
 
 
 def _mast(

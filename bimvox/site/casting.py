@@ -108,6 +108,10 @@ class JudgedPart(Part, Protocol):
     def means(self) -> Means:
         """How it gets to its place."""
 
+    @property
+    def spans(self) -> bool:
+        """Whether it is as low as the ground and yet over other parts."""
+
 
 def work_and_wait_s(casting: Casting, building: BuildingTimes, part: JudgedPart, mass_kg: float) -> tuple[float, float]:
     """Return how long a part that the crane does not set is worked on, and then waited for until it carries, seconds.
@@ -131,11 +135,11 @@ def curing_s(curing: Curing | None, part: Part) -> float:
     return 3600.0 * hours
 
 
-def cast_work(part: Part) -> Work:
+def cast_work(part: JudgedPart) -> Work:
     """Return the class of work of a part that is cast: what lies on the ground spans nothing, so it is a footing."""
     work = work_of(part)
     spans = work in (Work.BEAM, Work.SLAB, Work.STAIR)
-    return Work.FOOTING if spans and part.mesh.bounds_m[0, 2] <= ON_GROUND_M else work
+    return Work.FOOTING if spans and not part.spans and part.mesh.bounds_m[0, 2] <= ON_GROUND_M else work
 
 
 def times_of(casting: Casting, work: Work) -> CastTimes:

@@ -25,23 +25,15 @@ _LIFT_S = 60.0
 def check_component(
     config: SiteConfig, element: Element, cells: NDArray[np.int32], frame: GridFrame, shape: IntVec
 ) -> None:
-    """Raise an error for a component that reaches outside the grid or below the ground."""
+    """Raise an error for a component that reaches outside the grid."""
     low_m, high_m = element.mesh.bounds_m
     first, last = frame.cells_over(low_m + 1e-4, high_m - 1e-4)
-    outside = (first[:2] < 0).any() or (last > np.array(shape)).any()
-    if not len(cells) or outside:
+    outside = (first < [0, 0, 1]).any() or (last > np.array(shape)).any()
+    if not len(cells) or outside or cells[:, 2].min() < 1:
         raise config.error(
             "grid" if config.grid else "areas",
             f"component {element.label}, from {shown_m(low_m)} to {shown_m(high_m)} m, lies outside the site's extent",
             hint="widen [grid] low_m, high_m, or leave [grid] out",
-        )
-    if first[2] <= 0 or cells[:, 2].min() <= 0:
-        depth_m = max(0.0, -float(low_m[2]))
-        raise config.error(
-            "model.ground_m",
-            f"component {element.label} reaches {depth_m:.3f} m below the ground (z = 0)",
-            hint=f"lower ground_m by {np.ceil(depth_m / frame.voxel_size_m) * frame.voxel_size_m:g} m, "
-            "or leave ground_m out: then the lowest point is used",
         )
 
 
@@ -66,8 +58,13 @@ def check_samples(config: SiteConfig, components: Sequence[Component]) -> None:
         )
 
 
-def check_yard(config: SiteConfig, yard: NDArray[np.bool_], components: Sequence[Component], shape: IntVec) -> None:
-    """Raise an error for a site without a yard, and for a component whose ``start`` is outside the yard."""
+def check_yard(
+    config: SiteConfig, yard: NDArray[np.bool_], components: Sequence[Component], tops: NDArray[np.int32], shape: IntVec
+) -> None:
+    """Raise an error for a site without a yard, and for a component whose ``start`` is outside it or in the ground.
+
+    ``tops``: (X, Y) the highest layer of the ground.
+    """
     starts = [component for component in components if component.start_vox is not None]
     if not yard.any() and len(starts) < len(components):
         others = "construction area and access" if config.areas.access else "the construction area"
@@ -82,9 +79,9 @@ def check_yard(config: SiteConfig, yard: NDArray[np.bool_], components: Sequence
         cells = lying.cells + np.array(component.start_vox)
         number = [entry.global_id for entry in config.component].index(_named(config, component))
         key = f"component[{number}].start"
-        if (cells[:, 2] < 1).any():
-            raise config.error(key, f"{component.label} would lie in the ground", hint="z = 0 is the top of the ground")
         inside = ((cells >= 0) & (cells < np.array(shape))).all(axis=1)
+        if (cells[inside, 2] <= tops[tuple(cells[inside, :2].T)]).any() or (cells[:, 2] < 1).any():
+            raise config.error(key, f"{component.label} would lie in the ground", hint="z = 0 is the top of the ground")
         if not inside.all() or not yard[tuple(cells[:, :2].T)].all():
             raise config.error(
                 key,

@@ -141,6 +141,7 @@ class Component:
         volume_guessed: Whether its mass is that of a guessed volume: its mesh is open.
         judgement: What kind of part it is, and why.
         stated_means: How the site file says that parts of its type get to their places, if it does.
+        spans: Whether it is as low as the ground and yet over other parts, such as the ceiling of a basement.
     """
 
     index: int
@@ -175,6 +176,7 @@ class Component:
     hook_aside_vox: tuple[float, float] = field(default=(0.0, 0.0), metadata=SPARSE)
     volume_guessed: bool = field(default=False, metadata=SPARSE)
     stated_means: str | None = field(default=None, metadata=SPARSE)
+    spans: bool = field(default=False, metadata=SPARSE)
 
     def __repr__(self) -> str:
         return f"<Component {self.label}: {self.ifc_class}, {self.mass_kg / 1000:.3g} t>"

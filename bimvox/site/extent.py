@@ -16,6 +16,7 @@ from bimvox.errors import GridTooLargeError
 from bimvox.grid.frame import GridFrame, whole_cells
 from bimvox.site.component import Component, IntVec
 from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.ground import lowest_terrain_m
 from bimvox.site.means import Means
 from bimvox.site.placement import built_bounds_m
 
@@ -26,18 +27,22 @@ HEADROOM_M = 3.0
 """Free height between the building's top and the tallest part carried over it; 2 to 3 m is common practice."""
 
 
-def site_extent(config: SiteConfig, building: Building, *cranes: TowerCrane | None) -> tuple[GridFrame, IntVec]:
+def site_extent(
+    config: SiteConfig, building: Building, *cranes: TowerCrane | None, least_depth_m: float = 0.0
+) -> tuple[GridFrame, IntVec]:
     """Return the frame and the shape of the site's grid.
 
     Without ``[grid]``, the grid covers the building, the areas and the masts plus two cells. Its height lets the
     tallest part pass over the building with 3 m to spare (see :func:`top_m`), but is at most the cranes' highest load
     and at least the building's top. The transit clearance is added on every side. Cell corners lie at whole multiples
-    of the cell size in the site frame; an explicit extent is widened to them. The slab is the layer k = 0 below z = 0.
+    of the cell size in the site frame; an explicit extent is widened to them. The layer k = 0 is ground everywhere: it
+    lies below z = 0, or below the lowest part and the lowest terrain if they are lower.
 
     Args:
         config: The site file, with ``model.voxel_size_m``.
         building: In the site frame.
         cranes: The cranes; None values are ignored.
+        least_depth_m: How far below z = 0 the ground reaches at least, for a building without its terrain.
 
     Raises:
         ConfigError: If the explicit extent does not fit the cell size.
@@ -50,9 +55,12 @@ def site_extent(config: SiteConfig, building: Building, *cranes: TowerCrane | No
         low, high = _explicit(config, size_m)
     else:
         low, high = _around(config, building, [crane for crane in cranes if crane is not None], size_m)
-    frame = GridFrame((float(low[0]), float(low[1]), -size_m), size_m)
+    depth = whole_cells(max(least_depth_m, _depth_m(building, low, high)) - 1e-4, size_m)
+    if config.grid is not None and len(config.grid.low_m) == 3:
+        _check_floor(config, config.grid.low_m, -(1 + depth) * size_m)
+    frame = GridFrame((float(low[0]), float(low[1]), -(1 + depth) * size_m), size_m)
     nx, ny = (int(n) for n in np.ceil((high[:2] - low[:2]) / size_m - 1e-6))
-    nz = 1 + int(np.ceil(high[2] / size_m - 1e-6))
+    nz = 1 + depth + int(np.ceil(high[2] / size_m - 1e-6))
     cells = nx * ny * nz
     if cells > MAX_CELLS:
         fitting_m = size_m * (cells / MAX_CELLS) ** (1 / 3)
@@ -60,20 +68,24 @@ def site_extent(config: SiteConfig, building: Building, *cranes: TowerCrane | No
     return frame, (nx, ny, nz)
 
 
-def with_room_for_slings(config: SiteConfig, shape: IntVec, components: Iterable[Component]) -> IntVec:
+def with_room_for_slings(
+    config: SiteConfig, frame: GridFrame, shape: IntVec, components: Iterable[Component]
+) -> IntVec:
     """Return the shape of the grid, raised if the empty hook does not fit above a part on long slings.
 
     After a part is set, the hook begins where the usual slings of the crane end, below it: above a long part of a low
     building, or above its stack, that may be higher than any load is carried. An explicit extent stays.
 
     Args:
-        config: The site file, with ``model.voxel_size_m``.
-        shape: (X, Y, Z) of the grid, from ``site_extent``.
+        config: The site file.
+        frame: Frame of the grid, from ``site_extent``.
+        shape: (X, Y, Z) of the grid.
         components: The components, on their slings.
     """
-    if config.grid is not None or config.model.voxel_size_m is None:
+    if config.grid is not None:
         return shape
-    stack_vox = 1 + whole_cells(config.yard.stack_height_m if config.yard else 0.0, config.model.voxel_size_m)
+    stack_m = config.yard.stack_height_m if config.yard else 0.0
+    stack_vox = whole_cells(stack_m - frame.origin_m[2], frame.voxel_size_m)
     ends = (
         max(one.target_vox[2], stack_vox) + one.shape.size_vox[2] + one.lifting.sling_rise_vox + MARGIN_VOX
         for one in components
@@ -102,14 +114,24 @@ def _over_other_cranes(cranes: Sequence[TowerCrane], separation_m: float) -> lis
 def _explicit(config: SiteConfig, size_m: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     assert config.grid is not None
     low, high = config.grid.low_m, config.grid.high_m
-    if len(low) == 3 and abs(low[2] + size_m) > 1e-6 * size_m:
-        raise config.error(
-            "grid.low_m",
-            f"its third value is {low[2]:g}, but the slab reaches one cell down from z = 0, to {-size_m:g}",
-            hint=f"write low_m = [{low[0]:g}, {low[1]:g}, {-size_m:g}], or leave the third value out",
-        )
     corner = np.floor(np.array(low[:2]) / size_m + 1e-6) * size_m
     return corner, np.array([*np.ceil(np.array(high[:2]) / size_m - 1e-6) * size_m, high[2]])
+
+
+def _check_floor(config: SiteConfig, low_m: Sequence[float], floor_m: float) -> None:
+    if abs(low_m[2] - floor_m) > 1e-6:
+        raise config.error(
+            "grid.low_m",
+            f"its third value is {low_m[2]:g}, but the lowest cells, which are ground, begin at {floor_m:g}",
+            hint=f"write low_m = [{low_m[0]:g}, {low_m[1]:g}, {floor_m:g}], or leave the third value out",
+        )
+
+
+def _depth_m(building: Building, low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
+    """Return how far below z = 0 parts are set, or terrain lies within the extent."""
+    feet = [float(one.mesh.bounds_m[0, 2]) for one in building.elements if one.role is Role.COMPONENT]
+    terrain = [one.mesh for one in building.elements if one.role is Role.GROUND]
+    return -min([0.0, *feet, lowest_terrain_m(terrain, low[:2].tolist(), high[:2].tolist()) if terrain else 0.0])
 
 
 def _around(

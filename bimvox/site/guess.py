@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Element, Role, TriangleMesh
-from bimvox.bim.site_frame import in_site_frame
 from bimvox.crane.machine import Machine
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
@@ -23,13 +22,14 @@ from bimvox.site.config.yard import YardConfig
 from bimvox.site.crane_guess import Chosen, CraneFit, Wanted, best_set_up, compare_cranes, fit_here
 from bimvox.site.demand import Rigs, hook_above_m
 from bimvox.site.extent import site_extent, top_m
+from bimvox.site.ground_level import ground_level
 from bimvox.site.lifting import HangsAt, lifting_by
 from bimvox.site.machine import crane_config, cranes_of, machine_config
 from bimvox.site.map_frame import read_from_map
 from bimvox.site.mast_places import ground_plan
 from bimvox.site.means import Means, Reasoned, means_of, nothing_to_lift
 from bimvox.site.parts import entries_by_id, is_erected
-from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, ground_height_m, lowest_m
+from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, place_building
 from bimvox.site.rigging import gear_by_crane, gear_of_site
 from bimvox.site.yard_guess import yard_need, yards_next_to
 from bimvox.site.yard_rules import TRUCK_KG
@@ -57,6 +57,12 @@ def guess_site(
     rules = RulesConfig(truckload_kg=TRUCK_KG)
     config = SiteConfig(name=name or model.path.stem, model=model, rules=rules, yard=YardConfig())
     return complete_config(config, building, machines)
+
+
+def ground_why(config: SiteConfig, building: Building) -> str:
+    """Return what the ground of a complete site file was taken from; empty if it is not what the model says."""
+    found = ground_level(building)
+    return found.why if config.model.ground_m == found.height_m else ""
 
 
 def cranes_that_fit(
@@ -97,25 +103,22 @@ def complete_config(config: SiteConfig, building: Building, machines: Sequence[M
         InputError: If no crane can serve the site.
     """
     config = read_from_map(config, building)
-    placed, lifted = placed_and_lifted(config, building)
-    config = complete_with_placed(config, placed, lifted, machines)
-    assert config.model.voxel_size_m is not None
-    lowest = config.model.ground_m
-    ground_m = ground_height_m(building, config.model.voxel_size_m) if lowest is None else lowest
-    return config.model_copy(update={"model": config.model.model_copy(update={"ground_m": ground_m})})
+    if config.model.ground_m is None:
+        config = _grounded(config, building)
+    return complete_with_placed(config, *placed_and_lifted(config, building), machines)
 
 
 def complete_with_placed(
     config: SiteConfig, placed: Building, lifted: Sequence[Element], machines: Sequence[Machine] = ()
 ) -> SiteConfig:
-    """Return a site file with areas, crane and cell size filled in; the height of the ground is left as it is.
+    """Return a site file with areas, crane and cell size filled in.
 
     The same parts give the same choice, also if their coordinates were rounded differently: only their position to
     the micrometre counts.
 
     Args:
         config: The site file; its own values stay.
-        placed: The building in the site frame, its lowest point or the given height of the ground at z = 0.
+        placed: The building in the site frame.
         lifted: Those of its elements that are lifted.
         machines: Cranes to choose from; see `complete_config`.
 
@@ -144,10 +147,15 @@ def placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building,
 
 
 def placed_on_site(config: SiteConfig, building: Building) -> Building:
-    """Return the building in the site frame: its lowest point or the given height of the ground at z = 0."""
-    lowest = config.model.ground_m
-    ground_local_m = lowest_m(building) if lowest is None else lowest - float(building.origin_m[2])
-    return in_site_frame(building, ground_m=ground_local_m, yaw_rad=config.model.yaw_rad)[0]
+    """Return the building in the site frame; if the site file gives no height of the ground, at that of the model."""
+    if config.model.ground_m is None:
+        config = _grounded(config, building)
+    return place_building(config, building)[0]
+
+
+def _grounded(config: SiteConfig, building: Building) -> SiteConfig:
+    ground_m = ground_level(building).height_m
+    return config.model_copy(update={"model": config.model.model_copy(update={"ground_m": ground_m})})
 
 
 def lifted_of(config: SiteConfig, placed: Building) -> list[Element]:

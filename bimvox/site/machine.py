@@ -311,8 +311,12 @@ def crane_config(crane: TowerCrane | None) -> CraneConfig:
 
 
 def machine_config(crane: TowerCrane) -> CraneConfig:
-    """Return the site-file table of a machine as the catalogue has it: its name, jib and reeving, and its place."""
-    table = CraneConfig(kind=_kind(crane), machine=crane.name, base_m=crane.base_m, falls=crane.falls)
+    """Return the site-file table of a machine as the catalogue has it: its name, jib and reeving, and its place.
+
+    On level ground its place has no height: the crane stands on the ground.
+    """
+    base_m = crane.base_m if crane.base_m[2] else crane.base_m[:2]
+    table = CraneConfig(kind=_kind(crane), machine=crane.name, base_m=base_m, falls=crane.falls)
     if (jib := crane.luffing) is None:
         return table.model_copy(update={"jib_height_m": crane.jib_height_m, "jib_length_m": crane.jib_length_m})
     own = LuffingConfig(length_m=jib.length_m)

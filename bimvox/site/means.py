@@ -32,6 +32,8 @@ _CONCRETE_KG_M3 = (1500.0, 2900.0)
 _LIGHT_KG_M3 = 500.0
 """Density below which nothing is cast: insulation, foam glass, aerated blocks."""
 _WHOLE_M = 1e-3
+_DEEPEST_M = 1.0
+"""Layers under a slab on the ground reach less far below it, and what thickens it does; a basement reaches further."""
 
 
 class Means(StrEnum):
@@ -175,5 +177,7 @@ def _is_ground_slab(element: Element) -> bool:
 
 
 def _is_under(low_high_m: NDArray[np.float64], slab_m: NDArray[np.float64]) -> bool:
+    """Return whether a part lies under a slab, and is not as high as a storey."""
     apart = (low_high_m[0, :2] >= slab_m[1, :2]).any() or (low_high_m[1, :2] <= slab_m[0, :2]).any()
-    return not apart and bool(low_high_m[1, 2] <= slab_m[1, 2] + _WHOLE_M)
+    layer = low_high_m[1, 2] <= slab_m[1, 2] + _WHOLE_M and low_high_m[0, 2] >= slab_m[0, 2] - _DEEPEST_M
+    return bool(layer and not apart)

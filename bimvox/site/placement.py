@@ -33,17 +33,6 @@ def place_building(config: SiteConfig, building: Building) -> tuple[Building, ND
     return placed, site_to_ifc
 
 
-def ground_height_m(building: Building, voxel_size_m: float) -> float:
-    """Return the lowest point of components and structure in the model, metres, rounded down to a whole cell."""
-    lowest = lowest_m(building) + float(building.origin_m[2])
-    return float(np.round(np.floor(lowest / voxel_size_m + 1e-6) * voxel_size_m, 9)) + 0.0
-
-
-def lowest_m(building: Building) -> float:
-    """Return the lowest height of components and structure, metres in the building's frame; see `built_bounds_m`."""
-    return float(built_bounds_m(building.elements)[0, 2])
-
-
 def built_elements(elements: Iterable[Element]) -> list[Element]:
     """Return the elements that are components or structure."""
     return [element for element in elements if element.role in BUILT]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
+from bimvox.kept import kept
 from bimvox.site.building_times import FIELD_BUILDING, BuildingTimes
 from bimvox.site.casting import FIELD_CASTING, Casting, Curing
 from bimvox.site.component import Component
@@ -159,10 +160,10 @@ class Site:
 
     Attributes:
         name: Name of the site.
-        frame: Metres to cells; site metres, z = 0 at the top of the ground; the ground slab is layer k = 0.
+        frame: Metres to cells; site metres, z = 0 at the top of the ground; layer k = 0 is ground everywhere.
         labels: (X, Y, Z) uint8 ``Label`` of everything but components: ground and areas on the slab, structure,
             obstructions.
-        blockers: All fixed objects; ``blockers[0]`` is the ground.
+        blockers: All fixed objects; ``blockers[0]`` is the ground, dug out for what is set below it.
         components: The parts to be lifted.
         cranes: The cranes; ``Component.crane`` and ``LiftMotion.crane`` are indices into it. Empty on the paper's site.
         rules: The rules.
@@ -171,6 +172,7 @@ class Site:
         prohibited: (X, Y) bool, columns above which a zone forbids the hook; None if there is no such zone.
         no_load: (X, Y) bool, columns above which a zone forbids the load; None if there is no such zone.
         hook_heights: Limits of the hook's height over columns; None if there are none.
+        natural_ground_m: (X, Y) float64, the height of the ground before anything is dug; None if it is 0 everywhere.
         access: (X, Y) bool, columns on which trucks drive and stand, none of them yard; None if that is not planned.
         source: Plain values about the model (``name``, ``sha256`` ...).
         notes: Remarks on the site, one sentence each.
@@ -192,6 +194,7 @@ class Site:
     prohibited: NDArray[np.bool_] | None = None
     no_load: NDArray[np.bool_] | None = None
     hook_heights: HookHeights | None = None
+    natural_ground_m: NDArray[np.float64] | None = field(default=None, metadata=SPARSE)
     access: NDArray[np.bool_] | None = field(default=None, metadata=SPARSE)
     source: Mapping[str, str | float | bool] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -214,6 +217,21 @@ class Site:
     def has_several_cranes(self) -> bool:
         """Whether there is more than one crane: logs and documents then name the crane of each lift."""
         return len(self.cranes) > 1
+
+    @property
+    @kept
+    def ground_vox(self) -> NDArray[np.int32]:
+        """(X, Y) int32, the highest layer of the ground in each column."""
+        x, y, z = self.blockers[0].cells.T if self.blockers else np.zeros((3, 0), np.int32)
+        tops = np.zeros(self.shape[:2], np.int32)
+        np.maximum.at(tops, (x, y), z)
+        tops.flags.writeable = False
+        return tops
+
+    @property
+    def yard_floor_vox(self) -> int:
+        """The layer in which parts lie in the yard, which is level."""
+        return 1 + int(self.ground_vox[self.yard].max(initial=0))
 
     def crane_of(self, component: Component) -> TowerCrane | None:
         """Return the crane that lifts a component; None on a site without one."""

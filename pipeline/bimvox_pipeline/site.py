@@ -52,7 +52,7 @@ def init(
     from bimvox.site.config.kind_file import corrections_in
     from bimvox.site.config.site_config import ModelConfig
     from bimvox.site.config.template import site_toml
-    from bimvox.site.guess import cranes_that_fit, guess_site
+    from bimvox.site.guess import cranes_that_fit, ground_why, guess_site
     from bimvox.site.kind_rows import kind_rows
     from bimvox.site.machine_names import machines_called
 
@@ -94,7 +94,8 @@ def init(
     notes = choice_notes(own, smaller, config.costs.currency)
     listed = {own.machine, *(fit.machine for fit in smaller)}
     examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
-    toml = site_toml(config, example_ids=examples, crane_notes=notes, kinds=kinds).encode()
+    why = ground_why(config, building)
+    toml = site_toml(config, example_ids=examples, crane_notes=notes, kinds=kinds, ground_why=why).encode()
     progress.stage("draw")
     name = config.name or model.stem
     write_together({target: toml, drawn: drawing_file(drawing_of_site(config, building), name)}, inputs=[model])
@@ -111,6 +112,8 @@ def init(
         "drawing": str(drawn),
         "model": str(model),
         "voxel_size_m": config.model.voxel_size_m,
+        "ground_m": config.model.ground_m,
+        "ground_why": why,
         "components": roles.count(Role.COMPONENT) - len(pinned),
         "structure": roles.count(Role.STRUCTURE) + len(pinned),
         "crane": own.machine,

@@ -236,12 +236,12 @@ def test_what_does_not_fit_is_named_by_its_key(site_config, key, said):
     assert caught.value.key == key
 
 
-def test_a_part_below_the_ground_says_how_to_lower_it():
-    sunk = building_of(*frame_house().elements, box_element("pile", (1, 1, -1.2), (1.5, 1.5, 0.0)))
-    with pytest.raises(ConfigError, match=r"pile reaches 1\.200 m below") as caught:
-        build(building=sunk)
-    assert caught.value.key == "model.ground_m"
-    assert "by 1.5 m" in caught.value.hint
+def test_a_part_below_the_ground_is_dug_out():
+    sunk = building_of(*frame_house().elements, box_element("pit", (1, 1, -1.2), (2, 2, 0.0)))
+    site = build(building=sunk)
+    assert site.frame.origin_m[2] == -2.0
+    (x, y, z) = site.components[-1].target_vox
+    assert site.ground_vox[x, y] == z - 1 < site.yard_floor_vox - 1
 
 
 def test_a_mast_in_the_way_of_a_part_is_refused():
@@ -250,11 +250,13 @@ def test_a_mast_in_the_way_of_a_part_is_refused():
     assert caught.value.key == "crane.base_m"
 
 
-def test_terrain_is_left_out_with_a_note_and_at_least_one_part_is_lifted():
+def test_terrain_is_the_ground_and_at_least_one_part_is_lifted():
     hill = box_element("hill", (-5, -5, -2), (15, 15, 1), role=Role.GROUND)
     site = build(building=building_of(*frame_house().elements, hill))
-    assert any("terrain" in note for note in site.notes)
-    assert (site.labels == build().labels).all()
+    assert site.natural_ground_m is not None
+    assert site.natural_ground_m.max() == 1.0
+    assert (site.ground_vox == 2).any(), "outside the excavation, the hill is a metre high"
+    assert site.ground_vox[tuple(site.components[0].target_vox[:2])] == 1, "it is dug out for what stands in it"
     with pytest.raises(SelectionError, match="nothing to lift"):
         build(building=building_of(box_element("wall", (0, 0, 0), (1, 1, 1), role=Role.STRUCTURE)))
 

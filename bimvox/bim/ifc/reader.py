@@ -23,6 +23,7 @@ from bimvox.bim.ifc.lifted_parts import by_default
 from bimvox.bim.ifc.misfits import named_misfit
 from bimvox.bim.ifc.open import OpenedIfc, open_ifc
 from bimvox.bim.ifc.properties import Properties
+from bimvox.bim.ifc.relations import stated_terrain_m, storeys_of
 from bimvox.bim.ifc.shape import PlacedShape
 from bimvox.bim.ifc.shared import shape_groups
 from bimvox.bim.ifc.text import label
@@ -126,6 +127,8 @@ def _building(
         georeference=georeference,
         notes=tuple(notes),
         connections=builder.connections(),
+        storeys=storeys_of(opened.file, opened.metres_per_unit),
+        terrain_m=stated_terrain_m(opened.file, opened.metres_per_unit),
     )
 
 

@@ -12,6 +12,9 @@ from typing import Any
 import ifcopenshell.util.element as element_util
 import ifcopenshell.util.placement as placement_util
 
+from bimvox.bim.building import Storey
+from bimvox.bim.ifc.text import label
+
 
 def connected_products(file: Any) -> Iterator[tuple[int, int]]:
     """Yield step ids of two products that ``IfcRelConnectsElements`` or a subtype of it connects, in file order.
@@ -56,7 +59,32 @@ def storey_of(product: Any) -> Any | None:
 
 
 def storey_height(storey: Any) -> float:
-    """Return the height of an ``IfcBuildingStorey``, in the file's length unit."""
+    """Return the height of an ``IfcBuildingStorey`` or an ``IfcBuilding``, in the file's length unit."""
     if storey.ObjectPlacement is not None:
         return float(placement_util.get_local_placement(storey.ObjectPlacement)[2, 3])
-    return float(storey.Elevation or 0.0)
+    return float(getattr(storey, "Elevation", None) or 0.0)
+
+
+def storeys_of(file: Any, metres_per_unit: float) -> tuple[Storey, ...]:
+    """Return the storeys of a file, in its order."""
+    return tuple(
+        Storey(
+            label(storey.Name),
+            round(float(storey.Elevation or 0.0) * metres_per_unit, 6),
+            round(storey_height(storey) * metres_per_unit, 6),
+        )
+        for storey in file.by_type("IfcBuildingStorey")
+    )
+
+
+def stated_terrain_m(file: Any, metres_per_unit: float) -> float | None:
+    """Return the height of the terrain in world coordinates, as an ``IfcBuilding`` states it; None if none does.
+
+    Both of its elevations are above sea level; the reference height is that of its own zero. Two zeros are what
+    exporters write for nothing.
+    """
+    for building in file.by_type("IfcBuilding"):
+        terrain, zero = building.ElevationOfTerrain, building.ElevationOfRefHeight
+        if terrain is not None and zero is not None and (terrain or zero):
+            return round((storey_height(building) + float(terrain) - float(zero)) * metres_per_unit, 6)
+    return None

@@ -79,7 +79,7 @@ def _columns_of(part: Component) -> _Columns:
 def _above_what_is_below(site: Site, own: Sequence[_Columns], margin: int) -> NDArray[np.int64]:
     """Return (N,) cells by which each part is lowered onto the ground, what exists already, or another part."""
     taken = np.zeros(site.shape, np.bool_)
-    taken[:, :, 0] = True  # the ground
+    taken[tuple(site.blockers[0].cells.T)] = True  # the ground
     existing = [blocker.cells for blocker in site.blockers if blocker.kind == "structure"]
     placed = [target_cells(part) for part in site.components]
     for cells in (*existing, *placed):

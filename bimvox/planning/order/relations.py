@@ -22,6 +22,7 @@ from scipy.sparse.csgraph import connected_components
 from bimvox.errors import InputError
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.contact.sweep import FAR_M, rope_meets
+from bimvox.site.ground import stand_on_ground
 from bimvox.site.site import Site
 
 _ROUNDING_M = 1e-6
@@ -61,6 +62,7 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
     boxes = contacts.bounds_m
     gap_m = site.rules.support_gap_m + site.rules.contact_tolerance_m
     descent, supports, grounded = [], [], []
+    on_ground = stand_on_ground(site.frame, site.shape[:2], site.natural_ground_m, site.components, gap_m)
     for i in range(count):
         low, high = boxes[i]
         over = ((boxes[:, 0, :2] < high[:2]) & (boxes[:, 1, :2] > low[:2])).all(axis=1)
@@ -82,7 +84,7 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
         supports.append(tuple(j for j in held if j < count))
         # If a part runs right through something below it in the model, no gap can be measured.
         overlaps = any(contacts.way_out_m(i, int(j)) is None for j in below)
-        grounded.append(bool(low[2] <= gap_m) or any(j >= count for j in held) or overlaps)
+        grounded.append(on_ground[i] or any(j >= count for j in held) or overlaps)
         if progress is not None:
             progress(i + 1, count)
     touching = tuple(tuple(j for j in contacts.neighbours[i] if j < count) for i in range(count))

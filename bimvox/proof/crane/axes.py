@@ -12,6 +12,7 @@ from bimvox.compiled import kernel
 from bimvox.crane.kinematics import hook_of, joint_limits, joint_names, joints_of
 from bimvox.crane.reach import LUFFING_HOOK_ROOM_M
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.grid.frame import GridFrame
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.proof import Check
 from bimvox.records.trajectory import Trajectory
@@ -217,18 +218,19 @@ def check_rests(check: Check, name: str, crane: TowerCrane, trajectory: Trajecto
         )
 
 
-def check_range(check: Check, name: str, crane: TowerCrane, axes: NDArray[np.float64], voxel_size_m: float) -> None:
-    """Check that the hook stays between the smallest radius and the jib's end, and the end of its slings above z = 0.
+def check_range(check: Check, name: str, crane: TowerCrane, axes: NDArray[np.float64], frame: GridFrame) -> None:
+    """Check that the hook is between the smallest radius and the jib's end, the end of its slings above all ground.
 
     In its middle, a straight unit move between two columns at the smallest radius r is nearer to the mast by
     h^2 / (8 r) for cells of size h. The check allows for this.
     """
-    nearest_m = np.sqrt(max(crane.min_radius_m**2 - (voxel_size_m / 2.0) ** 2, 0.0))
+    nearest_m = np.sqrt(max(crane.min_radius_m**2 - (frame.voxel_size_m / 2.0) ** 2, 0.0))
+    lowest_m = frame.origin_m[2] + frame.voxel_size_m + crane.sling_m
     given = crane.working_range
     near_m, far_m = given.radius_m or (0.0, np.inf)
     nearest_m, furthest_m = max(nearest_m, near_m), min(crane.jib_length_m, far_m)
     highest_m = min(crane.jib_height_m, np.inf if given.highest_hook_m is None else given.highest_hook_m)
-    lowest = np.array([nearest_m, crane.sling_m]) - _RANGE_M
+    lowest = np.array([nearest_m, lowest_m]) - _RANGE_M
     highest = np.array([furthest_m, highest_m]) + _RANGE_M
     bad = ((axes[:, 1:] < lowest) | (axes[:, 1:] > highest)).any(axis=1)
     worst = axes[bad][:1, 1:].ravel()
@@ -236,7 +238,7 @@ def check_range(check: Check, name: str, crane: TowerCrane, axes: NDArray[np.flo
     check.look(
         not bad.any(),
         f"{name}: the hook is at {where}; allowed are radii {nearest_m:g} to {furthest_m:g} m, "
-        f"heights {crane.sling_m:g} to {highest_m:g} m",
+        f"heights {lowest_m:g} to {highest_m:g} m",
         samples=len(axes),
     )
     if crane.luffing is not None:

@@ -118,6 +118,7 @@ def _site_record(site: Site, blob: Blob) -> dict[str, Any]:
         "voxel_size_m": site.frame.voxel_size_m,
         "origin_m": list(site.frame.origin_m),
         "slab": blob.put(slab_map(site)),
+        "slab_low_m": float(site.frame.corner_of([0, 0, site.yard_floor_vox - 1])[2]),
         "notes": _named(site, site.notes),
         "geometry_digest": site.geometry_digest,
         "view_deg": [round(view.azimuth_deg, 3), round(view.elevation_deg, 3)],
@@ -150,7 +151,7 @@ def _standing_records(site: Site, shapes: Shapes, blob: Blob) -> list[dict[str, 
     records = []
     number = len(site.components)
     for blocker in standing(site):
-        record = boxes_record(blocker, blob) | {"geometry": None, "low_m": None}
+        record = boxes_record(site, blocker, blob) | {"geometry": None, "low_m": None}
         if blocker.mesh is not None:
             record |= {"geometry": shapes.of_mesh[number], "low_m": rounded(shapes.low_m[number])}
             number += 1
@@ -199,7 +200,7 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
         **({"dates": _blocks(revision.dates)} if revision.dates else {}),
         **({"deliveries": deliveries} if deliveries else {}),
         "lifts": lifts,
-        "obstructions": [boxes_record(blocker, blob) for blocker in obstructions(site)],
+        "obstructions": [boxes_record(site, blocker, blob) for blocker in obstructions(site)],
         "obstruction_notes": _named(site, site.obstruction_notes),
         "notes": _named(site, revision.plan.notes),
         "clashes": [

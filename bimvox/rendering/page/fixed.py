@@ -18,7 +18,7 @@ PROHIBITED = 8
 
 
 def slab_map(site: Site) -> NDArray[np.uint8]:
-    """Return the label of the slab in every column, (Y, X) uint8."""
+    """Return the label of the ground in every column, (Y, X) uint8: nothing where it is not as high as the yard."""
     slab = site.labels[:, :, 0]
     columns = np.full(slab.shape, GROUND, np.uint8)
     columns[slab == Label.AIR] = NOTHING
@@ -27,9 +27,10 @@ def slab_map(site: Site) -> NDArray[np.uint8]:
     columns[(slab == Label.YARD) | (site.yard & (columns == GROUND))] = YARD
     if site.access is not None:
         columns[site.access & (columns != NOTHING)] = ACCESS
+    columns[site.ground_vox != site.yard_floor_vox - 1] = NOTHING
     closed = [zone for zone in (site.prohibited, site.no_load) if zone is not None]
     if closed:
-        columns[np.logical_or.reduce(closed)] += PROHIBITED
+        columns[np.logical_or.reduce(closed) & (columns != NOTHING)] += PROHIBITED
     return np.ascontiguousarray(columns.T)
 
 
@@ -49,9 +50,12 @@ def obstructions(site: Site) -> tuple[Blocker, ...]:
     return tuple(blocker for blocker in site.blockers if blocker.kind == "obstruction")
 
 
-def boxes_record(blocker: Blocker, blob: Blob) -> dict[str, Any]:
-    """Return the cells above the slab as a few boxes, in cells."""
+def boxes_record(site: Site, blocker: Blocker, blob: Blob) -> dict[str, Any]:
+    """Return the cells above the lowest layer as a few boxes, in cells; of the ground without what the slab shows."""
     cells = blocker.cells[blocker.cells[:, 2] > 0]
+    if blocker.kind == "ground":
+        level = site.yard_floor_vox - 1
+        cells = cells[(cells[:, 2] != level) | (site.ground_vox[cells[:, 0], cells[:, 1]] != level)]
     boxes = np.zeros((0, 6), np.int32)
     if len(cells):
         low = cells.min(axis=0)

@@ -34,7 +34,9 @@ class PageSite(Table):
     """Lowest corner of cell (0, 0, 0)."""
     slab: Numbers
     """Columns, y slowest: 0 nothing, 1 ground, 2 construction area, 3 yard, 4 access of trucks; 8 more where hook or
-    load must not be."""
+    load must not be. Nothing where the ground is not as high as the yard: it stands among the fixed things."""
+    slab_low_m: float
+    """Lower side of the slab, a cell thick, whose top is the level of the yard."""
     notes: tuple[str, ...]
     """Notes about the site."""
     geometry_digest: str

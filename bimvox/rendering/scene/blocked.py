@@ -99,7 +99,7 @@ def _in_the_way(
     of_component = {lift.component: lift for lift in lifts}
     for blocker in site.blockers[1:]:
         if blocker.id in ids:
-            above = blocker.cells[blocker.cells[:, 2] > 0]
+            above = blocker.cells[blocker.cells[:, 2] > site.ground_vox[blocker.cells[:, 0], blocker.cells[:, 1]]]
             cells.append(above if len(above) else blocker.cells)
     for component in site.components:
         if component.id not in ids:

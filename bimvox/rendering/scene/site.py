@@ -91,15 +91,18 @@ def painted_scene(
 
 def site_canvas(site: Site, more: int) -> Canvas:
     """Return a canvas with the fixed solids, and room for ``more``. The crane is drawn as lines, not painted."""
-    canvas = Canvas(site.shape, len(_AREAS) + 1 + len(site.blockers) + more)
+    canvas = Canvas(site.shape, len(_AREAS) + 2 + len(site.blockers) + more)
+    slab, tops = site.labels[:, :, 0], site.ground_vox
+    if tops.any():
+        canvas.paint(site.blockers[0].cells, GROUND, layer=Layer.GROUND)
     for label, rgb, _ in _AREAS:
-        canvas.paint_mask(site.labels[:, :, 0] == label, 0, rgb, layer=Layer.GROUND)
+        canvas.paint_columns(slab == label, tops, rgb, layer=Layer.GROUND)
     # `Site.yard` defines the yard; the labels of the slab need not repeat it.
-    canvas.paint_mask(site.yard & (site.labels[:, :, 0] == Label.GROUND), 0, YARD, layer=Layer.GROUND)
+    canvas.paint_columns(site.yard & (slab == Label.GROUND), tops, YARD, layer=Layer.GROUND)
     if site.access is not None:
-        canvas.paint_mask(site.access, 0, ACCESS, layer=Layer.GROUND)
+        canvas.paint_columns(site.access, tops, ACCESS, layer=Layer.GROUND)
     for blocker in site.blockers[1:]:
-        above = blocker.cells[blocker.cells[:, 2] > 0]
+        above = blocker.cells[blocker.cells[:, 2] > tops[blocker.cells[:, 0], blocker.cells[:, 1]]]
         if blocker.kind == "structure" or (blocker.kind == "crane" and not site.cranes):
             canvas.paint(above, STRUCTURE, layer=Layer.STRUCTURE)
         elif blocker.kind == "obstruction":

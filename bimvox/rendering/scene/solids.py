@@ -39,9 +39,10 @@ class Canvas:
             self.solids[at] = np.where(self.solids[at] == 0, number, self.solids[at])
         return number
 
-    def paint_mask(self, mask: NDArray[np.bool_], k: int, rgb: Rgb, *, layer: str = "") -> None:
-        """Paint the (X, Y) cells of a level."""
-        self.solids[:, :, k][mask] = self._next(rgb, layer)
+    def paint_columns(self, mask: NDArray[np.bool_], layers: NDArray[np.int32], rgb: Rgb, *, layer: str = "") -> None:
+        """Paint one cell of each (X, Y) column of a mask, in its layer of ``layers`` (X, Y)."""
+        x, y = np.nonzero(mask)
+        self.solids[x, y, layers[mask]] = self._next(rgb, layer)
 
     def copy(self, more: int = 0) -> Canvas:
         """Return a separate canvas with the same solids and room for more."""

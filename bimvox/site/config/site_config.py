@@ -122,7 +122,7 @@ class ModelConfig(Table):
     yaw_deg: Annotated[Number, Field(ge=-6e4, le=6e4)] = 0.0
     """Angle of the site's x axis in the model, counter-clockwise."""
     ground_m: Annotated[Number, Field(ge=-1e6, le=1e6)] | None = None
-    """Height in the model of the site's z = 0. Default: the lowest component or structure, rounded down to a cell."""
+    """Height in the model of the top of the ground, the site's z = 0. Default: from terrain, storeys, foundations."""
     assemblies: Literal["whole", "parts"] = "whole"
     """How an assembly is lifted."""
     kinds: Annotated[tuple[KindOrFile, ...], BeforeValidator(_several)] = ()
@@ -139,7 +139,7 @@ class GridConfig(Table):
     """The extent of the site. Default: building, areas and crane, with a margin."""
 
     low_m: Point2or3
-    """Lowest corner; a third value must be minus one cell."""
+    """Lowest corner; a third value must be the lower side of the lowest cells."""
     high_m: Point3
     """Highest corner."""
 

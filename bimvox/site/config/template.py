@@ -59,6 +59,7 @@ def site_toml(
     example_ids: Sequence[str] = (),
     crane_notes: Sequence[str] = (),
     kinds: Sequence[KindRow] = (),
+    ground_why: str = "",
 ) -> str:
     """Return the text of a site file; :func:`bimvox.site.config.file.load_site_config` reads the same values back.
 
@@ -67,12 +68,13 @@ def site_toml(
         example_ids: Ids of components, used in the commented-out examples.
         crane_notes: Lines about the choice of the crane, written as comments.
         kinds: What the parts are, by type; each a comment to correct.
+        ground_why: What the height of the ground was taken from, written as a comment.
     """
     sections = [
         _HEAD + (f"\nname = {_value(config.name)}\n" if config.name else ""),
         config.coordinates != "site" and _lines(_key("coordinates", config.coordinates, "[easting, northing]")),
         _project(config.project),
-        _model(config, kinds),
+        _model(config, kinds, ground_why),
         _grid(config),
         _areas(config.areas, [crane.base_m for crane in config.cranes if crane.base_m is not None]),
         *(_crane(crane, crane_notes, several=len(config.cranes) > 1) for crane in config.cranes),
@@ -103,7 +105,7 @@ def _project(project: ProjectConfig | None) -> str:
     return _lines("[project]", *(_key(key, value) for key, value in given.items() if value))
 
 
-def _model(config: SiteConfig, kinds: Sequence[KindRow]) -> str:
+def _model(config: SiteConfig, kinds: Sequence[KindRow], ground_why: str) -> str:
     model = config.model
     return _lines(
         "[model]",
@@ -115,7 +117,11 @@ def _model(config: SiteConfig, kinds: Sequence[KindRow]) -> str:
         _key("up", model.up, "axis of the mesh file that points up"),
         _key("voxel_size_m", model.voxel_size_m, "edge length of a planning cell"),
         _key("yaw_deg", model.yaw_deg, "angle of the site's x axis in the model, counter-clockwise"),
-        _key("ground_m", model.ground_m, "height in the model that is the top of the ground"),
+        _key(
+            "ground_m",
+            model.ground_m,
+            "height in the model that is the top of the ground" + (ground_why and f": {ground_why}"),
+        ),
         _key("assemblies", model.assemblies, 'lift assemblies "whole" or as "parts"'),
         *_kinds(model.kinds, kinds),
     )

@@ -88,15 +88,15 @@ def default_site_to_ifc(building: Building) -> list[list[float]] | None:
     import math
 
     from bimvox.site.config.site_config import ModelConfig, SiteConfig
-    from bimvox.site.guess import VOXEL_SIZES_M
-    from bimvox.site.placement import built_elements, dominant_yaw_rad, ground_height_m, place_building
+    from bimvox.site.ground_level import ground_level
+    from bimvox.site.placement import built_elements, dominant_yaw_rad, place_building
 
     if not built_elements(building.elements):
         return None
     model = ModelConfig(
         path=Path(building.source.name),
         yaw_deg=math.degrees(dominant_yaw_rad(building)),
-        ground_m=ground_height_m(building, VOXEL_SIZES_M[0]),
+        ground_m=ground_level(building).height_m,
     )
     # "+ 0.0" turns -0.0 into 0.0.
     matrix: list[list[float]] = (place_building(SiteConfig(model=model), building)[1] + 0.0).tolist()

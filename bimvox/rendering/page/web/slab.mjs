@@ -10,7 +10,8 @@ export class Slab {
     this.hasAccess = map.some((column) => (column & 7) === 4);
     const [nx, ny] = site.shape;
     const cell = site.voxel_size_m;
-    const [x0, y0, z0] = site.origin_m;
+    const [x0, y0] = site.origin_m;
+    const z0 = site.slab_low_m;
     this.low = [x0, y0, z0];
     this.high = [x0 + nx * cell, y0 + ny * cell, z0 + cell];
     this.program = programOf(gl, SLAB_VERTEX, SLAB_FRAGMENT);

@@ -1,0 +1,152 @@
+"""The ground of a site: terrain, yard, excavation; and whole plans on a hillside and over a basement."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from box_buildings import box_element, building_of
+from box_sites import box_component
+from hills import hill, terrain
+
+import bimvox
+from bimvox.bim.building import Role, Storey
+from bimvox.grid.frame import GridFrame
+from bimvox.grid.labels import Label
+from bimvox.remarks.conditions import conditions_of
+from bimvox.site.ground import are_over_others, ground_cells, ground_tops, natural_ground_m, stand_on_ground
+
+DEEP = GridFrame((0.0, 0.0, -4.0), 0.5)  # seven layers below the one under z = 0
+COLUMNS = (40, 40)
+FLAT_LAYER = 7
+
+
+def component(index, low, high, **more):
+    return box_component(DEEP, index, f"part {index}", low, high, **more)
+
+
+def test_without_terrain_and_parts_below_the_ground_is_flat():
+    assert natural_ground_m(DEEP, [], np.ones(COLUMNS, bool)) is None
+    tops = ground_tops(DEEP, COLUMNS, None, [component(0, (5, 5, 0), (10, 10, 3))])
+    assert (tops == FLAT_LAYER).all()
+    assert len(ground_cells(tops, (*COLUMNS, 20))) == (FLAT_LAYER + 1) * 40 * 40
+
+
+def test_terrain_fills_whole_layers_and_the_yard_is_level():
+    yard = np.zeros(COLUMNS, bool)
+    yard[10:20, 10:20] = True
+    found = natural_ground_m(DEEP, [hill(lambda x, y: 0.2 * x - 1.0)], yard)
+    layers = found / 0.5
+    np.testing.assert_allclose(layers, np.round(layers), atol=1e-9)
+    x_m = DEEP.voxel_size_m * (np.arange(40) + 0.5)
+    rest = found[:, 30]
+    assert (rest >= 0.2 * x_m - 1.0 - 0.101).all(), "the terrain is an obstacle as high as it is, to a fifth of a cell"
+    assert (rest <= 0.2 * x_m - 1.0 + 0.6).all()
+    assert len(np.unique(found[yard])) == 1
+    assert natural_ground_m(DEEP, [hill(lambda x, y: 0.0 * x + 0.05)], yard) is None, "5 cm are level with 0"
+
+
+def test_the_ground_is_dug_out_to_each_part_and_around_it():
+    cellar = component(0, (5, 5, -3), (10, 10, -0.5))
+    tops = ground_tops(DEEP, COLUMNS, None, [cellar])
+    pit = np.zeros(COLUMNS, bool)
+    pit[8:22, 8:22] = True  # 5 m and a metre on each side
+    assert (tops[pit] == 1).all()
+    assert (tops[~pit] == FLAT_LAYER).all()
+
+
+def test_it_is_not_dug_from_under_a_part_that_stands_on_it():
+    cellar, pad = component(0, (5, 5, -3), (10, 10, -0.5)), component(1, (10.5, 5, -0.5), (11.5, 6, 0))
+    roof = component(2, (3, 3, 4), (12, 12, 4.5))
+    tops = ground_tops(DEEP, COLUMNS, None, [cellar, pad, roof])
+    assert (tops[21:23, 10:12] == 6).all()
+    assert (tops[8:10, 10:20] == 1).all(), "what is above the ground keeps nothing under it"
+    assert stand_on_ground(DEEP, COLUMNS, None, [cellar, pad, roof], 0.05) == [True, True, False]
+
+
+def test_the_ceiling_of_a_basement_spans_and_a_slab_on_the_ground_does_not():
+    floor, wall = component(0, (5, 5, -3), (10, 10, -2.5)), component(1, (5, 5, -2.5), (5.5, 10, -0.5))
+    ceiling, terrace = component(2, (5, 5, -0.5), (10, 10, 0)), component(3, (12, 5, -0.5), (15, 8, 0))
+    parts = [floor, wall, ceiling, terrace]
+    assert stand_on_ground(DEEP, COLUMNS, None, parts, 0.05) == [True, False, False, True]
+    assert are_over_others(DEEP, COLUMNS, None, parts) == [False, True, True, False]
+
+
+def basement():
+    """A precast box of walls and slabs, 3 m deep, with a storey above it."""
+    concrete = {"material": "C30/37 precast"}
+    walls = [
+        (f"wall {z} {n}", (x0, y0, z), (x1, y1, z + 2.7), {"ifc_class": "IfcWall", **concrete})
+        for z in (-3.0, 0.0)
+        for n, (x0, y0, x1, y1) in enumerate(
+            [(0, 0, 5, 0.2), (0, 4.8, 5, 5), (0, 0.25, 0.2, 4.75), (4.8, 0.25, 5, 4.75)]
+        )
+    ]
+    slabs = [
+        (f"slab {z} {n}", (x, 0, z), (x + 2.4, 5, z + 0.3), {"ifc_class": "IfcSlab", **concrete})
+        for z in (-3.3, -0.3, 2.7)
+        for n, x in enumerate((0.0, 2.6))
+    ]
+    return [box_element(name, low, high, **more) for name, low, high, more in (*slabs, *walls)]
+
+
+@pytest.fixture(scope="module")
+def in_the_pit():
+    site = bimvox.guess_site(_with_storey(building_of(*basement())), voxel_size_m=0.5)
+    return site, bimvox.plan(site, policy="greedy")
+
+
+def conditions(plan):
+    return conditions_of(plan.record.plan, plan.record.motions)
+
+
+def _with_storey(building):
+    return replace(building, storeys=(Storey("Ground floor", 0.0, 0.0),))
+
+
+def test_the_parts_of_a_basement_are_lifted_into_its_excavation(in_the_pit):
+    site, plan = in_the_pit
+    assert site.config.model.ground_m == -0.3
+    assert min(part.mesh.bounds_m[0, 2] for part in site.components) == pytest.approx(-3.0)
+    assert not plan.infeasible
+    assert bimvox.verify(plan).verified
+    below = [lift for lift in plan.lifts if lift.is_planned and lift.path_m[-1][2] < -1.0]
+    assert below, "some are set below the ground"
+
+
+def test_the_verdict_names_the_excavation(in_the_pit):
+    _, plan = in_the_pit
+    assert any("dug out" in condition and "3.0 m deep" in condition for condition in conditions(plan))
+
+
+def test_the_yard_lies_on_the_ground_not_in_the_pit(in_the_pit):
+    site, plan = in_the_pit
+    value = site.site
+    floor = value.frame.corner_of([0, 0, value.yard_floor_vox])[2]
+    assert floor == pytest.approx(0.0)
+    assert all(place.cell_vox[2] >= value.yard_floor_vox for lift in plan.lifts if (place := lift.lift.place))
+    assert (value.labels[value.yard, value.yard_floor_vox - 1] == Label.YARD).all()
+
+
+def test_crane_and_yard_stand_on_the_hillside():
+    parts = [box_element(f"wall {n}", (4 * n, 0, 0), (4 * n + 3, 0.3, 3), ifc_class="IfcWall") for n in range(3)]
+    slope = terrain(lambda x, y: np.maximum(0.0, 0.5 * (np.abs(y) - 3.0)))
+    site = bimvox.guess_site(building_of(*parts, slope), voxel_size_m=0.5)
+    value = site.site
+    assert value.natural_ground_m is not None
+    assert value.natural_ground_m.max() > 2.0
+    (crane,) = value.cranes
+    x, y, _ = value.frame.cell_of(crane.base_m)
+    assert crane.base_m[2] == pytest.approx(value.natural_ground_m[x, y])
+    plan = bimvox.plan(site, policy="greedy")
+    assert bimvox.verify(plan).verified
+    assert any("terrain" in condition for condition in conditions(plan))
+    hills = {tuple(cell) for cell in value.blockers[0].cells[value.blockers[0].cells[:, 2] > 2].tolist()}
+    assert hills, "the terrain is in the way of loads"
+
+
+def test_an_existing_pile_below_the_ground_takes_no_place_in_the_yard():
+    wall = box_element("wall", (0, 0, 0), (3, 0.3, 3), ifc_class="IfcWall")
+    pile = box_element("pile", (1, 0, -9), (1.3, 0.3, -0.2), role=Role.STRUCTURE, ifc_class="IfcPile")
+    building = _with_storey(building_of(wall, pile))
+    site = bimvox.guess_site(building, voxel_size_m=0.5).site
+    assert site.frame.origin_m[2] >= -1.0, "nothing is dug for what is in place already"
