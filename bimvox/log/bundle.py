@@ -21,7 +21,7 @@ from bimvox.log.archive import ArchiveError, pack, unpack
 from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, DecodeError, decode, encode
 from bimvox.log.mcap.encoded import Encoded, json_text
 from bimvox.site.component import Shape
-from bimvox.site.site import GROUND_ID, Site
+from bimvox.site.site import Site
 from bimvox.sparse import names_to_write
 
 _FORMAT = "bimvox-site"
@@ -149,8 +149,6 @@ def _check(site: Site) -> None:
     for name in ("access", "natural_ground_m"):
         if (columns := getattr(site, name)) is not None and columns.shape != site.yard.shape:
             raise DecodeError(f"site.{name}: wrong shape")
-    if not site.blockers or site.blockers[0].kind != GROUND_ID:
-        raise DecodeError("site.blockers: the first is not the ground")
     if not site.frame.voxel_size_m > 0:
         raise DecodeError("site.frame.voxel_size_m: not positive")
     for n, blocker in enumerate(site.blockers):

@@ -23,7 +23,8 @@ class Supports:
 
     def __init__(self, plan: LiftPlan, lifts: Collection[Lift], triangles: TriangleCheck) -> None:
         self._site, self._unheld, self._triangles = plan.site, plan.unheld, triangles
-        self._ground = {tuple(cell) for cell in plan.site.blockers[0].cells.tolist()} if plan.unheld else set()
+        ground = [blocker.cells for blocker in plan.site.blockers if blocker.kind == "ground" and plan.unheld]
+        self._ground = {tuple(cell) for cells in ground for cell in cells.tolist()}
         self.infeasible = frozenset(lift.component for lift in lifts if lift.status is Status.INFEASIBLE)
 
     def check(self, check: Check, component: Component, placed: Collection[int]) -> None:

@@ -222,9 +222,11 @@ class Site:
     @kept
     def ground_vox(self) -> NDArray[np.int32]:
         """(X, Y) int32, the highest layer of the ground in each column."""
-        x, y, z = self.blockers[0].cells.T if self.blockers else np.zeros((3, 0), np.int32)
         tops = np.zeros(self.shape[:2], np.int32)
-        np.maximum.at(tops, (x, y), z)
+        for blocker in self.blockers:
+            if blocker.kind == GROUND_ID:
+                x, y, z = blocker.cells.T
+                np.maximum.at(tops, (x, y), z)
         tops.flags.writeable = False
         return tops
 

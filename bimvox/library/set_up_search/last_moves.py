@@ -78,8 +78,7 @@ def _columns_of(part: Component) -> _Columns:
 
 def _above_what_is_below(site: Site, own: Sequence[_Columns], margin: int) -> NDArray[np.int64]:
     """Return (N,) cells by which each part is lowered onto the ground, what exists already, or another part."""
-    taken = np.zeros(site.shape, np.bool_)
-    taken[tuple(site.blockers[0].cells.T)] = True  # the ground
+    taken = np.arange(site.shape[2]) <= site.ground_vox[:, :, None]
     existing = [blocker.cells for blocker in site.blockers if blocker.kind == "structure"]
     placed = [target_cells(part) for part in site.components]
     for cells in (*existing, *placed):
