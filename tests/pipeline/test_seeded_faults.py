@@ -804,8 +804,8 @@ def test_nothing_is_proven_from_invalid_values(good: PlanLog, tmp_path: Path, na
 def test_a_building_in_the_air_is_found_by_its_hold_and_its_missing_ground(
     good: PlanLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    assert failed(proven(faults.a_building_in_the_air(good), tmp_path)) == {"stands", "own_files"}
-    assert_each_alone_catches(tmp_path, {"stands", "own_files"}, monkeypatch)
+    assert failed(proven(faults.a_building_in_the_air(good), tmp_path)) == {"stands", "yard", "own_files"}
+    assert_each_alone_catches(tmp_path, {"stands", "yard", "own_files"}, monkeypatch)
 
 
 @pytest.mark.parametrize("name", faults.NOT_ITS_FILES)
