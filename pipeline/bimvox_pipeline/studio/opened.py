@@ -25,7 +25,7 @@ from bimvox.site.catalogue import catalogue
 from bimvox.site.config.file import load_site_config, read_site_file
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
 from bimvox.site.demand import Rigs
-from bimvox.site.guess import complete_config, guess_site, rigs_of
+from bimvox.site.guess import complete_config, ground_why, guess_site, rigs_of
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import ifc_to_map
 from bimvox.site.means import Means
@@ -109,6 +109,10 @@ class Opened(PlacedSite):
         Raises:
             InputError: If the set-up is impossible.
         """
+        if wanted.ground_m not in (None, self.config.model.ground_m):  # every part has another height
+            model = self.config.model.model_copy(update={"ground_m": wanted.ground_m})
+            other = replace(self, config=self.config.model_copy(update={"model": model}))
+            return other.tried(wanted)
         config = self.with_setup(wanted)
         cranes = cranes_of(config)
         means, by_crane = {**self.means, **wanted.means}, Means.CRANE.value
@@ -164,6 +168,7 @@ class Opened(PlacedSite):
                 for n, part in enumerate(self.parts)
             ],
             "setup": self.setup_document,
+            "ground_why": ground_why(self.config, self.building),
             "machines": [
                 {
                     "name": machine.name,

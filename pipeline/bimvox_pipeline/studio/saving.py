@@ -93,6 +93,8 @@ def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:
             same = all(
                 _is_same(own["base_m"], there["base_m"]) and own["machine"] == there["machine"] for own, there in pairs
             )
+        elif key == "ground_m":
+            same = value is None or _is_same(value, found[key])
         elif key == "truckload_kg":
             same = value in (None, saved.config.rules.truckload_kg)
         elif key == "means":
@@ -138,6 +140,9 @@ def _edited(opened: Opened, config: SiteConfig, wanted: Setup) -> tuple[str, lis
                     to_file.polygon(own) if name == "construction" else [to_file.polygon(one) for one in own]
                 )
             changed.append(f"areas.{name}")
+    if wanted.ground_m not in (None, before.ground_m):
+        document.setdefault("model", tomlkit.table())["ground_m"] = _tidy(wanted.ground_m)
+        changed.append("model.ground_m")
     if wanted.truckload_kg is not None:
         document.setdefault("rules", tomlkit.table())["truckload_kg"] = _tidy(wanted.truckload_kg)
         changed.append("rules.truckload_kg")

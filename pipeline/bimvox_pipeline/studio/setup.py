@@ -50,7 +50,7 @@ class ZoneSetup(_Part):
 
 
 class Setup(_Part):
-    """What people set by hand: cranes, areas, zones, truckload, and how parts get to their places."""
+    """What people set by hand: cranes, areas, zones, truckload, the ground, and how parts get to their places."""
 
     cranes: tuple[CraneSetup, ...] = ()
     yard: tuple[Polygon, ...] = ()
@@ -60,6 +60,8 @@ class Setup(_Part):
     means: Annotated[dict[str, str], Field(max_length=_MOST)] = {}  # pydantic copies it
     truckload_kg: Annotated[float, Field(ge=0.0)] | None = None
     """None: the site file's."""
+    ground_m: Annotated[Number, Field(ge=-1e6, le=1e6)] | None = None
+    """Height of the ground in the model; None: the site file's."""
 
 
 def impossible(error: ValidationError, schema: type[BaseModel], what: str) -> InputError:
@@ -102,6 +104,7 @@ def setup_of(config: SiteConfig, cranes: tuple[TowerCrane, ...], means: Mapping[
             for zone in config.zone
         ],
         "means": dict(means),
+        "ground_m": config.model.ground_m,
     }
 
 
@@ -147,6 +150,8 @@ def with_setup(
         if "yard" in areas and areas["yard"] is None:
             raise InputError("there is no yard", hint="a site needs at least one yard area")
         update["areas"] = config.areas.model_copy(update=areas)
+    if wanted.ground_m not in (None, opened.ground_m):
+        update["model"] = config.model.model_copy(update={"ground_m": wanted.ground_m})
     if wanted.truckload_kg is not None:
         update["rules"] = config.rules.model_copy(update={"truckload_kg": wanted.truckload_kg})
     if wanted.zones != opened.zones:

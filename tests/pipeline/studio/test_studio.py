@@ -200,6 +200,22 @@ def test_saving_changes_what_was_moved_and_keeps_the_rest(page: Page, folder: Pa
     assert (folder / "a.site.toml").read_text() == text
 
 
+def test_the_ground_is_shown_with_its_reason_and_set_by_hand(page: Page, folder: Path):
+    opened = page.open()
+    assert opened["setup"]["ground_m"] == 0.0
+    assert opened["ground_why"] == "the lowest part of the model"
+    lower = {**opened["setup"], "ground_m": -1.5}
+    assert page.ok("/api/try", path="a.site.toml", setup=lower)["served"] == 8
+    page.ok("/api/save", path="a.site.toml", setup=lower, sha256=opened["sha256"])
+    text = (folder / "a.site.toml").read_text()
+    assert "ground_m = -1.5" in text
+    assert "# the yard, measured by Ann" in text
+    again = page.open()
+    assert again["setup"]["ground_m"] == -1.5
+    assert again["ground_why"] == "", "it is no longer what the model says"
+    assert again["parts"][0]["low_m"] == opened["parts"][0]["low_m"] + 1.5
+
+
 @pytest.mark.slow
 def test_another_machine_gets_jib_and_height_of_its_own(page: Page, folder: Path):
     opened = page.open()

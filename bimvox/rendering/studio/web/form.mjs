@@ -65,6 +65,7 @@ export class Form {
     fill(
       this.body,
       app.opened.map ? this.units() : null,
+      group("ground", "Ground", this.ground()),
       ...app.setup.cranes.map((crane, n) => group(`cranes/${n}`, craneName(crane, n, several), this.crane(n))),
       ...areas,
       el("div", { class: "links" }, el("button", { type: "button", "data-key": "add-crane", onclick: () => this.addCrane() }, "Add a crane"), adding("add-yard", "Add a yard", () => withArea(app.setup, "yard", app.drawing.view.centre)), adding("add-access", "Add an access", () => withArea(app.setup, "access", app.drawing.view.centre, "", [12, 4])), adding("add-zone", "Add a zone", () => withArea(app.setup, "zones", app.drawing.view.centre)), adding("add-box", "Add an obstruction", () => withObstruction(app.setup, app.drawing.view.centre))),
@@ -80,6 +81,11 @@ export class Form {
       return el("label", {}, input, words);
     };
     return el("fieldset", { class: "units" }, el("legend", {}, "Coordinates"), choice(false, "of the site"), choice(true, "of the map"));
+  }
+
+  ground() {
+    const { app } = this;
+    return el("div", { class: "fields" }, this.number("ground", "Height in the model, m", (setup) => setup.ground_m, (value) => app.change({ ...app.setup, ground_m: value }, "height of the ground")), el("p", { class: "about" }, app.opened.ground_why ?? ""));
   }
 
   /** Enter a set-up with another area. */
