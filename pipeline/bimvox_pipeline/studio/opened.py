@@ -26,6 +26,7 @@ from bimvox.site.config.file import load_site_config, read_site_file
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
 from bimvox.site.demand import Rigs
 from bimvox.site.guess import complete_config, ground_why, guess_site, rigs_of
+from bimvox.site.kind_rows import KindRow, kind_rows
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import ifc_to_map
 from bimvox.site.means import Means
@@ -73,7 +74,13 @@ class Opened(PlacedSite):
     @cached_property
     def setup_document(self) -> dict[str, Any]:
         """Its own set-up, as JSON."""
-        return setup_of(self.config, cranes_of(self.config), self.means)
+        kinds = {name: entry.kind for name, entry in self.entries.items() if entry.kind is not None}
+        return setup_of(self.config, cranes_of(self.config), self.means, kinds)
+
+    @cached_property
+    def kinds(self) -> tuple[KindRow, ...]:
+        """What its parts are, by type."""
+        return kind_rows(self.config, self.building)
 
     @cached_property
     def trial(self) -> Trial:
@@ -164,9 +171,12 @@ class Opened(PlacedSite):
                     "low_m": round(float(part.mesh.bounds_m[0, 2]), 3),
                     "top_m": round(float(part.mesh.bounds_m[1, 2]), 3),
                     "means": self.means[part.id],
+                    "kind": part.judgement.kind.value,
+                    "kind_from": part.judgement.why,
                 }
                 for n, part in enumerate(self.parts)
             ],
+            "kinds": [row.to_dict() for row in self.kinds],
             "setup": self.setup_document,
             "ground_why": ground_why(self.config, self.building),
             "machines": [
@@ -217,10 +227,13 @@ def open_model(path: Path) -> Opened:
 
 
 def unchanged(opened: Opened) -> bool:
-    """Return whether a site file is still as it was opened."""
+    """Return whether a site file and the files that it names are still as they were opened."""
     if opened.content is None:
         return not opened.site.exists()
-    return opened.site.exists() and read_input(opened.site) == opened.content
+    named = {opened.site.with_name(name): data for name, data in opened.given.machine_files.items()}
+    return all(
+        path.exists() and read_input(path) == data for path, data in ({opened.site: opened.content} | named).items()
+    )
 
 
 def _tried(tried: Tried, ids: list[str], config: SiteConfig, cranes: Any) -> dict[str, Any]:

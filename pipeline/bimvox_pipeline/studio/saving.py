@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,13 @@ from pydantic import BaseModel
 from tomlkit.items import AoT, Array, Table
 
 from bimvox.bim.building import Role
+from bimvox.bim.kinds.correction import OUT, Correction
+from bimvox.bim.read import read_building
 from bimvox.errors import ConfigError, FileError
 from bimvox.files import write_atomically
 from bimvox.site.config.crane import CraneConfig
 from bimvox.site.config.file import load_site_config
-from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.config.site_config import KindConfig, SiteConfig
 from bimvox.site.config.template import site_toml
 from bimvox.site.guess import complete_config
 from bimvox_pipeline.studio.alone import ChangedMeanwhileError, alone_in
@@ -71,7 +74,7 @@ def as_text(opened: Opened, config: SiteConfig, wanted: Setup, site: Path) -> tu
     """
     if opened.content is None:
         examples = [one.id for one in opened.building.elements if one.role is Role.COMPONENT][:2]
-        text, changed = site_toml(config, example_ids=examples), ["everything"]
+        text, changed = site_toml(config, example_ids=examples, kinds=opened.kinds), ["everything"]
     else:
         text, changed = _edited(opened, config, wanted)
     return text, changed, _as_read(opened, text, site, wanted)
@@ -80,11 +83,15 @@ def as_text(opened: Opened, config: SiteConfig, wanted: Setup, site: Path) -> tu
 def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:
     """Return a site as the ordinary reader finds it in a text that is to be saved.
 
+    Its model is read again if the text says something else of what its parts are.
+
     Raises:
         InputError: If that is not what was wanted.
     """
     given = load_site_config(site, text.encode())
-    saved = Opened(complete_config(given, opened.building), opened.building, site, text.encode(), given)
+    is_same_model = _said(given) == _said(opened.given)
+    building = opened.building if is_same_model else read_building(given.model.path, given.read_options)
+    saved = Opened(complete_config(given, building), building, site, text.encode(), given)
     found = saved.setup.model_dump()
     for key, value in wanted.model_dump().items():
         if key == "cranes":
@@ -98,7 +105,9 @@ def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:
         elif key == "truckload_kg":
             same = value in (None, saved.config.rules.truckload_kg)
         elif key == "means":
-            same = all(found[key].get(name) == means for name, means in value.items())
+            own = opened.setup.means
+            changed = {name: means for name, means in value.items() if own.get(name) != means}
+            same = all(found[key].get(name) == means for name, means in changed.items())
         else:
             same = _is_same(value, found[key])
         if not same:
@@ -106,6 +115,15 @@ def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:
                 site, key, "would not be read as it was set; nothing was saved", hint="this is a fault of bimvox"
             )
     return saved
+
+
+def _said(config: SiteConfig) -> list[Correction]:
+    """Return what a site file says of its parts that the reader of the model must know, wherever it says that."""
+    return [
+        replace(one, where="")
+        for one in config.corrections
+        if not one.one_part or one.kind is not None or one.means == OUT
+    ]
 
 
 def _is_same(one: Any, other: Any) -> bool:
@@ -155,6 +173,9 @@ def _edited(opened: Opened, config: SiteConfig, wanted: Setup) -> tuple[str, lis
                 [_plain(zone) | {"polygon": to_file.polygon(zone.polygon)} for zone in config.zone]
             )
         changed.append("zone")
+    if wanted.kinds != before.kinds:
+        _kinds(document, config)
+        changed.append("model.kinds")
     if config.component != opened.config.component:
         changed += _components(document, opened.config, config)
     return tomlkit.dumps(document), changed
@@ -247,6 +268,34 @@ def _set(table: Any, name: str, value: Any) -> None:
     table[name] = _item(value)
 
 
+def _kinds(document: Any, config: SiteConfig) -> None:
+    """Write what the types of parts are, among the comments that are there; a file of kinds stays."""
+    wanted = {one.select: _plain(one) for one in config.model.kinds if isinstance(one, KindConfig)}
+    model = document["model"]
+    if not isinstance(model.get("kinds"), Array):
+        given = model.get("kinds")
+        model["kinds"] = tomlkit.array()
+        if given is not None:
+            model["kinds"].append(str(given))
+    entries = model["kinds"]
+    for number in reversed(range(len(entries))):
+        if isinstance(entries[number], Mapping) and entries[number].get("select") not in wanted:
+            del entries[number]
+    there: dict[Any, Any] = {one.get("select"): one for one in entries if isinstance(one, Mapping)}
+    for select, values in wanted.items():
+        if select in there:
+            for key in ("kind", "means"):
+                if key in values:
+                    there[select][key] = values[key]
+                else:
+                    there[select].pop(key, None)
+            continue
+        entry = tomlkit.inline_table()
+        entry["select"] = tomlkit.string(select, literal="'" not in select and select.isprintable())
+        entry.update({key: value for key, value in values.items() if key != "select"})
+        entries.add_line(entry, indent="  ")
+
+
 def _components(document: Any, before: SiteConfig, config: SiteConfig) -> list[str]:
     """Write how parts get to their places; return the keys."""
     changed = []
@@ -258,10 +307,11 @@ def _components(document: Any, before: SiteConfig, config: SiteConfig) -> list[s
         if one.global_id in known and known[one.global_id] == one:
             continue
         if number >= len(tables):
-            tables.append(_table({"global_id": one.global_id, "means": one.means}))
-            changed.append(f"component[{number}].means")
+            own = {key: value for key in ("kind", "means") if (value := getattr(one, key)) is not None}
+            tables.append(_table({"global_id": one.global_id, **own}))
+            changed += [f"component[{number}].{key}" for key in own]
             continue
-        for key in ("means", "crane"):
+        for key in ("kind", "means", "crane"):
             value = getattr(one, key)
             if value == getattr(known[one.global_id], key):
                 continue

@@ -8,12 +8,13 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from bimvox.bim.kinds.kind import Kind
 from bimvox.crane.fit import standing
 from bimvox.crane.machine import carries_most
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.config.crane import CraneConfig, LuffingConfig
-from bimvox.site.config.site_config import ComponentConfig, Polygon, SiteConfig, ZoneConfig
+from bimvox.site.config.site_config import ComponentConfig, KindConfig, Polygon, SiteConfig, ZoneConfig
 from bimvox.site.config.validation import Number, first_finding
 from bimvox.site.machine import cranes_of, machine_config
 from bimvox.site.machine_names import machines_called
@@ -49,8 +50,16 @@ class ZoneSetup(_Part):
     highest_hook_m: float | None = None
 
 
+class KindSetup(_Part):
+    """What the parts of a type are, and how they get to their places."""
+
+    select: str
+    kind: str | None = None
+    means: str | None = None
+
+
 class Setup(_Part):
-    """What people set by hand: cranes, areas, zones, truckload, the ground, and how parts get to their places."""
+    """What people set by hand: cranes, areas, zones, truckload, the ground, what parts are and how they are set."""
 
     cranes: tuple[CraneSetup, ...] = ()
     yard: tuple[Polygon, ...] = ()
@@ -58,6 +67,10 @@ class Setup(_Part):
     construction: Polygon | tuple[()] = ()
     zones: Annotated[tuple[ZoneSetup, ...], Field(max_length=1000)] = ()
     means: Annotated[dict[str, str], Field(max_length=_MOST)] = {}  # pydantic copies it
+    kinds: Annotated[tuple[KindSetup, ...], Field(max_length=1000)] = ()
+    """Of types; those in files of kinds stay as they are."""
+    part_kinds: Annotated[dict[str, str], Field(max_length=_MOST)] = {}
+    """Of parts for which the site file says it, or is to say it."""
     truckload_kg: Annotated[float, Field(ge=0.0)] | None = None
     """None: the site file's."""
     ground_m: Annotated[Number, Field(ge=-1e6, le=1e6)] | None = None
@@ -82,13 +95,16 @@ def read_setup(values: object) -> Setup:
         raise impossible(error, Setup, "the set-up") from None
 
 
-def setup_of(config: SiteConfig, cranes: tuple[TowerCrane, ...], means: Mapping[str, str]) -> dict[str, Any]:
+def setup_of(
+    config: SiteConfig, cranes: tuple[TowerCrane, ...], means: Mapping[str, str], part_kinds: Mapping[str, str]
+) -> dict[str, Any]:
     """Return the set-up of a complete site file in the site's frame, as JSON.
 
     Args:
         config: The site file.
         cranes: Its cranes.
         means: How each part gets to its place, by id.
+        part_kinds: What the parts are of which the site file says it one by one, by id.
     """
     return {
         "cranes": [_crane(given, crane) for given, crane in zip(config.cranes, cranes, strict=False)],
@@ -105,6 +121,8 @@ def setup_of(config: SiteConfig, cranes: tuple[TowerCrane, ...], means: Mapping[
         ],
         "means": dict(means),
         "ground_m": config.model.ground_m,
+        "kinds": [one.model_dump() for one in config.model.kinds if isinstance(one, KindConfig)],
+        "part_kinds": dict(part_kinds),
     }
 
 
@@ -159,11 +177,20 @@ def with_setup(
     if wanted.cranes != opened.cranes:
         cranes = _cranes(config, opened.cranes, wanted.cranes, hook_height_m)
         update["crane"] = cranes if isinstance(config.crane, tuple) or len(cranes) > 1 else cranes[0]
+    if wanted.kinds != opened.kinds:
+        files = [one for one in config.model.kinds if isinstance(one, str)]
+        tables = (_kind(n, one) for n, one in enumerate(wanted.kinds, start=1))
+        update["model"] = update.get("model", config.model).model_copy(update={"kinds": (*files, *tables)})
     changed_means = {
         listed.get(name, name): means for name, means in wanted.means.items() if opened.means.get(name, means) != means
     }
     if changed_means:
         update["component"] = _with_means(config.component, changed_means)
+    changed_kinds = {
+        listed.get(name, name): kind for name, kind in wanted.part_kinds.items() if opened.part_kinds.get(name) != kind
+    }
+    if changed_kinds:
+        update["component"] = _with_kinds(update.get("component", config.component), changed_kinds)
     if gone := {crane.name for crane in opened.cranes} - {crane.name for crane in wanted.cranes}:
         update["component"] = tuple(
             one.model_copy(update={"crane": None}) if one.crane in gone else one
@@ -173,6 +200,13 @@ def with_setup(
     made._file, made._machine_files = config._file, config._machine_files
     cranes_of(made)
     return made
+
+
+def _kind(number: int, wanted: KindSetup) -> KindConfig:
+    try:
+        return KindConfig.model_validate(wanted.model_dump(exclude_none=True))
+    except ValidationError as error:
+        raise impossible(error, KindConfig, f"type {number}") from None
 
 
 def _zone(number: int, zone: ZoneSetup) -> ZoneConfig:
@@ -277,8 +311,20 @@ def _with_means(entries: tuple[ComponentConfig, ...], changed: Mapping[str, str]
     """Return the tables of parts with the means of some of them."""
     for means in set(changed.values()) - {"crane", "in_situ", "built", "by_hand"}:
         raise InputError(f"{means!r} is no way to set a part", hint="crane, in_situ, built or by_hand")
+    return _with_key("means", entries, changed)
+
+
+def _with_kinds(entries: tuple[ComponentConfig, ...], changed: Mapping[str, str]) -> tuple[ComponentConfig, ...]:
+    """Return the tables of parts with the kinds of some of them."""
+    for kind in set(changed.values()) - set(Kind):
+        raise InputError(f"{kind!r} is no kind of part", hint=", ".join(Kind))
+    return _with_key("kind", entries, changed)
+
+
+def _with_key(
+    key: str, entries: tuple[ComponentConfig, ...], changed: Mapping[str, str]
+) -> tuple[ComponentConfig, ...]:
     left = dict(changed)
-    found = [
-        one.model_copy(update={"means": left.pop(one.global_id)}) if one.global_id in left else one for one in entries
-    ]
-    return (*found, *(ComponentConfig(global_id=name, means=means) for name, means in left.items()))  # type: ignore[arg-type]
+    found = [one.model_copy(update={key: left.pop(one.global_id)}) if one.global_id in left else one for one in entries]
+    new = (ComponentConfig.model_validate({"global_id": name, key: value}) for name, value in left.items())
+    return (*found, *new)

@@ -15,7 +15,19 @@ import pytest
 from bimvox.rendering.studio.assets import web_files
 
 NODE = shutil.which("node")
-MODULES = ("geometry", "view", "snap", "history", "setup", "use", "dimensions", "numbers", "revision", "carried")
+MODULES = (
+    "geometry",
+    "view",
+    "snap",
+    "history",
+    "setup",
+    "use",
+    "types",
+    "dimensions",
+    "numbers",
+    "revision",
+    "carried",
+)
 
 pytestmark = pytest.mark.skipif(NODE is None, reason="Node.js is not here")
 
@@ -330,6 +342,25 @@ def test_the_list_is_grouped_from_below_and_filtered(run):
     assert [part["id"] for part in run(shown, [PARTS, {"a": "u1", "c": "cannot"}])] == ["c"]
     assert run("use.commonMeans(asked[0], asked[1])", [PARTS[:2], SETUP]) == ""
     assert run("setup.withMeans(asked, ['a', 'b'], 'by_hand').means", SETUP) == {"a": "by_hand", "b": "by_hand"}
+
+
+def test_a_correction_of_a_type_is_found_by_what_selects_it(run):
+    row = {"select": "IfcWall", "kind": "concrete", "means": "crane"}
+    timber = run("types.withType(asked[0], asked[1], 'kind', 'timber')", [SETUP, row])
+    assert timber["kinds"] == [{"select": "IfcWall", "kind": "timber", "means": None}]
+    assert run("types.typeOf(asked[0], asked[1])", [timber, row]) == {
+        "kind": "timber",
+        "means": "crane",
+        "isChosen": True,
+    }
+    assert run("types.typeOf(asked[0], asked[1]).isChosen", [SETUP, row]) is False
+    built = run("types.withType(asked[0], asked[1], 'means', 'built')", [timber, row])
+    assert built["kinds"] == [{"select": "IfcWall", "kind": "timber", "means": "built"}]
+    assert run("types.withPartKind(asked, 'a', 'steel').part_kinds", SETUP) == {"a": "steel"}
+    assert run("[types.sameKinds(asked[0], asked[0]), types.sameKinds(asked[0], asked[1])]", [timber, built]) == [
+        True,
+        False,
+    ]
 
 
 def test_dimensions_of_what_is_dragged(run):

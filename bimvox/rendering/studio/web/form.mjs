@@ -5,6 +5,7 @@ import { areaWords } from "./dimensions.mjs";
 import { chooseMeans } from "./list.mjs";
 import { axisNames, numberOf, pointOf, shownPair, written } from "./numbers.mjs";
 import { areasOf, craneName, MEANS, acrossOf, withArea, withBox, withCorner, withCrane, withKind, withMeans, withNewCrane, withObstruction, withoutArea, withoutCorner, withoutCrane, withPolygon, withZone, polygonOf, ZONE_KINDS } from "./setup.mjs";
+import { KINDS, withPartKind } from "./types.mjs";
 import { meansOf, OTHERS, useWords } from "./use.mjs";
 
 /** While a hand moves something: a browser looks through all fields of a page whenever one of them is filled. */
@@ -273,7 +274,8 @@ export class Form {
     const part = app.opened.parts.find((one) => one.id === app.chosen);
     const found = part && app.found(part.id);
     const state = part && app.stateOf(part);
-    const words = JSON.stringify([app.chosen, found, state, app.opened.path]);
+    const kindNow = part && (app.setup.part_kinds?.[part.id] ?? part.kind);
+    const words = JSON.stringify([app.chosen, found, state, kindNow, app.opened.path]);
     if (words === this.partMade) return;
     this.partMade = words;
     if (!part) return fill(this.part);
@@ -281,6 +283,9 @@ export class Form {
     const means = el("select", { "data-key": "part-means" });
     chooseMeans(means, meansOf(part, app.setup));
     means.addEventListener("change", () => app.change(withMeans(app.setup, [part.id], means.value), `means of ${nameOf(part)}`));
+    const kind = el("select", { "data-key": "part-kind" }, ...Object.entries(KINDS).map(([value, said]) => el("option", { value }, said)));
+    kind.value = kindNow;
+    kind.addEventListener("change", () => app.change(withPartKind(app.setup, part.id, kind.value), `kind of ${nameOf(part)}`));
     fill(
       this.part,
       el("p", { class: "kicker" }, [classWords(part.class ?? ""), part.storey].filter(Boolean).join(" · ")),
@@ -295,7 +300,8 @@ export class Form {
         ["Height", `${fixed(part.low_m, 2)} to ${fixed(part.top_m, 2)} m`],
         ["Id", el("code", {}, part.id)],
       ]),
-      el("div", { class: "fields" }, el("label", {}, el("span", {}, "How it is set"), means)),
+      el("div", { class: "fields" }, el("label", {}, el("span", {}, "How it is set"), means), el("label", {}, el("span", {}, "What it is"), kind)),
+      kindNow === part.kind ? el("p", { class: "about" }, part.kind_from) : null,
     );
     if (focused) this.part.querySelector(`[data-key="${focused}"]`)?.focus();
   }

@@ -1,6 +1,7 @@
 // The list of parts: what cannot be lifted first, then by storey and class.
 import { byId, el, fill } from "../page/dom.mjs";
 import { counted, nameOf, tonnes, whole } from "../page/words.mjs";
+import { Kinds } from "./kinds.mjs";
 import { CHOICES, MEANS, withMeans } from "./setup.mjs";
 import { changedTitle, changeWords } from "./revision.mjs";
 import { stageWords } from "./carried.mjs";
@@ -13,6 +14,7 @@ export class List {
   constructor(app) {
     this.app = app;
     this.rows = new Map();
+    this.kinds = new Kinds(app);
     byId("query").addEventListener("input", (event) => app.filter({ query: event.target.value }));
   }
 
@@ -30,7 +32,8 @@ export class List {
       return { ...group, means, summary: title, rows, element, order: group.parts };
     });
     this.changed = el("details", { class: "kind changed", open: true }, (this.changedTitle = el("summary")), (this.changedRows = el("ul")));
-    fill(byId("parts-list"), this.changed, this.cannot, ...this.groups.map((group) => group.element));
+    this.kinds.open();
+    fill(byId("parts-list"), this.kinds.element, this.changed, this.cannot, ...this.groups.map((group) => group.element));
   }
 
   changeable(parts) {
@@ -48,6 +51,7 @@ export class List {
   render() {
     const { app } = this;
     if (!app.opened) return;
+    this.kinds.render();
     const shown = matching(app.opened.parts, app.query, app.states, (part) => app.stateOf(part));
     const isShown = new Set(shown.map((part) => part.id));
     const { length } = app.opened.parts;

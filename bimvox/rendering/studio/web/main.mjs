@@ -15,6 +15,7 @@ import { Picture } from "./picture.mjs";
 import { Planning } from "./planning.mjs";
 import { Standing } from "./standing.mjs";
 import { handleOf, moved, saved, withCorner, withoutCorner } from "./setup.mjs";
+import { sameKinds } from "./types.mjs";
 import { matching, meansOf, stateOf } from "./use.mjs";
 import { figuresOf, Variants } from "./variants.mjs";
 import { Watching } from "./watching.mjs";
@@ -268,6 +269,7 @@ class App {
       this.standing.look();
       this.announce(changed.length ? `Saved ${path}: ${changed.join(", ")}` : `Saved ${path}`);
       this.render();
+      if (!sameKinds(setup, opened.setup)) await this.openFile(path, true); // the model was read again: other parts, masses, ways
       return true;
     } catch (error) {
       if (error.status === 409) this.sayChanged(error.message);
