@@ -5,8 +5,7 @@ from __future__ import annotations
 from bimvox.bim.building import Building, Element, Role, Source, TriangleMesh
 from bimvox.site.component import Component
 from bimvox.site.config.site_config import SiteConfig
-from bimvox.site.guess import complete_with_placed
-from bimvox.site.means import Means
+from bimvox.site.guess import complete_with_placed, lifted_of
 from bimvox.site.site import Site
 
 _COPY = "#"
@@ -37,13 +36,10 @@ def completed(config: SiteConfig, site: Site, building: Building) -> SiteConfig:
     Raises:
         BimvoxError: If nothing can be chosen for these parts.
     """
-    lifted = [
-        element for element, part in zip(building.elements, site.components, strict=False) if part.means is Means.CRANE
-    ]
     if config.model.ground_m is None:
         ground_m = float(site.site_to_ifc[2, 3])
         config = config.model_copy(update={"model": config.model.model_copy(update={"ground_m": ground_m})})
-    return complete_with_placed(config, building, lifted)
+    return complete_with_placed(config, building, lifted_of(config, building))
 
 
 def _lifted(component: Component) -> Element:

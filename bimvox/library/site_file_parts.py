@@ -13,7 +13,8 @@ from bimvox.site.build import left_out
 from bimvox.site.component import Component, OrderHints
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.ground import are_over_others
-from bimvox.site.means import Means, means_of
+from bimvox.site.means import Means
+from bimvox.site.one_piece import means_by
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import entries_by_id, first_ids, stored_as
 from bimvox.site.rigging import gear_by_crane
@@ -71,7 +72,7 @@ def compare_parts(check: Check, site: Site, config: SiteConfig, building: Buildi
     elements = building.elements[: len(site.components)]
     entries = entries_by_id(config, building.elements)
     hints = order_hints(config, elements, first_ids(config, elements), ())
-    means = means_of(elements, entries, config.means, selected=config.model.select is not None)
+    means = means_by(config, elements, entries)
     said = config.corrections
     kinds, ways = {one.kind for one in said}, {one.means for one in said}
     for part, element in zip(site.components, elements, strict=True):

@@ -27,13 +27,14 @@ from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.digest import digest_of
 from bimvox.site.ground import are_over_others, cranes_on_ground, ground_cells, ground_tops, natural_ground_m
 from bimvox.site.lifting import hung
-from bimvox.site.means import Means, means_of, nothing_to_lift
+from bimvox.site.means import Means, nothing_to_lift
 from bimvox.site.obstructions.cells import Rasterise, obstruction_cells
 from bimvox.site.obstructions.crowd import blockers_of
 from bimvox.site.obstructions.many import cells_of_all
 from bimvox.site.obstructions.notes import KINDS, Notes, Where, note_about
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.obstructions.rows import OTHER, Rows
+from bimvox.site.one_piece import means_by
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import component_of, entries_by_id, first_ids
 from bimvox.site.rigging import gear_by_crane
@@ -152,7 +153,7 @@ def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component]
     entries = entries_by_id(config, (element for element, _ in parts))
     lifted = [e for e, _ in parts if e.role is Role.COMPONENT and not (e.id in entries and entries[e.id].pinned)]
     hints = order_hints(config, lifted, first_ids(config, lifted), model.connections)
-    means = means_of(lifted, entries, config.means, selected=config.model.select is not None)
+    means = means_by(config, lifted, entries)
     components: list[Component] = []
     structure: list[Blocker] = []
     notes: list[str] = []

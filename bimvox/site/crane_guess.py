@@ -148,6 +148,7 @@ class Wanted:
         upwards = np.lexsort((bounds_m[:, 1, 2], np.round(bounds_m[:, 0, 2], 1)))
         self.order = upwards if order is None else np.array(order, np.int64)
         self._building, self._closed = building, closed_over(config.zone, self.demand.places_m) != ""
+        self._closed[list(self.demand.without_gear)] = True
         self.work = LiftWork(
             places_m=self.demand.places_m[self.order],
             tops_m=bounds_m[self.order, 1, 2],
@@ -181,6 +182,8 @@ class Wanted:
         ``sample``: all parts with fewer places of the yard, if that is what it was tried with.
         """
         work, demand = sample or self.work, self.demand
+        if part in demand.without_gear:
+            return demand.said(part, f"has no gear for it: {demand.without_gear[part]}")
         if self._closed[part]:
             return demand.said(part, "may not hang over a zone, where its place is")
         if all(demand.picks(part, crane, at_m, margin_m).any() for at_m in (demand.places_m[[part]], work.yard_m)):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +25,12 @@ class Rigs:
     Attributes:
         mass_kg: (N,) its mass for each part.
         height_m: Highest hook above a part's top.
+        missing: Why no gear serves a part, by its number.
     """
 
     mass_kg: NDArray[np.float64]
     height_m: float
+    missing: Mapping[int, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +73,11 @@ class Demand:
         self.masses_kg = np.array([element.mass_kg for element in components])
         if rigs is not None:
             self.masses_kg = self.masses_kg + rigs.mass_kg
+
+    @property
+    def without_gear(self) -> Mapping[int, str]:
+        """Why no gear serves a part, by its number: no crane lifts it."""
+        return {} if self._rigs is None else self._rigs.missing
 
     def permitting(self, most_used: float) -> Demand:
         """Return the same with another permitted share of the load chart."""

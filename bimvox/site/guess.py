@@ -13,13 +13,13 @@ from bimvox.bim.building import Building, Element, Role, TriangleMesh
 from bimvox.crane.machine import Machine
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import GridTooLargeError, InputError
+from bimvox.errors import GridTooLargeError
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
 from bimvox.site.config.crane import CraneConfig
 from bimvox.site.config.rules import RulesConfig
 from bimvox.site.config.site_config import ModelConfig, Polygon, SiteConfig
 from bimvox.site.config.yard import YardConfig
-from bimvox.site.crane_guess import Chosen, CraneFit, Wanted, best_set_up, compare_cranes, fit_here
+from bimvox.site.crane_guess import CraneFit, Wanted, compare_cranes, fit_here
 from bimvox.site.demand import Rigs, hook_above_m
 from bimvox.site.extent import site_extent, top_m
 from bimvox.site.ground_level import ground_level
@@ -27,10 +27,12 @@ from bimvox.site.lifting import HangsAt, lifting_by
 from bimvox.site.machine import crane_config, cranes_of, machine_config
 from bimvox.site.map_frame import read_from_map
 from bimvox.site.mast_places import ground_plan
-from bimvox.site.means import Means, Reasoned, means_of, nothing_to_lift
+from bimvox.site.means import Means, Reasoned, nothing_to_lift
+from bimvox.site.one_piece import means_by
 from bimvox.site.parts import entries_by_id, is_erected
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, place_building
 from bimvox.site.rigging import gear_by_crane, gear_of_site
+from bimvox.site.sized_for import sized_for, with_cast
 from bimvox.site.yard_guess import yard_need, yards_next_to
 from bimvox.site.yard_rules import TRUCK_KG
 
@@ -176,7 +178,7 @@ def means_on_site(config: SiteConfig, placed: Building) -> dict[str, Reasoned]:
     entries = entries_by_id(config, placed.elements)
     pinned = {element_id for element_id, entry in entries.items() if entry.pinned}
     parts = [one for one in placed.elements if one.role is Role.COMPONENT and one.id not in pinned]
-    return means_of(parts, entries, config.means, selected=config.model.select is not None)
+    return means_by(config, parts, entries)
 
 
 def planning_voxel_size_m(config: SiteConfig, building: Building) -> float:
@@ -210,29 +212,34 @@ def _with_areas_and_crane(
     cranes = cranes_of(config)
     wants_crane = config.crane is None
     rough_m = config.model.voxel_size_m or planning_voxel_size_m(config.model_copy(update={"areas": areas}), building)
-    if areas.yard is None:
-        box = np.stack([construction.min(axis=0), construction.max(axis=0)])
+    box = np.stack([construction.min(axis=0), construction.max(axis=0)])
+
+    def candidates_for(parts: Sequence[Element]) -> list[tuple[Polygon, ...]]:
+        if areas.yard is not None:
+            return [areas.yard]
         gap_m = config.yard.gap_m if config.yard else 0.0
-        need = yard_need(lifted, rough_m, gap_m=gap_m, truckload_kg=config.rules.truckload_kg)
-        candidates: list[tuple[Polygon, ...]] = [(yard,) for yard in yards_next_to(box, need)]
-    else:
-        candidates = [areas.yard]
+        need = yard_need(parts, rough_m, gap_m=gap_m, truckload_kg=config.rules.truckload_kg)
+        return [(yard,) for yard in yards_next_to(box, need)]
+
     if wants_crane:
-        wanted = Wanted(
-            config.model_copy(update={"areas": areas}),
-            lifted,
-            ground_plan(building.elements),
-            top_m(building) + 2 * rough_m,
-            rigs_of(config, lifted),
-        )
-        yards, crane = _best_with_crane(candidates, wanted, machines or machines_of("hammerhead"))
+        with_areas, plan = config.model_copy(update={"areas": areas}), ground_plan(building.elements)
+        height_m = top_m(building) + 2 * rough_m
+
+        def wanted_for(parts: Sequence[Element]) -> tuple[list[tuple[Polygon, ...]], Wanted]:
+            return candidates_for(parts), Wanted(with_areas, parts, plan, height_m, rigs_of(config, parts))
+
+        entries = entries_by_id(config, building.elements)
+        stated = {name for name, entry in entries.items() if entry.means == Means.CRANE.value}
+        sized = sized_for(lifted, machines or machines_of("hammerhead"), wanted_for, config.means, stated)
+        yards, crane = sized.yards, sized.crane
+        config = config.model_copy(update={"component": with_cast(config.component, sized.cast)})
         chosen: CraneConfig | tuple[CraneConfig, ...] | None = (
             crane_config(crane) if machine_called(crane.name) is None else machine_config(crane)
         )
     else:
         most_used = config.rules.highest_utilisation
         yards = max(
-            candidates,
+            candidates_for(lifted),
             key=lambda these: min((_reached(crane, these, lifted, most_used) for crane in cranes), default=0),
         )
         chosen = config.crane
@@ -249,30 +256,16 @@ def rigs_of(config: SiteConfig, lifted: Sequence[Element]) -> Rigs:
     gear, size_m = gear_of_site(config), config.model.voxel_size_m or VOXEL_SIZES_M[1]
     angle_rad, usual_m = config.rules_in_force.sling_angle_rad, catalogue()[0].cranes[0].sling_m
     mass_kg, highest_m = np.zeros(len(lifted)), usual_m
+    missing: dict[int, str] = {}
     for number, element in enumerate(lifted):
         x, y, top_m = hook_above_m(element)
         at = HangsAt((x, y), top_m, usual_m, angle_rad, size_m)
-        rig = lifting_by(gear, element, at, upended=is_erected(element)).rig
-        if rig is not None:
-            mass_kg[number], highest_m = rig.mass_kg, max(highest_m, rig.height_m)
-    return Rigs(mass_kg, highest_m)
-
-
-def _best_with_crane(
-    candidates: Sequence[tuple[Polygon, ...]], wanted: Wanted, machines: Sequence[Machine]
-) -> tuple[tuple[Polygon, ...], TowerCrane]:
-    """Return the yard with the best set-up, and its crane; ties go to the earlier yard."""
-    best: tuple[Chosen, tuple[Polygon, ...]] | None = None
-    for yards in candidates:
-        found = best_set_up(machines, wanted.with_yard(yards))
-        if found is not None and (best is None or found.rank < best[0].rank):
-            best = found, yards
-    if best is None:
-        raise InputError(
-            "no crane has a place around the building, clear of the yard and within the plot",
-            hint="give [crane] base_m in the site file, or move the yard",
-        )
-    return best[1], best[0].crane
+        lifting = lifting_by(gear, element, at, upended=is_erected(element))
+        if lifting.rig is not None:
+            mass_kg[number], highest_m = lifting.rig.mass_kg, max(highest_m, lifting.rig.height_m)
+        elif lifting.no_gear:
+            missing[number] = lifting.no_gear
+    return Rigs(mass_kg, highest_m, missing)
 
 
 def _reached(crane: TowerCrane, yards: tuple[Polygon, ...], lifted: list[Element], most_used: float) -> int:

@@ -1,14 +1,14 @@
 """How a part gets to its place: lifted by the crane, cast there, built there by its trade, or set by hand.
 
 What the site file says of a part decides; then its kind: masonry, partitions, glazing and earth are built in place.
-Then what the building file states about casting, then size and mass: concrete that no road and no crane takes in one
+Then what the building file states about casting, then size and mass: concrete that no road and no gear takes in one
 piece is cast where it stays, and what a few people carry is not a lift of its own.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -68,7 +68,12 @@ _BUILT = (Kind.MASONRY, Kind.LIGHT, Kind.GLAZING, Kind.EARTH)
 
 
 def means_of(
-    elements: Sequence[Element], entries: Mapping[str, ComponentConfig], limits: MeansConfig, *, selected: bool = False
+    elements: Sequence[Element],
+    entries: Mapping[str, ComponentConfig],
+    limits: MeansConfig,
+    no_gear: Callable[[Element], str] = lambda element: "",
+    *,
+    selected: bool = False,
 ) -> dict[str, Reasoned]:
     """Return how each part gets to its place, by id.
 
@@ -76,9 +81,10 @@ def means_of(
         elements: The components, in the site frame.
         entries: Their tables in the site file, by id.
         limits: The site file's ``[means]`` table.
+        no_gear: Why no gear lifts a part in one piece; empty if some does.
         selected: Whether a person has selected them as parts to lift; no trade then builds them in place.
     """
-    found = {element.id: _means_of(element, limits, selected=selected) for element in elements}
+    found = {element.id: _means_of(element, limits, no_gear, selected=selected) for element in elements}
     slabs = [element for element in elements if found[element.id].means is Means.IN_SITU and _is_ground_slab(element)]
     bounds_m = {element.id: element.mesh.bounds_m for element in (*elements, *slabs)}
     under: dict[str, Reasoned] = {}
@@ -109,7 +115,7 @@ def nothing_to_lift(parts: Sequence[Component | Reasoned]) -> SelectionError:
     return SelectionError(f"nothing to lift: of {len(parts):,} parts, {what}", hint=_SAY_WHAT)
 
 
-def _means_of(element: Element, limits: MeansConfig, *, selected: bool) -> Reasoned:
+def _means_of(element: Element, limits: MeansConfig, no_gear: Callable[[Element], str], *, selected: bool) -> Reasoned:
     if element.stated_means is not None:
         stated = Means(element.stated_means)
         return LIFTED if stated is Means.CRANE else Reasoned(stated, SITE_FILE_SAYS)
@@ -124,14 +130,17 @@ def _means_of(element: Element, limits: MeansConfig, *, selected: bool) -> Reaso
         return Reasoned(
             Means.BY_HAND, f"it weighs {element.mass_kg:.0f} kg; lifts of their own begin at {limits.lift_from_kg:g} kg"
         )
-    beyond = _beyond(element, limits) if _may_be_cast(element, limits) else None
-    if beyond is not None:
+    if not may_be_cast(element, limits):
+        return LIFTED
+    if (beyond := beyond_road(element, limits)) is not None:
         return Reasoned(Means.IN_SITU, f"{beyond}: concrete beyond what goes by road in one piece is cast in place")
+    if why := no_gear(element):
+        return Reasoned(Means.IN_SITU, f"{why}: concrete that no gear lifts in one piece is cast in place")
     return LIFTED
 
 
-def _may_be_cast(element: Element, limits: MeansConfig) -> bool:
-    """Return whether a part is cast if it is too large for the road.
+def may_be_cast(element: Element, limits: MeansConfig) -> bool:
+    """Return whether a part is cast if it cannot be brought and lifted in one piece: concrete not said to be precast.
 
     A floor wider than any load that is called precast only by its words is drawn in one piece: planks with a topping.
     """
@@ -142,7 +151,7 @@ def _may_be_cast(element: Element, limits: MeansConfig) -> bool:
     return judgement.confidence is not Confidence.STATED and is_floor and sizes_m(element.mesh)[1] > limits.widest_m
 
 
-def _beyond(element: Element, limits: MeansConfig) -> str | None:
+def beyond_road(element: Element, limits: MeansConfig) -> str | None:
     """Return what of a part is beyond the limits of a single load on the road; None if nothing is."""
     if element.mass_kg > limits.heaviest_kg:
         return f"it weighs {element.mass_kg / 1000.0:.1f} t, the limit is {limits.heaviest_kg / 1000.0:g} t"

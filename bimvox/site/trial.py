@@ -147,9 +147,12 @@ class Trial:
         hung_kg = masses_kg + used.tackle_kg
         share = hung_kg / np.maximum(capacity_kg(crane.chart, np.minimum(worst_m, crane.chart.radius_m[-1])), 1e-9)
         serves = able & picked & (closed == "")
+        serves[list(demand.without_gear)] = False
         reasons = {}
         for n in np.flatnonzero(~serves).tolist():
-            if closed[n]:
+            if n in demand.without_gear:
+                reasons[n] = f"has no gear for it: {demand.without_gear[n]}"
+            elif closed[n]:
                 reasons[n] = f"may not hang over {closed[n]}, where its place is"
             elif not able[n]:
                 reasons[n] = demand.unserved(n, used, float(radius_m[n]), "").reason

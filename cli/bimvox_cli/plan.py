@@ -203,9 +203,17 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
 
 
 def _first_line(document: Mapping[str, Any], planned: int, others: int) -> Text:
-    """Return the verdict with what a reader must know first: what is not planned, and which kinds are assumed."""
+    """Return the verdict with what a reader must know first: what is not planned, and which kinds are assumed.
+
+    It names the parts that the crane carries, so that `init` counts them, and that are refused nevertheless.
+    """
     said = f"{planned:,} of {planned + len(document['infeasible']):,} lifts planned, {_verdict(document, others)}"
     line = verdict(said, document, others=others)
+    if refused := [one["name"] or one["component"] for one in document["infeasible"] if one["is_carried"]]:
+        line.append(
+            f"; the crane carries {planned + len(refused):,} by reach, load chart and gear, refused for what is around "
+            f"them: {listed(refused, most=5)}"
+        )
     assumed = next((one["text"] for one in document["remarks"] if one["kind"] == ASSUMED_KIND), None)
     return line if assumed is None else line.append(f"; {assumed}")
 

@@ -17,6 +17,7 @@ from bimvox.library.site import load_site
 from bimvox.log.dates import log_dates
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.motion.steps import steps_of
+from bimvox.planning.refusal import refused_by_crane
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.records.lift import LiftPlan, infeasible_among
@@ -127,6 +128,7 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
 def infeasible_lifts(plan: LiftPlan, motions: Iterable[LiftMotion]) -> list[dict[str, Any]]:
     """Return the infeasible lifts of a plan, each with its reason and blockers, for the JSON documents.
 
+    A part is carried if the crane lifts it by reach, load chart, gear and wind, which is what `init` says of a crane.
     Those whose parts are set by other means have the time by which each is needed.
     """
     components, needed_ns = plan.site.components, needed_by_ns(plan.lifts, motions)
@@ -140,6 +142,7 @@ def infeasible_lifts(plan: LiftPlan, motions: Iterable[LiftMotion]) -> list[dict
             "reason": lift.reason,
             "blocked_by": list(lift.blocked_by),
             "blocked_by_names": [names.get(blocker, blocker) for blocker in lift.blocked_by],
+            "is_carried": refused_by_crane(plan.site, components[lift.component]) is None,
             "by_other_means": lift.by_other_means,
             "needed_by_s": None if (at_ns := needed_ns.get(lift.order)) is None else round(at_ns / 1e9, 3),
         }

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from bimvox.bim.options import ReadOptions
-from bimvox.errors import FileError
+from bimvox.errors import FileError, listed
 from bimvox.files import check_output, default_output, read_input, require_input, seen_from, write_together
 from bimvox.library.building import say_notes
 from bimvox.progress import Progress
@@ -55,6 +55,8 @@ def init(
     from bimvox.site.guess import cranes_that_fit, ground_why, guess_site
     from bimvox.site.kind_rows import kind_rows
     from bimvox.site.machine_names import machines_called
+    from bimvox.site.means import Means
+    from bimvox.site.sized_for import USUAL_TM
 
     machines = () if crane is None else machines_called(crane)
     require_input(model)
@@ -92,7 +94,7 @@ def init(
     assert own is not None
     smaller = smaller_machines(own, fits)
     notes = choice_notes(own, smaller, config.costs.currency)
-    listed = {own.machine, *(fit.machine for fit in smaller)}
+    shown = {own.machine, *(fit.machine for fit in smaller)}
     examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
     why = ground_why(config, building)
     toml = site_toml(config, example_ids=examples, crane_notes=notes, kinds=kinds, ground_why=why).encode()
@@ -100,12 +102,14 @@ def init(
     name = config.name or model.stem
     write_together({target: toml, drawn: drawing_file(drawing_of_site(config, building), name)}, inputs=[model])
     progress.finish()
-    pinned = [entry.global_id for entry in config.component if entry.pinned]
     roles = [element.role for element in building.elements]
-    if pinned:
+    in_situ = {entry.global_id for entry in config.component if entry.means == Means.IN_SITU.value}
+    if in_situ:
+        names = listed([element.label for element in building.elements if element.id in in_situ])
         progress.note(
-            f"{len(pinned)} of {roles.count(Role.COMPONENT)} components are taken as cast in place, not lifted: slabs "
-            "on the ground that no built-in crane lifts, and parts under them ([[component]] pinned = true)"
+            f"{len(in_situ)} of {roles.count(Role.COMPONENT)} components are cast in place, not lifted: concrete that "
+            f"is not said to be precast, and that no usual crane (up to {USUAL_TM:g} tm) lifts, see [[component]]: "
+            f"{names}"
         )
     return {
         "site": str(target),
@@ -114,10 +118,10 @@ def init(
         "voxel_size_m": config.model.voxel_size_m,
         "ground_m": config.model.ground_m,
         "ground_why": why,
-        "components": roles.count(Role.COMPONENT) - len(pinned),
-        "structure": roles.count(Role.STRUCTURE) + len(pinned),
+        "components": roles.count(Role.COMPONENT),
+        "structure": roles.count(Role.STRUCTURE),
         "crane": own.machine,
-        "other_cranes": [fit.machine for fit in fits if fit.serves and fit.machine not in listed],
+        "other_cranes": [fit.machine for fit in fits if fit.serves and fit.machine not in shown],
         "smaller_cranes": [{"machine": fit.machine, "reason": fit.reason} for fit in smaller],
         "cannot_lift": unserved_document(own),
         "kinds": [row.to_dict() for row in kinds],

@@ -1,6 +1,6 @@
 """What the summary of a plan says."""
 
-from bimvox_cli.plan import figure_fields
+from bimvox_cli.plan import _first_line, figure_fields
 
 FIGURES = {
     "planned": 2,
@@ -18,3 +18,15 @@ FIGURES = {
 
 def test_crane_time_has_the_format_of_elapsed_time() -> None:
     assert dict(figure_fields(FIGURES))["crane time"] == "2:01:48, 0:07:48 of it loaded"
+
+
+def test_the_first_line_names_what_the_crane_carries_and_is_refused_nevertheless() -> None:
+    refused = {"name": "Stair 2", "component": "2O2", "is_carried": True}
+    heavy = {"name": "Block", "component": "2O3", "is_carried": False}
+    document = {"verified": True, "remarks": [], "infeasible": [refused, heavy]}
+    said = str(_first_line(document, 28, 0))
+    assert said.startswith("28 of 30 lifts planned")
+    assert "the crane carries 29" in said
+    assert "Stair 2" in said
+    assert "Block" not in said
+    assert "carries" not in str(_first_line(document | {"infeasible": [heavy]}, 28, 0))

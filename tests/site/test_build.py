@@ -6,7 +6,7 @@ from box_buildings import box_element, building_of, frame_house, rasterise_boxes
 from box_sites import box_cells
 from box_sites import test_crane as some_crane
 
-from bimvox.bim.building import Building, Role
+from bimvox.bim.building import Building, Casting, Role
 from bimvox.crane.outline import highest_point_m
 from bimvox.errors import ConfigError, SelectionError
 from bimvox.grid.labels import Label
@@ -20,7 +20,6 @@ from bimvox.site.config.site_config import (
     AreasConfig,
     ComponentConfig,
     GridConfig,
-    MeansConfig,
     ModelConfig,
     SiteConfig,
     ZoneConfig,
@@ -308,9 +307,9 @@ def test_a_described_rigging_is_that_of_every_part(given):
 
 def test_a_part_that_no_gear_carries_is_refused_with_the_strongest_gear():
     building = frame_house()
-    elements = [replace(e, mass_kg=150_000.0) if e.id == "slab" else e for e in building.elements]
-    means = MeansConfig(heaviest_kg=1e6)
-    site = build(config(crane=ON_A_MACHINE, means=means), replace(building, elements=tuple(elements)))
+    heavy = {"mass_kg": 150_000.0, "casting": Casting.PRECAST}
+    elements = [replace(e, **heavy) if e.id == "slab" else e for e in building.elements]
+    site = build(config(crane=ON_A_MACHINE), replace(building, elements=tuple(elements)))
     reason = refused_by_crane(site, site.components[-1])
     assert reason is not None
     assert reason.startswith("no gear serves its 150000 kg: no shackle carries")

@@ -147,3 +147,13 @@ def test_masonry_that_a_person_selects_to_be_lifted_is_lifted():
     poured = cast(dataclasses.replace(BEAM, id="poured"), Casting.IN_SITU)
     found = means_of([wall, poured], {}, MeansConfig(), selected=True)
     assert {name: one.means for name, one in found.items()} == {"wall": Means.CRANE, "poured": Means.IN_SITU}
+
+
+def test_concrete_that_no_gear_lifts_is_cast_and_what_is_stated_to_be_precast_is_not():
+    deck = box_element("deck", (0, 0, 3.3), (24, 3, 3.6), ifc_class="IfcSlab")
+    stated = cast(dataclasses.replace(deck, id="stated"), Casting.PRECAST)
+    steel = dataclasses.replace(deck, id="steel", judgement=Judgement(Kind.STEEL, Confidence.NAMED))
+    parts = [BEAM, deck, stated, steel]
+    found = means_of(parts, {}, MeansConfig(), lambda part: "" if part is BEAM else "no spreader of 25 m carries it")
+    assert [found[part.id].means for part in parts] == [Means.CRANE, Means.IN_SITU, Means.CRANE, Means.CRANE]
+    assert found["deck"].why.startswith("no spreader of 25 m carries it: concrete that no gear lifts")

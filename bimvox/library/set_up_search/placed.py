@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import Building, Element, Role
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.extent import top_m
-from bimvox.site.means import means_of
+from bimvox.site.one_piece import means_by
 from bimvox.site.parts import entries_by_id
 from bimvox.site.placement import place_building
 
@@ -58,7 +58,7 @@ class PlacedSite:
     @cached_property
     def means(self) -> dict[str, str]:
         """How each part gets to its place, by id."""
-        found = means_of(self.parts, self.entries, self.config.means, selected=self.config.model.select is not None)
+        found = means_by(self.config, self.parts, self.entries)
         return {name: one.means.value for name, one in found.items()}
 
     @cached_property

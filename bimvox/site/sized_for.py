@@ -1,0 +1,122 @@
+"""What a crane is sized for: no part of doubtful kind or mass makes it larger than the usual ones.
+
+Concrete that nobody says is precast may as well be cast in place. If only a very large crane lifts such a part, that is
+the likelier reading of the model: the part is cast, and the crane is chosen for the others. What else is doubtful, such
+as a roof of timber that is drawn in one piece, is not cast: init and plan name it as a part to be set by other means.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+
+from bimvox.bim.building import Casting, Element
+from bimvox.bim.kinds.kind import Confidence
+from bimvox.bim.mass_uncertainty import ASSUMED
+from bimvox.crane.machine import Machine
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import InputError
+from bimvox.site.config.site_config import ComponentConfig, MeansConfig, Polygon
+from bimvox.site.crane_guess import Chosen, Wanted, best_set_up, fit_here
+from bimvox.site.means import beyond_road, may_be_cast
+
+USUAL_TM = 300.0
+"""Load moment of the largest tower cranes that are usual in building (professional judgement)."""
+
+Yards = tuple[Polygon, ...]
+WantedFor = Callable[[Sequence[Element]], tuple[Sequence[Yards], Wanted]]
+"""Returns candidate yards for parts, and what a crane for them is chosen for."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sized:
+    """A crane, its yard, and what it is not sized for.
+
+    Attributes:
+        yards: The yard.
+        crane: The crane.
+        cast: Ids of the parts that are cast in place instead.
+    """
+
+    yards: Yards
+    crane: TowerCrane
+    cast: tuple[str, ...] = ()
+
+
+def sized_for(
+    lifted: Sequence[Element],
+    machines: Sequence[Machine],
+    wanted_for: WantedFor,
+    limits: MeansConfig,
+    stated: Collection[str] = frozenset(),
+) -> Sized:
+    """Return the crane and the yard for parts.
+
+    Args:
+        lifted: The parts, in the site frame.
+        machines: Machines to choose from. If all are usual, or none is, no part is cast.
+        wanted_for: What a crane for some of the parts is chosen for.
+        limits: The site file's ``[means]`` table.
+        stated: Ids of parts of which the site file says that the crane lifts them.
+
+    Raises:
+        InputError: If no crane has a place.
+    """
+    usual = [machine for machine in machines if machine.load_moment_tm <= USUAL_TM]
+    if not usual or len(usual) == len(machines):
+        return Sized(*_best(machines, *wanted_for(lifted))[:2])
+    is_doubtful = {one.id: one.id not in stated and _is_doubtful(one, limits) for one in lifted}
+    yards, crane, unserved = _best(usual, *wanted_for(lifted))
+    if not all(is_doubtful[name] for name in unserved):
+        # A part of which the model leaves no doubt needs a larger crane; the doubtful ones do not make it larger still.
+        sensible = [one for one in lifted if not (one.id in unserved and is_doubtful[one.id])]
+        yards, crane, _ = _best(machines, *wanted_for(sensible))
+        unserved = _unserved(crane, yards, wanted_for(lifted)[1])
+    cast = tuple(one.id for one in lifted if one.id in unserved and is_doubtful[one.id] and may_be_cast(one, limits))
+    rest = [one for one in lifted if one.id not in cast]
+    if not cast:
+        return Sized(yards, crane)
+    if not rest:  # the model is of such parts, so they are what the crane is for
+        return Sized(*_best(machines, *wanted_for(lifted))[:2])
+    again = sized_for(rest, machines, wanted_for, limits, stated)
+    return Sized(again.yards, again.crane, (*cast, *again.cast))
+
+
+def with_cast(entries: Sequence[ComponentConfig], cast: Sequence[str]) -> tuple[ComponentConfig, ...]:
+    """Return the site file's tables of parts, with those that are cast in place."""
+    known = {entry.global_id for entry in entries}
+    changed = [entry.model_copy(update={"means": "in_situ"}) if entry.global_id in cast else entry for entry in entries]
+    return (*changed, *(ComponentConfig(global_id=name, means="in_situ") for name in cast if name not in known))
+
+
+def _is_doubtful(element: Element, limits: MeansConfig) -> bool:
+    """Return whether a part may not go up in one piece, or may be much lighter than it is taken to be."""
+    if element.stated_means is not None:
+        return False
+    is_guessed = element.volume_guessed and element.mass_uncertainty >= ASSUMED
+    if may_be_cast(element, limits) or is_guessed:
+        return True
+    if element.casting is Casting.PRECAST:
+        return False
+    return element.judgement.confidence is Confidence.ASSUMED or beyond_road(element, limits) is not None
+
+
+def _best(
+    machines: Sequence[Machine], candidates: Sequence[Yards], wanted: Wanted
+) -> tuple[Yards, TowerCrane, frozenset[str]]:
+    """Return the yard with the best set-up, its crane, and the parts that it does not serve; ties: the earlier yard."""
+    best: tuple[Chosen, Yards] | None = None
+    for yards in candidates:
+        found = best_set_up(machines, wanted.with_yard(yards))
+        if found is not None and (best is None or found.rank < best[0].rank):
+            best = found, yards
+    if best is None:
+        raise InputError(
+            "no crane has a place around the building, clear of the yard and within the plot",
+            hint="give [crane] base_m in the site file, or move the yard",
+        )
+    return best[1], best[0].crane, _unserved(best[0].crane, best[1], wanted)
+
+
+def _unserved(crane: TowerCrane, yards: Yards, wanted: Wanted) -> frozenset[str]:
+    return frozenset(part.component for part in fit_here(wanted.with_yard(yards), crane).unserved)

@@ -1,0 +1,96 @@
+"""A crane is not sized for parts that may as well be cast."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from box_buildings import box_element, building_of
+
+from bimvox.bim.building import Casting
+from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
+from bimvox.site.catalogue import machine_called
+from bimvox.site.config.site_config import ComponentConfig, ModelConfig, SiteConfig
+from bimvox.site.guess import complete_config, cranes_that_fit, guess_site
+from bimvox.site.machine_names import machines_called
+from bimvox.site.sized_for import USUAL_TM
+
+MODEL = ModelConfig(path="a.ifc")
+LIGHT = [box_element(f"beam-{n}", (6.0 * n, 0, 3), (6.0 * n + 5, 0.3, 3.5), ifc_class="IfcBeam") for n in range(5)]
+WALL = box_element("wall", (0, 12, 0), (10, 12.35, 3.8), ifc_class="IfcWall")
+"""33 t, further in than a usual crane carries it."""
+
+
+def tm(config):
+    return machine_called(config.crane.machine).load_moment_tm
+
+
+def test_concrete_that_only_a_very_large_crane_lifts_is_cast():
+    building = building_of(*LIGHT, WALL)
+    config = guess_site(building, MODEL)
+    assert tm(config) <= USUAL_TM
+    assert config.component == (ComponentConfig(global_id="wall", means="in_situ"),)
+    own, _ = cranes_that_fit(config, building)
+    assert (own.parts, own.unserved) == (5, ())
+    assert tm(config) == tm(guess_site(building_of(*LIGHT), MODEL)), "it is chosen for the others"
+
+
+def test_what_is_stated_to_be_precast_and_what_the_site_file_lifts_is_what_the_crane_is_sized_for():
+    stated = guess_site(building_of(*LIGHT, replace(WALL, casting=Casting.PRECAST)), MODEL)
+    assert tm(stated) > USUAL_TM
+    assert stated.component == ()
+    said = SiteConfig(model=MODEL, component=[ComponentConfig(global_id="wall", means="crane")])
+    assert tm(complete_config(said, building_of(*LIGHT, WALL))) > USUAL_TM
+
+
+def test_a_doubtful_part_makes_a_large_crane_no_larger():
+    sure = replace(WALL, id="sure", global_id="sure", casting=Casting.PRECAST)
+    far = box_element("far", (40, 30, 0), (50, 30.35, 3.8), ifc_class="IfcWall")
+    alone = guess_site(building_of(*LIGHT, sure), MODEL)
+    both = guess_site(building_of(*LIGHT, sure, far), MODEL)
+    assert tm(alone) > USUAL_TM
+    assert tm(both) >= tm(alone)
+    assert [entry.global_id for entry in both.component] in ([], ["far"])
+
+
+_STEEL = replace(WALL, judgement=Judgement(Kind.STEEL, Confidence.NAMED), mass_source="density")
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        replace(_STEEL, volume_guessed=True),
+        replace(WALL, judgement=Judgement(Kind.TIMBER, Confidence.ASSUMED)),
+        replace(_STEEL, mesh=box_element("roof", (0, 8, 4), (10, 16, 4.2)).mesh),
+    ],
+    ids=["open mesh", "kind assumed", "wider than the road"],
+)
+def test_a_doubtful_part_of_another_kind_is_asked_about_and_not_cast(part):
+    building = building_of(*LIGHT, part)
+    config = guess_site(building, MODEL)
+    assert tm(config) <= USUAL_TM
+    assert config.component == ()
+    own, _ = cranes_that_fit(config, building)
+    assert [part.component for part in own.unserved] == ["wall"]
+
+
+@pytest.mark.parametrize("machine", ["flat-top-800", "flat-top-75"])
+def test_of_a_machine_that_is_asked_for_nothing_is_cast(machine):
+    config = guess_site(building_of(*LIGHT, WALL), MODEL, machines=machines_called(machine))
+    assert (config.crane.machine, config.component) == (machine, ())
+
+
+def test_if_all_parts_are_doubtful_and_heavy_the_crane_is_sized_for_them():
+    config = guess_site(building_of(WALL), MODEL)
+    assert tm(config) > USUAL_TM
+    assert config.component == ()
+
+
+def test_a_part_without_gear_is_not_promised():
+    part = box_element("block", (0, 8, 0), (4, 10, 4.0), ifc_class="IfcBuildingElementProxy")
+    part = replace(part, casting=Casting.PRECAST)
+    building = building_of(*LIGHT, part)
+    config = guess_site(building, MODEL)
+    assert tm(config) == tm(guess_site(building_of(*LIGHT), MODEL)), "no crane is sized for what nothing hangs on"
+    own, _ = cranes_that_fit(config, building)
+    assert [(one.component, one.reason[:22]) for one in own.unserved] == [("block", "has no gear for it: no")]
