@@ -59,7 +59,7 @@ class Reasoned(NamedTuple):
 LIFTED = Reasoned(Means.CRANE)
 HOW = {Means.IN_SITU: "cast in place", Means.BUILT: "built in place", Means.BY_HAND: "set by hand"}
 """What a part is that the crane does not lift."""
-_SAY_WHAT = (
+SAY_WHAT = (
     "bimvox inspect MODEL --csv kinds.csv lists what the parts are; write crane into the column set_means of what is "
     "to be lifted, then bimvox init MODEL --kinds kinds.csv"
 )
@@ -109,10 +109,10 @@ def means_of(
 def nothing_to_lift(parts: Sequence[Component | Reasoned]) -> SelectionError:
     """Return the error for a model in which the crane has nothing to do; ``parts`` are those that are no lifts."""
     if not parts:
-        return SelectionError("nothing to lift: no part of the model is a component", hint=_SAY_WHAT)
+        return SelectionError("nothing to lift: no part of the model is a component", hint=SAY_WHAT)
     counts = Counter(part.means for part in parts)
     what = enumerated([f"{counts[means]:,} are {HOW[means]}" for means in HOW if counts[means]])
-    return SelectionError(f"nothing to lift: of {len(parts):,} parts, {what}", hint=_SAY_WHAT)
+    return SelectionError(f"nothing to lift: of {len(parts):,} parts, {what}", hint=SAY_WHAT)
 
 
 def _means_of(element: Element, limits: MeansConfig, no_gear: Callable[[Element], str], *, selected: bool) -> Reasoned:

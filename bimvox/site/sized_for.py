@@ -15,10 +15,10 @@ from bimvox.bim.kinds.kind import Confidence
 from bimvox.bim.mass_uncertainty import ASSUMED
 from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import InputError
+from bimvox.errors import InputError, SelectionError
 from bimvox.site.config.site_config import ComponentConfig, MeansConfig, Polygon
 from bimvox.site.crane_guess import Chosen, Wanted, best_set_up, fit_here
-from bimvox.site.means import beyond_road, may_be_cast
+from bimvox.site.means import SAY_WHAT, beyond_road, may_be_cast
 
 USUAL_TM = 300.0
 """Load moment of the largest tower cranes that are usual in building (professional judgement)."""
@@ -61,6 +61,7 @@ def sized_for(
 
     Raises:
         InputError: If no crane has a place.
+        SelectionError: If all parts are cast.
     """
     usual = [machine for machine in machines if machine.load_moment_tm <= USUAL_TM]
     if not usual or len(usual) == len(machines):
@@ -76,8 +77,12 @@ def sized_for(
     rest = [one for one in lifted if one.id not in cast]
     if not cast:
         return Sized(yards, crane)
-    if not rest:  # the model is of such parts, so they are what the crane is for
-        return Sized(*_best(machines, *wanted_for(lifted))[:2])
+    if not rest:
+        raise SelectionError(
+            f"nothing to lift: no usual crane (up to {USUAL_TM:g} tm) lifts any of the {len(lifted):,} parts, and "
+            "nothing says that they are precast, so they are cast in place",
+            hint=f"if they are lifted, give a larger crane, such as --crane {machines[-1].name}; {SAY_WHAT}",
+        )
     again = sized_for(rest, machines, wanted_for, limits, stated)
     return Sized(again.yards, again.crane, (*cast, *again.cast))
 

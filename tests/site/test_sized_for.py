@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -9,6 +10,7 @@ from box_buildings import box_element, building_of
 
 from bimvox.bim.building import Casting
 from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
+from bimvox.errors import SelectionError
 from bimvox.site.catalogue import machine_called
 from bimvox.site.config.site_config import ComponentConfig, ModelConfig, SiteConfig
 from bimvox.site.guess import complete_config, cranes_that_fit, guess_site
@@ -80,10 +82,13 @@ def test_of_a_machine_that_is_asked_for_nothing_is_cast(machine):
     assert (config.crane.machine, config.component) == (machine, ())
 
 
-def test_if_all_parts_are_doubtful_and_heavy_the_crane_is_sized_for_them():
-    config = guess_site(building_of(WALL), MODEL)
-    assert tm(config) > USUAL_TM
-    assert config.component == ()
+def test_if_all_parts_are_doubtful_and_heavy_nothing_is_lifted_unless_a_larger_crane_is_asked_for():
+    with pytest.raises(SelectionError, match="no usual crane") as caught:
+        guess_site(building_of(WALL), MODEL)
+    (larger,) = re.findall(r"--crane (\S+);", caught.value.hint or "")
+    config = guess_site(building_of(WALL), MODEL, machines=machines_called(larger))
+    own, _ = cranes_that_fit(config, building_of(WALL))
+    assert (own.machine, own.unserved) == (larger, ())
 
 
 def test_a_part_without_gear_is_not_promised():
