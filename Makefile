@@ -218,5 +218,8 @@ wheel: setup ## build the wheel, with its SBOM (CycloneDX JSON) and checksums ne
 release: setup ## VERSION=0.2.0: changelog, version, commit, tag, wheel, SBOM, checksums; pushes nothing
 	$(BIN)/python -m supply.release $(VERSION) $(LOCKS)
 
+words: setup ## OMW=folder with the tables of the Open Multilingual Wordnet: words of materials in more languages
+	$(BIN)/python -m supply.words $(OMW)
+
 clean: ## remove the virtual environment and what the demo wrote
 	rm -rf $(VENV) $(PEERS) $(PLANNERS) $(VIEWERS) $(AUDITOR) $(OUT) build dist *.egg-info

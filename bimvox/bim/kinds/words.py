@@ -4,7 +4,8 @@ A name is compared without case, accents and punctuation: ``Béton-armé_C30/37`
 is split. A word of the table is whole (``rame``), the beginning of a word (``brick*``), its end (``*stahl``), or
 anywhere in it (``*beton*``). Where several match, the longest decides: ``fiberglass`` is not glass. Of equal ones the
 last in the name does, since the languages that join words put the head last: ``Stahlbeton`` is concrete. Generic words
-(``metal``, ``wood``, ``stone``) say something only where no other word does.
+(``metal``, ``wood``, ``stone``) say something only where no other word does. Last come the words of open dictionaries in
+many more languages (``open_words.toml``, made by ``supply/words.py``), each a whole word.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import tomllib
 import unicodedata
 from dataclasses import dataclass, replace
 from importlib.resources import files
+from typing import Any
 
 from bimvox.bim.building import Casting
 from bimvox.bim.kinds.kind import Kind
@@ -35,6 +37,7 @@ class Meaning:
         says: Its ``kind``, or for words about casting what they say.
         kg_m3: Density; None if it says nothing about it.
         generic: Whether it says something only where no other word does.
+        open: Whether it is of an open dictionary, which says something only where the table does not.
         casting: What it also says about casting.
         word: The word itself, as the table has it.
     """
@@ -45,6 +48,7 @@ class Meaning:
     generic: bool = False
     casting: str | None = None
     word: str = ""
+    open: bool = False
 
     @property
     def kind(self) -> Kind | None:
@@ -70,21 +74,22 @@ class _Word:
 
 
 @functools.cache
-def meaning_of(name: str, table: str = "material", shortest: int = 1) -> Meaning | None:
+def meaning_of(name: str, table: str = "material", shortest: int = 1, *, dictionaries: bool = True) -> Meaning | None:
     """Return what a name says; None if it says nothing.
 
     Args:
         name: Of a material, a type or a part.
         table: ``material`` (what it is made of), ``part`` (what it is) or ``casting`` (where it is made).
         shortest: Letters that a word must have to say anything.
+        dictionaries: Whether the words of open dictionaries count too.
 
     >>> meaning_of("Concrete - Precast C35/45").kg_m3
     2500.0
     """
     plain_name = plain(name)
-    found = [(word.found(plain_name), word.meaning) for word in _words(table)]
+    found = [(word.found(plain_name), word.meaning) for word in (_words if dictionaries else _own_words)(table)]
     matches = [
-        (not meaning.generic, *match, meaning) for match, meaning in found if match is not None and match[0] >= shortest
+        (_rank(meaning), *match, meaning) for match, meaning in found if match is not None and match[0] >= shortest
     ]
     return max(matches, key=lambda match: match[:3])[3] if matches else None
 
@@ -114,11 +119,35 @@ def plain(name: str) -> str:
     return _APART.sub(" ", unicodedata.normalize("NFC", letters)).strip()
 
 
+def _rank(meaning: Meaning) -> int:
+    return 0 if meaning.open else 1 if meaning.generic else 2
+
+
 @functools.cache
 def _words(table: str) -> tuple[_Word, ...]:
+    own = _own_words(table)
+    if table != "material":
+        return own
+    by_name = {word.meaning.name: word.meaning for word in reversed(own)}
+    found = [
+        _word(word, replace(by_name[entry["name"]], generic=False, open=True))
+        for entry in _read("open_words.toml")[table]
+        for language, words in entry.items()
+        if language != "name"
+        for word in words.split(", ")
+    ]
+    return (*own, *found)
+
+
+def _read(name: str) -> dict[str, Any]:
+    return tomllib.loads(files("bimvox.bim.kinds").joinpath(name).read_text(encoding="utf-8"))
+
+
+@functools.cache
+def _own_words(table: str) -> tuple[_Word, ...]:
+    """Return the words of ``words.toml`` alone."""
     found = []
-    text = files("bimvox.bim.kinds").joinpath("words.toml").read_text(encoding="utf-8")
-    for entry in tomllib.loads(text)[table]:
+    for entry in _read("words.toml")[table]:
         meaning = Meaning(
             entry.get("name", ""),
             entry.get("kind") or entry["says"],
