@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from bimvox.bim.building import Building
-from bimvox.bim.placed_twice import is_about_place
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.bim.strays import without_strays
 from bimvox.crane.tower_crane import TowerCrane
@@ -236,6 +235,6 @@ def built_site(config: SiteConfig, building: Building, files: Mapping[str, bytes
     for note in site.notes:
         progress.note(note)
     progress.finish()
-    # The reader has said these, and a plan repeats them as remarks.
-    site = replace(site, notes=(*site.notes, *filter(is_about_place, building.notes)))
+    # The reader has said these, and a plan repeats them: what was left out, joined or assumed is part of what is signed.
+    site = replace(site, notes=(*site.notes, *building.notes))
     return LoadedSite(config, site, dict(files), building.georeference)
