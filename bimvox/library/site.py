@@ -235,6 +235,6 @@ def built_site(config: SiteConfig, building: Building, files: Mapping[str, bytes
     for note in site.notes:
         progress.note(note)
     progress.finish()
-    # The reader has said these, and a plan repeats them: what was left out, joined or assumed is part of what is signed.
+    # The reader has said these, and a plan repeats them: what was left out, joined or assumed is signed too.
     site = replace(site, notes=(*site.notes, *building.notes))
     return LoadedSite(config, site, dict(files), building.georeference)

@@ -4,8 +4,8 @@ A name is compared without case, accents and punctuation: ``Béton-armé_C30/37`
 is split. A word of the table is whole (``rame``), the beginning of a word (``brick*``), its end (``*stahl``), or
 anywhere in it (``*beton*``). Where several match, the longest decides: ``fiberglass`` is not glass. Of equal ones the
 last in the name does, since the languages that join words put the head last: ``Stahlbeton`` is concrete. Generic words
-(``metal``, ``wood``, ``stone``) say something only where no other word does. Last come the words of open dictionaries in
-many more languages (``open_words.toml``, made by ``supply/words.py``), each a whole word.
+(``metal``, ``wood``, ``stone``) say something only where no other word does. Last come the words of open dictionaries
+in many more languages (``open_words.toml``, made by ``supply/words.py``), each a whole word.
 """
 
 from __future__ import annotations
