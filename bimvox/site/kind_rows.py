@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,7 +28,8 @@ _MARK = re.compile(r"[^\W\d]+(?=\d+$)")
 """The letters of a part's mark: ``C`` of ``C101``."""
 _OF_PATTERNS = re.compile(r"([\\.^$*+?{}\[\]|()])")
 _QUOTED = set('"\\')
-_MOST_NAMES = 10
+_MOST_NAMES, _MOST_IDS = 10, 20
+"""Most names of bodies and GlobalIds that select a row one by one."""
 MESH = "Mesh"
 _Key = tuple[str, str | None, str | None, Kind, str]
 """Class, type, material, kind and way."""
@@ -42,7 +42,7 @@ class KindRow:
     Attributes:
         ifc_class: For example ``IfcWall``, without the variants of IFC2X3.
         type_name: Name of their type, otherwise what their names have in common; None if they have neither, and of
-            what is not part of the plan.
+            classes that are not part of the plan: of these, a row is a class.
         material: Name of their main material, if any.
         kind: What they are.
         means: How they get to their places: a value of ``Means``, ``out`` or ``pinned``.
@@ -50,7 +50,9 @@ class KindRow:
         mass_kg: The lightest and the heaviest of them.
         why: The strongest reason for kind and way.
         confidence: How much the source says about the kind.
-        select: What selects them in the site file: an IfcOpenShell query, or names of bodies.
+        select: What selects them in the site file: an IfcOpenShell query, or names of bodies. It is that of their type,
+            but of a type of several kinds or materials it names the parts, if they are few: a query for a material
+            finds whatever has a layer of it.
         selects: How many parts it selects; more than ``count`` if other rows have the same type.
     """
 
@@ -107,28 +109,33 @@ def kind_rows(config: SiteConfig, building: Building) -> tuple[KindRow, ...]:
         means = means_on_site(config, placed)
         building = placed
     in_plan = {plain_class(element.ifc_class) for element in building.elements if element.role in BUILT}
+    kinds = {
+        plain_class(one.ifc_class): one.judgement.kind for one in sorted(building.elements, key=lambda one: one.mass_kg)
+    }
     groups: dict[_Key, list[Element]] = {}
     for element in building.elements:
         way = means[element.id].means.value if element.id in means else _ROLES[element.role][0]
         ifc_class = plain_class(element.ifc_class)
-        of_type = (_type_of(element), element.material) if ifc_class in in_plan else (None, None)
-        groups.setdefault((ifc_class, *of_type, element.judgement.kind, way), []).append(element)
-    materials: dict[tuple[str, str | None], set[str | None]] = {}
-    for ifc_class, type_name, material, *_ in groups:
-        materials.setdefault((ifc_class, type_name), set()).add(material)
-    selects = {key: _select(key, own, len(materials[key[:2]]) > 1, building.elements) for key, own in groups.items()}
-    parts: Counter[str] = Counter()
-    for key, own in groups.items():
-        parts[selects[key]] += len(own)
-    rows = [_row(key, own, means, selects[key], parts[selects[key]]) for key, own in groups.items()]
+        key = (ifc_class, _type_of(element), element.material, element.judgement.kind, way)
+        groups.setdefault(key if ifc_class in in_plan else (ifc_class, None, None, kinds[ifc_class], way), []).append(
+            element
+        )
+    of_types: dict[tuple[str, str | None], list[_Key]] = {}
+    for key in groups:
+        of_types.setdefault(key[:2], []).append(key)
+    selects = {}
+    for same_type in of_types.values():
+        every = [element for key in same_type for element in groups[key]]
+        query = _select(same_type[0], every, building.elements)
+        is_one = len({key[2:4] for key in same_type}) == 1
+        for key in same_type:
+            ids = [element.global_id for element in groups[key]]
+            by_type = is_one or key[0] == MESH or len(ids) > _MOST_IDS
+            selects[key] = (query, len(every)) if by_type else (" + ".join(ids), len(ids))
+    rows = [_row(key, own, means, *selects[key]) for key, own in groups.items()]
     total_kg = {key: sum(one.mass_kg for one in own) for key, own in groups.items()}
     ranked = sorted(zip(rows, total_kg.values(), strict=True), key=lambda one: (*_rank(one[0]), -one[1], one[0].name))
     return tuple(row for row, _ in ranked)
-
-
-def doubtful(rows: Iterable[KindRow]) -> int:
-    """Return how many parts of the plan are of a kind that is an assumption."""
-    return sum(row.count for row in rows if row.is_doubtful)
 
 
 def _row(
@@ -179,9 +186,9 @@ def _without_number(name: str) -> str:
     return mark[0] if mark else plain
 
 
-def _select(key: _Key, elements: Sequence[Element], by_material: bool, every: Sequence[Element]) -> str:
-    """Return what selects the parts of a row among all elements."""
-    ifc_class, type_name, material, _, means = key
+def _select(key: _Key, elements: Sequence[Element], every: Sequence[Element]) -> str:
+    """Return what selects the parts of a type among all elements."""
+    ifc_class, type_name, _, _, means = key
     if ifc_class == MESH:
         names = [one.name for one in elements]
         if len(names) <= _MOST_NAMES and not any("," in name for name in names):
@@ -193,8 +200,6 @@ def _select(key: _Key, elements: Sequence[Element], by_material: bool, every: Se
         facets.append(_equal("type", type_name) if is_type else _named(type_name, ifc_class, every))
     elif means != OUT:
         facets.append("type=NULL")
-    if by_material:
-        facets.append("material=NULL" if material is None else _equal("material", material))
     return ", ".join(facets)
 
 

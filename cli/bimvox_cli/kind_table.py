@@ -45,7 +45,7 @@ def show_kinds(console: Console, kinds: Sequence[Mapping[str, Any]]) -> None:
             (
                 row["count"],
                 _name(row, several=len(materials[row["ifc_class"], row["type"]]) > 1),
-                _UNKNOWN if row["kind"] == "other" else row["kind"],
+                _kind(row),
                 WAYS[row["means"]],
                 _tonnes(row["mass_kg"]),
                 "ASSUMED" if row["doubtful"] else None if row["means"] in _NOT_IN_PLAN else row["confidence"],
@@ -71,6 +71,12 @@ def _name(row: Mapping[str, Any], *, several: bool) -> str:
     if several and row["material"]:
         return f"{cut(name, _NAME - 20)}, {cut(row['material'], 18)}"
     return cut(name, _NAME)
+
+
+def _kind(row: Mapping[str, Any]) -> str | None:
+    if row["kind"] != "other":
+        return str(row["kind"])
+    return None if row["means"] in _NOT_IN_PLAN else _UNKNOWN
 
 
 def _tonnes(mass_kg: Sequence[float]) -> str:

@@ -85,12 +85,18 @@ def test_one_type_that_goes_two_ways_is_two_rows_and_each_says_how_many_its_quer
     assert "it weighs 20 kg" in next(row.why for row in found if row.means == "by_hand")
 
 
-def test_the_material_is_in_the_query_only_where_it_tells_types_apart():
-    found = rows_of(part("a", type_name="X", material="Wood"), part("b", type_name="X"))
-    assert {row.select for row in found} == {
-        'IfcBeam, type="X", material="Wood"',
-        'IfcBeam, type="X", material=NULL',
-    }
+def test_few_parts_of_a_type_of_several_materials_or_kinds_are_selected_one_by_one():
+    """A query for a material would find whatever has a layer of it."""
+    found = rows_of(
+        *(part(name, type_name="X", material="Wood") for name in "ab"),
+        part("c", type_name="X", judgement=WALL),
+        *(part(f"d{n}", type_name="X") for n in range(30)),
+    )
+    assert sorted((row.select, row.count, row.selects) for row in found) == [
+        ('IfcBeam, type="X"', 30, 33),
+        ("a + b", 2, 2),
+        ("c", 1, 1),
+    ]
 
 
 def test_names_with_quotes_slashes_and_brackets_can_be_selected():

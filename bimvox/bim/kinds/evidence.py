@@ -33,6 +33,8 @@ _BY_CLASS = {
     "IfcEarthworksFill": Kind.EARTH,
     "IfcCourse": Kind.EARTH,
 }
+_PLANES = ("IfcSlab", "IfcRoof")
+"""Of joists or rafters, they are built of pieces; of solid timber, they come in one piece."""
 _SHORTEST_WORD = 4
 """Words of materials this short say nothing in the name of a part, where they may be anything."""
 _THIN_WALL_M = 0.13
@@ -84,6 +86,9 @@ def judge(facts: Facts) -> tuple[Judgement, Casting | None]:
         return _judged(Kind.FORMWORK, Confidence.NAMED, _in_name(called)), None
     casting, casting_words = _casting(facts)
     found = next(_evidence(facts, called), UNKNOWN)
+    if facts.plain_class in _PLANES and found.kind is Kind.TIMBER and called is not None and called.says == Kind.TIMBER:
+        why = f"{_in_name(called)} says a floor or a roof of pieces of timber"
+        found = Judgement(Kind.LIGHT, found.confidence, why)
     if called is not None and called.casting is not None and casting is None:
         casting = Casting(called.casting)
         why = f"{_in_name(called)} says {called.name}, made in place"

@@ -119,3 +119,28 @@ def test_shape_comes_last() -> None:
     assert kind_of(roof) == (Kind.LIGHT, Confidence.ASSUMED)
     assert kind_of(roof, mesh=box(8.0, 10.0, 0.2))[0] is Kind.OTHER
     assert kind_of(roof, layers=[("Stahlbeton", 0.2)])[0] is Kind.CONCRETE
+
+
+@pytest.mark.parametrize(
+    ("ifc_class", "name", "layers", "kind"),
+    [
+        ("IfcSlab", "Floor: Wood Joist with Subflooring", [("Wood - Dimensional Lumber", 0.2)], Kind.LIGHT),
+        ("IfcRoof", "Sparrendach", [], Kind.LIGHT),
+        ("IfcSlab", "Holzbalkendecke auf Balkenlage", [("Nadelholz", 0.2)], Kind.LIGHT),
+        ("IfcSlab", "Floor panel", [("Cross laminated timber", 0.2)], Kind.TIMBER),
+        ("IfcMember", "Floor joist", [], Kind.TIMBER),
+        ("IfcSlab", "Concrete on joists", [("Concrete C30/37", 0.2)], Kind.CONCRETE),
+    ],
+)
+def test_a_floor_of_joists_is_built_of_pieces_and_one_of_solid_timber_is_not(
+    ifc_class: str, name: str, layers: list[tuple[str, float]], kind: Kind
+) -> None:
+    found = kind_of(ifc_class=ifc_class, names=(name, None, None), layers=layers, mesh=box(6.0, 5.0, 0.25))
+    assert found[0] is kind
+
+
+def test_what_is_stated_to_be_precast_is_not_what_its_name_only_suggests() -> None:
+    panel = {"names": ("P1 facade panel", None, None)}
+    assert kind_of(**panel) == (Kind.LIGHT, Confidence.ASSUMED)
+    assert kind_of(**panel, casting=Casting.PRECAST) == (Kind.PRECAST, Confidence.STATED)
+    assert kind_of(**panel, casting=Casting.PRECAST, layers=[("Aluminium sheet", 0.002)])[0] is not Kind.PRECAST
