@@ -11,10 +11,12 @@ from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
 from bimvox_pipeline.verify import verify
 
+from bimvox.bim.kinds.kind import Kind
 from bimvox.errors import ConfigError, FileError, SelectionError
 from bimvox.library.log import write_log_file
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
+from bimvox.site.config.kind_file import corrections_in
 
 TOLD = SilentProgress()
 BEAMS = 'IfcBeam, Name*="Beam"'
@@ -146,3 +148,14 @@ def test_selected_masonry_is_lifted_and_the_log_is_proven(site_folder: Path) -> 
     site.write_text(site.read_text(encoding="utf-8").replace("[model]\n", '[model]\nselect = "IfcBeam + IfcColumn"\n'))
     assert {lift["status"] for lift in planned(site).values()} == {"planned"}
     assert proof(site_folder, site=site)["verified"]
+
+
+def test_a_table_of_a_site_has_what_its_file_says_and_can_take_its_place(site_folder: Path) -> None:
+    own = f"{{ select = '{BEAMS}', kind = 'steel' }},\n{{ select = 'IfcBeam + IfcColumn', means = 'crane' }},"
+    site = corrected(site_folder, own)
+    table = site_folder / "kinds.csv"
+    before = inspect(site, TOLD, kind_file=table)["kinds"]
+    found = {(one.select, one.kind, one.means) for one in corrections_in(table.read_bytes(), table)}
+    assert found == {(BEAMS, Kind.STEEL, None), ("IfcBeam + IfcColumn", None, "crane")}
+    site.write_text(site.read_text(encoding="utf-8").replace(own, '"kinds.csv",'), encoding="utf-8")
+    assert inspect(site, TOLD)["kinds"] == before

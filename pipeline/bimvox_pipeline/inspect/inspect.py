@@ -55,7 +55,7 @@ def inspect(
     }
     document = describe[kind](path, progress) if part is None else _one_part(path, kind, part, progress)
     if kind_file is not None:
-        write_kind_file(kind_file, document["kinds"], [path])
+        write_kind_file(kind_file, document["kinds"], document.get("corrections", ()), [path])
         document = {"csv": str(kind_file), **document}
     progress.finish()
     size = {} if path.is_dir() else {"bytes": path.stat().st_size}

@@ -27,18 +27,38 @@ def check_kind_file(path: Path, inputs: Sequence[Path]) -> None:
         raise FileError(path, "exists already and may hold your corrections", hint="name another file")
 
 
-def write_kind_file(path: Path, rows: Sequence[Mapping[str, Any]], inputs: Sequence[Path]) -> None:
-    """Write the rows of a model's types; the columns ``set_kind`` and ``set_means`` are empty, for a person.
+def write_kind_file(
+    path: Path,
+    rows: Sequence[Mapping[str, Any]],
+    corrections: Sequence[Mapping[str, Any]],
+    inputs: Sequence[Path],
+) -> None:
+    """Write the rows of a model's types; the columns ``set_kind`` and ``set_means`` are for a person.
+
+    They hold what the site file says already, so that the table can take its place.
 
     Args:
         path: The file.
         rows: The ``kinds`` of a document.
+        corrections: The ``corrections`` of a site's document; those of no row are rows of their own.
         inputs: Files that must not be overwritten.
     """
+    said: dict[str, dict[str, Any]] = {}
+    for one in corrections:
+        own = said.setdefault(one["select"], {SET_KIND: "", SET_MEANS: ""})
+        own |= {key: one[name] for key, name in ((SET_KIND, "kind"), (SET_MEANS, "means")) if one[name]}
     columns = (SET_KIND, SET_MEANS, "parts", *_COLUMNS, "from_kg", "to_kg", "confidence", "kind_from", SELECT)
-    body = (
-        ("", "", row["count"], *(row[key] for key in _COLUMNS), *map(round, row["mass_kg"]), row["confidence"],
-         row["kind_from"], row["select"])
+    body = [
+        (*_said(said, row["select"]), row["count"], *(row[key] for key in _COLUMNS), *map(round, row["mass_kg"]),
+         row["confidence"], row["kind_from"], row["select"])
         for row in rows
-    )  # fmt: skip
+    ]  # fmt: skip
+    shown = {row["select"] for row in rows}
+    empty = ("",) * (len(columns) - 3)
+    body += [(*_said(said, select), *empty, select) for select in said if select not in shown]
     write_atomically(path, _BYTE_ORDER_MARK + table(columns, body).encode(), inputs=inputs)
+
+
+def _said(said: Mapping[str, Mapping[str, Any]], select: str) -> tuple[str, str]:
+    own = said.get(select, {})
+    return own.get(SET_KIND, ""), own.get(SET_MEANS, "")

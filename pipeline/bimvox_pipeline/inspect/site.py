@@ -53,6 +53,11 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
         "select": model.select,
         "assemblies": model.assemblies,
         "kinds": [row.to_dict() for row in kind_rows(config, building)],
+        "corrections": [
+            {"select": one.select, "kind": one.kind and one.kind.value, "means": one.means, "where": one.where}
+            for one in stated.corrections
+            if not one.one_part
+        ],
         "components": len(lifted),
         "heaviest_t": round(max(one.mass_kg for one in lifted) / 1000, 3) if lifted else None,
         "shape": list(shape),
