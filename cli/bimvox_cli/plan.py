@@ -122,9 +122,12 @@ _SWING = {
 
 
 def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None:
+    from bimvox.site.part_names import part_name, with_names  # heavy
+
     lifts = document["lifts"]
     cranes = ("crane",) if document["figures"].get("cranes") else ()
     planned = [lift for lift in lifts if lift["status"] == "planned"]
+    names = {lift["component"]: part_name(lift["component"], lift["name"], lift["ifc_class"]) for lift in lifts}
     others = sum(item["by_other_means"] for item in document["infeasible"])
     console.print(_first_line(document, len(planned), others))
     console.print()
@@ -155,7 +158,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
                 item["number"],
                 item["name"],
                 item["component"],
-                item["reason"],
+                with_names(item["reason"] or "", names),
                 listed(item["blocked_by_names"]),
                 None if item["needed_by_s"] is None else clock(item["needed_by_s"]),
             )
