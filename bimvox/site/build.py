@@ -206,7 +206,7 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
     def found() -> Iterator[tuple[str, NDArray[np.int32], bool]]:
         frame, shape, rows = site.frame, site.shape, Rows.of(obstructions.obstructions)
         grow_vox, inside = whole_cells(site.rules.clearance_m, frame.voxel_size_m), Where.INSIDE
-        every = cells_of_all(rows, frame, shape, rasterise, grow_vox=grow_vox)
+        every = cells_of_all(rows, frame, shape, rasterise, grow_vox=grow_vox, ground_vox=site.ground_vox)
         for given, kind, (cells, where) in zip(rows.ids, rows.kinds.tolist(), every, strict=True):
             # A log does not carry the other files, so its proof looks for the notes about what is in them.
             name, is_other_file = _free_id(given, taken), kind == OTHER

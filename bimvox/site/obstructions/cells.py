@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from math import ceil, floor
 from typing import TypeAlias
 
@@ -13,7 +14,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import IntVec
 from bimvox.site.obstructions.notes import Where
-from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Voxels
+from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Points, Voxels
 from bimvox.site.transit_clearance import grown_cells
 
 TOLERANCE_M = 1e-4
@@ -26,7 +27,13 @@ Rasterise: TypeAlias = Callable[[TriangleMesh, GridFrame, IntVec], "NDArray[np.i
 
 
 def obstruction_cells(
-    obstruction: Obstruction, frame: GridFrame, shape: IntVec, rasterise: Rasterise, *, grow_vox: int = 0
+    obstruction: Obstruction,
+    frame: GridFrame,
+    shape: IntVec,
+    rasterise: Rasterise,
+    *,
+    grow_vox: int = 0,
+    ground_vox: NDArray[np.int32] | None = None,
 ) -> tuple[NDArray[np.int32], Where]:
     """Return the cells of the grid that an obstruction occupies.
 
@@ -36,10 +43,14 @@ def obstruction_cells(
         shape: (X, Y, Z) of the grid.
         rasterise: Turns a mesh into cells.
         grow_vox: Clearance in whole cells: every cell within it, in any direction, is occupied too.
+        ground_vox: (X, Y) the highest layer of the ground in each column; default: nothing is known of it. What is in
+            the ground needs no clearance: parts lie and stand on it. A point at its height is of the ground.
 
     Returns:
         (N, 3) int32 cells in ascending order, each once, and where the obstruction is.
     """
+    if ground_vox is not None and isinstance(obstruction.form, Points):
+        obstruction = _above_ground(obstruction, obstruction.form, frame, ground_vox)
     if grow_vox == 0:
         cells, outside = _cells(obstruction, frame, shape, rasterise, 0)
         return np.ascontiguousarray(cells), _where(len(cells), cut=outside)
@@ -47,10 +58,29 @@ def obstruction_cells(
     wide_frame = GridFrame(_tuple(np.array(frame.origin_m) - grow_vox * frame.voxel_size_m), frame.voxel_size_m)
     x, y, z = (n + 2 * grow_vox for n in shape)
     raw, outside = _cells(obstruction, wide_frame, (x, y, z), rasterise, grow_vox)
-    cells = grown_cells(raw, grow_vox) - grow_vox
+    above = raw
+    if ground_vox is not None:
+        inwards = np.clip(raw[:, :2] - grow_vox, 0, np.array(shape[:2]) - 1)
+        above = raw[raw[:, 2] - grow_vox > ground_vox[tuple(inwards.T)]]
+    cells = grown_cells(above, grow_vox) - grow_vox
     cells = cells[((cells >= 0) & (cells < np.array(shape))).all(axis=1)].astype(np.int32)
     inside = raw[((raw >= grow_vox) & (raw < np.array(shape) + grow_vox)).all(axis=1)]
     return cells, _where(len(inside), cut=outside or len(inside) < len(raw))
+
+
+def _above_ground(
+    obstruction: Obstruction, points: Points, frame: GridFrame, ground_vox: NDArray[np.int32]
+) -> Obstruction:
+    """Return a point cloud whose points on the ground are in its highest layer."""
+    column = np.clip(frame.cell_of(points.points_m)[:, :2], 0, np.array(ground_vox.shape) - 1)
+    ground_m = frame.origin_m[2] + frame.voxel_size_m * (ground_vox[tuple(column.T)] + 1)
+    height_m = points.points_m[:, 2] - ground_m
+    on_it = np.abs(height_m) <= TOLERANCE_M
+    if not on_it.any():
+        return obstruction
+    lowered_m = points.points_m.copy()
+    lowered_m[on_it, 2] = ground_m[on_it] - TOLERANCE_M
+    return replace(obstruction, form=Points(lowered_m))
 
 
 def _where(inside: int, *, cut: bool) -> Where:

@@ -24,19 +24,42 @@ Found = tuple[NDArray[np.int32], Where]
 
 
 def cells_of_all(
-    obstructions: Sequence[Obstruction], frame: GridFrame, shape: IntVec, rasterise: Rasterise, *, grow_vox: int = 0
+    obstructions: Sequence[Obstruction],
+    frame: GridFrame,
+    shape: IntVec,
+    rasterise: Rasterise,
+    *,
+    grow_vox: int = 0,
+    ground_vox: NDArray[np.int32] | None = None,
 ) -> Iterator[Found]:
     """Yield what ``obstruction_cells`` returns for each obstruction; a million of them take seconds."""
-    rows, grid = Rows.of(obstructions), _Grid(frame, shape, grow_vox)
+    lowest, highest = (-1, -1) if ground_vox is None else (int(ground_vox.min()), int(ground_vox.max()))
+    rows, grid = Rows.of(obstructions), _Grid(frame, shape, grow_vox, lowest if grow_vox else -1)
+    # On uneven ground, what reaches below its highest place is looked at by itself.
+    alone_below_m = frame.corner_of([0, 0, highest + 1])[2] if grow_vox and lowest < highest else -np.inf
     for first in range(0, len(rows), _AT_ONCE):
         kinds = rows.kinds[first : first + _AT_ONCE]
         found: dict[int, Found] = {}
         for kind, cells_of in _CELLS_OF.items():
             numbers = np.flatnonzero(kinds == kind) + first
+            if np.isfinite(alone_below_m):
+                numbers = numbers[_lowest_m(rows, numbers, kind, frame) >= alone_below_m - TOLERANCE_M]
             found.update(zip(numbers.tolist(), cells_of(rows, numbers, grid), strict=False))
         for n in range(first, first + len(kinds)):
             own = found.get(n)
-            yield obstruction_cells(rows[n], frame, shape, rasterise, grow_vox=grow_vox) if own is None else own
+            if own is None:
+                own = obstruction_cells(rows[n], frame, shape, rasterise, grow_vox=grow_vox, ground_vox=ground_vox)
+            yield own
+
+
+def _lowest_m(rows: Rows, numbers: NDArray[np.int64], kind: int, frame: GridFrame) -> NDArray[np.float64]:
+    """Return the (N,) lowest heights of boxes, cylinders or voxels."""
+    if kind != VOXELS:
+        stated_m: NDArray[np.float64] = rows.numbers_m[numbers, 2]
+        return stated_m
+    layers = [rows.cells[rows.first[n] : rows.first[n + 1], 2].min() for n in numbers.tolist()]
+    lowest_m: NDArray[np.float64] = frame.origin_m[2] + frame.voxel_size_m * np.array(layers, np.float64)
+    return lowest_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +70,13 @@ class _Grid:
         frame: Its frame.
         shape: (X, Y, Z).
         grow_vox: The clearance in cells.
+        ground_vox: The highest layer of the ground: what is in it needs no clearance; -1: there is none.
     """
 
     frame: GridFrame
     shape: IntVec
     grow_vox: int
+    ground_vox: int
 
     @property
     def origin_m(self) -> NDArray[np.float64]:
@@ -91,6 +116,9 @@ class _Grid:
 
     def grown(self, start: NDArray[np.int64], stop: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return first cells and sizes, in the grid and with the clearance, of ranges in the wide grid."""
+        if self.ground_vox >= 0:
+            start = start.copy()
+            start[:, 2] = np.maximum(start[:, 2], self.ground_vox + 1 + self.grow_vox)
         first = np.maximum(start - 2 * self.grow_vox, 0)
         size = np.maximum(np.minimum(stop, self.shape) - first, 0)
         return first, np.where(np.all(stop > start, axis=1)[:, None], size, 0)
@@ -157,6 +185,8 @@ def _voxels(rows: Rows, numbers: NDArray[np.int64], grid: _Grid) -> Iterator[Fou
     within = ((cells >= 0) & (cells < shape)).all(axis=1)
     inside, leaves = (np.bincount(of[one], minlength=count) > 0 for one in (within, ~within))
     near = ((cells >= -grow) & (cells < shape + grow)).all(axis=1)
+    if grid.ground_vox >= 0:
+        near &= cells[:, 2] > grid.ground_vox
     cells, of = cells[near].astype(np.int64), of[near]
     first = np.maximum(cells - grow, 0)
     size = np.minimum(cells + grow + 1, shape) - first

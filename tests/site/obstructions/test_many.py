@@ -36,17 +36,23 @@ voxels = st.lists(st.tuples(index, index, index), min_size=1, max_size=4).map(la
     st.integers(0, 3),
     st.sampled_from([0, 10**6]),
     st.sampled_from([2, 1000]),
+    st.sampled_from([None, "flat", "uneven"]),
 )
 @settings(deadline=None, max_examples=300)
-def test_many_are_the_same_cells_as_one_by_one(forms, grow_vox, most, at_once):
+def test_many_are_the_same_cells_as_one_by_one(forms, grow_vox, most, at_once, ground):
+    ground_vox = None if ground is None else np.full(SHAPE[:2], 2, np.int32)
+    if ground == "uneven":
+        ground_vox[2:, 1:] = 0
     given_ = [Obstruction(f"{n}", form) for n, form in enumerate(forms)]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(many, "_AT_ONCE", at_once)
         patch.setattr(many, "_MOST_AT_ONCE", most)
-        found = list(cells_of_all(given_, FRAME, SHAPE, rasterise_boxes, grow_vox=grow_vox))
+        found = list(cells_of_all(given_, FRAME, SHAPE, rasterise_boxes, grow_vox=grow_vox, ground_vox=ground_vox))
     assert len(found) == len(given_)
     for one, (cells, where) in zip(given_, found, strict=True):
-        wanted, wanted_where = obstruction_cells(one, FRAME, SHAPE, rasterise_boxes, grow_vox=grow_vox)
+        wanted, wanted_where = obstruction_cells(
+            one, FRAME, SHAPE, rasterise_boxes, grow_vox=grow_vox, ground_vox=ground_vox
+        )
         assert cells.tolist() == wanted.tolist()
         assert cells.dtype == wanted.dtype
         assert where is wanted_where
