@@ -42,7 +42,7 @@ STAGES = {
     "log": ("write",),
 }
 """Columns of the table, with the stages that ``plan`` reports."""
-_PART_COLUMNS = ("planned", "by other means", "in_situ", "by_hand", "refused")
+_PART_COLUMNS = ("planned", "by other means", "in_situ", "built", "by_hand", "refused")
 
 
 class CpuProgress(SilentProgress):
@@ -85,7 +85,7 @@ def measure(model: Path, folder: Path, profile: Path | None = None, policy: str 
     progress, profiler = CpuProgress(), cProfile.Profile(time.process_time)
     begun_s = _used_s()
     try:
-        init(model, site, progress=CpuProgress())
+        made = init(model, site, progress=CpuProgress())
         init_s = _used_s() - begun_s
         if profile is not None:
             profiler.enable()
@@ -107,6 +107,9 @@ def measure(model: Path, folder: Path, profile: Path | None = None, policy: str 
         "model": model.name,
         "parts": len(document["lifts"]),
         "counts": {name: status[name] for name in _PART_COLUMNS},
+        "ground_m": made["ground_m"],
+        "kinds": dict(Counter(lift["kind"] for lift in document["lifts"]).most_common()),
+        "assumed": sum(lift["kind_confidence"] == "assumed" for lift in document["lifts"]),
         "machine": ", ".join(crane["machine"] for crane in document["cranes"]) or "-",
         "seconds": {
             "init": init_s,
@@ -124,15 +127,17 @@ def models_in(paths: Iterable[Path]) -> list[Path]:
     return [file for files in found for file in files if file.suffix.lower() in MODELS]
 
 
-_IN_WORDS = {"by other means": "by other means", "in_situ": "cast", "by_hand": "by hand", "refused": "refused"}
+_IN_WORDS = {"by other means": "by other means", "in_situ": "cast", "built": "built"}
+_IN_WORDS |= {"by_hand": "by hand", "refused": "refused"}
 """Parts that are not planned, by their count."""
 
 
 def page(rows: Sequence[dict[str, Any]]) -> str:
     """Return the measurements as the page has them: the other parts in words, the stages of the longest plan."""
     lines = [
-        "| model | parts | planned | the others | machine | init, s | plan, s | verify, s |",
-        "|---|---:|---:|---|---|---:|---:|---:|",
+        "| model | ground, m | parts | planned | the others | kinds | assumed | machine "
+        "| init, s | plan, s | verify, s |",
+        "|---|---:|---:|---:|---|---|---:|---|---:|---:|---:|",
     ]
     for row in rows:
         if "error" in row:
@@ -142,7 +147,11 @@ def page(rows: Sequence[dict[str, Any]]) -> str:
         seconds = " | ".join(f"{row['seconds'][name]:.1f}" for name in ("init", "plan", "verify"))
         machine = row["machine"] + ", NOT VERIFIED" * (not row["verified"])
         planned = row["counts"]["planned"]
-        lines.append(f"| {row['model']} | {row['parts']} | {planned} | {', '.join(others)} | {machine} | {seconds} |")
+        kinds = ", ".join(f"{count} {kind}" for kind, count in row["kinds"].items())
+        lines.append(
+            f"| {row['model']} | {row['ground_m']:g} | {row['parts']} | {planned} | {', '.join(others)} | {kinds} "
+            f"| {row['assumed']} | {machine} | {seconds} |"
+        )
     done = [row for row in rows if "error" not in row]
     if not done:
         return "\n".join(lines)
@@ -159,15 +168,15 @@ def page(rows: Sequence[dict[str, Any]]) -> str:
 def table(rows: Sequence[dict[str, Any]], columns: Sequence[str] = ("init", *STAGES, "verify")) -> str:
     """Return the measurements as a Markdown table, with the sum of the parts."""
     lines = [
-        "| model | parts | planned | by other means | cast | by hand | refused | machine | verified | "
+        "| model | parts | planned | by other means | cast | built | by hand | refused | machine | verified | "
         + " | ".join(f"{name}, s" for name in columns)
         + " |",
-        "|---|---:|---:|---:|---:|---:|---:|---|---|" + "---:|" * len(columns),
+        "|---|---:|---:|---:|---:|---:|---:|---:|---|---|" + "---:|" * len(columns),
     ]
     done = [row for row in rows if "error" not in row]
     for row in rows:
         if "error" in row:
-            lines.append(f"| {row['model']} | {row['error']} |" + " |" * (7 + len(columns)))
+            lines.append(f"| {row['model']} | {row['error']} |" + " |" * (8 + len(columns)))
             continue
         counts = " | ".join(str(row["counts"][name]) for name in _PART_COLUMNS)
         seconds = " | ".join(f"{row['seconds'][name]:.1f}" for name in columns)
