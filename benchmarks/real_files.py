@@ -109,7 +109,7 @@ def measure(model: Path, folder: Path, profile: Path | None = None, policy: str 
         "counts": {name: status[name] for name in _PART_COLUMNS},
         "ground_m": made["ground_m"],
         "kinds": dict(Counter(lift["kind"] for lift in document["lifts"]).most_common()),
-        "assumed": sum(lift["kind_confidence"] == "assumed" for lift in document["lifts"]),
+        "assumed": sum(lift["confidence"] == "assumed" for lift in document["lifts"]),
         "machine": ", ".join(crane["machine"] for crane in document["cranes"]) or "-",
         "seconds": {
             "init": init_s,
