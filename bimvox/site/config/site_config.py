@@ -105,6 +105,8 @@ def _several(given: object) -> object:
 
 KindOrFile = Annotated[Annotated[Text, Tag(A_FILE)] | Annotated[KindConfig, Tag(ONE)], Discriminator(_file_or_table)]
 
+_KINDS: Any = str | tuple[KindOrFile, ...]
+
 
 class ModelConfig(Table):
     """The building model."""
@@ -125,7 +127,7 @@ class ModelConfig(Table):
     """Height in the model of the top of the ground, the site's z = 0. Default: from terrain, storeys, foundations."""
     assemblies: Literal["whole", "parts"] = "whole"
     """How an assembly is lifted."""
-    kinds: Annotated[tuple[KindOrFile, ...], BeforeValidator(_several)] = ()
+    kinds: Annotated[tuple[KindOrFile, ...], BeforeValidator(_several, json_schema_input_type=_KINDS)] = ()
     """What parts are if bimvox guesses wrongly: tables, and names of CSV files next to the site file, as ``bimvox
     inspect --csv`` writes them. Later ones count before earlier ones."""
 
