@@ -104,6 +104,10 @@ def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:
             same = value is None or _is_same(value, found[key])
         elif key == "truckload_kg":
             same = value in (None, saved.config.rules.truckload_kg)
+        elif key == "kinds":
+            same = value is None or _is_same(value, found[key])
+        elif key == "part_kinds":
+            same = all(found[key].get(name) == kind for name, kind in value.items())
         elif key == "means":
             own = opened.setup.means
             changed = {name: means for name, means in value.items() if own.get(name) != means}
@@ -173,7 +177,7 @@ def _edited(opened: Opened, config: SiteConfig, wanted: Setup) -> tuple[str, lis
                 [_plain(zone) | {"polygon": to_file.polygon(zone.polygon)} for zone in config.zone]
             )
         changed.append("zone")
-    if wanted.kinds != before.kinds:
+    if wanted.kinds not in (None, before.kinds):
         _kinds(document, config)
         changed.append("model.kinds")
     if config.component != opened.config.component:

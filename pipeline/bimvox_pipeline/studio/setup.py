@@ -67,8 +67,8 @@ class Setup(_Part):
     construction: Polygon | tuple[()] = ()
     zones: Annotated[tuple[ZoneSetup, ...], Field(max_length=1000)] = ()
     means: Annotated[dict[str, str], Field(max_length=_MOST)] = {}  # pydantic copies it
-    kinds: Annotated[tuple[KindSetup, ...], Field(max_length=1000)] = ()
-    """Of types; those in files of kinds stay as they are."""
+    kinds: Annotated[tuple[KindSetup, ...], Field(max_length=1000)] | None = None
+    """Of types; those in files of kinds stay as they are. None: the site file's."""
     part_kinds: Annotated[dict[str, str], Field(max_length=_MOST)] = {}
     """Of parts for which the site file says it, or is to say it."""
     truckload_kg: Annotated[float, Field(ge=0.0)] | None = None
@@ -177,7 +177,7 @@ def with_setup(
     if wanted.cranes != opened.cranes:
         cranes = _cranes(config, opened.cranes, wanted.cranes, hook_height_m)
         update["crane"] = cranes if isinstance(config.crane, tuple) or len(cranes) > 1 else cranes[0]
-    if wanted.kinds != opened.kinds:
+    if wanted.kinds is not None and wanted.kinds != opened.kinds:
         files = [one for one in config.model.kinds if isinstance(one, str)]
         tables = (_kind(n, one) for n, one in enumerate(wanted.kinds, start=1))
         update["model"] = update.get("model", config.model).model_copy(update={"kinds": (*files, *tables)})

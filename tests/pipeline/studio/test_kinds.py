@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 from bimvox_pipeline.inspect.inspect import inspect
 from bimvox_pipeline.studio.app import Studio
-from bimvox_pipeline.studio.setup import read_setup
 
 from bimvox.errors import BimvoxError
 from bimvox.progress import SilentProgress
@@ -129,5 +128,12 @@ def test_what_cannot_be_is_refused_and_nothing_is_written(
     assert (tmp_path / "a.site.toml").read_text() == HEAD
 
 
-def test_a_page_that_knows_no_kinds_changes_none() -> None:
-    assert read_setup({}).kinds == ()
+def test_a_page_that_knows_no_kinds_changes_none(studio: Studio, tmp_path: Path) -> None:
+    part = opened(studio)["parts"][0]["id"]
+    save(studio, kinds=[{"select": BEAMS, "kind": "timber", "means": None}], part_kinds={part: "steel"})
+    found = opened(studio)
+    setup = {key: value for key, value in found["setup"].items() if key not in ("kinds", "part_kinds")}
+    setup["cranes"] = [{**setup["cranes"][0], "base_m": [-7, -4]}]
+    studio.save({"path": "a.site.toml", "setup": setup, "sha256": found["sha256"]})
+    after = opened(studio)["setup"]
+    assert (after["kinds"], after["part_kinds"]) == (found["setup"]["kinds"], {part: "steel"})
