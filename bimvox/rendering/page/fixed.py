@@ -51,10 +51,10 @@ def obstructions(site: Site) -> tuple[Blocker, ...]:
 
 
 def boxes_record(site: Site, blocker: Blocker, blob: Blob) -> dict[str, Any]:
-    """Return the cells above the lowest layer as a few boxes, in cells; of the ground without what the slab shows."""
+    """Return the cells above the lowest layer as a few boxes, in cells; of the ground what the slab does not show."""
     cells = blocker.cells[blocker.cells[:, 2] > 0]
     if blocker.kind == "ground":
-        level = site.yard_floor_vox - 1
+        cells, level = blocker.cells, site.yard_floor_vox - 1
         cells = cells[(cells[:, 2] != level) | (site.ground_vox[cells[:, 0], cells[:, 1]] != level)]
     boxes = np.zeros((0, 6), np.int32)
     if len(cells):
