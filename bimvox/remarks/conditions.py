@@ -55,8 +55,7 @@ def _of_the_obstructions(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Itera
 def _of_the_ground(site: Site) -> Iterator[Condition]:
     """Yield what is taken of terrain and excavation."""
     size_m, natural_m = site.frame.voxel_size_m, site.natural_ground_m
-    dug_m = (0.0 if natural_m is None else natural_m) - site.frame.origin_m[2] - size_m * (site.ground_vox + 1.0)
-    deepest_m = float(dug_m.max(initial=0.0))
+    deepest_m = float(site.dug_m.max(initial=0.0))
     if deepest_m > 1e-6:
         yield (
             None,

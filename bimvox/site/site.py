@@ -231,6 +231,13 @@ class Site:
         return tops
 
     @property
+    def dug_m(self) -> NDArray[np.float64]:
+        """(X, Y) float64, how deep the ground is dug out in each column, metres."""
+        before_m = 0.0 if self.natural_ground_m is None else self.natural_ground_m
+        now_m = self.frame.origin_m[2] + self.frame.voxel_size_m * (self.ground_vox + 1.0)
+        return np.maximum(before_m - now_m, 0.0)
+
+    @property
     def yard_floor_vox(self) -> int:
         """The layer in which parts lie in the yard, which is level."""
         return 1 + int(self.ground_vox[self.yard].max(initial=0))

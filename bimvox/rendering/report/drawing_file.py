@@ -109,6 +109,9 @@ def _facts(drawing: dict[str, Any]) -> list[str]:
         found.append(f"{crane['name']} at ({fixed(x, 2)}, {fixed(y, 2)}), radius {length(reach_m)}")
     parts = f"{counted(drawing['lifted'], 'part')} to lift"
     found.append(parts + (f", the heaviest {tonnes(drawing['heavy'][0]['mass_kg'])} t" if drawing["heavy"] else ""))
+    if drawing["ground"][0] is not None:
+        height_m, why = drawing["ground"]
+        found.append(f"the ground is at {fixed(height_m, 2)} m in the model" + (why and f", {why}"))
     found += ["parts by their convex hulls", "site coordinates in metres"]
     survey, north = drawing["survey"], drawing["north"]
     if survey is not None:

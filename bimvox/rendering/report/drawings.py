@@ -57,6 +57,7 @@ def _legend(drawing: dict[str, Any]) -> str:
 def legend_names(drawing: dict[str, Any]) -> dict[str, str]:
     """Return what the areas on the drawings are, by their class."""
     names = {"building": "building, by storey", "construction": "construction area", "yard": "yard"}
+    names |= {"excavation": "excavation"} if "excavation" in drawing["areas"] else {}
     names |= {"access": "access of trucks"} if "access" in drawing["areas"] else {}
     names |= {kind: words for kind, words in ZONES.items() if kind in drawing["areas"]}
     deliveries = len({one["delivery"] for one in drawing["stored"]})

@@ -69,7 +69,11 @@ def plan_parts(drawing: dict[str, Any], *, detail: bool = False, named: bool = F
     parts = [circle(sheet, crane["base_m"], crane["jib_m"][0], "area oversail") for crane in drawing["cranes"]]
     parts += [] if detail else grid(sheet, ("x", "y"))
     areas = drawing["areas"]
-    parts += [sheet.path(areas[kind], f"area {kind}") for kind in ("construction", "yard", "access") if kind in areas]
+    parts += [
+        sheet.path(areas[kind], f"area {kind}")
+        for kind in ("construction", "excavation", "yard", "access")
+        if kind in areas
+    ]
     parts.append(sheet.path(drawing["falling_loads"], "area falling"))
     parts.append(sheet.path(drawing["below_loads"], "area below"))
     parts += [sheet.path(areas[kind], f"area {kind}", tip(words)) for kind, words in ZONES.items() if kind in areas]

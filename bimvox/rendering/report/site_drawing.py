@@ -15,7 +15,8 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.rendering.report.plan_view import ZONES
 from bimvox.rendering.report.site_values import crane_values, distances, north_of, outlines_of, storeys_of, survey_grid
 from bimvox.site.config.site_config import SiteConfig
-from bimvox.site.guess import lifted_of
+from bimvox.site.ground import WORKING_SPACE_M
+from bimvox.site.guess import ground_why, lifted_of
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import ifc_to_map
 from bimvox.site.outlines import PLAN, hull, outline, rounded, union
@@ -28,6 +29,7 @@ _KINDS = {"public": ("prohibited", "no_load")}
 """A public zone forbids both."""
 _ROOM_M = 2.5
 """Margin around all that is drawn."""
+_DEPTH_M = 1e-3
 _OFF_M = 0.6
 """Distance of the building's dimensions from it."""
 
@@ -36,7 +38,8 @@ def drawing_of_site(config: SiteConfig, building: Building) -> dict[str, Any]:
     """Return what the plan of a site shows, with the keys of ``site_plan.drawing_of`` but without lifts.
 
     Also ``parts`` (outlines from above, each once), ``heavy`` parts (``number``, ``name``, ``mass_kg``, ``plan``,
-    ``at_m``), named ``zones`` (``name``, ``at_m``) and ``lifted``, the number of parts that cranes lift.
+    ``at_m``), named ``zones`` (``name``, ``at_m``), ``lifted``, the number of parts that cranes lift, and ``ground``,
+    its height in the model, and why.
 
     Args:
         config: The site file, complete, in the site's frame.
@@ -52,7 +55,7 @@ def drawing_of_site(config: SiteConfig, building: Building) -> dict[str, Any]:
     parts = [one for one in placed.elements if one.role is Role.COMPONENT and one.id not in standing]
     structure = [one for one in placed.elements if one.role is Role.STRUCTURE or one.id in standing]
     storeys, outlines = storeys_of(parts, (PLAN,)), {one.id: outline(hull(one.mesh, PLAN)) for one in parts}
-    areas = _areas(config)
+    areas = _areas(config) | {"excavation": _excavation(parts)}
     whole, lifted = union(hull(one.mesh, PLAN) for one in parts), lifted_of(config, placed)
     to_map = ifc_to_map(building.georeference, building.source.unit)
     return {
@@ -66,6 +69,7 @@ def drawing_of_site(config: SiteConfig, building: Building) -> dict[str, Any]:
         "parts": _each_once(outlines.values()),
         "heavy": _heavy(lifted, cranes, outlines),
         "lifted": len(lifted),
+        "ground": (config.model.ground_m, ground_why(config, building)),
         "zones": [_named(zone.name, zone.polygon) for zone in config.zone if zone.name],
         "stored": [],
         "frames": [],
@@ -85,6 +89,12 @@ def _areas(config: SiteConfig) -> dict[str, BaseGeometry]:
         polygons[kind] = [zone.polygon for zone in zones if kind in _KINDS.get(zone.kind, (zone.kind,))]
     found = {kind: union(map(shapely.Polygon, given)) for kind, given in polygons.items()}
     return found | {"yard": found["yard"].difference(found["construction"])}
+
+
+def _excavation(parts: Iterable[Element]) -> BaseGeometry:
+    """Return where the ground is dug out for what is set below z = 0, about: its cells are not known yet."""
+    below = [hull(one.mesh, PLAN) for one in parts if one.mesh.bounds_m[0, 2] < -_DEPTH_M]
+    return shapely.union_all(below).buffer(WORKING_SPACE_M, join_style="mitre") if below else shapely.Polygon()
 
 
 def _extent_m(config: SiteConfig, placed: Building, cranes: Sequence[TowerCrane]) -> list[list[float]]:

@@ -69,6 +69,7 @@ def _areas(site: Site, yard: BaseGeometry) -> dict[str, BaseGeometry]:
         "construction": _columns(site, site.labels[:, :, 0] == Label.CONSTRUCTION_AREA),
         "yard": yard,
         "access": _columns(site, site.access),
+        "excavation": _columns(site, site.dug_m > 1e-6),
         "prohibited": _columns(site, site.prohibited),
         "no_load": _columns(site, site.no_load),
         "limiter": _columns(site, limited),

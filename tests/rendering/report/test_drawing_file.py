@@ -252,3 +252,18 @@ def test_a_site_without_a_crane_is_one_view() -> None:
     none: dict[str, Any] = {"kind": "none"}
     without = SiteConfig.model_validate(config.model_dump() | {"crane": none})
     assert len(views(drawn(without, building))) == 1
+
+
+def test_the_excavation_is_drawn_and_the_ground_is_said(prefab: tuple[SiteConfig, Building]) -> None:
+    config, building = prefab
+    assert "excavation" not in drawing_of_site(config, building)["areas"]
+    raised = config.model_copy(update={"model": config.model.model_copy(update={"ground_m": 1.0})})
+    drawing = drawing_of_site(raised, building)
+    corners = np.concatenate([np.array(ring) for ring in drawing["areas"]["excavation"]])
+    below = np.array([one.mesh.bounds_m for one in building.elements if one.mesh.bounds_m[0, 2] < 1.0])
+    np.testing.assert_allclose(corners.min(axis=0), below[:, 0, :2].min(axis=0) - 1.0, atol=1e-3)
+    np.testing.assert_allclose(corners.max(axis=0), below[:, 1, :2].max(axis=0) + 1.0, atol=1e-3)
+    text = drawing_file(drawing, "site").decode()
+    assert "the ground is at 1.00 m in the model" in text
+    assert "excavation" in text
+    assert "the lowest part of the model" in drawing_file(drawing_of_site(config, building), "site").decode()
