@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import ImageFont
 
-from bimvox.bim.building import Building
+from bimvox.bim.building import Building, Role
 from bimvox.bim.read import read_building
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.rendering.report.drawing_file import drawing_file
@@ -260,7 +260,8 @@ def test_the_excavation_is_drawn_and_the_ground_is_said(prefab: tuple[SiteConfig
     raised = config.model_copy(update={"model": config.model.model_copy(update={"ground_m": 1.0})})
     drawing = drawing_of_site(raised, building)
     corners = np.concatenate([np.array(ring) for ring in drawing["areas"]["excavation"]])
-    below = np.array([one.mesh.bounds_m for one in building.elements if one.mesh.bounds_m[0, 2] < 1.0])
+    parts = [one.mesh.bounds_m for one in building.elements if one.role is Role.COMPONENT]
+    below = np.array([bounds_m for bounds_m in parts if bounds_m[0, 2] < 1.0])
     np.testing.assert_allclose(corners.min(axis=0), below[:, 0, :2].min(axis=0) - 1.0, atol=1e-3)
     np.testing.assert_allclose(corners.max(axis=0), below[:, 1, :2].max(axis=0) + 1.0, atol=1e-3)
     text = drawing_file(drawing, "site").decode()
