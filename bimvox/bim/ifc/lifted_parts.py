@@ -31,12 +31,13 @@ def by_default(elements: list[Element], notes: list[str]) -> list[Element]:
         elements: All elements, each with the role that its class and name give it.
         notes: Each decision is appended here; a planner can override it with a query.
     """
-    free = iter(_by_default([one for one in elements if one.stated_means is None], notes))
+    promoted = _promoted(elements, notes)
+    free = iter(_by_default([one for one in promoted if one.stated_means is None], notes))
     return [next(free) if one.stated_means is None else one for one in elements]
 
 
 def _by_default(elements: list[Element], notes: list[str]) -> list[Element]:
-    elements = _piles(_promoted(elements, notes), notes)
+    elements = _piles(elements, notes)
     formwork = sum(one.judgement.kind is Kind.FORMWORK and one.role is Role.FITTING for one in elements)
     if formwork:
         notes.append(f"formwork and temporary works, not part of the plan: {formwork}; select them to lift them")

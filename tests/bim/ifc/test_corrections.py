@@ -95,3 +95,6 @@ def test_the_rules_of_the_defaults_leave_a_stated_way_alone(maker: Any, tmp_path
     }  # fmt: skip
     found = read(path, says("IfcPlate + IfcBuildingElementProxy", means="crane"))
     assert {one.role for one in found.elements} == {Role.COMPONENT}
+    every = read(path, says("IfcPlate + IfcBuildingElementProxy + IfcBeam", means="crane"))
+    assert {one.role for one in every.elements} == {Role.COMPONENT}
+    assert not any("class that is lifted" in note for note in every.notes)
