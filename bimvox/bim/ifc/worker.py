@@ -60,7 +60,7 @@ class Kernel:
             placements = [np.array(shape.transformation.matrix, dtype=np.float64).reshape(4, 4).T]
             placements += [self._placement(product) for product in products[1:]]
         except RuntimeError as error:
-            return f"no geometry ({str(error).strip() or 'the kernel says nothing'})"
+            return f"no geometry ({_first_words(str(error)) or 'the kernel says nothing'})"
         faces = np.array(shape.geometry.faces, dtype=np.int32).reshape(-1, 3)
         vertices = np.array(shape.geometry.verts, dtype=np.float64).reshape(-1, 3)
         clean = clean_shape(vertices, faces)
@@ -81,6 +81,11 @@ class Kernel:
             return np.eye(4)
         mapped = ifcopenshell.geom.map_shape(self._settings, product.ObjectPlacement)
         return np.array(mapped.components, dtype=np.float64)
+
+
+def _first_words(said: str) -> str:
+    """Return what the kernel says without the product, which would give every product a note of its own."""
+    return said.partition("Product:")[0].partition("\n")[0].strip(" .:")
 
 
 def geometry_settings() -> Any:
