@@ -3,7 +3,8 @@
 The parts are taken out of the finished building one by one, after everything that must come after the group. A part
 goes straight up if nothing of the group is in the way, otherwise by the last moves of a lift in reverse, sideways too.
 The reverse is an order in which each part can be set. If none of the remaining parts can be taken out, they are
-interlocked in the model: they are reported, the one on which the least depends is set last, and the others continue.
+interlocked in the model: they are reported, the one that blocks the most others is set last (of equal ones, the one on
+which the least depends), and the others continue.
 """
 
 from __future__ import annotations
@@ -79,9 +80,10 @@ class Disassembly:
                     refused[i] = len(left)
                 if chosen < 0:
                     stuck = max(stuck, tuple(sorted(left)), key=len)
+                    blocks = {i: sum(i in descent[j] for j in left) for i in left}
                     chosen = min(
                         loose or sorted(left),
-                        key=lambda i: (len(self._relying(i)), len(left.intersection(descent[i])), i),
+                        key=lambda i: (-blocks[i], len(self._relying(i)), len(left.intersection(descent[i])), i),
                     )
             reverse.append(chosen)
             left.remove(chosen)

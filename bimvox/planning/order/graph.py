@@ -69,7 +69,11 @@ def order_graph(site: Site, relations: Precedence, contacts: Contacts) -> OrderG
             firm[j].add(i)
     for group in _cycles(firm):
         raise _no_order(site, relations, firm, group)
-    edges: Edges = [firm[i] | set(relations.descent[i]) for i in range(count)]
+    needed: Edges = [firm[i] | set(relations.descent[i]) for i in range(count)]
+    edges: Edges = [needed[i] | set(relations.yields[i]) for i in range(count)]
+    for group in _cycles(edges):
+        for i in group:
+            edges[i] = needed[i] | (edges[i] - set(group))
     notes: list[str] = []
     groups = list(_cycles(edges))
     disassembly = Disassembly(site, contacts, relations) if groups else None

@@ -2,7 +2,8 @@
 
 Two relations come from geometry, by the same swept-contact test that clears the last moves:
 
-* *descent*: i before j if j in place would block the straight descent of i or the rope above it;
+* *descent*: i before j if j in place would block the straight descent of i or the rope above it, or i would pass j
+  closer than the tolerance;
 * *support*: j before i if i rests on j: moved down by the support gap (grout joint, bearing), i meets j.
 
 The site file's ``before`` and ``after`` are added. A part without support from a part, the ground or a structure is
@@ -11,7 +12,7 @@ hung: it waits for one of the parts that it touches.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,9 +24,12 @@ from bimvox.errors import InputError
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.contact.sweep import FAR_M, rope_meets
 from bimvox.site.ground import stand_on_ground
+from bimvox.site.means import Means
 from bimvox.site.site import Site
 
 _ROUNDING_M = 1e-6
+_MADE_THERE = (Means.IN_SITU, Means.BUILT)
+"""Such a part needs no way to its place."""
 _BY_ROPE_M = 0.05
 """What is farther from the hook line than this cannot be in the rope's way."""
 
@@ -35,7 +39,10 @@ class Precedence:
     """Which part must come before which, by component index.
 
     Attributes:
-        descent: Per component, those that must come later because they would block its straight descent.
+        descent: Per component, those that must come later because they would block its straight descent; none for what
+            is cast or built in its place.
+        yields: Per component, those that come later unless that closes a cycle: they are above what is cast or built,
+            or it would pass them closer than the tolerance.
         supports: Per component, the components that it rests on.
         grounded: Per component, whether it rests on the ground or on a structure.
         touching: Per component, the components whose cells it shares or touches.
@@ -45,6 +52,7 @@ class Precedence:
     """
 
     descent: tuple[tuple[int, ...], ...]
+    yields: tuple[tuple[int, ...], ...]
     supports: tuple[tuple[int, ...], ...]
     grounded: tuple[bool, ...]
     touching: tuple[tuple[int, ...], ...]
@@ -61,7 +69,7 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
     count = len(site.components)
     boxes = contacts.bounds_m
     gap_m = site.rules.support_gap_m + site.rules.contact_tolerance_m
-    descent, supports, grounded = [], [], []
+    descent, yields, supports, grounded = [], [], [], []
     on_ground = stand_on_ground(site.frame, site.shape[:2], site.natural_ground_m, site.components, gap_m)
     for i in range(count):
         low, high = boxes[i]
@@ -73,12 +81,16 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
         from_m, to_m = foot_m[:2] - _BY_ROPE_M, foot_m[:2] + _BY_ROPE_M
         by_rope = ((boxes[:, 0, :2] < to_m) & (boxes[:, 1, :2] > from_m)).all(axis=1)
         above = np.flatnonzero((over | by_rope) & (boxes[:, 1, 2] > low[2]))
-        others = (int(j) for j in above if j < count and j != i)
-        descent.append(tuple(j for j in others if _blocks(site, contacts, i, j, foot_m)))
+        others = [int(j) for j in above if j < count and j != i]
+        blocking = tuple(j for j in others if _blocks(site, contacts, i, j, foot_m))
+        is_brought = site.components[i].means not in _MADE_THERE
+        descent.append(blocking if is_brought else ())
+        yields.append(_passed(site, contacts, i, blocking) if is_brought else blocking)
         # Solids under the outline whose top may be near one of the part's undersides.
         near_below = np.flatnonzero(over & (boxes[:, 0, 2] < high[2]) & (boxes[:, 1, 2] > low[2] - gap_m))
         # From aside, the way out of a clash, a part drawn into the top of another does not meet it on its way down.
-        into = (boxes[:, 1, 2] <= low[2] + site.rules.contact_tolerance_m + _ROUNDING_M) & (boxes[:, 1, 2] > low[2])
+        is_top = boxes[:, 1, 2] <= low[2] + site.rules.contact_tolerance_m + _ROUNDING_M
+        into = (boxes[:, 1, 2] > low[2]) & (is_top | (boxes[:, :, 2].mean(axis=1) < low[2]))
         rests = (int(j) for j in near_below)
         held = [j for j in rests if _met(contacts, i, j, -1, gap_m) or (into[j] and _clash(contacts, i, j))]
         supports.append(tuple(j for j in held if j < count))
@@ -90,6 +102,7 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
     touching = tuple(tuple(j for j in contacts.neighbours[i] if j < count) for i in range(count))
     return Precedence(
         tuple(descent),
+        tuple(yields),
         _one_way(supports, boxes, site.rules.contact_tolerance_m),
         tuple(grounded),
         touching,
@@ -140,6 +153,21 @@ def _blocks(site: Site, contacts: Contacts, i: int, j: int, foot_m: NDArray[np.f
     if _met(contacts, i, j, 1, FAR_M):
         return True
     return bool(site.cranes) and site.rules.rope and rope_meets(contacts.triangles_m(j), foot_m)
+
+
+def _passed(site: Site, contacts: Contacts, i: int, blocking: Collection[int]) -> tuple[int, ...]:
+    """Return the components that i would pass closer than the tolerance on its straight descent, without blocking it.
+
+    Its neighbours do not count: it may slide along them.
+    """
+    boxes, gap_m = contacts.bounds_m[: len(site.components)], site.rules.contact_tolerance_m
+    low, high = boxes[i]
+    near = ((boxes[:, 0, :2] < high[:2] + gap_m) & (boxes[:, 1, :2] > low[:2] - gap_m)).all(axis=1)
+    near[[i, *blocking, *(j for j in contacts.neighbours[i] if j < len(near))]] = False
+    near &= boxes[:, 1, 2] > low[2]
+    return tuple(
+        j for j in np.flatnonzero(near).tolist() if contacts.strikes_on_move(i, np.zeros(3), j, 2, 1, FAR_M, 1)[0]
+    )
 
 
 def _hook_foot_m(site: Site, i: int) -> NDArray[np.float64]:

@@ -1,9 +1,8 @@
 """Erection stages: the preferred order of the parts, as far as geometry permits.
 
-Preferences rank: ``first`` in the site file, its assembly zones, the schedule in the building file, levels (what a part
-rests on is never of a higher one), and within a level the classes of parts: footings, columns and walls, beams, slabs
-and stairs, then what stands on that floor. If there are neither columns nor walls, the storeys of the building file
-take the place of the classes.
+Preferences rank: ``first`` in the site file, its assembly zones, the schedule in the building file, levels, and within
+a level the classes of parts: footings, columns and walls, beams, slabs and stairs, then what stands on that floor. If
+there are neither columns nor walls, the storeys of the building file take the place of the classes.
 Every part has a stage. A part that another one needs comes no later than that one's stage. So a preference never
 contradicts geometry: if it would, the part comes earlier, and a note names both.
 """
@@ -34,7 +33,7 @@ def stages(
         graph: Which must come before which.
         supports: Per component, those that it rests on.
     """
-    preferred = _preferred(components, graph, supports)
+    preferred = _preferred(components, supports)
     kept = list(preferred)
     cause = list(range(len(components)))
     for i in reversed(graph.topological()):
@@ -44,14 +43,12 @@ def stages(
     return tuple(kept), _notes(components, preferred, kept, cause)
 
 
-def _preferred(components: Sequence[Component], graph: OrderGraph, supports: Sequence[Sequence[int]]) -> list[Stage]:
+def _preferred(components: Sequence[Component], supports: Sequence[Sequence[int]]) -> list[Stage]:
     zones = 1 + max((c.hints.zone for c in components if c.hints.zone is not None), default=-1)
     tasks = 1 + max((c.hints.task_rank for c in components if c.hints.task_rank is not None), default=-1)
     levels = [0] * len(components)
     if any(c.hints.rank is not None or c.hints.storey_rank is not None for c in components):
-        levels = levels_of(components)
-    for i in graph.topological():  # never lower than what it rests on
-        levels[i] = max(levels[j] for j in (i, *supports[i]))
+        levels = levels_of(components, supports)
     by_class = any(uprights_of(components))
     return [
         (

@@ -18,7 +18,7 @@ SLAB = {"ifc_class": "IfcSlab"}
 
 def levels(*parts: tuple) -> dict[str, int]:
     components = box_site(list(parts), shape=(40, 30, 40)).components
-    return {c.id: n for c, n in zip(components, levels_of(components), strict=True)}
+    return {c.id: n for c, n in zip(components, levels_of(components, [()] * len(components)), strict=True)}
 
 
 def test_a_floor_is_of_the_level_of_the_columns_that_carry_it() -> None:
@@ -53,6 +53,20 @@ def test_a_flight_of_stairs_is_of_the_level_that_it_starts_from() -> None:
         ("upper post", (1, 1, 3.2), (1.5, 1.5, 6.2), POST),
     )
     assert found == {"post": 0, "lower flight": 0, "upper flight": 0, "upper post": 1}
+
+
+def test_what_rests_on_walls_is_of_no_lower_level_than_they() -> None:
+    """By its top alone, the mezzanine would be of the level below."""
+    parts = [
+        ("post", (1, 1, 0), (1.5, 1.5, 2.5), POST),
+        ("low wall", (3, 1, 2.6), (5, 1.2, 3.0), WALL),
+        ("beam", (3, 1, 3.0), (5, 1.2, 3.2)),
+        ("mezzanine", (3, 1, 3.2), (5, 3, 3.3), SLAB),
+        ("wall", (7, 1, 3.0), (9, 1.2, 5.8), WALL),
+    ]
+    components = box_site(parts, shape=(40, 30, 40)).components
+    assert levels_of(components, [()] * 5) == [0, 1, 0, 0, 1]
+    assert levels_of(components, [(), (), (1,), (2,), ()]) == [0, 1, 1, 1, 1]
 
 
 def test_feet_on_a_slope_do_not_become_one_level_for_ever() -> None:
@@ -106,4 +120,4 @@ def with_part(ifc_class: str, boxes: list) -> dict[str, int]:
     part = ("part", np.min(low, axis=0), np.max(high, axis=0), {"ifc_class": ifc_class})
     components = list(box_site([lower, part, upper], shape=(40, 30, 40)).components)
     components[1] = replace(components[1], mesh=TriangleMesh.joined([box_mesh(*box) for box in boxes]))
-    return {c.id: n for c, n in zip(components, levels_of(components), strict=True)}
+    return {c.id: n for c, n in zip(components, levels_of(components, [()] * len(components)), strict=True)}

@@ -80,6 +80,24 @@ def test_a_part_is_of_the_level_of_what_it_stands_on() -> None:
     assert not notes
 
 
+def test_stated_storeys_do_not_matter() -> None:
+    """Neither a floor that is stated to be above its posts or below, nor a wall in the wrong storey."""
+    wrong = [
+        (name, low, high, more | {"hints": dataclasses.replace(more["hints"], storey_rank=5 - n), "storey": f"{n}"})
+        for n, (name, low, high, more) in enumerate(BAYS)
+    ]
+    assert names(wrong) == names(BAYS)
+
+
+def test_without_columns_and_walls_stated_storeys_matter_only_on_one_level() -> None:
+    heights = {"upper": (6.0, 0), "lower": (3.0, 1), "same": (3.0, 0)}
+    parts = [
+        part(name, (1 + 4 * n, 1, foot), (4 + 4 * n, 3, foot + 0.2), "IfcSlab", storey_rank=storey)
+        for n, (name, (foot, storey)) in enumerate(heights.items())
+    ]
+    assert names(parts)[0] == ["same", "lower", "upper"]
+
+
 def test_other_ranks_change_the_order_of_classes() -> None:
     slabs_first = [
         (name, low, high, more | {"hints": dataclasses.replace(more["hints"], rank=5 - more["hints"].rank)})
