@@ -89,8 +89,8 @@ def _elsewhere(log: PlanLog, checks: Sequence[Check]) -> list[str]:
 CLAIMS = (
     ClaimRow(
         "model",
-        "the parts are those of the model: none is missing or called a structure, and masses, kinds, storeys, tasks "
-        "and connections are the model's",
+        "the parts are those of the model: none is missing or called a structure, and names, masses, kinds, storeys, "
+        "tasks, connections and what its reader noted are the model's",
         SITE,
         _always,
     ),

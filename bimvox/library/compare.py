@@ -88,7 +88,7 @@ def same_cranes(check: Check, found: Sequence[TowerCrane], wanted: Sequence[Towe
 
 
 def same_blockers(check: Check, found: Sequence[Blocker], wanted: Sequence[Blocker], source: str) -> None:
-    """Check the fixed objects, each by its id: all are there, no other is, and their cells are the same."""
+    """Check the fixed objects, each by its id: all are there, no other is, and their cells and names are the same."""
     there, expected = ({blocker.id: blocker for blocker in many} for many in (found, wanted))
     check.look(len(there) == len(found), "two fixed objects of the log have the same id")
     for name in sorted(there.keys() | expected.keys()):
@@ -100,6 +100,7 @@ def same_blockers(check: Check, found: Sequence[Blocker], wanted: Sequence[Block
         else:
             good = there[name].kind == expected[name].kind and same_cells([there[name]], [expected[name]])
             check.look(good, f"{what} has other cells in the log than in {source}")
+            same(check, f"the name of {what}", there[name].name, expected[name].name, source)
 
 
 def same_cells(found: Sequence[Blocker], wanted: Sequence[Blocker]) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,7 @@ from bimvox.proof.over_time import check_under_way
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
 from bimvox.site.config.file import SITE_FILE, parse_site_config
+from bimvox.site.config.kind_file import corrections_in
 from bimvox.site.nested import toml_values
 from bimvox.site.programme import ATTACHED, programme_table
 from bimvox.site.site import Site
@@ -121,10 +122,7 @@ def _compare_site(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
     _compare_parts(check, found.components, held.components)
     _compare_blockers(check, found, held, ("ground", "crane", "structure"))
     surfaces = {blocker.id: blocker.mesh for blocker in held.blockers}
-    names = {blocker.id: blocker.name for blocker in held.blockers}
     for blocker in found.blockers:
-        if blocker.kind == "structure" and blocker.id in names:
-            same(check, f"the name of fixed object {blocker.id!r}", blocker.name, names[blocker.id], _YOURS)
         if blocker.mesh is not None and (surface := surfaces.get(blocker.id)) is not None:
             good = _same_surface(blocker.mesh, surface)
             check.look(good, f"fixed object {blocker.id!r}: its surface is not that of your model")
@@ -133,9 +131,11 @@ def _compare_site(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
 def _compare_files(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
     """Compare the site file, those of its machines and the programme in a log with yours, whole: value by value.
 
-    Comments, the order of keys and what a file leaves to its defaults are free.
+    Comments, the order of keys, what a file leaves to its defaults, and the other columns of a table of kinds are free.
     """
+    readers: dict[str, Callable[[bytes, str], Any]]
     readers = {SITE_FILE: _site_values, MACHINE: _machine_values, ATTACHED: _programme_values}
+    tables = {MACHINE + name for name in loaded.config.kind_files}
     for name in sorted(loaded.files.keys() | {name for name in log.attachments if name.startswith(tuple(readers))}):
         found, wanted = log.attachments.get(name), loaded.files.get(name)
         if found == wanted:
@@ -145,6 +145,7 @@ def _compare_files(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
             check.look(False, f"{name} is in {there}, but not in {other}")
         else:
             read = next(reader for start, reader in readers.items() if name.startswith(start))
+            read = _kind_values if name in tables else read
             key = "" if name == SITE_FILE else name
             try:
                 same_values(check, key, read(found, name), read(wanted, name), _YOURS)
@@ -160,6 +161,11 @@ def _site_values(data: bytes, name: str) -> dict[str, Any]:
 
 def _machine_values(data: bytes, name: str) -> dict[str, Any]:
     return toml_values(data.decode("utf-8-sig"))
+
+
+def _kind_values(data: bytes, name: str) -> list[dict[str, Any]]:
+    said = corrections_in(data, Path(name.removeprefix(MACHINE)))
+    return [{"select": one.select, "kind": one.kind, "means": one.means} for one in said]
 
 
 def _programme_values(data: bytes, name: str) -> dict[str, Any]:

@@ -175,7 +175,7 @@ class Component:
     judgement: Judgement = field(default=UNKNOWN, metadata=SPARSE)
     hook_aside_vox: tuple[float, float] = field(default=(0.0, 0.0), metadata=SPARSE)
     volume_guessed: bool = field(default=False, metadata=SPARSE)
-    stated_means: str | None = field(default=None, metadata=SPARSE)
+    stated_means: Means | None = field(default=None, metadata=SPARSE)
     spans: bool = field(default=False, metadata=SPARSE)
 
     def __repr__(self) -> str:

@@ -15,7 +15,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.site.component import NO_HINTS, Component, IntVec, OrderHints, StoredPose
 from bimvox.site.config.site_config import ComponentConfig, SiteConfig
 from bimvox.site.config.validation import nearest
-from bimvox.site.means import LIFTED, Reasoned
+from bimvox.site.means import LIFTED, Means, Reasoned
 from bimvox.site.sail import sail_area_m2
 from bimvox.site.shape import shape_of
 
@@ -127,7 +127,7 @@ def component_of(
         judgement=element.judgement,
         hook_aside_vox=aside_vox,
         volume_guessed=element.volume_guessed,
-        stated_means=element.stated_means,
+        stated_means=None if element.stated_means is None else Means(element.stated_means),
     )
 
 

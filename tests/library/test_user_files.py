@@ -73,6 +73,11 @@ def with_a_thinner_structure(site: Site) -> Site:
     return replace(site, blockers=blockers)
 
 
+def named(site: Site, kind: str) -> Site:
+    renamed = (replace(one, name="the city's") if one.kind == kind else one for one in site.blockers)
+    return replace(site, blockers=tuple(renamed))
+
+
 def with_a_larger_building_area(site: Site) -> Site:
     labels = site.labels.copy()
     labels[-1, -1, 0] = Label.CONSTRUCTION_AREA
@@ -92,6 +97,18 @@ FORGED: dict[str, tuple[Callable[[Site], Site], str]] = {
     "notes": (
         lambda site: replace(site, notes=("the ground was tested",)),
         "notes is ('the ground was tested',)",
+    ),
+    "name of a structure": (
+        lambda site: named(site, "structure"),
+        "is the city's in the log, ",
+    ),
+    "name of the ground": (
+        lambda site: named(site, "ground"),
+        "the name of fixed object 'ground' is the city's",
+    ),
+    "name of a mast": (
+        lambda site: named(site, "crane"),
+        "the name of fixed object 'crane' is the city's",
     ),
     "clearances": (
         lambda site: replace(site, rules=replace(site.rules, transit_clearance_m=0.0, gives_way=())),
@@ -245,3 +262,36 @@ def test_dates_of_a_programme_are_those_of_yours(loaded: tuple[Path, LoadedSite]
     assert any("rows[" in one and "2027-03-02 07:00:00 in the log, 2026-03-02 07:00:00" in one for one in failures), (
         failures
     )
+
+
+TABLE = b"set_kind,set_means,select\nsteel,,IfcColumn\n"
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        (b"parts,select,set_kind,set_means\n8,IfcColumn,steel,\n,IfcBeam,,\n", []),
+        (b"\xef\xbb\xbf" + TABLE.replace(b",", b";"), []),
+        (TABLE.replace(b"steel", b"timber"), ["machine.kinds.csv[0].kind is timber in the log, steel in your files"]),
+        (
+            TABLE + b",built,IfcBeam\n",
+            [
+                f"machine.kinds.csv[1].{key} is {value} in the log, nothing in your files"
+                for key, value in (("select", "IfcBeam"), ("kind", "None"), ("means", "built"))
+            ],
+        ),
+        (b"no table", ["the attached machine.kinds.csv cannot be used: kinds.csv: line 1"]),
+    ],
+)
+def test_a_table_of_kinds_in_the_log_says_what_yours_says(
+    loaded: tuple[Path, LoadedSite], tmp_path: Path, table: bytes, says: list[str]
+):
+    model = loaded[0].with_name("frame_georeferenced.ifc")
+    (tmp_path / "kinds.csv").write_bytes(TABLE)
+    path = tmp_path / "bound.site.toml"
+    path.write_text(SITE.replace("[model]", '[model]\nkinds = ["kinds.csv"]'))
+    found = load_site(path, model=model)
+    forged = replace(log_of(found, found.site), attachments={**found.files, "machine.kinds.csv": table})
+    failures = check_user_files(forged, Given(path, model), SilentProgress()).failures
+    assert len(failures) == len(says), failures
+    assert all(map(str.startswith, failures, says)), failures

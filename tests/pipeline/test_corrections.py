@@ -12,7 +12,7 @@ from bimvox_pipeline.site import init
 from bimvox_pipeline.verify import verify
 
 from bimvox.bim.kinds.kind import Kind
-from bimvox.errors import ConfigError, FileError, SelectionError
+from bimvox.errors import ConfigError, FileError, LogFileError, SelectionError
 from bimvox.library.log import write_log_file
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
@@ -65,6 +65,8 @@ def test_a_log_whose_site_file_does_not_say_what_it_claims_is_refused(site_folde
 
     assert forged()["passed"]
     assert not forged(stated_means="built")["passed"]
+    with pytest.raises(LogFileError, match="stated_means"):
+        forged(stated_means="hovers")
     assert not forged(judgement=dataclasses.replace(beam.judgement, why="the site file says so"))["passed"]
 
 
