@@ -42,6 +42,10 @@ _THIN_WALL_M = 0.13
 _THIN_BAR_M = 0.12
 """A bar of concrete is thicker, for its reinforcement and cover."""
 _SLENDER = 10.0
+_BOARD_M = 0.045
+"""A plane of timber up to this thick is of boards."""
+_STEEL_PLATE_M = 3.0
+"""A plane of steel wider than any plate is of sheets, panels or gratings."""
 _INCLINED = 0.1
 """Height over width from which a roof slab is not flat."""
 
@@ -89,6 +93,8 @@ def judge(facts: Facts) -> tuple[Judgement, Casting | None]:
     if facts.plain_class in _PLANES and found.kind is Kind.TIMBER and called is not None and called.says == Kind.TIMBER:
         why = f"{_in_name(called)} says a floor or a roof of pieces of timber"
         found = Judgement(Kind.LIGHT, found.confidence, why)
+    if (layers := _of_thin_layers(facts, found, called)) is not None:
+        found = layers
     if called is not None and called.casting is not None and casting is None:
         casting = Casting(called.casting)
         why = f"{_in_name(called)} says {called.name}, made in place"
@@ -103,6 +109,24 @@ def judge(facts: Facts) -> tuple[Judgement, Casting | None]:
         why = f"{_in_name(called)} says that it is a footing"
         return Judgement(Kind.CONCRETE, Confidence.NAMED, why), Casting.IN_SITU
     return found, casting
+
+
+def _of_thin_layers(facts: Facts, found: Judgement, called: Meaning | None) -> Judgement | None:
+    """Return that a plane of timber or steel is built of boards, sheets or panels; None if it comes in one piece."""
+    if found.kind not in (Kind.TIMBER, Kind.STEEL) or found.confidence is Confidence.STATED:
+        return None
+    if called is not None and called.says == Kind.LIGHT:
+        return _judged(Kind.LIGHT, found.confidence, _in_name(called))
+    if facts.plain_class not in (*_PLANES, "IfcWall"):
+        return None
+    thin_m, width_m, _ = sorted(_sides_m(facts.mesh))
+    if found.kind is Kind.TIMBER and thin_m <= _BOARD_M:
+        why = f"a plane of timber {1e3 * thin_m:.0f} mm thick is taken as boards"
+    elif found.kind is Kind.STEEL and width_m > _STEEL_PLATE_M:
+        why = f"a plane of steel {width_m:.1f} m wide is taken as sheets or panels"
+    else:
+        return None
+    return Judgement(Kind.LIGHT, Confidence.ASSUMED, why)
 
 
 def casting_of(kind: Kind, casting: Casting | None) -> Casting | None:

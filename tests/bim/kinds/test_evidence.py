@@ -144,3 +144,13 @@ def test_what_is_stated_to_be_precast_is_not_what_its_name_only_suggests() -> No
     assert kind_of(**panel) == (Kind.LIGHT, Confidence.ASSUMED)
     assert kind_of(**panel, casting=Casting.PRECAST) == (Kind.PRECAST, Confidence.STATED)
     assert kind_of(**panel, casting=Casting.PRECAST, layers=[("Aluminium sheet", 0.002)])[0] is not Kind.PRECAST
+
+
+def test_planes_of_boards_sheets_and_panels_do_not_come_in_one_piece() -> None:
+    floor = replace(WALL, ifc_class="IfcSlab", names=("Floor", None, None), layers=[("Chipboard", 1.0)])
+    assert kind_of(floor, mesh=box(9.0, 7.0, 0.022))[0] is Kind.LIGHT
+    assert kind_of(floor, mesh=box(9.0, 2.4, 0.2))[0] is Kind.TIMBER
+    steel = replace(floor, layers=[("Steel", 1.0)])
+    assert kind_of(steel, mesh=box(9.0, 9.0, 0.04))[0] is Kind.LIGHT
+    assert kind_of(steel, mesh=box(6.0, 2.0, 0.02))[0] is Kind.STEEL
+    assert kind_of(steel, names=("Raised Access Floor", None, None), mesh=box(6.0, 2.0, 0.02))[0] is Kind.LIGHT
