@@ -9,7 +9,7 @@ from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, about, metres, tonnes
 from bimvox.site.component import Component
 from bimvox.site.limits import FEW_HANDS_KG, ROAD_HEIGHT_M, ROAD_KG, ROAD_LENGTH_M, ROAD_WIDTH_M
-from bimvox.site.upright_box import sizes_m
+from bimvox.site.upright_box import laid_flat_m
 from bimvox.site.yard_rules import INLOADER_M, TRUCK_KG, TRUCK_M
 
 TRANSPORT = "transport"
@@ -58,4 +58,4 @@ def _by_road(component: Component, truck_kg: float, truck_m: tuple[float, float,
     return about(component, TRANSPORT, Severity.MINOR, f"{what}: a special transport with a permit")
 
 
-_sizes_m = kept(sizes_m)
+_sizes_m = kept(laid_flat_m)

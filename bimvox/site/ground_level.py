@@ -18,17 +18,26 @@ _GROUND_FLOOR = re.compile(
     r"\b(ground|grd|street level|level 0+|floor 0+|00|e\.?g\.?|erdgescho(ss|ß)|parterre|begane\s*grond|bg|"
     r"rez[- ]de[- ]chauss[ée]e|rdc|piano terra|planta baja|pb|t[ée]rreo|r[ée]s[- ]do[- ]ch[ãa]o|"
     r"bottenv[åa]n\w*|entr[ée]plan|stueetage?n?|stuen|1\. etasje|pohjakerros|maantasokerros|parter|"
-    r"p[řr][íi]zem[íi]|f[öo]ldszint|zemin|первый этаж)\b|^(1階|地上1階|首层|一层|1층)",
+    r"p[řr][íi]zem[íi]|f[öo]ldszint|zemin|первый этаж)\b|^(1階|地上1階|首层|一层|1층|1fl\b)",
     re.IGNORECASE,
 )
 """Names of the floor at the ground. Where the first floor is meant, its elevation, which is 0, decides."""
+_GROUND_ITSELF = re.compile(
+    r"\b(finish(ed)? grade|exist(ing)? grade|grade|maaiveld|gel[äa]nde(h[öo]he|oberkante)?|okg|terrain naturel|"
+    r"marknivå|terreng|piano di campagna|rasante|cota de terreno|poziom terenu|ter[ée]n|maanpinta|gl)\b|^設計 ?gl",
+    re.IGNORECASE,
+)
+"""Names of a level that is the ground, not a floor on it."""
 _BELOW = re.compile(
-    r"(found|fdn|footing|fundament|basement|cellar|keller|kelder|sous[- ]sol|cave|sotto|s[óo]tano|t\.?o\.?\b)",
+    r"(below grade|"
+    r"found|fdn|footing|fundament|basement|cellar|keller|kelder|sous[- ]sol|cave|sotto|s[óo]tano|t\.?o\.?\b)",
     re.IGNORECASE,
 )
 _SLAB_OVER_M, _SLAB_UNDER_M = 0.15, 0.35
 """So far over or under the level of its storey lies the top of a ground floor, with or without its finish."""
 _THICKEST_M, _LEAST_M2 = 0.6, 4.0
+_LAYER_GAP_M = 0.02
+"""So far apart are layers of one floor at most."""
 _FLOOR_M = 0.3
 """What the floor at the ground is taken to be thick if the model has none."""
 _SHALLOW_M = 0.5
@@ -130,25 +139,46 @@ def _terrain_around(building: Building, built: list[Element]) -> float | None:
 
 
 def _of_storey(building: Building, built: list[Element], up_m: float) -> GroundLevel | None:
+    ground = [one for one in building.storeys if _GROUND_ITSELF.search(one.name) and not _BELOW.search(one.name)]
+    if ground:
+        level = min(ground, key=lambda one: one.height_m)
+        return _level(level.height_m, f"the level {level.name!r}")
     storey = _ground_storey(building.storeys)
     if storey is None:
         return None
-    best: tuple[float, Element] | None = None
-    for element in built:
-        (x0, y0, low), (x1, y1, top) = element.mesh.bounds_m.tolist()
-        over_m = top + up_m - storey.height_m
-        if (
-            plain_class(element.ifc_class) in ("IfcSlab", "IfcCovering", "IfcBuildingElementPart")
-            and -_SLAB_UNDER_M <= over_m <= _SLAB_OVER_M
-            and top - low <= _THICKEST_M
-            and (area_m2 := (x1 - x0) * (y1 - y0)) >= _LEAST_M2
-            and (best is None or area_m2 > best[0])
-        ):
-            best = area_m2, element
+    floors = [one for one in built if _is_floor(one)]
+    tops_m = [float(one.mesh.bounds_m[1, 2]) + up_m - storey.height_m for one in floors]
+    there = [one for one, top_m in zip(floors, tops_m, strict=True) if -_SLAB_UNDER_M <= top_m <= _SLAB_OVER_M]
+    best = max(there, key=_area_m2, default=None)
     name = f"storey {storey.name!r}" if storey.name else "the storey at the level 0"
     if best is None:
         return _level(storey.height_m - _FLOOR_M, f"{_FLOOR_M:g} m below {name}, for its floor")
-    return _level(float(best[1].mesh.bounds_m[0, 2]) + up_m, f"the underside of {best[1].label}, the floor of {name}")
+    best = _lowest_under(best, floors)
+    return _level(float(best.mesh.bounds_m[0, 2]) + up_m, f"the underside of {best.label}, the floor of {name}")
+
+
+def _is_floor(element: Element) -> bool:
+    low, top = element.mesh.bounds_m[:, 2].tolist()
+    is_slab = plain_class(element.ifc_class) in ("IfcSlab", "IfcCovering", "IfcBuildingElementPart")
+    return is_slab and top - low <= _THICKEST_M and _area_m2(element) >= _LEAST_M2
+
+
+def _area_m2(element: Element) -> float:
+    return float(np.prod(np.ptp(element.mesh.bounds_m[:, :2], axis=0)))
+
+
+def _lowest_under(floor: Element, floors: list[Element]) -> Element:
+    """Return the lowest of the layers of a floor: the planks under its topping."""
+    (low, high), under_m = floor.mesh.bounds_m[:, :2], floor.mesh.bounds_m[0, 2]
+    under = [
+        one
+        for one in floors
+        if abs(one.mesh.bounds_m[1, 2] - under_m) <= _LAYER_GAP_M
+        and (one.mesh.bounds_m[0, :2] < high).all()
+        and (one.mesh.bounds_m[1, :2] > low).all()
+    ]
+    below = [one for one in under if one.mesh.bounds_m[0, 2] < under_m - _LAYER_GAP_M]
+    return _lowest_under(max(below, key=_area_m2), floors) if below else floor
 
 
 def _ground_storey(storeys: tuple[Storey, ...]) -> Storey | None:

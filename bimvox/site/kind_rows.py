@@ -10,6 +10,7 @@ from typing import Any
 from bimvox.bim.building import BUILT, Building, Element, Role, plain_class
 from bimvox.bim.kinds.correction import SITE_FILE_SAYS
 from bimvox.bim.kinds.kind import Confidence, Kind
+from bimvox.bim.type_name import type_of, without_number
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.guess import means_on_site, placed_on_site
 from bimvox.site.means import Reasoned
@@ -22,10 +23,7 @@ _ROLES = {
     Role.STRUCTURE: (PINNED, "in place before the first lift"),
     Role.COMPONENT: (PINNED, "the site file says that it stands already"),
 }
-_NUMBERED = re.compile(r"(?:[-\s:_#.]+[^\W\d_]{0,2}\d+)+$")
 _ANY_NUMBER = r"([-\s:_#.]*\w{0,2}\d+)*$"
-_MARK = re.compile(r"[^\W\d]+(?=\d+$)")
-"""The letters of a part's mark: ``C`` of ``C101``."""
 _OF_PATTERNS = re.compile(r"([\\.^$*+?{}\[\]|()])")
 _QUOTED = set('"\\')
 _MOST_NAMES, _MOST_IDS = 10, 20
@@ -116,7 +114,7 @@ def kind_rows(config: SiteConfig, building: Building) -> tuple[KindRow, ...]:
     for element in building.elements:
         way = means[element.id].means.value if element.id in means else _ROLES[element.role][0]
         ifc_class = plain_class(element.ifc_class)
-        key = (ifc_class, _type_of(element), element.material, element.judgement.kind, way)
+        key = (ifc_class, type_of(element), element.material, element.judgement.kind, way)
         groups.setdefault(key if ifc_class in in_plan else (ifc_class, None, None, kinds[ifc_class], way), []).append(
             element
         )
@@ -148,7 +146,7 @@ def _row(
     sure = list(Confidence)
     element = max(elements, key=lambda one: (sure.index(_confidence(one)), one.mass_kg))
     judgement = element.judgement
-    reasons = [_ROLES[element.role][1]]
+    reasons = ["not part of the building" if _is_temporary(element) else _ROLES[element.role][1]]
     if element.id in means:
         heaviest = max(elements, key=lambda one: one.mass_kg)
         reasons = [judgement.why, means[heaviest.id].why]
@@ -166,6 +164,11 @@ def _row(
     )
 
 
+def _is_temporary(element: Element) -> bool:
+    """Return whether an element is formwork or temporary works, which no plan lifts."""
+    return element.role is Role.FITTING and element.judgement.kind is Kind.FORMWORK
+
+
 def _confidence(element: Element) -> Confidence:
     """Return how much is said of an element; the way of its type is enough."""
     return element.judgement.confidence if element.stated_means is None else Confidence.STATED
@@ -173,17 +176,6 @@ def _confidence(element: Element) -> Confidence:
 
 def _rank(row: KindRow) -> tuple[bool, bool]:
     return not row.is_doubtful, row.means in (OUT, PINNED)
-
-
-def _type_of(element: Element) -> str | None:
-    """Return the name of a part's type, otherwise its own without the number at its end."""
-    return element.type_name or _without_number(element.name) or None
-
-
-def _without_number(name: str) -> str:
-    plain = _NUMBERED.sub("", name)
-    mark = _MARK.match(plain)
-    return mark[0] if mark else plain
 
 
 def _select(key: _Key, elements: Sequence[Element], every: Sequence[Element]) -> str:
@@ -206,7 +198,7 @@ def _select(key: _Key, elements: Sequence[Element], every: Sequence[Element]) ->
 def _named(text: str, ifc_class: str, every: Sequence[Element]) -> str:
     """Return the comparison that selects the parts of a class whose names are a text with numbers."""
     alike = (one.name for one in every if plain_class(one.ifc_class) == ifc_class and text in one.name)
-    if not _QUOTED & set(text) and all(_without_number(name) == text for name in alike):
+    if not _QUOTED & set(text) and all(without_number(name) == text for name in alike):
         return f'Name*="{text}"'
     return f"Name=/{_pattern(text)}{_ANY_NUMBER}/"
 

@@ -8,16 +8,17 @@ piece is cast where it stays, and what a few people carry is not a lift of its o
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Casting, Element
+from bimvox.bim.building import Casting, Element, plain_class
 from bimvox.bim.kinds.correction import SITE_FILE_SAYS
 from bimvox.bim.kinds.kind import Confidence, Kind
+from bimvox.bim.type_name import type_of
 from bimvox.errors import SelectionError, enumerated
 from bimvox.site.limits import ON_GROUND_M
 from bimvox.site.upright_box import sizes_m
@@ -31,6 +32,7 @@ _CONCRETE_KG_M3 = (1500.0, 2900.0)
 """Density of concrete and masonry, from lightweight to heavily reinforced."""
 _LIGHT_KG_M3 = 500.0
 """Density below which nothing is cast: insulation, foam glass, aerated blocks."""
+_CAST_ALIKE = "most of its type are too large to be lifted, and so cast in place"
 _WHOLE_M = 1e-3
 _DEEPEST_M = 1.0
 """Layers under a slab on the ground reach less far below it, and what thickens it does; a basement reaches further."""
@@ -85,6 +87,9 @@ def means_of(
         selected: Whether a person has selected them as parts to lift; no trade then builds them in place.
     """
     found = {element.id: _means_of(element, limits, no_gear, selected=selected) for element in elements}
+    by_size = {one.id for one in elements if found[one.id].means is Means.IN_SITU and may_be_cast(one, limits)}
+    lifted = [one for one in elements if one.id in by_size or found[one.id].means is Means.CRANE]
+    found |= dict.fromkeys(cast_alike(by_size, lifted, limits) - by_size, Reasoned(Means.IN_SITU, _CAST_ALIKE))
     slabs = [element for element in elements if found[element.id].means is Means.IN_SITU and _is_ground_slab(element)]
     bounds_m = {element.id: element.mesh.bounds_m for element in (*elements, *slabs)}
     under: dict[str, Reasoned] = {}
@@ -106,6 +111,26 @@ def means_of(
     return found
 
 
+def cast_alike(cast: Collection[str], lifted: Sequence[Element], limits: MeansConfig) -> set[str]:
+    """Return the ids of the parts that are cast in place, with those of their types: one trade makes them all.
+
+    Args:
+        cast: Ids of parts that are too large or too heavy for a lift.
+        lifted: These and the parts that could be lifted. Those of a type of which most, by mass, are cast are cast.
+        limits: The site file's ``[means]`` table.
+    """
+    alike: dict[tuple[str, str | None, str | None], list[Element]] = {}
+    for one in lifted:
+        if one.id in cast or (one.stated_means is None and may_be_cast(one, limits)):
+            alike.setdefault((plain_class(one.ifc_class), type_of(one), one.material), []).append(one)
+    found = set(cast)
+    for (_, name, _), same in alike.items():
+        cast_kg = sum(one.mass_kg for one in same if one.id in cast)
+        if name is not None and 2.0 * cast_kg > sum(one.mass_kg for one in same):
+            found |= {one.id for one in same}
+    return found
+
+
 def nothing_to_lift(parts: Sequence[Component | Reasoned]) -> SelectionError:
     """Return the error for a model in which the crane has nothing to do; ``parts`` are those that are no lifts."""
     if not parts:
@@ -123,7 +148,8 @@ def _means_of(element: Element, limits: MeansConfig, no_gear: Callable[[Element]
     if element.casting is Casting.IN_SITU:
         said = why if kind is Kind.CONCRETE else "the building file says that it is cast in place"
         return Reasoned(Means.IN_SITU, said)
-    is_light_bar = kind is Kind.LIGHT and work_of(element) in (Work.BEAM, Work.COLUMN)
+    is_bar = plain_class(element.ifc_class) != "IfcPlate" and work_of(element) in (Work.BEAM, Work.COLUMN)
+    is_light_bar = kind is Kind.LIGHT and is_bar
     if kind in _BUILT and element.casting is None and not is_light_bar and not selected:
         return Reasoned(Means.BUILT, why)
     if element.mass_kg < limits.lift_from_kg:

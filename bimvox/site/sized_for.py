@@ -18,7 +18,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError, SelectionError
 from bimvox.site.config.site_config import ComponentConfig, MeansConfig, Polygon
 from bimvox.site.crane_guess import Chosen, Wanted, best_set_up, fit_here
-from bimvox.site.means import SAY_WHAT, beyond_road, may_be_cast
+from bimvox.site.means import SAY_WHAT, beyond_road, cast_alike, may_be_cast
 
 USUAL_TM = 300.0
 """Load moment of the largest tower cranes that are usual in building (professional judgement)."""
@@ -73,7 +73,9 @@ def sized_for(
         sensible = [one for one in lifted if not (one.id in unserved and is_doubtful[one.id])]
         yards, crane, _ = _best(machines, *wanted_for(sensible))
         unserved = _unserved(crane, yards, wanted_for(lifted)[1])
-    cast = tuple(one.id for one in lifted if one.id in unserved and is_doubtful[one.id] and may_be_cast(one, limits))
+    unlifted = {one.id for one in lifted if one.id in unserved and is_doubtful[one.id] and may_be_cast(one, limits)}
+    alike = cast_alike(unlifted, [one for one in lifted if one.id not in stated], limits)
+    cast = tuple(one.id for one in lifted if one.id in alike)
     rest = [one for one in lifted if one.id not in cast]
     if not cast:
         return Sized(yards, crane)

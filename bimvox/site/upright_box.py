@@ -1,4 +1,4 @@
-"""The smallest upright box around a part: what a lorry must take."""
+"""The smallest upright box around a part, and the one around it when it is laid flat: what a lorry must take."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.bim.own_box import own_sides_m
 
 
 def sizes_m(mesh: TriangleMesh) -> tuple[float, float, float]:
@@ -25,6 +26,15 @@ def sizes_m(mesh: TriangleMesh) -> tuple[float, float, float]:
         plan = (high - low)[:2]
     x, y, z = sorted((*plan.tolist(), float(high[2] - low[2])), reverse=True)
     return x, y, z
+
+
+def laid_flat_m(mesh: TriangleMesh) -> tuple[float, float, float]:
+    """Return the edges of the smaller of two boxes, the longest first: upright, and along a part's own main directions.
+
+    A brace or a rafter is set at a slope, but no lorry carries it like that.
+    """
+    z, y, x = own_sides_m(mesh)
+    return min((sizes_m(mesh), (x, y, z)), key=lambda sizes: round(float(np.prod(sizes)), 6))
 
 
 def _outline(points: NDArray[np.float64]) -> NDArray[np.float64]:

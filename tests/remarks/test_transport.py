@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 from remarked_plans import named, of_kind, plan_of
 
@@ -63,6 +64,16 @@ def test_a_part_turned_on_plan_is_measured_along_itself() -> None:
     vertices[:, 0], vertices[:, 1], vertices[:, 2] = 0.6 * x - 0.8 * y + 5.0, 0.8 * x + 0.6 * y, z
     turned = dataclasses.replace(component, mesh=dataclasses.replace(component.mesh, vertices_m=vertices))
     site = dataclasses.replace(plan.site, components=(turned,))
+    assert not named(dataclasses.replace(plan, site=site), "transport")
+
+
+def test_a_brace_is_laid_flat_on_a_lorry() -> None:
+    plan = part_of((8.0, 0.1, 0.1))
+    (component,) = plan.site.components
+    x, y, z = component.mesh.vertices_m.T
+    vertices = np.stack([0.6 * x - 0.8 * z, y, 0.8 * x + 0.6 * z], axis=1)
+    brace = dataclasses.replace(component, mesh=dataclasses.replace(component.mesh, vertices_m=vertices))
+    site = dataclasses.replace(plan.site, components=(brace,))
     assert not named(dataclasses.replace(plan, site=site), "transport")
 
 

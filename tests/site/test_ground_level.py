@@ -73,6 +73,24 @@ def test_a_named_storey_comes_before_the_one_at_zero():
     assert ground_level(building).height_m == 2.8
 
 
+def test_a_floor_of_planks_and_topping_reaches_down_to_the_underside_of_its_planks():
+    planks = [
+        box_element(f"plank {n}", (0, 1.2 * n, -0.5), (10, 1.2 * n + 1.2, -0.3), ifc_class="IfcSlab") for n in range(8)
+    ]
+    deep = box_element("pit", (0, 0, -3), (5, 5, -2.7), ifc_class="IfcSlab")
+    assert ground_level(house(more=[*planks, deep])).height_m == -0.5
+
+
+@pytest.mark.parametrize("name", ["Finish Grade", "Maaiveld", "Gelände", "GL", "Terén"])
+def test_a_level_that_is_called_the_ground_is_the_ground(name):
+    found = ground_level(house(storeys=((name, -0.15), ("Erdgeschoss", 0.0))))
+    assert found == (-0.15, f"the level {name!r}")
+
+
+def test_what_lies_below_grade_is_not_the_ground():
+    assert ground_level(house(storeys=(("Below Grade", -3.0), ("Level 1", 0.0)))).height_m == -0.3
+
+
 def test_without_a_floor_its_thickness_is_assumed():
     building = house(slab=(5.0, 5.2))
     assert ground_level(building).height_m == -0.3

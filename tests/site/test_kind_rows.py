@@ -120,3 +120,9 @@ def test_what_the_site_file_says_of_a_part_counts():
 
 def test_a_model_of_fittings_alone_has_rows():
     assert [row.means for row in rows_of(part("door", "IfcDoor", role=Role.FITTING))] == ["out"]
+
+
+def test_formwork_is_not_installed_after_the_lifts():
+    formwork = Judgement(Kind.FORMWORK, Confidence.NAMED, "'bekisting' in its name says formwork or temporary works")
+    (row,) = rows_of(part("bekisting", judgement=formwork, role=Role.FITTING))
+    assert (row.means, row.why) == ("out", "not part of the building")

@@ -57,6 +57,13 @@ def test_what_a_trade_builds_of_pieces_is_built_in_place_whatever_it_weighs(kind
     assert works(BEAM, cast(known, Casting.PRECAST))["wall"] is Means.CRANE
 
 
+def test_sandwich_panels_are_built_in_place_however_they_are_drawn():
+    panel = box_element("panel", (0, 0, 0), (6, 0.1, 1.1), ifc_class="IfcPlate")
+    light = dataclasses.replace(panel, judgement=Judgement(Kind.LIGHT, Confidence.NAMED))
+    assert works(BEAM, light)["panel"] is Means.BUILT
+    assert works(BEAM, dataclasses.replace(light, ifc_class="IfcMember"))["panel"] is Means.CRANE
+
+
 @pytest.mark.parametrize("kind", [Kind.TIMBER, Kind.STEEL])
 def test_timber_and_steel_beyond_the_road_are_not_cast(kind):
     deck = dataclasses.replace(DECK, judgement=Judgement(kind, Confidence.NAMED))
@@ -157,3 +164,24 @@ def test_concrete_that_no_gear_lifts_is_cast_and_what_is_stated_to_be_precast_is
     found = means_of(parts, {}, MeansConfig(), lambda part: "" if part is BEAM else "no spreader of 25 m carries it")
     assert [found[part.id].means for part in parts] == [Means.CRANE, Means.IN_SITU, Means.CRANE, Means.CRANE]
     assert found["deck"].why.startswith("no spreader of 25 m carries it: concrete that no gear lifts")
+
+
+def test_parts_of_a_type_of_which_most_are_cast_are_cast_too():
+    def walls(*, short, long):
+        lengths_m = [3.0] * short + [45.0] * long
+        return [
+            dataclasses.replace(
+                box_element(f"wall-{n}", (0, 9 * n, 0), (x_m, 9 * n + 0.3, 3), ifc_class="IfcWall"),
+                name=f"wall {n}",
+                judgement=Judgement(Kind.CONCRETE, Confidence.NAMED),
+            )
+            for n, x_m in enumerate(lengths_m)
+        ]
+
+    assert set(works(BEAM, *walls(short=3, long=1)).values()) == {Means.CRANE, Means.IN_SITU}
+    assert works(*walls(short=3, long=1))["wall-0"] is Means.IN_SITU
+    assert works(*walls(short=20, long=1))["wall-0"] is Means.CRANE
+    precast = cast(walls(short=1, long=1)[0], Casting.PRECAST)
+    assert works(precast, *walls(short=1, long=1)[1:])["wall-0"] is Means.CRANE
+    asked = ComponentConfig(global_id="wall-0", means="crane")
+    assert works(*walls(short=3, long=1), entries=[asked])["wall-0"] is Means.CRANE

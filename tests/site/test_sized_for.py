@@ -22,6 +22,8 @@ LIGHT = [box_element(f"beam-{n}", (6.0 * n, 0, 3), (6.0 * n + 5, 0.3, 3.5), ifc_
 WALL = box_element("wall", (0, 12, 0), (10, 12.35, 3.8), ifc_class="IfcWall")
 """33 t, further in than a usual crane carries it."""
 
+_SHORT = [box_element(f"short-{n}", (3.0 * n, 6, 0), (3.0 * n + 2, 6.35, 3.8), ifc_class="IfcWall") for n in range(2)]
+
 
 def tm(config):
     return machine_called(config.crane.machine).load_moment_tm
@@ -35,6 +37,12 @@ def test_concrete_that_only_a_very_large_crane_lifts_is_cast():
     own, _ = cranes_that_fit(config, building)
     assert (own.parts, own.unserved) == (5, ())
     assert tm(config) == tm(guess_site(building_of(*LIGHT), MODEL)), "it is chosen for the others"
+
+
+def test_walls_like_those_that_are_cast_are_cast():
+    walls = [replace(WALL, name="wall 1"), *(replace(one, name=f"wall {n}") for n, one in enumerate(_SHORT, start=2))]
+    config = guess_site(building_of(*LIGHT, *walls), MODEL)
+    assert {entry.global_id for entry in config.component} == {"wall", "short-0", "short-1"}
 
 
 def test_what_is_stated_to_be_precast_and_what_the_site_file_lifts_is_what_the_crane_is_sized_for():

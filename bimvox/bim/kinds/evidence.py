@@ -10,6 +10,7 @@ import numpy as np
 from bimvox.bim.building import Casting, TriangleMesh, plain_class
 from bimvox.bim.kinds.kind import UNKNOWN, Confidence, Judgement, Kind
 from bimvox.bim.kinds.words import Meaning, casting_by_name, meaning_of
+from bimvox.bim.own_box import own_sides_m
 from bimvox.errors import shown
 
 _SAID = {
@@ -115,11 +116,11 @@ def _of_thin_layers(facts: Facts, found: Judgement, called: Meaning | None) -> J
     """Return that a plane of timber or steel is built of boards, sheets or panels; None if it comes in one piece."""
     if found.kind not in (Kind.TIMBER, Kind.STEEL) or found.confidence is Confidence.STATED:
         return None
-    if called is not None and called.says == Kind.LIGHT:
-        return _judged(Kind.LIGHT, found.confidence, _in_name(called))
     if facts.plain_class not in (*_PLANES, "IfcWall"):
         return None
-    thin_m, width_m, _ = sorted(_sides_m(facts.mesh))
+    if called is not None and called.says == Kind.LIGHT:
+        return _judged(Kind.LIGHT, found.confidence, _in_name(called))
+    thin_m, width_m, _ = own_sides_m(facts.mesh)
     if found.kind is Kind.TIMBER and thin_m <= _BOARD_M:
         why = f"a plane of timber {1e3 * thin_m:.0f} mm thick is taken as boards"
     elif found.kind is Kind.STEEL and width_m > _STEEL_PLATE_M:
@@ -208,7 +209,7 @@ def _by_layers(layers: Sequence[tuple[str, float]]) -> tuple[Kind, str] | None:
 
 def _by_shape(facts: Facts) -> Judgement | None:
     """Return what the shape of a part says of which nothing else is known; None if it says nothing."""
-    short_m, middle_m, long_m = sorted(_sides_m(facts.mesh))
+    short_m, middle_m, long_m = own_sides_m(facts.mesh)
     if facts.plain_class == "IfcWall" and short_m <= _THIN_WALL_M:
         return Judgement(Kind.LIGHT, Confidence.ASSUMED, f"a wall {1e3 * short_m:.0f} mm thick is taken as a partition")
     if facts.plain_class in ("IfcBeam", "IfcMember", "IfcColumn"):
@@ -223,12 +224,3 @@ def _by_shape(facts: Facts) -> Judgement | None:
     if is_roof and height_m > _INCLINED * width_m and height_m > 2.0 * short_m:
         return Judgement(Kind.LIGHT, Confidence.ASSUMED, "an inclined roof plane is taken as a covered roof structure")
     return None
-
-
-def _sides_m(mesh: TriangleMesh) -> tuple[float, float, float]:
-    """Return the sides of the box around a part along its own axes, by its main directions."""
-    points_m = mesh.vertices_m[np.unique(mesh.faces)]
-    spread = points_m - points_m.mean(axis=0)
-    _, axes = np.linalg.eigh(spread.T @ spread)
-    a, b, c = (float(side) for side in np.ptp(spread @ axes, axis=0))
-    return a, b, c
