@@ -26,6 +26,7 @@ from bimvox.site.crane_checks import check_cranes, crane_key
 from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.digest import digest_of
 from bimvox.site.ground import are_over_others, cranes_on_ground, ground_cells, ground_tops, natural_ground_m
+from bimvox.site.ground_level import terrain_of
 from bimvox.site.lifting import hung
 from bimvox.site.means import Means, nothing_to_lift
 from bimvox.site.obstructions.cells import Rasterise, obstruction_cells
@@ -44,6 +45,12 @@ from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 
 Parts = Sequence[tuple[Element, "NDArray[np.int32]"]]
 """Elements in the site frame, each with the (N, 3) int32 grid cells that it occupies."""
+
+
+NOT_ITS_TERRAIN = (
+    "the terrain of the model lies far above or below the building, so the ground is taken as flat; if the terrain is "
+    "right, correct the heights in the model"
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +105,9 @@ def build_site(
     construction = columns_centred_in([config.areas.construction] if config.areas.construction else [], frame, columns)
     yard, access = ground_of(config.areas, frame, columns)
     yard &= ~construction
-    terrain = [element.mesh for element, _ in model.parts if element.role is Role.GROUND]
+    terrain = terrain_of(element for element, _ in model.parts)
+    if not terrain and any(element.role is Role.GROUND for element, _ in model.parts):
+        notes.append(NOT_ITS_TERRAIN)
     natural_m = natural_ground_m(frame, terrain, yard if access is None else yard | access)
     tops = ground_tops(frame, columns, natural_m, components)
     spans = are_over_others(frame, columns, natural_m, components)

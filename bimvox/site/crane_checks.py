@@ -20,14 +20,24 @@ def crane_key(number: int, count: int) -> str:
 
 
 def check_cranes(config: SiteConfig, cranes: Sequence[TowerCrane], separation_m: float) -> None:
-    """Raise an error for masts that overlap and for a jib that would hit another crane's mast.
+    """Raise an error for masts without a height or that overlap, and for a jib that would hit another crane's mast.
 
     A jib must pass above another crane's highest point or stay short of its mast, whatever the slew angles. Two jibs at
     the same height may reach into each other's circle: the cranes share that space in time.
 
     Raises:
-        ConfigError: Names both cranes.
+        ConfigError: Names the crane, or both.
     """
+    for number, crane in enumerate(cranes):
+        (*_, foot_m), (*_, top_m) = mast_box_m(crane)
+        if foot_m >= top_m:
+            raise config.error(
+                f"{crane_key(number, len(cranes))}.base_m",
+                f"{crane.name} stands at a height of {foot_m:.1f} m, but its mast ends at {top_m:.1f} m above the "
+                "site's z = 0",
+                hint="raise jib_height_m, move the crane to lower ground, or give base_m a third value: the height of "
+                "its foot",
+            )
     for a, b in combinations(range(len(cranes)), 2):
         one, other = cranes[a], cranes[b]
         (low, high), (low_b, high_b) = mast_box_m(one), mast_box_m(other)

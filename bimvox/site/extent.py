@@ -17,6 +17,7 @@ from bimvox.grid.frame import GridFrame, whole_cells
 from bimvox.site.component import Component, IntVec
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.ground import lowest_terrain_m
+from bimvox.site.ground_level import terrain_of
 from bimvox.site.means import Means
 from bimvox.site.placement import built_bounds_m
 
@@ -130,7 +131,7 @@ def _check_floor(config: SiteConfig, low_m: Sequence[float], floor_m: float) -> 
 def _depth_m(building: Building, low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
     """Return how far below z = 0 parts are set, or terrain lies within the extent."""
     feet = [float(one.mesh.bounds_m[0, 2]) for one in building.elements if one.role is Role.COMPONENT]
-    terrain = [one.mesh for one in building.elements if one.role is Role.GROUND]
+    terrain = terrain_of(building.elements)
     return -min([0.0, *feet, lowest_terrain_m(terrain, low[:2].tolist(), high[:2].tolist()) if terrain else 0.0])
 
 

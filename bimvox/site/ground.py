@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +25,7 @@ _EPS_M = 1e-4
 """As deep may a part reach into the cells below it."""
 
 
-def lowest_terrain_m(terrain: Iterable[TriangleMesh], low_m: Sequence[float], high_m: Sequence[float]) -> float:
+def lowest_terrain_m(terrain: Sequence[TriangleMesh], low_m: Sequence[float], high_m: Sequence[float]) -> float:
     """Return the height of the lowest terrain in a rectangle on plan, at most 0; its underside does not count.
 
     Args:
@@ -165,12 +165,9 @@ def _lowest_m(frame: GridFrame, columns: tuple[int, int], parts: Sequence[Compon
     return found
 
 
-def _highest(terrain: Iterable[TriangleMesh], at_m: NDArray[np.float64]) -> NDArray[np.float64]:
+def _highest(terrain: Sequence[TriangleMesh], at_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the height of the highest surface at (..., 2) points on plan; NaN where there is none."""
-    found = np.full(at_m.shape[:-1], np.nan)
-    for mesh in terrain:
-        found = np.fmax(found, heights_at(mesh, at_m.reshape(-1, 2)).reshape(found.shape))
-    return found
+    return heights_at(terrain, at_m.reshape(-1, 2)).reshape(at_m.shape[:-1])
 
 
 def _whole(height_m: NDArray[np.float64] | np.floating, frame: GridFrame) -> NDArray[np.float64]:

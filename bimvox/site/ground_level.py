@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -45,7 +46,9 @@ _SHALLOW_M = 0.5
 _RING_M, _STEP_M, _MOST_POINTS = (1.0, 6.0), 0.5, 4000
 """So far around the building's outline is the terrain looked at, and so dense."""
 _BURIED_M = 3.0
-"""Terrain further below the lowest part, or above the highest, is not that of this building."""
+"""Ground further below the lowest part, or above the highest, is not that of this building."""
+_OVER_FLOOR_M = 100.0
+"""No model of upper storeys alone begins further above its ground floor; the storey of another is not at its level."""
 
 
 class GroundLevel(NamedTuple):
@@ -81,29 +84,41 @@ def ground_level(building: Building) -> GroundLevel:
     up_m = float(building.origin_m[2])
     heights_m = np.array([element.mesh.bounds_m[:, 2] for element in built]) + up_m
     lowest, highest = float(heights_m[:, 0].min()), float(heights_m[:, 1].max())
-
-    def fits(height_m: float) -> bool:
-        return lowest - _BURIED_M <= height_m <= highest
-
-    around = _terrain_around(building, built)
-    if around is not None and fits(around + up_m):
+    around = _terrain_around(building.elements)
+    if around is not None and _fits(around + up_m, lowest, highest):
         return _level(around + up_m, "the terrain of the model around the building")
-    if building.terrain_m is not None and fits(building.terrain_m):
+    if building.terrain_m is not None and _fits(building.terrain_m, lowest, highest):
         return _level(building.terrain_m, "the level of the terrain that the model states")
-    found = _of_storey(building, built, up_m) or _of_piles(built, up_m)
+    low_m, high_m = lowest - _OVER_FLOOR_M, highest + _BURIED_M
+    storeys = [storey for storey in building.storeys if low_m <= storey.height_m <= high_m]
+    found = _of_storey(storeys, built, up_m) or _of_piles(built, up_m)
     if found is None or found.height_m - _SHALLOW_M <= lowest <= found.height_m + _SHALLOW_M:
         return _level(np.floor(lowest * 1e3 + 0.05) / 1e3, "the lowest part of the model")
     return found
 
 
-def heights_at(mesh: TriangleMesh, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the height of the highest surface of a mesh at each point on plan; NaN where it has none.
+def terrain_of(elements: Iterable[Element]) -> list[TriangleMesh]:
+    """Return the terrain that is the ground of a building; none if what lies around it cannot be its ground.
 
     Args:
-        mesh: The terrain.
+        elements: All elements of the building, in one frame.
+    """
+    elements = list(elements)
+    bounds_m = np.array([one.mesh.bounds_m[:, 2] for one in elements if one.role in BUILT])
+    around = _terrain_around(elements)
+    if around is not None and not _fits(around, float(bounds_m[:, 0].min()), float(bounds_m[:, 1].max())):
+        return []
+    return _terrain_in(elements)
+
+
+def heights_at(terrain: Sequence[TriangleMesh], points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the height of the highest surface at each point on plan; NaN where there is none.
+
+    Args:
+        terrain: Its meshes.
         points_m: (N, 2) float64.
     """
-    corners = mesh.triangles_m
+    corners = np.concatenate([np.empty((0, 3, 3)), *(mesh.triangles_m for mesh in terrain)])
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (corners[:, n].T for n in range(3))
     area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
     flat = np.flatnonzero(np.abs(area) > 1e-9)
@@ -122,10 +137,20 @@ def _level(height_m: float, why: str) -> GroundLevel:
     return GroundLevel(round(float(height_m), 3) + 0.0, why)
 
 
-def _terrain_around(building: Building, built: list[Element]) -> float | None:
+def _fits(height_m: float, lowest_m: float, highest_m: float) -> bool:
+    """Return whether the ground of a building can have this height; its parts are as low and as high as said."""
+    return lowest_m - _BURIED_M <= height_m <= highest_m + _BURIED_M
+
+
+def _terrain_in(elements: Iterable[Element]) -> list[TriangleMesh]:
+    return [element.mesh for element in elements if element.role is Role.GROUND]
+
+
+def _terrain_around(elements: Sequence[Element]) -> float | None:
     """Return the median height of the terrain around a building, in its frame; None if there is none."""
-    terrain = [element.mesh for element in building.elements if element.role is Role.GROUND]
-    if not terrain:
+    built = [element for element in elements if element.role in BUILT]
+    terrain = _terrain_in(elements)
+    if not (terrain and built):
         return None
     outline = shapely.union_all([hull(element.mesh, PLAN) for element in built]).convex_hull
     ring = outline.buffer(_RING_M[1]).difference(outline.buffer(_RING_M[0]))
@@ -133,17 +158,17 @@ def _terrain_around(building: Building, built: list[Element]) -> float | None:
     step_m = max(_STEP_M, float(np.sqrt((x1 - x0) * (y1 - y0) / _MOST_POINTS)))
     at = np.stack(np.meshgrid(np.arange(x0, x1, step_m), np.arange(y0, y1, step_m)), axis=-1).reshape(-1, 2)
     at = at[shapely.contains_xy(ring, at)]
-    heights_m = np.fmax.reduce([heights_at(mesh, at) for mesh in terrain]) if len(at) else np.empty(0)
+    heights_m = heights_at(terrain, at)
     known = heights_m[~np.isnan(heights_m)]
     return float(np.median(known)) if len(known) else None
 
 
-def _of_storey(building: Building, built: list[Element], up_m: float) -> GroundLevel | None:
-    ground = [one for one in building.storeys if _GROUND_ITSELF.search(one.name) and not _BELOW.search(one.name)]
+def _of_storey(storeys: Sequence[Storey], built: list[Element], up_m: float) -> GroundLevel | None:
+    ground = [one for one in storeys if _GROUND_ITSELF.search(one.name) and not _BELOW.search(one.name)]
     if ground:
         level = min(ground, key=lambda one: one.height_m)
         return _level(level.height_m, f"the level {level.name!r}")
-    storey = _ground_storey(building.storeys)
+    storey = _ground_storey(storeys)
     if storey is None:
         return None
     floors = [one for one in built if _is_floor(one)]
@@ -181,7 +206,7 @@ def _lowest_under(floor: Element, floors: list[Element]) -> Element:
     return _lowest_under(max(below, key=_area_m2), floors) if below else floor
 
 
-def _ground_storey(storeys: tuple[Storey, ...]) -> Storey | None:
+def _ground_storey(storeys: Sequence[Storey]) -> Storey | None:
     """Return the storey at the ground: the lowest one called so, else the one whose stated elevation is 0."""
     there = [storey for storey in storeys if not _BELOW.search(storey.name)]
     named = [storey for storey in there if _GROUND_FLOOR.search(storey.name)]

@@ -10,9 +10,13 @@ from hills import hill, terrain
 
 import bimvox
 from bimvox.bim.building import Role, Storey
+from bimvox.errors import ConfigError
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
+from bimvox.library.site import built_site
+from bimvox.progress import SilentProgress
 from bimvox.remarks.conditions import conditions_of
+from bimvox.site.build import NOT_ITS_TERRAIN
 from bimvox.site.ground import are_over_others, ground_cells, ground_tops, natural_ground_m, stand_on_ground
 
 DEEP = GridFrame((0.0, 0.0, -4.0), 0.5)  # seven layers below the one under z = 0
@@ -150,3 +154,22 @@ def test_an_existing_pile_below_the_ground_takes_no_place_in_the_yard():
     building = _with_storey(building_of(wall, pile))
     site = bimvox.guess_site(building, voxel_size_m=0.5).site
     assert site.frame.origin_m[2] >= -1.0, "nothing is dug for what is in place already"
+
+
+def test_terrain_of_another_place_is_left_out_with_a_note():
+    wall = box_element("wall", (0, 0, 0), (3, 0.3, 3), ifc_class="IfcWall")
+    site = bimvox.guess_site(building_of(wall, terrain(lambda x, y: 0.0 * x - 40.0)), voxel_size_m=0.5).site
+    assert site.natural_ground_m is None
+    assert site.notes == (NOT_ITS_TERRAIN,)
+    assert site.shape[2] < 40, "no cells are spent on what lies between"
+
+
+def test_a_crane_on_a_hill_higher_than_its_jib_is_refused_by_name():
+    wall = box_element("wall", (0, 0, 0), (3, 0.3, 3), ifc_class="IfcWall")
+    peak = terrain(lambda x, y: np.where(np.hypot(x - 20.0, y) < 6.0, 40.0, 0.0))
+    config = bimvox.guess_site(building_of(wall), voxel_size_m=0.5).config
+    assert config.crane is not None
+    moved = config.model_copy(update={"crane": config.crane.model_copy(update={"base_m": (20.0, 0.0)})})
+    with pytest.raises(ConfigError, match=r"stands at a height of 40\.0 m, but its mast ends at") as refused:
+        built_site(moved, building_of(wall, peak), {}, SilentProgress())
+    assert refused.value.key == "crane.base_m"

@@ -8,7 +8,7 @@ from hills import hill, terrain
 from bimvox.bim.building import Building, Role, Storey, TriangleMesh
 from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.errors import SelectionError
-from bimvox.site.ground_level import ground_level, heights_at
+from bimvox.site.ground_level import ground_level, heights_at, terrain_of
 
 
 def house(*, slab=(-0.3, 0.0), basement=True, up=0.0, more=(), storeys=(("Erdgeschoss", 0.0),)) -> Building:
@@ -91,6 +91,22 @@ def test_what_lies_below_grade_is_not_the_ground():
     assert ground_level(house(storeys=(("Below Grade", -3.0), ("Level 1", 0.0)))).height_m == -0.3
 
 
+@pytest.mark.parametrize("level", [-1e4, 1e30, 200.0, float("nan")])
+def test_a_storey_far_from_all_parts_is_not_the_one_at_the_ground(level):
+    far = (("Rez-de-chaussée", level), ("Erdgeschoss", 0.0))
+    assert ground_level(house(storeys=far)) == ground_level(house())
+    assert ground_level(house(storeys=far[:1])).why == "the lowest part of the model"
+
+
+def test_terrain_that_cannot_be_the_ground_of_the_building_is_not():
+    for height_m in (-40.0, 40.0):
+        assert terrain_of(house(more=[terrain(lambda x, y, z=height_m: 0.0 * x + z)]).elements) == []
+    near, apart = terrain(lambda x, y: 0.1 * x), replace(terrain(lambda x, y: 0.0 * x + 40.0), id="apart")
+    apart = replace(apart, mesh=TriangleMesh(apart.mesh.vertices_m + np.array([500.0, 0.0, 0.0]), apart.mesh.faces))
+    assert terrain_of(house(more=[near, apart]).elements) == [near.mesh, apart.mesh]
+    assert terrain_of([near]) == [near.mesh]
+
+
 def test_without_a_floor_its_thickness_is_assumed():
     building = house(slab=(5.0, 5.2))
     assert ground_level(building).height_m == -0.3
@@ -134,8 +150,10 @@ def test_otherwise_it_is_the_lowest_part():
 def test_heights_are_of_the_highest_surface():
     mesh = hill(lambda x, y: 0.1 * x + 0.05 * y)
     at = np.array([[1.0, 2.0], [-3.3, 7.1], [500.0, 0.0]])
-    found = heights_at(mesh, at)
+    found = heights_at([mesh], at)
     np.testing.assert_allclose(found[:2], 0.1 * at[:2, 0] + 0.05 * at[:2, 1], atol=1e-12)
     assert np.isnan(found[2])
     block = box_element("block", (0, 0, -1), (4, 4, 0.5)).mesh
-    assert heights_at(block, np.array([[2.0, 1.0]])) == pytest.approx([0.5])
+    assert heights_at([block], np.array([[2.0, 1.0]])) == pytest.approx([0.5])
+    assert heights_at([mesh, block], np.array([[2.0, 1.0], [9.0, 2.0]])) == pytest.approx([0.5, 1.0])
+    assert np.isnan(heights_at([], at)).all()
