@@ -23,7 +23,7 @@ from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_h
 from bimvox.bim.ifc.tasks import ProductTask, tasks_of_products
 from bimvox.bim.ifc.text import label
 from bimvox.bim.kinds.correction import OUT, Corrected
-from bimvox.bim.kinds.evidence import Facts, casting_of, judge
+from bimvox.bim.kinds.evidence import Facts, casting_of, judge, solid_share
 from bimvox.bim.kinds.kind import Judgement, Kind
 from bimvox.bim.kinds.words import meaning_of
 from bimvox.bim.name_roles import is_existing_by_name, role_by_name
@@ -53,7 +53,7 @@ class ElementBuilder:
         self._corrections = corrections
         extents = {step_id: part.extent for step_id, part in parts.items()}
         self._aggregation = Aggregation(opened.file, extents, lambda product: self._role(product) in _STAYS)
-        masses = Masses(opened.file, properties, self._default_kg_m3, self._corrected_kg_m3)
+        masses = Masses(opened.file, properties, self._default_kg_m3, self._corrected_kg_m3, self._solid_share)
         self._masses = GroupMasses(opened.file, masses, parts, self._aggregation.parts_of)
         self._ids: set[str] = set()
         self._made_unique: list[str] = []
@@ -167,6 +167,14 @@ class ElementBuilder:
         said = (meaning_of(label(material.Name)) for material, _ in layers_of(product))
         return None if any(one is not None and of_same_mass(one.kind, kind) for one in said) else density_of_kind(kind)
 
+    def _solid_share(self, product: Any) -> float | None:
+        return solid_share(str(product.is_a()), self._names(product), self._properties.predefined_type(product))
+
+    def _names(self, product: Any) -> tuple[str | None, ...]:
+        """Return the names of a product, its type and its object type."""
+        type_name = self._properties.type_name(product)
+        return label(product.Name), type_name, label(getattr(product, "ObjectType", None))
+
     def _judged(self, group: Group, mesh: TriangleMesh) -> tuple[Judgement, Casting | None]:
         """Return what a group is and how it is cast: by its owner, and by the largest member that has a material."""
         judgement, casting = self._by_evidence(group, mesh)
@@ -181,11 +189,7 @@ class ElementBuilder:
         return judge(
             Facts(
                 ifc_class=str(owner.is_a()),
-                names=(
-                    label(owner.Name),
-                    self._properties.type_name(owner),
-                    label(getattr(owner, "ObjectType", None)),
-                ),
+                names=self._names(owner),
                 layers=[(label(one.Name), share) for one, share in next(filter(None, layered), [])],
                 mesh=mesh,
                 predefined_type=self._properties.predefined_type(owner),

@@ -39,6 +39,7 @@ class Meaning:
         generic: Whether it says something only where no other word does.
         open: Whether it is of an open dictionary, which says something only where the table does not.
         casting: What it also says about casting.
+        share: How much of its box a part is that is drawn as one solid block; None if that is what it is.
         word: The word itself, as the table has it.
     """
 
@@ -49,6 +50,7 @@ class Meaning:
     casting: str | None = None
     word: str = ""
     open: bool = False
+    share: float | None = None
 
     @property
     def kind(self) -> Kind | None:
@@ -154,6 +156,7 @@ def _own_words(table: str) -> tuple[_Word, ...]:
             entry.get("kg_m3"),
             entry.get("generic", False),
             entry.get("casting"),
+            share=entry.get("share"),
         )
         for key, value in entry.items():
             if _LANGUAGE.fullmatch(key):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bimvox.bim.ifc.mass import (
+    DRAWN_SOLID,
     OVERFULL,
     VOLUME_REFUSED,
     VOLUME_SLIP,
@@ -223,3 +224,17 @@ def test_weights_by_the_keys_of_several_programs(key: str, used: bool) -> None:
     beam = made.rooted("IfcBeam")
     made.properties(beam, "Tekla Quantity", **{key: 1200.0})
     assert (Masses(made.file, Properties()).of(beam, 0.5, exact=True).source == "quantity") is used
+
+
+def test_planks_that_are_drawn_solid_weigh_as_hollow_ones_unless_their_weight_is_stated() -> None:
+    made = IfcMaker()
+    plank = made.rooted("IfcSlab")
+    found = Masses(made.file, Properties(), solid_share=lambda _: 0.65)
+    solid = found.of(plank, 2.0, exact=True, box_m3=2.0)
+    assert solid == Mass(0.65 * 2400.0 * 2.0, "default", doubts=(DRAWN_SOLID,))
+    made.material(plank, "C45/55")
+    assert found.of(plank, 2.0, exact=True, box_m3=2.0).source == "default", "it is an assumption"
+    assert found.of(plank, 1.1, exact=True, box_m3=2.0) == Mass(2500.0 * 1.1, "density")
+    made.properties(plank, "Qto", NetWeight=3300.0)
+    stated = Masses(made.file, Properties(), solid_share=lambda _: 0.65).of(plank, 2.0, exact=True, box_m3=2.0)
+    assert stated == Mass(3300.0, "quantity")

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from bimvox.bim.building import Casting, TriangleMesh
-from bimvox.bim.kinds.evidence import Facts, judge
+from bimvox.bim.kinds.evidence import Facts, judge, solid_share
 from bimvox.bim.kinds.kind import Confidence, Kind
 
 
@@ -154,3 +154,28 @@ def test_planes_of_boards_sheets_and_panels_do_not_come_in_one_piece() -> None:
     assert kind_of(steel, mesh=box(9.0, 9.0, 0.04))[0] is Kind.LIGHT
     assert kind_of(steel, mesh=box(6.0, 2.0, 0.02))[0] is Kind.STEEL
     assert kind_of(steel, names=("Raised Access Floor", None, None), mesh=box(6.0, 2.0, 0.02))[0] is Kind.LIGHT
+
+
+def test_rooms_come_ready_made_but_their_walls_do_not() -> None:
+    pod = Facts("IfcBuildingElementProxy", ("B1", "Baderomskabin", None), (), box(2.2, 1.8, 2.4))
+    judgement, casting = judge(pod)
+    assert (judgement.kind, casting) == (Kind.PRECAST, Casting.PRECAST)
+    assert judgement.why == "'baderomskabin' in its name says rooms that come ready-made"
+    assert kind_of(names=("Wand Nasszelle", None, None), layers=[("Gipskarton", 1.0)])[0] is Kind.LIGHT
+
+
+@pytest.mark.parametrize(
+    ("ifc_class", "name", "share"),
+    [
+        ("IfcSlab", "Kanaalplaatvloer 200", 0.65),
+        ("IfcSlab", "Ontelolaatta O27", 0.65),
+        ("IfcSlab", "TT-plaat 350", 0.5),
+        ("IfcBuildingElementProxy", "Bathroom pod 1", 0.12),
+        ("IfcWall", "Bathroom pod 1", None),
+        ("IfcSlab", "Breedplaat 60", None),
+        ("IfcSlab", "", None),
+    ],
+)
+def test_what_is_hollow_although_it_is_drawn_solid(ifc_class: str, name: str, share: float | None) -> None:
+    assert solid_share(ifc_class, (name, None, None)) == share
+    assert solid_share("IfcBeam", ("B-1", None, None), "HOLLOWCORE") == 0.65
