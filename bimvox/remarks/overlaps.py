@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bimvox.bim.kinds.kind import Kind
+from bimvox.bim.kinds.words import meaning_of
 from bimvox.records.lift import ModelledClash
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, about
@@ -25,12 +26,13 @@ def overlaps(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every part of a pair that overlaps deeper than 50 mm, or by an unknown depth.
 
     It is serious if both come ready-made and are hard: they cannot be set as drawn. What is cut, cast or built on site
-    gives way there: a rafter gets a notch, and a slab is cast around a wall.
+    gives way there: a rafter gets a notch, a slab is cast around a wall, a column stands in the pocket of its footing.
     The depths are those that the plan lists, which the proof measures itself: a pair may overlap no deeper than listed,
     and just short of the listed depth it still collides. Overlaps without a way out are at least as deep as listed.
     """
     names = names_by_id(subject.site)
     hard = {one.id: one.means is Means.CRANE and one.judgement.kind not in _SOFT for one in subject.site.components}
+    hard |= {one.id: False for one in subject.site.blockers if one.kind == "structure" and _is_foundation(one.name)}
     deep = [clash for clash in subject.plan.clashes if clash.depth_m > DEEP_M or clash.at_least]
     pairs: dict[str, list[tuple[ModelledClash, str]]] = {}
     for clash in deep:
@@ -54,3 +56,9 @@ def overlaps(subject: Subject) -> Iterator[Remark]:
     if small:
         said = f"parts overlap in the model by up to {max(small) * 1000.0:.0f} mm, and may do so when they are set"
         yield Remark(SMALL_OVERLAPS, Severity.NOTE, f"{said}: {len(small):,} pair{'' if len(small) == 1 else 's'}")
+
+
+def _is_foundation(name: str) -> bool:
+    """Return whether a structure is called a footing or a pile, which are cast on site."""
+    meaning = meaning_of(name, "part")
+    return meaning is not None and meaning.says in ("footing", Kind.PILE)

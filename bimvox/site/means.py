@@ -149,7 +149,8 @@ def _means_of(element: Element, limits: MeansConfig, no_gear: Callable[[Element]
         said = why if kind is Kind.CONCRETE else "the building file says that it is cast in place"
         return Reasoned(Means.IN_SITU, said)
     is_bar = plain_class(element.ifc_class) != "IfcPlate" and work_of(element) in (Work.BEAM, Work.COLUMN)
-    is_light_bar = kind is Kind.LIGHT and is_bar
+    # a bar that is light by its material is a mullion or a stud; one by its name alone may be a cladding rail of steel
+    is_light_bar = kind is Kind.LIGHT and is_bar and element.judgement.confidence is Confidence.ASSUMED
     if kind in _BUILT and element.casting is None and not is_light_bar and not selected:
         return Reasoned(Means.BUILT, why)
     if element.mass_kg < limits.lift_from_kg:

@@ -71,3 +71,16 @@ def test_the_pair_that_cannot_be_set_is_named_first() -> None:
     parts[1] = dataclasses.replace(parts[1], means=Means.IN_SITU)
     site = dataclasses.replace(plan.site, components=tuple(parts))
     assert named(dataclasses.replace(plan, site=site), "overlap")["a"] == "is drawn 100 mm into c, and 1 more"
+
+
+@pytest.mark.parametrize(
+    ("name", "is_serious"), [("Bohrpfahl 3", False), ("POER", False), ("old wall", True), ("", True)]
+)
+def test_a_column_stands_in_the_pocket_of_its_footing(name: str, is_serious: bool) -> None:
+    plan = plan_of(
+        PARTS[:1], clashes=(clash("a", "under", 0.2),), structure=[("under", (2.0, 2.0, 0.0), (3.0, 3.0, 0.2))]
+    )
+    named_so = [dataclasses.replace(one, name=name) if one.id == "under" else one for one in plan.site.blockers]
+    plan = dataclasses.replace(plan, site=dataclasses.replace(plan.site, blockers=tuple(named_so)))
+    (found,) = of_kind(plan, "overlap")
+    assert (found.severity is Severity.SERIOUS) is is_serious

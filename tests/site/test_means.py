@@ -61,7 +61,10 @@ def test_sandwich_panels_are_built_in_place_however_they_are_drawn():
     panel = box_element("panel", (0, 0, 0), (6, 0.1, 1.1), ifc_class="IfcPlate")
     light = dataclasses.replace(panel, judgement=Judgement(Kind.LIGHT, Confidence.NAMED))
     assert works(BEAM, light)["panel"] is Means.BUILT
-    assert works(BEAM, dataclasses.replace(light, ifc_class="IfcMember"))["panel"] is Means.CRANE
+    mullion = dataclasses.replace(light, ifc_class="IfcMember")
+    assert works(BEAM, mullion)["panel"] is Means.BUILT
+    rail = dataclasses.replace(mullion, judgement=Judgement(Kind.LIGHT, Confidence.ASSUMED, "'cladding' in its name"))
+    assert works(BEAM, rail)["panel"] is Means.CRANE
 
 
 @pytest.mark.parametrize("kind", [Kind.TIMBER, Kind.STEEL])

@@ -24,7 +24,7 @@ from bimvox.bim.ifc.tasks import ProductTask, tasks_of_products
 from bimvox.bim.ifc.text import label
 from bimvox.bim.kinds.correction import OUT, Corrected
 from bimvox.bim.kinds.evidence import Facts, casting_of, judge, solid_share
-from bimvox.bim.kinds.kind import Judgement, Kind
+from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.bim.kinds.words import meaning_of
 from bimvox.bim.name_roles import is_existing_by_name, role_by_name
 
@@ -58,6 +58,7 @@ class ElementBuilder:
         self._ids: set[str] = set()
         self._made_unique: list[str] = []
         self._guessed = 0
+        self._demolished: list[str] = []
         self._doubts: dict[str, list[str]] = {}
         self._tasks, self._task_notes = tasks_of_products(opened.file)
         self._element_of: dict[int, str] = {}
@@ -88,6 +89,9 @@ class ElementBuilder:
         if material is None:
             heaviest = max(group.members, key=lambda step_id: weighed.of_product[step_id].kg)
             material = self._properties.material(self._file.by_id(heaviest))
+        role = self._planned_role(owner, group, judgement.kind, corrected)
+        if role is Role.STRUCTURE and self._properties.is_demolished(owner):
+            self._demolished.append(label(owner.Name or owner.GlobalId))
         whole = group.members != (group.owner,)
         element_id = self._unique(owner)
         self._element_of.update(dict.fromkeys((group.owner, *group.members), element_id))
@@ -100,7 +104,7 @@ class ElementBuilder:
             ifc_class=str(owner.is_a()),
             name=label(owner.Name),
             mesh=mesh,
-            role=self._planned_role(owner, group, judgement.kind, corrected),
+            role=role,
             mass_kg=weighed.mass.kg,
             mass_source=weighed.mass.source,
             volume_guessed=weighed.mass.guessed,
@@ -143,6 +147,11 @@ class ElementBuilder:
             notes.append(f"GlobalIds that occur more than once were made unique: {shown}{more}")
         if self._guessed:
             notes.append(f"parts that are not closed, so their mass is a guess unless stated: {self._guessed}")
+        if self._demolished:
+            what = f"{len(self._demolished)} ({_some(self._demolished)})"
+            notes.append(
+                f"parts to be demolished stand in the way of all lifts; if they go before, leave them out: {what}"
+            )
         doubted = [(doubt, self._doubts[doubt]) for doubt in DOUBTS if self._doubts.get(doubt)]
         return [*notes, *(f"{doubt}: {len(names)} ({_some(names)})" for doubt, names in doubted)]
 
@@ -183,6 +192,8 @@ class ElementBuilder:
 
     def _by_evidence(self, group: Group, mesh: TriangleMesh) -> tuple[Judgement, Casting | None]:
         owner = self._file.by_id(group.owner)
+        if self._properties.is_temporary(owner):
+            return Judgement(Kind.FORMWORK, Confidence.STATED, "its properties state that it is temporary"), None
         largest = sorted(group.members, key=lambda one: -self._parts[one].extent.volume_m3)
         layered = (layers_of(self._file.by_id(step_id)) for step_id in (group.owner, *largest))
         sets = [self._properties.sets_of(self._file.by_id(step_id)) for step_id in (group.owner, *group.members)]

@@ -61,13 +61,22 @@ class Properties:
         return [name for one in references if (name := label(getattr(one, "Name", None)))]
 
     def is_existing(self, product: Any) -> bool:
-        """Return whether its common property set states that it already exists (``Status``)."""
-        for properties in self.sets_of(product).values():
-            status = properties.get("Status")
-            for value in status if isinstance(status, list | tuple) else (status,):
-                if str(value).upper() in ("EXISTING", "DEMOLISH"):
-                    return True
-        return False
+        """Return whether its property sets state that it already exists (``Status``)."""
+        return not {"EXISTING", "DEMOLISH"}.isdisjoint(self._statuses(product))
+
+    def is_demolished(self, product: Any) -> bool:
+        """Return whether its property sets state that it exists and goes (``Status``)."""
+        return "DEMOLISH" in self._statuses(product)
+
+    def is_temporary(self, product: Any) -> bool:
+        """Return whether its property sets state that it does not stay (``Status``)."""
+        return "TEMPORARY" in self._statuses(product)
+
+    def _statuses(self, product: Any) -> set[str]:
+        stated = [properties.get("Status") for properties in self.sets_of(product).values()]
+        return {
+            str(one).upper() for status in stated for one in (status if isinstance(status, list | tuple) else (status,))
+        }
 
     def sets_of(self, product: Any) -> dict[str, dict[str, Any]]:
         """Return the property and quantity sets of a product and its type (cached: the look-up is slow)."""

@@ -22,6 +22,17 @@ def test_what_exists_already() -> None:
     assert not found.is_existing(new)
 
 
+@pytest.mark.parametrize("status", ["EXISTING", "DEMOLISH", "TEMPORARY", "NEW"])
+def test_what_goes_and_what_does_not_stay(status: str) -> None:
+    made = IfcMaker()
+    wall = made.rooted("IfcWall")
+    made.properties(wall, "Pset_WallCommon", Status=status)
+    found = Properties()
+    assert found.is_existing(wall) is (status in ("EXISTING", "DEMOLISH"))
+    assert found.is_demolished(wall) is (status == "DEMOLISH")
+    assert found.is_temporary(wall) is (status == "TEMPORARY")
+
+
 @pytest.mark.parametrize("owner", ["IfcProject", "IfcSite"])
 @pytest.mark.parametrize(
     ("unit", "map_unit", "metres"), [("mm", None, 0.001), ("mm", "METRE", 1.0), ("m", "Millimetres", 0.001)]

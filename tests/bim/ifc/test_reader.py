@@ -242,3 +242,14 @@ def test_nothing_solid_and_a_contradicting_unit_are_errors(
         read_building(made.write(tmp_path / "spaces.ifc"))
     with pytest.raises(InputError, match="mm"):
         read_building(frame_file, ReadOptions(unit="m"))
+
+
+def test_what_is_demolished_is_named_and_temporary_works_are_no_parts(maker: type[IfcMaker], tmp_path: Path) -> None:
+    made = maker()
+    for n, status in enumerate(("NEW", "DEMOLISH", "TEMPORARY")):
+        wall = made.box("IfcWall", (3.0 * n, 0, 0), (2, 0.2, 3), Name=status.lower())
+        made.properties(wall, "Pset_WallCommon", Status=status)
+    building = read_building(made.write(tmp_path / "status.ifc"))
+    roles = {name: element.role for name, element in by_name(building).items()}
+    assert roles == {"new": Role.COMPONENT, "demolish": Role.STRUCTURE, "temporary": Role.FITTING}
+    assert any("parts to be demolished" in note and "1 (demolish)" in note for note in building.notes)
