@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import BUILT, Building, Element, Role, Storey, TriangleMesh, plain_class
 from bimvox.bim.kinds.kind import Kind
 from bimvox.errors import SelectionError
+from bimvox.site.limits import FAR_FROM_GROUND_M
 from bimvox.site.outlines import PLAN, hull
 
 _GROUND_FLOOR = re.compile(
@@ -47,8 +48,6 @@ _RING_M, _STEP_M, _MOST_POINTS = (1.0, 6.0), 0.5, 4000
 """So far around the building's outline is the terrain looked at, and so dense."""
 _BURIED_M = 3.0
 """Ground further below the lowest part, or above the highest, is not that of this building."""
-_OVER_FLOOR_M = 100.0
-"""No model of upper storeys alone begins further above its ground floor; the storey of another is not at its level."""
 
 
 class GroundLevel(NamedTuple):
@@ -89,7 +88,7 @@ def ground_level(building: Building) -> GroundLevel:
         return _level(around + up_m, "the terrain of the model around the building")
     if building.terrain_m is not None and _fits(building.terrain_m, lowest, highest):
         return _level(building.terrain_m, "the level of the terrain that the model states")
-    low_m, high_m = lowest - _OVER_FLOOR_M, highest + _BURIED_M
+    low_m, high_m = lowest - FAR_FROM_GROUND_M, highest + _BURIED_M
     storeys = [storey for storey in building.storeys if low_m <= storey.height_m <= high_m]
     found = _of_storey(storeys, built, up_m) or _of_piles(built, up_m)
     if found is None or found.height_m - _SHALLOW_M <= lowest <= found.height_m + _SHALLOW_M:

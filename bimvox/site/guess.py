@@ -24,6 +24,7 @@ from bimvox.site.demand import Rigs, hook_above_m
 from bimvox.site.extent import site_extent, top_m
 from bimvox.site.ground_level import ground_level
 from bimvox.site.lifting import HangsAt, lifting_by
+from bimvox.site.limits import FAR_FROM_GROUND_M
 from bimvox.site.machine import crane_config, cranes_of, machine_config
 from bimvox.site.map_frame import read_from_map
 from bimvox.site.mast_places import ground_plan
@@ -107,7 +108,20 @@ def complete_config(config: SiteConfig, building: Building, machines: Sequence[M
     config = read_from_map(config, building)
     if config.model.ground_m is None:
         config = _grounded(config, building)
-    return complete_with_placed(config, *placed_and_lifted(config, building), machines)
+    placed, lifted = placed_and_lifted(config, building)
+    _check_ground(config, placed)
+    return complete_with_placed(config, placed, lifted, machines)
+
+
+def _check_ground(config: SiteConfig, placed: Building) -> None:
+    low_m, high_m = built_bounds_m(placed.elements)[:, 2].tolist()
+    if low_m > FAR_FROM_GROUND_M or high_m < -FAR_FROM_GROUND_M:
+        where = f"{low_m:,.0f} m below" if low_m > 0 else f"{-high_m:,.0f} m above"
+        raise config.error(
+            "model.ground_m",
+            f"puts the ground {where} all parts",
+            hint="leave it out, or see `bimvox init`, which takes it from the model",
+        )
 
 
 def complete_with_placed(

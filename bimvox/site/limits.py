@@ -24,3 +24,5 @@ FEW_HANDS_KG = 75.0
 
 ON_GROUND_M = 0.3
 """What begins lower lies on the ground."""
+FAR_FROM_GROUND_M = 100.0
+"""No model of upper storeys alone begins further above the ground, and none ends further below it."""

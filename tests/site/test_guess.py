@@ -185,6 +185,19 @@ def test_given_values_are_kept():
     assert config.file == said.file
 
 
+@pytest.mark.parametrize(("ground_m", "says"), [(-500.0, "500 m below all parts"), (1e4, "m above all parts")])
+def test_a_ground_far_from_all_parts_is_refused_by_name(ground_m, says):
+    with pytest.raises(ConfigError, match=says) as refused:
+        complete_config(SiteConfig(model=ModelConfig(path="a.ifc", ground_m=ground_m)), frame_house())
+    assert refused.value.key == "model.ground_m"
+
+
+def test_a_ground_some_metres_off_is_taken_as_said():
+    for ground_m in (-30.0, 5.0):
+        config = complete_config(SiteConfig(model=ModelConfig(path="a.ifc", ground_m=ground_m)), frame_house())
+        assert config.model.ground_m == ground_m
+
+
 def test_without_a_crane_none_is_guessed():
     said = SiteConfig(model=ModelConfig(path="a.ifc"), crane=CraneConfig(kind="none"))
     config = complete_config(said, frame_house())
