@@ -121,7 +121,7 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
             {"first": c.first, "second": c.second, "depth_m": round(c.depth_m, 4), "at_least": c.at_least}
             for c in proven.plan.clashes
         ],
-        "notes": list(proven.plan.notes),
+        "notes": [*proven.plan.site.notes, *proven.plan.notes],
     }
 
 
