@@ -132,7 +132,7 @@ def test_the_crane_is_dragged_and_the_site_file_says_where(studio):
 SHOWN = """() => {
   const { answer, setup, drawing } = window.studio;
   const rows = (where) => [...document.querySelectorAll(`#parts-list ${where} li`)];
-  const uses = rows("> :not(.cannot)").map((row) => [row.dataset.part, row.querySelector(".use").textContent]);
+  const uses = rows("> :not(.cannot, .types)").map((row) => [row.dataset.part, row.querySelector(".use").textContent]);
   const centre = (one) => {
     const box = document.querySelector(one).getBoundingClientRect();
     return [box.x + box.width / 2, box.y + box.height / 2];
@@ -151,9 +151,9 @@ SHOWN = """() => {
 
 
 def test_list_colours_and_rings_follow_the_hand(studio):
-    for group in studio.page.locator("#parts-list details:visible summary").all()[1:]:
+    for group in studio.page.locator("#parts-list > details:not(.types):visible summary").all()[1:]:
         group.click()
-    closed = studio.page.locator("#parts-list details:not([open]) li").count()
+    closed = studio.page.locator("#parts-list > details:not(.types):not([open]) li").count()
     assert closed > 0
     scale = studio.page.evaluate("() => window.studio.drawing.view.scale")
     x, y = studio.middle(CRANE)
@@ -173,7 +173,7 @@ def test_list_colours_and_rings_follow_the_hand(studio):
     assert refused
     studio.page.mouse.up()
     studio.settled()
-    for group in studio.page.locator("#parts-list details:not([open]):visible summary").all():
+    for group in studio.page.locator("#parts-list > details:not(.types):not([open]):visible summary").all():
         group.click()
     seen = studio.page.evaluate(SHOWN)
     assert len(seen["rows"]) + len(refused) == 33
@@ -301,7 +301,7 @@ def test_what_cannot_be_lifted_comes_first_with_its_reason(studio):
 
 
 def test_search_and_legend_filter_list_and_drawing(studio):
-    total = studio.page.locator("#parts-list li").count()
+    total = studio.page.locator("#parts-list > :not(.types) li").count()
     assert total == 33
     studio.page.keyboard.press("/")
     studio.page.keyboard.type("beam a1")
@@ -310,13 +310,13 @@ def test_search_and_legend_filter_list_and_drawing(studio):
     studio.page.keyboard.press("Escape")
     assert studio.page.locator(".part.ghost").count() == 0
     studio.page.locator("#key button:visible").first.click()
-    shown = studio.page.locator("#parts-list li:visible").count()
+    shown = studio.page.locator("#parts-list > :not(.types) li:visible").count()
     assert 0 < shown <= total
     assert studio.page.locator(".part:not(.ghost)").count() == shown
 
 
 def test_means_of_a_part_and_of_a_group(studio):
-    studio.page.locator("#parts-list li button").first.click()
+    studio.page.locator("#parts-list > :not(.types) li button").first.click()
     studio.page.select_option('[data-key="part-means"]', "in_situ")
     studio.settled()
     assert list(studio.setup()["means"].values()).count("in_situ") == 1
@@ -584,7 +584,7 @@ def test_the_numbers_of_table_list_and_result_are_those_of_the_log(studio, tmp_p
     assert figures(studio, "Critical") == [str(sum(share >= logged.site.rules.critical_share for share in shares))]
     assert figures(studio, "Refused") == [str(sum(lift["status"] == "infeasible" for lift in logged.lifts))]
     read = "(all) => all.map((one) => [one.dataset.part, one.querySelector('small').textContent])"
-    masses = dict(studio.page.eval_on_selector_all("#parts-list li", read))
+    masses = dict(studio.page.eval_on_selector_all("#parts-list > :not(.types) li", read))
     assert masses == {lift["component"]: tonnes(lift["mass_kg"]) for lift in logged.lifts}
     result = studio.page.context.new_page()
     result.goto(studio.page.evaluate("() => document.querySelector('#pane-result iframe').src"))

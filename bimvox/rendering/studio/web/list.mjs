@@ -33,7 +33,7 @@ export class List {
     });
     this.changed = el("details", { class: "kind changed", open: true }, (this.changedTitle = el("summary")), (this.changedRows = el("ul")));
     this.kinds.open();
-    fill(byId("parts-list"), this.kinds.element, this.changed, this.cannot, ...this.groups.map((group) => group.element));
+    fill(byId("parts-list"), this.changed, this.cannot, this.kinds.element, ...this.groups.map((group) => group.element));
   }
 
   changeable(parts) {
