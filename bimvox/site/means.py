@@ -136,8 +136,9 @@ def nothing_to_lift(parts: Sequence[Component | Reasoned]) -> SelectionError:
     if not parts:
         return SelectionError("nothing to lift: no part of the model is a component", hint=SAY_WHAT)
     counts = Counter(part.means for part in parts)
-    what = enumerated([f"{counts[means]:,} are {HOW[means]}" for means in HOW if counts[means]])
-    return SelectionError(f"nothing to lift: of {len(parts):,} parts, {what}", hint=SAY_WHAT)
+    there = [(counts[means], HOW[means]) for means in HOW if counts[means]]
+    what = enumerated([f"{count:,} {'is' if count == 1 else 'are'} {how}" for count, how in there])
+    return SelectionError(f"nothing to lift: of {len(parts):,} part{'' if len(parts) == 1 else 's'}, {what}", hint=SAY_WHAT)
 
 
 def _means_of(element: Element, limits: MeansConfig, no_gear: Callable[[Element], str], *, selected: bool) -> Reasoned:

@@ -139,7 +139,7 @@ def test_a_model_in_which_nothing_is_lifted_says_what_is():
     entries = {"deck": ComponentConfig(global_id="deck", means="in_situ")}
     found = list(means_of([DECK], entries, MeansConfig()).values())
     assert isinstance(nothing_to_lift(found), SelectionError)
-    assert str(nothing_to_lift(found)).startswith("nothing to lift: of 1 parts, 1 are cast in place")
+    assert str(nothing_to_lift(found)).startswith("nothing to lift: of 1 part, 1 is cast in place")
     assert "no part of the model is a component" in str(nothing_to_lift([]))
 
 
