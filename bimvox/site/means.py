@@ -138,7 +138,8 @@ def nothing_to_lift(parts: Sequence[Component | Reasoned]) -> SelectionError:
     counts = Counter(part.means for part in parts)
     there = [(counts[means], HOW[means]) for means in HOW if counts[means]]
     what = enumerated([f"{count:,} {'is' if count == 1 else 'are'} {how}" for count, how in there])
-    return SelectionError(f"nothing to lift: of {len(parts):,} part{'' if len(parts) == 1 else 's'}, {what}", hint=SAY_WHAT)
+    of = "1 part" if len(parts) == 1 else f"{len(parts):,} parts"
+    return SelectionError(f"nothing to lift: of {of}, {what}", hint=SAY_WHAT)
 
 
 def _means_of(element: Element, limits: MeansConfig, no_gear: Callable[[Element], str], *, selected: bool) -> Reasoned:
