@@ -77,6 +77,7 @@ def test_a_type_is_corrected_among_the_comments_and_its_parts_are_read_again(stu
     assert not load_site_config(tmp_path / "a.site.toml").model.kinds
 
 
+@pytest.mark.slow
 def test_one_part_is_corrected(studio: Studio, tmp_path: Path) -> None:
     part = opened(studio)["parts"][0]
     assert save(studio, part_kinds={part["id"]: "steel"}) == ["component[0].kind"]
@@ -87,6 +88,7 @@ def test_one_part_is_corrected(studio: Studio, tmp_path: Path) -> None:
     assert load_site_config(tmp_path / "a.site.toml").component[0].kind == "timber"
 
 
+@pytest.mark.slow
 def test_a_file_of_kinds_stays_and_a_change_of_it_is_seen(studio: Studio, tmp_path: Path) -> None:
     table = tmp_path / "kinds.csv"
     table.write_text("set_kind,set_means,select\nsteel,,IfcColumn\n")
@@ -128,6 +130,7 @@ def test_what_cannot_be_is_refused_and_nothing_is_written(
     assert (tmp_path / "a.site.toml").read_text() == HEAD
 
 
+@pytest.mark.slow
 def test_a_page_that_knows_no_kinds_changes_none(studio: Studio, tmp_path: Path) -> None:
     part = opened(studio)["parts"][0]["id"]
     save(studio, kinds=[{"select": BEAMS, "kind": "timber", "means": None}], part_kinds={part: "steel"})
