@@ -39,7 +39,7 @@ from bimvox.site.one_piece import means_by
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import component_of, entries_by_id, first_ids
 from bimvox.site.rigging import gear_by_crane
-from bimvox.site.site import GROUND_ID, Blocker, Rules, Site, SwingRule, mast_id
+from bimvox.site.site import GROUND_ID, Blocker, Rules, Site, SwingRule, mast_id, top_layers
 from bimvox.site.work import work_of
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 
@@ -365,11 +365,9 @@ def _labels(slab: NDArray[np.uint8], shape: IntVec, blockers: Sequence[Blocker])
     The areas are on top of the ground too.
     """
     labels = np.zeros(shape, np.uint8)
-    x, y, z = blockers[0].cells.T
-    labels[x, y, z] = Label.GROUND
-    tops = np.zeros(shape[:2], np.int32)
-    np.maximum.at(tops, (x, y), z)
-    labels[*np.indices(shape[:2]), tops] = slab
+    ground = blockers[0].cells
+    labels[tuple(ground.T)] = Label.GROUND
+    labels[*np.indices(shape[:2]), top_layers([ground], shape[:2])] = slab
     for blocker in blockers[1:]:
         label = Label.OBSTRUCTION if blocker.kind == "obstruction" else Label.STRUCTURE
         labels[tuple(blocker.cells.T)] = label

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import pi
@@ -141,6 +141,14 @@ class Blocker:
     name: str = field(default="", metadata=SPARSE)
 
 
+def top_layers(cells: Sequence[NDArray[np.int32]], columns: tuple[int, int]) -> NDArray[np.int32]:
+    """Return the highest layer that (N, 3) cells fill in every column, (X, Y) int32; 0 where there are none."""
+    tops = np.zeros(columns, np.int32)
+    for own in cells:
+        np.maximum.at(tops, (own[:, 0], own[:, 1]), own[:, 2])
+    return tops
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class HookHeights:
     """Limits of the hook's height over each column (working-range limiters).
@@ -222,11 +230,7 @@ class Site:
     @kept
     def ground_vox(self) -> NDArray[np.int32]:
         """(X, Y) int32, the highest layer of the ground in each column."""
-        tops = np.zeros(self.shape[:2], np.int32)
-        for blocker in self.blockers:
-            if blocker.kind == GROUND_ID:
-                x, y, z = blocker.cells.T
-                np.maximum.at(tops, (x, y), z)
+        tops = top_layers([one.cells for one in self.blockers if one.kind == GROUND_ID], self.shape[:2])
         tops.flags.writeable = False
         return tops
 
