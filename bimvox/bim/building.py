@@ -205,7 +205,7 @@ class Storey:
     height_m: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Building:
     """A building read from a file.
 

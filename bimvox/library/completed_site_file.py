@@ -37,8 +37,7 @@ def completed(config: SiteConfig, site: Site, building: Building) -> SiteConfig:
         BimvoxError: If nothing can be chosen for these parts.
     """
     if config.model.ground_m is None:
-        ground_m = float(site.site_to_ifc[2, 3])
-        config = config.model_copy(update={"model": config.model.model_copy(update={"ground_m": ground_m})})
+        config = config.at_ground(float(site.site_to_ifc[2, 3]))
     return complete_with_placed(config, building, lifted_of(config, building))
 
 

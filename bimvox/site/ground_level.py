@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import BUILT, Building, Element, Role, Storey, TriangleMesh, plain_class
 from bimvox.bim.kinds.kind import Kind
 from bimvox.errors import SelectionError
+from bimvox.kept import kept
 from bimvox.site.limits import FAR_FROM_GROUND_M
 from bimvox.site.outlines import PLAN, hull
 
@@ -62,6 +63,7 @@ class GroundLevel(NamedTuple):
     why: str
 
 
+@kept
 def ground_level(building: Building) -> GroundLevel:
     """Return the height that is the top of the ground around a building.
 

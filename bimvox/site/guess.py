@@ -107,7 +107,7 @@ def complete_config(config: SiteConfig, building: Building, machines: Sequence[M
     """
     config = read_from_map(config, building)
     if config.model.ground_m is None:
-        config = _grounded(config, building)
+        config = config.at_ground(ground_level(building).height_m)
     placed, lifted = placed_and_lifted(config, building)
     _check_ground(config, placed)
     return complete_with_placed(config, placed, lifted, machines)
@@ -165,13 +165,8 @@ def placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building,
 def placed_on_site(config: SiteConfig, building: Building) -> Building:
     """Return the building in the site frame; if the site file gives no height of the ground, at that of the model."""
     if config.model.ground_m is None:
-        config = _grounded(config, building)
+        config = config.at_ground(ground_level(building).height_m)
     return place_building(config, building)[0]
-
-
-def _grounded(config: SiteConfig, building: Building) -> SiteConfig:
-    ground_m = ground_level(building).height_m
-    return config.model_copy(update={"model": config.model.model_copy(update={"ground_m": ground_m})})
 
 
 def lifted_of(config: SiteConfig, placed: Building) -> list[Element]:

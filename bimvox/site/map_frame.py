@@ -90,7 +90,7 @@ def read_from_map(config: SiteConfig, building: Building) -> SiteConfig:
                 key = f"crane[{number}].base_m" if len(config.cranes) > 1 else "crane.base_m"
                 hint = "add [model] ground_m, or leave the height out: the crane stands on the ground"
                 raise config.error(key, "a height on the map needs the height of the ground", hint=hint)
-        grounded = config.model_copy(update={"model": config.model.model_copy(update={"ground_m": 0.0})})
+        grounded = config.at_ground(0.0)
     _, site_to_ifc = place_building(grounded, replace(building, elements=()))
     found = on_site(config, site_to_ifc, to_map)
     bounds_m = built_bounds_m(place_building(grounded, building)[0].elements)

@@ -380,6 +380,10 @@ class SiteConfig(Table):
                 found.append(Correction(entry.global_id, kind, entry.means, where, one_part=True))
         return tuple(found)
 
+    def at_ground(self, ground_m: float) -> SiteConfig:
+        """Return it with the ground at a height in the model; the rest stays as it is in the site's frame."""
+        return self.model_copy(update={"model": self.model.model_copy(update={"ground_m": ground_m})})
+
     @property
     def read_options(self) -> ReadOptions:
         """How its model is read."""

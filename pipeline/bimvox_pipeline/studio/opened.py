@@ -117,8 +117,7 @@ class Opened(PlacedSite):
             InputError: If the set-up is impossible.
         """
         if wanted.ground_m not in (None, self.config.model.ground_m):  # every part has another height
-            model = self.config.model.model_copy(update={"ground_m": wanted.ground_m})
-            other = replace(self, config=self.config.model_copy(update={"model": model}))
+            other = replace(self, config=self.config.at_ground(wanted.ground_m))
             return other.tried(wanted)
         config = self.with_setup(wanted)
         cranes = cranes_of(config)
