@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
 
 from bimvox.bim.building import TriangleMesh
 
@@ -14,3 +16,29 @@ def own_sides_m(mesh: TriangleMesh) -> tuple[float, float, float]:
     _, axes = np.linalg.eigh(spread.T @ spread)
     a, b, c = sorted(float(side) for side in np.ptp(spread @ axes, axis=0))
     return a, b, c
+
+
+def plan_sides_m(mesh: TriangleMesh) -> tuple[float, float]:
+    """Return the sides of the smallest rectangle around a mesh in plan, metres, the shorter first."""
+    outline = _outline(mesh.vertices_m[:, :2])
+    edges = np.roll(outline, -1, axis=0) - outline
+    lengths = np.hypot(*edges.T)
+    along = edges[lengths > 0.0] / lengths[lengths > 0.0, None]
+    if len(along):
+        first = outline @ along.T
+        second = outline @ np.stack([-along[:, 1], along[:, 0]])
+        spans = np.stack([np.ptp(first, axis=0), np.ptp(second, axis=0)])
+        plan = spans[:, int(np.argmin(np.round(spans.prod(axis=0), 6)))]
+    else:
+        plan = np.ptp(outline, axis=0)
+    short_m, long_m = sorted(plan.tolist())
+    return short_m, long_m
+
+
+def _outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the corners of the convex outline of (N, 2) points; of their box if they are on a line."""
+    try:
+        return np.asarray(points[ConvexHull(points).vertices], np.float64)
+    except (QhullError, ValueError):
+        (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
+        return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])

@@ -23,7 +23,8 @@ from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_h
 from bimvox.bim.ifc.tasks import ProductTask, tasks_of_products
 from bimvox.bim.ifc.text import label
 from bimvox.bim.kinds.correction import OUT, Corrected
-from bimvox.bim.kinds.evidence import Facts, casting_of, judge, solid_share
+from bimvox.bim.kinds.drawn_solid import solid_share
+from bimvox.bim.kinds.evidence import Facts, casting_of, judge
 from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.bim.kinds.words import meaning_of
 from bimvox.bim.name_roles import is_existing_by_name, role_by_name
@@ -176,8 +177,10 @@ class ElementBuilder:
         said = (meaning_of(label(material.Name)) for material, _ in layers_of(product))
         return None if any(one is not None and of_same_mass(one.kind, kind) for one in said) else density_of_kind(kind)
 
-    def _solid_share(self, product: Any) -> float | None:
-        return solid_share(str(product.is_a()), self._names(product), self._properties.predefined_type(product))
+    def _solid_share(self, product: Any, volume_m3: float, kg_m3: float) -> float | None:
+        predefined_type = self._properties.predefined_type(product)
+        mesh = self._parts[product.id()].mesh
+        return solid_share(str(product.is_a()), self._names(product), predefined_type, mesh, volume_m3, kg_m3)
 
     def _names(self, product: Any) -> tuple[str | None, ...]:
         """Return the names of a product, its type and its object type."""

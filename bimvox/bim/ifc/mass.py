@@ -58,8 +58,8 @@ _LEAST_SLIP_SHARE = 0.3
 """The same for a stated volume in another unit than stated."""
 _LEAST_GUESS_SHARE = 0.5
 """Least share of a guessed volume that is used to judge a stated weight."""
-_DRAWN_SOLID = 0.9
-"""Least share of its box that a part without its voids is."""
+_STATED_LESS = 0.9
+"""A part that is drawn solid has its stated volume if that is at most this share of the drawn one."""
 _ROUNDING = 1e-6
 SOURCES = ("quantity", "density", "default")
 """Where a mass comes from, most reliable first."""
@@ -77,7 +77,9 @@ ASSEMBLY_LOW = (
     "assemblies that are stated to be lighter than their parts, whose weights add up: those of the parts count"
 )
 OVERFULL = "parts whose bodies enclose more than their box, so drawn more than once: their box counts"
-DRAWN_SOLID = "planks and rooms that are drawn solid, so weighed as hollow ones usually are (state their weight)"
+DRAWN_SOLID = (
+    "planks, rooms, stairs and trusses that are drawn solid, so weighed as such parts usually are (state their weight)"
+)
 DOUBTS = (
     *(DRAWN_SOLID, WEIGHT_SLIP, WEIGHT_REFUSED, WEIGHT_ODD, VOLUME_SLIP, VOLUME_REFUSED, OVERFULL),
     *(REPEATED, REPEATED_WHOLE, ASSEMBLY_LOW),
@@ -110,7 +112,8 @@ class Masses:
         properties: Looks its properties up.
         default_kg_m3: Returns the density of a product whose material is not known.
         instead_kg_m3: Returns the density that counts instead of that of its material; None if none does.
-        solid_share: Returns how much of its box a product is that is drawn as one solid block; None if it is all of it.
+        solid_share: Returns how much of its volume a product is that is drawn as one solid block, by that volume and
+            its density; None if it is all of it.
     """
 
     def __init__(
@@ -119,7 +122,7 @@ class Masses:
         properties: Properties,
         default_kg_m3: Callable[[Any], float] = lambda _: DEFAULT_DENSITY_KG_M3,
         instead_kg_m3: Callable[[Any], float | None] = lambda _: None,
-        solid_share: Callable[[Any], float | None] = lambda _: None,
+        solid_share: Callable[[Any, float, float], float | None] = lambda *_: None,
     ) -> None:
         self._properties = properties
         self._instead_kg_m3 = instead_kg_m3
@@ -165,14 +168,17 @@ class Masses:
             volume_m3, doubts = box_m3, (OVERFULL,)
         instead = self._instead_kg_m3(product)
         density = self._density(product) if instead is None else None
-        kg = volume_m3 * (instead or self._default_kg_m3(product) if density is None else density)
+        kg_m3 = (instead or self._default_kg_m3(product)) if density is None else density
         source = "default" if density is None else "density"
         is_guess = not exact and volume_m3 == guess_m3
-        share = self._solid_share(product) if volume_m3 >= _DRAWN_SOLID * box_m3 else None
-        if share is not None:
-            # the density is that of an assumption, so the least reliable source
-            return Mass(share * kg, SOURCES[-1], is_guess, (*doubts, DRAWN_SOLID)), volume_m3
-        return Mass(kg, source, is_guess, doubts), volume_m3
+        share = self._solid_share(product, volume_m3, kg_m3) if volume_m3 > 0.0 else None
+        if share is None:
+            return Mass(volume_m3 * kg_m3, source, is_guess, doubts), volume_m3
+        stated_m3, _ = self._volume(product, volume_m3, _STATED_LESS * volume_m3)
+        if stated_m3 < volume_m3:
+            return Mass(stated_m3 * kg_m3, source), volume_m3
+        # the volume is that of an assumption, so the source is the least reliable
+        return Mass(share * volume_m3 * kg_m3, SOURCES[-1], is_guess, (*doubts, DRAWN_SOLID)), volume_m3
 
     def stated(self, product: Any, expected: Mass, volume_m3: float, box_m3: float = inf) -> Mass:
         """Return the stated mass of a product if its volume does not contradict it, otherwise the expected mass.

@@ -36,7 +36,7 @@ _BY_CLASS = {
 }
 _PLANES = ("IfcSlab", "IfcRoof")
 """Of joists or rafters, they are built of pieces; of solid timber, they come in one piece."""
-_MODULE_CLASSES = frozenset({"IfcBuildingElementProxy", "IfcProxy", "IfcBuiltElement", "IfcElementAssembly"})
+MODULE_CLASSES = frozenset({"IfcBuildingElementProxy", "IfcProxy", "IfcBuiltElement", "IfcElementAssembly"})
 """What a room that comes ready-made is drawn as; a wall with such a name is a wall of it."""
 _SHORTEST_WORD = 4
 """Words of materials this short say nothing in the name of a part, where they may be anything."""
@@ -88,11 +88,11 @@ def judge(facts: Facts) -> tuple[Judgement, Casting | None]:
     kind that weighs most), what the name and the type call it, its predefined type and class, words of materials in its
     name, its shape.
     """
-    called = _called(facts.names)
+    called = called_by(facts.names)
     if called is not None and called.says == Kind.FORMWORK:
         return _judged(Kind.FORMWORK, Confidence.NAMED, _in_name(called)), None
     casting, casting_words = _casting(facts)
-    if called is not None and called.says == "module" and facts.plain_class in _MODULE_CLASSES:
+    if called is not None and called.says == "module" and facts.plain_class in MODULE_CLASSES:
         return Judgement(Kind.PRECAST, Confidence.NAMED, f"{_in_name(called)} says {called.name}"), Casting.PRECAST
     found = next(_evidence(facts, called), UNKNOWN)
     if facts.plain_class in _PLANES and found.kind is Kind.TIMBER and called is not None and called.says == Kind.TIMBER:
@@ -180,15 +180,7 @@ def _in_name(meaning: Meaning) -> str:
     return f"{shown(meaning.word)} in its name"
 
 
-def solid_share(ifc_class: str, names: Sequence[str | None], predefined_type: str | None = None) -> float | None:
-    """Return how much of its box a part is that is drawn as one solid block; None if it is all of it."""
-    called = meaning_of("hollow core", "part") if predefined_type == "HOLLOWCORE" else _called(names)
-    if called is None or (called.says == "module" and plain_class(ifc_class) not in _MODULE_CLASSES):
-        return None
-    return called.share
-
-
-def _called(names: Sequence[str | None]) -> Meaning | None:
+def called_by(names: Sequence[str | None]) -> Meaning | None:
     """Return what the names call a part; formwork before all else."""
     found = [meaning for name in filter(None, names) if (meaning := meaning_of(name, "part")) is not None]
     return next((one for one in found if one.says == Kind.FORMWORK), found[0] if found else None)

@@ -81,7 +81,8 @@ def meaning_of(name: str, table: str = "material", shortest: int = 1, *, diction
 
     Args:
         name: Of a material, a type or a part.
-        table: ``material`` (what it is made of), ``part`` (what it is) or ``casting`` (where it is made).
+        table: ``material`` (what it is made of), ``part`` (what it is), ``shape`` (what it looks like) or
+            ``casting`` (where it is made).
         shortest: Letters that a word must have to say anything.
         dictionaries: Whether the words of open dictionaries count too.
 

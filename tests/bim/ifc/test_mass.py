@@ -226,15 +226,23 @@ def test_weights_by_the_keys_of_several_programs(key: str, used: bool) -> None:
     assert (Masses(made.file, Properties()).of(beam, 0.5, exact=True).source == "quantity") is used
 
 
-def test_planks_that_are_drawn_solid_weigh_as_hollow_ones_unless_their_weight_is_stated() -> None:
+def test_what_is_drawn_solid_weighs_as_such_parts_do_unless_its_weight_or_its_volume_is_stated() -> None:
     made = IfcMaker()
     plank = made.rooted("IfcSlab")
-    found = Masses(made.file, Properties(), solid_share=lambda _: 0.65)
-    solid = found.of(plank, 2.0, exact=True, box_m3=2.0)
+    found = Masses(made.file, Properties(), solid_share=lambda _, m3, kg_m3: 0.65 if m3 > 1.5 else None)
+    solid = found.of(plank, 2.0, exact=True)
     assert solid == Mass(0.65 * 2400.0 * 2.0, "default", doubts=(DRAWN_SOLID,))
     made.material(plank, "C45/55")
-    assert found.of(plank, 2.0, exact=True, box_m3=2.0).source == "default", "it is an assumption"
-    assert found.of(plank, 1.1, exact=True, box_m3=2.0) == Mass(2500.0 * 1.1, "density")
-    made.properties(plank, "Qto", NetWeight=3300.0)
-    stated = Masses(made.file, Properties(), solid_share=lambda _: 0.65).of(plank, 2.0, exact=True, box_m3=2.0)
-    assert stated == Mass(3300.0, "quantity")
+    assert found.of(plank, 2.0, exact=True).source == "default", "it is an assumption"
+    assert found.of(plank, 1.1, exact=True) == Mass(2500.0 * 1.1, "density")
+    made.properties(plank, "Qto", NetVolume=1.9)
+    assert _fresh(found, made).of(plank, 2.0, exact=True).doubts == (DRAWN_SOLID,), "that of the block"
+    made.properties(plank, "Qto_More", GrossVolume=1.2)
+    assert _fresh(found, made).of(plank, 2.0, exact=True) == Mass(2500.0 * 1.2, "density")
+    made.properties(plank, "Qto_Weights", NetWeight=3300.0)
+    assert _fresh(found, made).of(plank, 2.0, exact=True) == Mass(3300.0, "quantity")
+
+
+def _fresh(masses: Masses, made: IfcMaker) -> Masses:
+    """Return masses that look the properties up anew."""
+    return Masses(made.file, Properties(), solid_share=masses._solid_share)

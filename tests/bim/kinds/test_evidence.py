@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from bimvox.bim.building import Casting, TriangleMesh
-from bimvox.bim.kinds.evidence import Facts, judge, solid_share
+from bimvox.bim.kinds.evidence import Facts, judge
 from bimvox.bim.kinds.kind import Confidence, Kind
 
 
@@ -162,20 +162,3 @@ def test_rooms_come_ready_made_but_their_walls_do_not() -> None:
     assert (judgement.kind, casting) == (Kind.PRECAST, Casting.PRECAST)
     assert judgement.why == "'baderomskabin' in its name says rooms that come ready-made"
     assert kind_of(names=("Wand Nasszelle", None, None), layers=[("Gipskarton", 1.0)])[0] is Kind.LIGHT
-
-
-@pytest.mark.parametrize(
-    ("ifc_class", "name", "share"),
-    [
-        ("IfcSlab", "Kanaalplaatvloer 200", 0.65),
-        ("IfcSlab", "Ontelolaatta O27", 0.65),
-        ("IfcSlab", "TT-plaat 350", 0.5),
-        ("IfcBuildingElementProxy", "Bathroom pod 1", 0.12),
-        ("IfcWall", "Bathroom pod 1", None),
-        ("IfcSlab", "Breedplaat 60", None),
-        ("IfcSlab", "", None),
-    ],
-)
-def test_what_is_hollow_although_it_is_drawn_solid(ifc_class: str, name: str, share: float | None) -> None:
-    assert solid_share(ifc_class, (name, None, None)) == share
-    assert solid_share("IfcBeam", ("B-1", None, None), "HOLLOWCORE") == 0.65
