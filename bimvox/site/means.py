@@ -177,7 +177,8 @@ def may_be_cast(element: Element, limits: MeansConfig) -> bool:
     if element.casting is not Casting.PRECAST:
         return judgement.kind in (Kind.CONCRETE, Kind.OTHER) and _is_concrete(element)
     is_floor = work_of(element) in (Work.SLAB, Work.FOOTING)
-    return judgement.confidence is not Confidence.STATED and is_floor and sizes_m(element.mesh)[1] > limits.widest_m
+    is_said = judgement.confidence is Confidence.STATED or judgement.kind is Kind.OTHER  # a machine
+    return not is_said and is_floor and sizes_m(element.mesh)[1] > limits.widest_m
 
 
 def beyond_road(element: Element, limits: MeansConfig) -> str | None:

@@ -177,10 +177,16 @@ class ElementBuilder:
         said = (meaning_of(label(material.Name)) for material, _ in layers_of(product))
         return None if any(one is not None and of_same_mass(one.kind, kind) for one in said) else density_of_kind(kind)
 
-    def _solid_share(self, product: Any, volume_m3: float, kg_m3: float) -> float | None:
-        predefined_type = self._properties.predefined_type(product)
-        mesh = self._parts[product.id()].mesh
-        return solid_share(str(product.is_a()), self._names(product), predefined_type, mesh, volume_m3, kg_m3)
+    def _solid_share(self, product: Any, volume_m3: float, kg_m3: float, is_assumed: bool) -> float | None:
+        return solid_share(
+            str(product.is_a()),
+            self._names(product),
+            self._properties.predefined_type(product),
+            self._parts[product.id()].mesh,
+            volume_m3,
+            kg_m3,
+            is_assumed=is_assumed,
+        )
 
     def _names(self, product: Any) -> tuple[str | None, ...]:
         """Return the names of a product, its type and its object type."""

@@ -6,17 +6,23 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.bim.building import Element, Role
 from bimvox.bim.ifc.class_roles import UNKNOWN
 from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
+from bimvox.bim.kinds.machines import is_barrier, machine_of
 from bimvox.bim.kinds.words import meaning_of
 from bimvox.errors import shown
 
 HAND_CARRIED_KG = 5.0
 """A part lighter than this is not a crane lift, unless every part is (a model at toy scale)."""
+_SHOWN = 3
+_TOUCHES_M = 0.1
 _PILE_SLENDER = 3.0
 """A pile is at least this many times as high as wide."""
+CRANE_KG = 300.0
+"""Machines and barriers from this mass are lifts: lighter ones are moved with a pallet truck or a hoist."""
 INSULATION_KG_M3 = 60.0
 """A part whose mean density is below this is a layer of insulation or air modelled as a slab, wall or plate: it is
 laid by hand. (The lightest layer that is lifted is a stud layer, about 100 kg/m3.)"""
@@ -48,6 +54,45 @@ def _by_default(elements: list[Element], notes: list[str]) -> list[Element]:
 
 
 def _promoted(elements: list[Element], notes: list[str]) -> list[Element]:
+    """Return machines and barriers in the open as components, and the unknown classes if the file has no others."""
+    machines = _machines(elements, notes)
+    left = _promoted_unknown([one for one in elements if one.id not in machines], notes)
+    rest = iter(left)
+    return [replace(one, role=Role.COMPONENT) if one.id in machines else next(rest) for one in elements]
+
+
+def _machines(elements: list[Element], notes: list[str]) -> set[str]:
+    """Return the ids of the machines, tanks, containers and noise barriers that need a crane and have nothing above."""
+    found = [one for one in elements if one.role is Role.FITTING and one.mass_kg >= CRANE_KG and _is_machine(one)]
+    if not found:
+        return set()
+    frame = [one.mesh.bounds_m for one in elements if one.role in (Role.COMPONENT, Role.STRUCTURE)]
+    bounds_m = np.array(frame).reshape(-1, 2, 3)
+    inside = [one for one in found if _is_under(one.mesh.bounds_m, bounds_m)]
+    within = {one.id for one in inside}
+    for some, words in (
+        ([one for one in found if one.id not in within], "machines, tanks, containers and noise barriers, lifted"),
+        (inside, "machines, tanks and containers under a roof, treated as fittings"),
+    ):
+        if some:
+            names = ", ".join(dict.fromkeys(one.name for one in some[:_SHOWN]))
+            notes.append(f"{words}: {len(some)} ({names}{', ...' if len(some) > _SHOWN else ''})")
+    return {one.id for one in found} - within
+
+
+def _is_machine(element: Element) -> bool:
+    names = (element.name, element.type_name)
+    return machine_of(element.ifc_class, names) is not None or is_barrier(element.ifc_class, names)
+
+
+def _is_under(machine_m: NDArray[np.float64], frame_m: NDArray[np.float64]) -> bool:
+    """Return whether one of (N, 2, 3) boxes is above the middle of another."""
+    middle_m, top_m = machine_m[:, :2].mean(axis=0), machine_m[1, 2]
+    covers = (frame_m[:, 0, :2] <= middle_m).all(axis=1) & (frame_m[:, 1, :2] >= middle_m).all(axis=1)
+    return bool((covers & (frame_m[:, 0, 2] >= top_m - _TOUCHES_M)).any())
+
+
+def _promoted_unknown(elements: list[Element], notes: list[str]) -> list[Element]:
     """Return elements of unknown class as components if the file has no others (infrastructure, plain exports)."""
     unknown = [element.ifc_class in UNKNOWN and element.role is Role.FITTING for element in elements]
     if any(element.role is Role.COMPONENT for element in elements):

@@ -78,7 +78,8 @@ ASSEMBLY_LOW = (
 )
 OVERFULL = "parts whose bodies enclose more than their box, so drawn more than once: their box counts"
 DRAWN_SOLID = (
-    "planks, rooms, stairs and trusses that are drawn solid, so weighed as such parts usually are (state their weight)"
+    "planks, rooms, stairs, trusses and machines that are drawn solid, so weighed as such parts usually are "
+    "(state their weight)"
 )
 DOUBTS = (
     *(DRAWN_SOLID, WEIGHT_SLIP, WEIGHT_REFUSED, WEIGHT_ODD, VOLUME_SLIP, VOLUME_REFUSED, OVERFULL),
@@ -112,8 +113,8 @@ class Masses:
         properties: Looks its properties up.
         default_kg_m3: Returns the density of a product whose material is not known.
         instead_kg_m3: Returns the density that counts instead of that of its material; None if none does.
-        solid_share: Returns how much of its volume a product is that is drawn as one solid block, by that volume and
-            its density; None if it is all of it.
+        solid_share: Returns how much of its volume a product is that is drawn as one solid block, by that volume,
+            its density, and whether that is an assumption; None if it is all of it.
     """
 
     def __init__(
@@ -122,7 +123,7 @@ class Masses:
         properties: Properties,
         default_kg_m3: Callable[[Any], float] = lambda _: DEFAULT_DENSITY_KG_M3,
         instead_kg_m3: Callable[[Any], float | None] = lambda _: None,
-        solid_share: Callable[[Any, float, float], float | None] = lambda *_: None,
+        solid_share: Callable[[Any, float, float, bool], float | None] = lambda *_: None,
     ) -> None:
         self._properties = properties
         self._instead_kg_m3 = instead_kg_m3
@@ -171,11 +172,11 @@ class Masses:
         kg_m3 = (instead or self._default_kg_m3(product)) if density is None else density
         source = "default" if density is None else "density"
         is_guess = not exact and volume_m3 == guess_m3
-        share = self._solid_share(product, volume_m3, kg_m3) if volume_m3 > 0.0 else None
+        share = self._solid_share(product, volume_m3, kg_m3, density is None) if volume_m3 > 0.0 else None
         if share is None:
             return Mass(volume_m3 * kg_m3, source, is_guess, doubts), volume_m3
         stated_m3, _ = self._volume(product, volume_m3, _STATED_LESS * volume_m3)
-        if stated_m3 < volume_m3:
+        if stated_m3 < volume_m3 and density is not None:
             return Mass(stated_m3 * kg_m3, source), volume_m3
         # the volume is that of an assumption, so the source is the least reliable
         return Mass(share * volume_m3 * kg_m3, SOURCES[-1], is_guess, (*doubts, DRAWN_SOLID)), volume_m3

@@ -1,4 +1,4 @@
-"""How much of a part is there that is drawn as one solid block: a plank, a room, a flight of stairs, a truss."""
+"""How much of a part is there that is drawn as one solid block: a plank, a room, a stair, a truss, a machine."""
 
 from __future__ import annotations
 
@@ -8,12 +8,15 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from bimvox.bim.building import TriangleMesh, plain_class
-from bimvox.bim.kinds.evidence import MODULE_CLASSES, called_by
+from bimvox.bim.kinds.evidence import called_by
+from bimvox.bim.kinds.machines import MODULE_CLASSES, machine_of
 from bimvox.bim.kinds.words import meaning_of
 from bimvox.bim.own_box import own_sides_m, plan_sides_m
 
 _SOLID = 0.9
 """Least share of its convex hull that a part without its voids is."""
+_OF_MACHINE = 0.3
+"""A machine of metal that fills more of its convex hull is no vessel as it is."""
 _STAIR_CLASSES = frozenset({"IfcStair", "IfcStairFlight", "IfcRamp", "IfcRampFlight"})
 _FRAME_CLASSES = MODULE_CLASSES | {"IfcBeam", "IfcMember", "IfcColumn"}
 _METAL_KG_M3, _CONCRETE_KG_M3 = 2650.0, 1500.0
@@ -47,8 +50,12 @@ def solid_share(
     mesh: TriangleMesh,
     volume_m3: float,
     kg_m3: float,
+    *,
+    is_assumed: bool = False,
 ) -> float | None:
     """Return how much of its volume a part is that is drawn as one solid block; None if it is all of it.
+
+    Of a machine of unknown material it may be more: it is drawn as a hull of sheets.
 
     Args:
         ifc_class: Its class.
@@ -57,8 +64,13 @@ def solid_share(
         mesh: Its triangles.
         volume_m3: The volume that they enclose.
         kg_m3: Density of its material.
+        is_assumed: Whether that is an assumption.
     """
     plain = plain_class(ifc_class)
+    if (machine := machine_of(ifc_class, names)) is not None and machine.kg_m3 is not None:
+        hull_m3 = _hull_m3(mesh)
+        is_block = is_assumed or (kg_m3 > _METAL_KG_M3 and volume_m3 > _OF_MACHINE * hull_m3)
+        return machine.kg_m3 * hull_m3 / (volume_m3 * kg_m3) if is_block and hull_m3 else None
     what = _shape_by_name(names)
     if plain in _STAIR_CLASSES or (what == "stairs" and plain in MODULE_CLASSES | {"IfcSlab"}):
         return _share_of_flight(mesh, volume_m3, kg_m3)
@@ -104,7 +116,12 @@ def _stuff(kg_m3: float) -> str:
 
 def _is_solid(mesh: TriangleMesh, volume_m3: float) -> bool:
     """Return whether a part fills its convex hull."""
+    return 0.0 < _SOLID * _hull_m3(mesh) <= volume_m3
+
+
+def _hull_m3(mesh: TriangleMesh) -> float:
+    """Return the volume of the convex hull of a mesh; 0 if it is flat."""
     try:
-        return bool(volume_m3 >= _SOLID * ConvexHull(mesh.vertices_m[np.unique(mesh.faces)]).volume)
-    except (QhullError, ValueError):  # it is flat
-        return False
+        return float(ConvexHull(mesh.vertices_m[np.unique(mesh.faces)]).volume)
+    except (QhullError, ValueError):
+        return 0.0

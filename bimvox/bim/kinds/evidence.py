@@ -9,6 +9,7 @@ import numpy as np
 
 from bimvox.bim.building import Casting, TriangleMesh, plain_class
 from bimvox.bim.kinds.kind import UNKNOWN, Confidence, Judgement, Kind
+from bimvox.bim.kinds.machines import MODULE_CLASSES, is_barrier, machine_of
 from bimvox.bim.kinds.words import Meaning, casting_by_name, meaning_of
 from bimvox.bim.own_box import own_sides_m
 from bimvox.errors import shown
@@ -36,8 +37,6 @@ _BY_CLASS = {
 }
 _PLANES = ("IfcSlab", "IfcRoof")
 """Of joists or rafters, they are built of pieces; of solid timber, they come in one piece."""
-MODULE_CLASSES = frozenset({"IfcBuildingElementProxy", "IfcProxy", "IfcBuiltElement", "IfcElementAssembly"})
-"""What a room that comes ready-made is drawn as; a wall with such a name is a wall of it."""
 _SHORTEST_WORD = 4
 """Words of materials this short say nothing in the name of a part, where they may be anything."""
 _THIN_WALL_M = 0.13
@@ -95,6 +94,11 @@ def judge(facts: Facts) -> tuple[Judgement, Casting | None]:
     if called is not None and called.says == "module" and facts.plain_class in MODULE_CLASSES:
         return Judgement(Kind.PRECAST, Confidence.NAMED, f"{_in_name(called)} says {called.name}"), Casting.PRECAST
     found = next(_evidence(facts, called), UNKNOWN)
+    machine = machine_of(facts.ifc_class, facts.names)
+    is_known = found.kind in (Kind.CONCRETE, Kind.PRECAST) and found.confidence is not Confidence.ASSUMED
+    if machine is not None and casting is None and not is_known:
+        why = f"{shown(machine.word)} in its name or class says {machine.name}, which come in one piece"
+        return Judgement(Kind.OTHER, Confidence.ASSUMED, why), Casting.PRECAST
     if facts.plain_class in _PLANES and found.kind is Kind.TIMBER and called is not None and called.says == Kind.TIMBER:
         why = f"{_in_name(called)} says a floor or a roof of pieces of timber"
         found = Judgement(Kind.LIGHT, found.confidence, why)
@@ -214,7 +218,8 @@ def _by_layers(layers: Sequence[tuple[str, float]]) -> tuple[Kind, str] | None:
 def _by_shape(facts: Facts) -> Judgement | None:
     """Return what the shape of a part says of which nothing else is known; None if it says nothing."""
     short_m, middle_m, long_m = own_sides_m(facts.mesh)
-    if facts.plain_class == "IfcWall" and short_m <= _THIN_WALL_M:
+    is_thin_wall = facts.plain_class == "IfcWall" and short_m <= _THIN_WALL_M
+    if is_thin_wall and not is_barrier(facts.ifc_class, facts.names):
         return Judgement(Kind.LIGHT, Confidence.ASSUMED, f"a wall {1e3 * short_m:.0f} mm thick is taken as a partition")
     if facts.plain_class in ("IfcBeam", "IfcMember", "IfcColumn"):
         is_bar = long_m >= _SLENDER * middle_m and short_m < _THIN_BAR_M

@@ -7,7 +7,10 @@ import pytest
 
 from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.bim.ifc.lifted_parts import by_default
+from bimvox.bim.kinds.kind import Confidence
 from bimvox.bim.read import ReadOptions, read_building
+from bimvox.site.config.site_config import MeansConfig
+from bimvox.site.means import may_be_cast
 
 from ..conftest import IfcMaker
 
@@ -70,3 +73,32 @@ def test_curtain_panels_and_what_exists_in_a_file(maker: type[IfcMaker], tmp_pat
     }
     selected = read_building(path, ReadOptions(select="IfcPlate")).elements
     assert [one.role for one in selected if one.name == "glass"] == [Role.COMPONENT]
+
+
+def test_machines_tanks_containers_and_noise_barriers_in_the_open_are_lifted(
+    maker: type[IfcMaker], tmp_path: Path
+) -> None:
+    made = maker()
+    made.box("IfcSlab", (0, 0, 3), (20, 20, 0.3), Name="roof")
+    made.box("IfcBuildingElementProxy", (2, 2, 3.3), (4, 2, 2), Name="RTU-1", ObjectType="Rooftop unit")
+    made.material(made.box("IfcChiller", (8, 2, 3.3), (3, 1.5, 2), Name="K1"), "Metal - Aluminium")
+    made.box("IfcTank", (2, 2, 0), (2, 2, 2), Name="Buffer tank")
+    made.box("IfcTank", (25, 2, 0), (2, 2, 2), Name="Fuel tank")
+    made.box("IfcBuildingElementProxy", (30, 2, 0), (6.1, 2.4, 2.6), Name="Bürocontainer")
+    made.box("IfcUnitaryEquipment", (12, 2, 3.3), (0.8, 0.5, 0.6), Name="split unit")
+    made.box("IfcBuildingElementProxy", (0, 40, 0), (4, 0.12, 2), Name="Lärmschutzwand 3")
+    made.box("IfcWall", (6, 40, 0), (4, 0.12, 2), Name="Noise barrier 4")
+    made.box("IfcBuildingElementProxy", (40, 40, 0), (2, 2, 5), Name="Tree")
+    made.box("IfcFurnishingElement", (40, 30, 0), (2, 2, 5), Name="Tank")
+    building = read_building(made.write(tmp_path / "machines.ifc"))
+    lifted = {one.name: one for one in building.elements if one.role is Role.COMPONENT}
+    assert set(lifted) == {"roof", "RTU-1", "K1", "Fuel tank", "Bürocontainer", "Lärmschutzwand 3", "Noise barrier 4"}
+    kg = {name: round(one.mass_kg) for name, one in lifted.items()}
+    assert (kg["RTU-1"], kg["K1"], kg["Fuel tank"], kg["Lärmschutzwand 3"]) == (4800, 2700, 960, 2304)
+    assert {one.judgement.confidence for name, one in lifted.items() if name != "roof"} == {Confidence.ASSUMED}
+    assert all(
+        may_be_cast(one, MeansConfig()) == (name not in ("RTU-1", "K1", "Fuel tank", "Bürocontainer"))
+        for name, one in lifted.items()
+    )
+    assert "machines, tanks and containers under a roof, treated as fittings: 1 (Buffer tank)" in building.notes
+    assert any(note.startswith("machines, tanks, containers and noise barriers, lifted: 5") for note in building.notes)

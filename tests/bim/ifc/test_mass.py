@@ -229,7 +229,7 @@ def test_weights_by_the_keys_of_several_programs(key: str, used: bool) -> None:
 def test_what_is_drawn_solid_weighs_as_such_parts_do_unless_its_weight_or_its_volume_is_stated() -> None:
     made = IfcMaker()
     plank = made.rooted("IfcSlab")
-    found = Masses(made.file, Properties(), solid_share=lambda _, m3, kg_m3: 0.65 if m3 > 1.5 else None)
+    found = Masses(made.file, Properties(), solid_share=lambda _, m3, *__: 0.65 if m3 > 1.5 else None)
     solid = found.of(plank, 2.0, exact=True)
     assert solid == Mass(0.65 * 2400.0 * 2.0, "default", doubts=(DRAWN_SOLID,))
     made.material(plank, "C45/55")

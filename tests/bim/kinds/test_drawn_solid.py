@@ -129,3 +129,12 @@ def test_bars_of_a_frame_and_frames_with_gaps_weigh_what_is_drawn() -> None:
     bars = [[(0.0, z), (12.0, z), (12.0, z + 0.2), (0.0, z + 0.2)] for z in (0.0, 1.8)]
     assert share_of("IfcBeam", body(*bars, width_m=0.2), STEEL, "Truss T1") is None
     assert share_of("IfcSlab", box(6.0, 2.4, 0.6), CONCRETE, "Lattice girder slab") is None
+
+
+def test_a_tank_of_sheets_and_one_of_concrete_weigh_what_is_drawn() -> None:
+    block = box(2.0, 2.0, 2.0)
+    for volume_m3, kg_m3, share in ((8.0, STEEL, 120.0 / STEEL), (0.2, STEEL, None), (3.0, CONCRETE, None)):
+        found = solid_share("IfcTank", ("T1", None, None), None, block, volume_m3, kg_m3)
+        assert found == (None if share is None else pytest.approx(share))
+    sheets = solid_share("IfcTank", ("T1", None, None), None, block, 0.2, 2400.0, is_assumed=True)
+    assert sheets == pytest.approx(120.0 * 8.0 / (0.2 * 2400.0)), "of nothing known, by its hull"
