@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from bimvox.crane.conflict import CraneTrack, joined
 from bimvox.crane.outline import CraneOutline
 from bimvox.cranes.lift import CraneLift
-from bimvox.motion.phases import delayed as delayed_phases
-from bimvox.motion.trajectories import delayed, one_after_another, turned_to
+from bimvox.motion.trajectories import delayed, delayed_phases, one_after_another, turned_to
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory

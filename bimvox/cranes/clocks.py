@@ -11,8 +11,8 @@ from bimvox.crane.outline import outline_of
 from bimvox.cranes.clock import Begun, CraneClock, PlacedLeg, ResumedLoad, standing_at
 from bimvox.cranes.lift import REST_NS, CraneLift, Leg
 from bimvox.cranes.track import approach_track
-from bimvox.motion.shift import held_longer
 from bimvox.motion.steps import may_pause
+from bimvox.motion.trajectories import held_longer
 from bimvox.records.lift import LiftPlan
 from bimvox.site.beside import parts_beside
 from bimvox.units import NS_PER_S

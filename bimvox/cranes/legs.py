@@ -28,11 +28,10 @@ from bimvox.cranes.parking import KEPT_PARKINGS, drawn_up, parking_cells
 from bimvox.cranes.track import standing_track
 from bimvox.errors import PlanningError
 from bimvox.grid.frame import NO_CELLS
-from bimvox.motion.empty_hook import empty_hook_clearance
-from bimvox.motion.load_frame import HookEnd, axes_of_cells, cells_of_axes, in_cell
 from bimvox.motion.move import slowed
-from bimvox.motion.rigged_crane import RiggedCrane, rigged_crane
-from bimvox.motion.time_lift import empty_hook_move, hook_on_at, left_at, left_cells
+from bimvox.motion.swept import HookEnd, axes_of_cells, cells_of_axes, in_cell
+from bimvox.motion.swing import RiggedCrane, rigged_crane
+from bimvox.motion.time_lift import empty_hook_clearance, empty_hook_move, hook_on_at, left_at, left_cells
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.records.lift import Lift, LiftPlan, YardPlace
 from bimvox.records.trajectory import Trajectory

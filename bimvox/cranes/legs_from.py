@@ -18,10 +18,9 @@ from bimvox.crane.tower_crane import CranePose
 from bimvox.cranes.legs import LegMaker, legs_of
 from bimvox.cranes.lift import REST_NS, HookError, Leg, Legs, Parking
 from bimvox.errors import PlanningError
-from bimvox.motion.load_frame import HookEnd, cells_of_axes
+from bimvox.motion.swept import HookEnd, cells_of_axes
 from bimvox.motion.time_lift import hook_on_at
-from bimvox.motion.timeline import in_sequence
-from bimvox.motion.timing import sampled
+from bimvox.motion.timeline import in_sequence, sampled
 from bimvox.motion.trajectories import delayed, one_after_another
 from bimvox.planning.occupancy import target_cells
 from bimvox.records.lift import Lift

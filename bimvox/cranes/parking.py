@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.kept import kept
-from bimvox.motion.load_frame import HookEnd, in_cell
+from bimvox.motion.swept import HookEnd, in_cell
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace
 from bimvox.site.site import Site
 

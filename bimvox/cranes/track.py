@@ -38,7 +38,7 @@ from bimvox.records.trajectory import Trajectory
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site, SwingRule
-from bimvox.stop.braking import braking_distances
+from bimvox.stop.brake_axes import braking_distances
 from bimvox.units import NS_PER_S
 
 REACTION_S = 1.0

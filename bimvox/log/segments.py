@@ -15,7 +15,7 @@ from functools import lru_cache
 
 from bimvox.log.plan_json import LIFTS_KEPT
 from bimvox.log.plan_log import PENDING, LogEvent, PlanLog
-from bimvox.motion.shift import chained
+from bimvox.motion.trajectories import chained
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.site.digest import digest_of

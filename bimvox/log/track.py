@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.motion.load_frame import cells_of_axes, load_frame
+from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.planning.tipping import from_box_to_origin_m, lying_width_vox
 from bimvox.records.guide import Guide
 from bimvox.records.heading import headings_off_rad

@@ -1,4 +1,4 @@
-"""The hook's way around obstacles at one height: slewing and trolleying by turns, found by A*.
+"""The hook's way around obstacles at one height (A* over turns), and the fastest chain of joint lines.
 
 Poses are a lattice over slewing angle and radius, in which both ends lie. A run of steps along one axis costs its time
 at full rate and one run-up, so that few long runs are found rather than many short ones.
@@ -14,18 +14,100 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import inline_kernel, kernel
 from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.axis_numbers import axis_numbers
-from bimvox.crane.bound import rest_to_rest_s
+from bimvox.crane.axis_numbers import AxisNumbers, axis_numbers
+from bimvox.crane.bound import least_time_s, rest_to_rest_s
 from bimvox.crane.luffing import radius_limits
 from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.motion.fastest_chain import fastest_chain, kept_by
-from bimvox.motion.load_frame import LoadFrame
-from bimvox.motion.move import Move, move_time_s, share_limits
-from bimvox.motion.rigged_crane import RiggedCrane
-from bimvox.motion.swept import line_is_free
+from bimvox.motion.move import Move, line_time_s, move_time_s, share_limits
+from bimvox.motion.swept import LoadFrame, line_is_free
+from bimvox.motion.swing import RiggedCrane
 from bimvox.site.collision import CollisionSpace
+
+
+@kernel
+def fastest_chain(
+    space: CollisionSpace,
+    load: LoadFrame,
+    axes: NDArray[np.float64],
+    limits: AxisNumbers,
+    own_s: NDArray[np.float64],
+) -> NDArray[np.int64]:
+    """Return (N,) int64 the corner before each on the fastest chain to it; of corners that it leaves out, anything.
+
+    Args:
+        space: The collision rule.
+        load: How hook poses and reference cells correspond.
+        axes: (N, 3) slew, radius and height of the corners.
+        limits: The crane's.
+        own_s: (N,) time of the path's own run to the next corner if the joint line there is not free, else 0.
+    """
+    goal = axes.shape[0] - 1
+    left_s = np.empty(goal + 1)
+    for n in range(goal + 1):
+        left_s[n] = _least_s(limits, axes[n], axes[goal])
+    # By corner, then by the corner before: when it is reached; infinite if unknown, or not free.
+    reached_s = np.full((goal + 1, goal + 1), np.inf)
+    before = np.full(goal + 1, -1)
+    done = np.zeros(goal + 1, np.bool_)
+    node, cost_s = 0, 0.0
+    done[0] = True
+    while node < goal:
+        for later in range(node + 1, goal + 1):
+            if done[later]:
+                continue
+            if later == node + 1 and own_s[node] > 0.0:
+                reached_s[later, node] = cost_s + own_s[node]
+            else:
+                reached_s[later, node] = cost_s + line_time_s(limits, axes[node], axes[later])
+            if before[later] < 0 or reached_s[later, node] < reached_s[later, before[later]]:
+                before[later] = node
+        while True:
+            node = _most_promising(reached_s, before, done, left_s)
+            # Runs between neighbouring corners are free.
+            if node == before[node] + 1 or line_is_free(space, load, axes[before[node]], axes[node], False):
+                break
+            reached_s[node, before[node]] = np.inf
+            before[node] = np.argmin(reached_s[node])
+            if reached_s[node, before[node]] == np.inf:
+                before[node] = -1
+        done[node] = True
+        cost_s = reached_s[node, before[node]]
+    return before
+
+
+def kept_by(before: NDArray[np.int64]) -> list[int]:
+    """Return the corners that the fastest chain keeps, in order, of what :func:`fastest_chain` returns."""
+    kept = [len(before) - 1]
+    while kept[-1] > 0:
+        kept.append(int(before[kept[-1]]))
+    return kept[::-1]
+
+
+@inline_kernel
+def _most_promising(
+    reached_s: NDArray[np.float64], before: NDArray[np.int64], done: NDArray[np.bool_], left_s: NDArray[np.float64]
+) -> int:
+    """Return the corner over which the goal may be reached soonest."""
+    best, best_s, best_reached_s = -1, np.inf, np.inf
+    for n in range(before.shape[0]):
+        if done[n] or before[n] < 0:
+            continue
+        at_s = reached_s[n, before[n]]
+        if at_s + left_s[n] < best_s or (at_s + left_s[n] == best_s and at_s < best_reached_s):
+            best, best_s, best_reached_s = n, at_s + left_s[n], at_s
+    return best
+
+
+@inline_kernel
+def _least_s(limits: AxisNumbers, start: NDArray[np.float64], end: NDArray[np.float64]) -> float:
+    """Return a lower bound of the time between two poses ((3,) axes) from rest to rest: each axis on its own."""
+    longest_s = 0.0
+    for axis, (rate, acceleration, jerk) in enumerate((limits.slewing, limits.trolley, limits.hoist)):
+        longest_s = max(longest_s, least_time_s(abs(end[axis] - start[axis]), rate, acceleration, jerk))
+    return longest_s
+
 
 _FAR_S = 1e4
 """A travel of this time at full rate reaches the rate."""
@@ -35,7 +117,7 @@ _MOST_RINGS = 80
 """With more rings, a search that finds nothing takes too long: they are further apart on a fine grid."""
 
 
-class Around(NamedTuple):
+class _Around(NamedTuple):
     """A way at one height, from start to end; the joint lines between neighbouring poses are free.
 
     Attributes:
@@ -49,7 +131,7 @@ class Around(NamedTuple):
     time_s: float
 
 
-class Lattice(NamedTuple):
+class _Lattice(NamedTuple):
     """The poses over which the way is searched, as kernels take them.
 
     Attributes:
@@ -71,7 +153,7 @@ class Lattice(NamedTuple):
 
 def around(
     rigged: RiggedCrane, space: CollisionSpace, start: CranePose, end: CranePose, limit_s: float = np.inf
-) -> Around | None:
+) -> _Around | None:
     """Return a quick way between two poses at the same height; None if there is none below a time.
 
     Args:
@@ -97,10 +179,10 @@ def around(
     by_turns = tuple(CranePose(*pose) for pose in axes.tolist())
     before = fastest_chain(space, load, axes, axis_numbers(crane), np.zeros(len(axes)))
     cut_short = tuple(by_turns[n] for n in kept_by(before))
-    return Around(by_turns, cut_short, sum(move_time_s(crane, Move(a, b)) for a, b in pairwise(cut_short)))
+    return _Around(by_turns, cut_short, sum(move_time_s(crane, Move(a, b)) for a, b in pairwise(cut_short)))
 
 
-def _lattice(crane: TowerCrane, step_m: float, start: CranePose, end: tuple[float, list[float]]) -> Lattice:
+def _lattice(crane: TowerCrane, step_m: float, start: CranePose, end: tuple[float, list[float]]) -> _Lattice:
     """Return the lattice through a start and an end, given by its radius and slewing angles, with this step or more."""
     inner, outer = crane.min_radius_m, max(crane.jib_length_m, start.radius_m, end[0])
     step_m = max(step_m, outer / _MOST_RINGS)
@@ -114,12 +196,12 @@ def _lattice(crane: TowerCrane, step_m: float, start: CranePose, end: tuple[floa
     if crane.luffing is not None:
         radial = radius_limits(crane.luffing, crane.luffing.winch, inner, outer)
     slewing = crane.slewing
-    return Lattice(
+    return _Lattice(
         slews, radii, start.height_m, 1.0 / slewing.rate, np.array(ring_s), (_run_up_s(slewing), _run_up_s(radial))
     )
 
 
-def _place(lattice: Lattice, slew_rad: float, radius_m: float) -> tuple[int, int]:
+def _place(lattice: _Lattice, slew_rad: float, radius_m: float) -> tuple[int, int]:
     return int(np.searchsorted(lattice.slews_rad, slew_rad)), int(np.searchsorted(lattice.radii_m, radius_m))
 
 
@@ -132,7 +214,7 @@ def _run_up_s(limits: AxisLimits) -> float:
 def _by_turns(
     space: CollisionSpace,
     load: LoadFrame,
-    lattice: Lattice,
+    lattice: _Lattice,
     start: tuple[int, int],
     goals: NDArray[np.int64],
     limit_s: float,
@@ -197,7 +279,7 @@ def _by_turns(
 
 
 @kernel
-def _ends_of_runs(lattice: Lattice, before: NDArray[np.int64], last: int) -> NDArray[np.float64]:
+def _ends_of_runs(lattice: _Lattice, before: NDArray[np.int64], last: int) -> NDArray[np.float64]:
     """Return (N, 3) the axes at both ends of the runs up to a state."""
     n_radii = lattice.radii_m.shape[0]
     kept = [last]

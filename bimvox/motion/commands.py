@@ -15,7 +15,7 @@ from bimvox.units import NS_PER_S
 
 
 @dataclass(frozen=True, slots=True)
-class CraneCommand:
+class _CraneCommand:
     """Rates to hold from one command to the next, and the pose that they lead to.
 
     A crane that starts at the motion's first pose and holds each command's rates until the next one is at the motion's
@@ -66,7 +66,7 @@ _LOADED = frozenset(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Commands:
-    """The commands of one lift, column by column; also a sequence of ``CraneCommand``.
+    """The commands of one lift, column by column; also a sequence of ``_CraneCommand``.
 
     Attributes:
         order: The lift's position in the assembly order.
@@ -89,10 +89,10 @@ class Commands:
     def __len__(self) -> int:
         return len(self.time_ns)
 
-    def __getitem__(self, number: int) -> CraneCommand:
+    def __getitem__(self, number: int) -> _CraneCommand:
         slew_rate, trolley_rate, hoist_rate = self.rates[number].tolist()
         slew, radius, height = self.targets[number].tolist()
-        return CraneCommand(
+        return _CraneCommand(
             time_ns=int(self.time_ns[number]),
             order=self.order,
             component=self.component,
@@ -106,7 +106,7 @@ class Commands:
             loaded=bool(self.loaded[number]),
         )
 
-    def __iter__(self) -> Iterator[CraneCommand]:
+    def __iter__(self) -> Iterator[_CraneCommand]:
         return (self[number] for number in range(len(self)))
 
 

@@ -9,16 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import PlanningError
-from bimvox.motion.guided import guided
-from bimvox.motion.load_frame import HookEnd, axes_of_cells, in_cell, pose_next_to
-from bimvox.motion.move import Line, Move, axes_of
-from bimvox.motion.rigged_crane import RiggedCrane
+from bimvox.motion.move import Line, Move, axes_of, guided
 from bimvox.motion.shortcut import Route, along_the_path, check_path, follow, joined, over_the_top
 from bimvox.motion.steady import Swaying, SwingRules, busiest_s, steadied, swing_fault_s
-from bimvox.motion.timeline import Timeline, blended
+from bimvox.motion.swept import HookEnd, axes_of_cells, in_cell, pose_next_to
+from bimvox.motion.swing import RiggedCrane
+from bimvox.motion.timeline import Timeline, blended, followed
 from bimvox.planning.search import shortest_path
 from bimvox.records.guide import Guide
+from bimvox.records.heading import turn_back_s
+from bimvox.records.lift import Lift
 from bimvox.site.collision import CollisionSpace, placement_is_free
+from bimvox.site.site import Site
+from bimvox.site.transit_clearance import margin_vox
+from bimvox.site.turning import turning_space
 
 _GOOD_ENOUGH = 1.05
 """The other route is skipped if going over the top takes at most this multiple of the slowest axis's time."""
@@ -69,7 +73,7 @@ def drive_path(
     return _quickest(_Driver(rigged, transit, space, guide), head, tail, slew_rad, goes_back=contact_moves == 0)
 
 
-def drive_above(
+def _drive_above(
     rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray[np.int32], slew_rad: float
 ) -> tuple[Timeline, float]:
     """Return what ``drive_path`` does for a path that does not end at the load's place: the load comes to rest there.
@@ -264,3 +268,37 @@ class _Driver:
 
         rules = SwingRules(blend, fault_s, load.voxel_size_m / 2.0, limit_s)
         return steadied(crane, moves, pendulum, rules)
+
+
+def drive_turning(
+    site: Site, rigged: RiggedCrane, space: CollisionSpace, lift: Lift, slew_rad: float
+) -> tuple[Timeline, float]:
+    """Return the quickest motion found for the path of a lift whose load turns with the jib.
+
+    The crane pauses at the start of the last moves while a crew turns the load to its final heading.
+
+    Args:
+        site: The site.
+        rigged: The crane with the load.
+        space: The collision rule in the final heading, the last moves cleared.
+        lift: The lift; it must have a path.
+        slew_rad: Slewing angle before, including full turns.
+
+    Returns:
+        The motion, and the height that the hook has to reach.
+
+    Raises:
+        PlanningError: If the path is not free at every heading, or takes the hook above the jib.
+    """
+    assert lift.path_vox is not None
+    begins = len(lift.path_vox) - 1 - lift.contact_moves
+    x, y, z = (int(n) for n in lift.path_vox[0])
+    component = site.components[lift.component]
+    turning = turning_space(site, component, space, (x, y, z), margin_vox(site, lift.kept))
+    if turning is None:
+        raise PlanningError("the load cannot turn above its place in the yard", hint="plan the lift again")
+    there, there_m = _drive_above(rigged, turning, lift.path_vox[: begins + 1], slew_rad)
+    first, last = there.moves[0].start, there.moves[-1].end
+    down, down_m = drive_path(rigged, space, lift.path_vox[begins:], lift.contact_moves, last.slew_rad, lift.guide)
+    pause_s = turn_back_s(last.slew_rad - first.slew_rad, site.rules.turn_s)
+    return followed(there, down, pause_s), max(there_m, down_m)

@@ -22,12 +22,10 @@ from bimvox.crane.axis_numbers import axis_numbers
 from bimvox.crane.kinematics import nearest_turn, unwrap_slew
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import PlanningError
-from bimvox.motion.around import around
-from bimvox.motion.fastest_chain import fastest_chain, kept_by
-from bimvox.motion.load_frame import HookEnd, LoadFrame, axes_of_cells, in_cell
+from bimvox.motion.around import around, fastest_chain, kept_by
 from bimvox.motion.move import Line, Move, axes_of, move_time_s
-from bimvox.motion.rigged_crane import RiggedCrane
-from bimvox.motion.swept import line_is_free
+from bimvox.motion.swept import HookEnd, LoadFrame, axes_of_cells, in_cell, line_is_free
+from bimvox.motion.swing import RiggedCrane
 from bimvox.planning.roomy_path import with_room
 from bimvox.planning.search import all_free
 from bimvox.planning.shorten_path import straightened
@@ -144,7 +142,7 @@ def along_the_path(rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray
     """
     crane, load = rigged.crane, rigged.load
     path_vox = straightened(space, path_vox) if rigged.pendulum is None else with_room(space, path_vox)
-    every = poses_of_path(load, path_vox, slew_rad)
+    every = _poses_of_path(load, path_vox, slew_rad)
     poses = [every[corner] for corner in _corners(path_vox)]
     axes = np.array([axes_of(pose) for pose in poses])
     own_s = np.zeros(len(poses))
@@ -170,7 +168,7 @@ def _blocked_runs(space: CollisionSpace, load: LoadFrame, axes: NDArray[np.float
 
 def follow(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float) -> list[Move]:
     """Return the moves that follow a voxel path exactly, one per straight run."""
-    poses = poses_of_path(load, path_vox, slew_rad)
+    poses = _poses_of_path(load, path_vox, slew_rad)
     moves = [Move(poses[a], poses[b]) for a, b in pairwise(_corners(path_vox))]
     return [move if move.is_vertical else replace(move, line=Line.SITE) for move in moves]
 
@@ -187,7 +185,7 @@ def joined(moves: Sequence[Move]) -> tuple[Move, ...]:
     return tuple(result)
 
 
-def poses_of_path(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float) -> list[CranePose]:
+def _poses_of_path(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float) -> list[CranePose]:
     """Return the hook's pose at every cell of a path, slew unwrapped from the turn nearest to ``slew_rad``."""
     # Cells of one column share one slew and radius to the last bit: a vertical move must not slew by rounding noise.
     columns, column_of = np.unique(path_vox[:, :2], axis=0, return_inverse=True)

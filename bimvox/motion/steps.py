@@ -40,7 +40,7 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
     works = any(lift.is_set_otherwise for lift in lifts)
     if not by_order or not (works or site.rules.curing is not None):
         return Steps()
-    resting = Resting(site, lifts)
+    resting = _Resting(site, lifts)
     steps: list[Step] = []
     pauses: list[Pause] = []
     carries_ns: dict[int, int] = {}
@@ -57,7 +57,7 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
                 late_ns = max(carries_ns.values(), default=0)
                 steps = [_earlier(step, late_ns) for step in steps]
                 carries_ns, free_ns, ready_ns = dict.fromkeys(carries_ns, 0), dict.fromkeys(Means, 0), 0
-            at_ns = pause_ns(site, motion)
+            at_ns = _pause_ns(site, motion)
             wait_ns = ready_ns - so_far.starting_ns(at_ns)
             if wait_ns > 0:
                 pauses.append(Pause(lift.order, at_ns, wait_ns))
@@ -101,7 +101,7 @@ def may_pause(plan: LiftPlan) -> frozenset[int]:
     }
     if not later:
         return frozenset()
-    resting = Resting(plan.site, lifts)
+    resting = _Resting(plan.site, lifts)
     return frozenset(
         lift.order
         for lift in lifts
@@ -109,12 +109,12 @@ def may_pause(plan: LiftPlan) -> frozenset[int]:
     )
 
 
-def pause_ns(site: Site, motion: LiftMotion) -> int:
+def _pause_ns(site: Site, motion: LiftMotion) -> int:
     """Return when the crane pauses before a lift, on the site's clock; of several cranes, no load hangs then."""
     return motion.hooked_ns if site.has_several_cranes else motion.start_ns
 
 
-class Resting:
+class _Resting:
     """Which parts rest on which, by their cells.
 
     Args:

@@ -1,4 +1,4 @@
-"""The swing of a load on its rope while the crane moves.
+"""A crane with its load on the rope, and how the load swings while the crane moves.
 
 The load is a point on a rope of changing length l, for small angles and without damping (real damping only helps). With
 p the point of the jib that it hangs from and q the load, both on the plan in the site's frame, which does not turn (so
@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import inline_kernel, kernel
 from bimvox.crane.pendulum import GRAVITY_M_S2, SHORTEST_M
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.motion.load_frame import LoadFrame
-from bimvox.motion.swept import swaying_is_free
+from bimvox.motion.swept import LoadFrame, load_frame, swaying_is_free
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
@@ -199,3 +198,31 @@ def _beyond(offset_m: NDArray[np.float64], rest_m: float) -> NDArray[np.float64]
         share = max(0.0, 1.0 - rest_m / max(np.sqrt(x * x + y * y), 1e-12))
         beyond[i, 0], beyond[i, 1] = x * share, y * share
     return beyond
+
+
+HOOK_OFFSET = np.zeros(3, np.int32)
+"""The empty hook is one cell at the lower end of its slings."""
+
+
+class RiggedCrane(NamedTuple):
+    """A crane with its load.
+
+    Attributes:
+        crane: The crane in the gear of the load, with its slings.
+        load: How hook poses and reference cells correspond.
+        pendulum: The load as a pendulum; None if its swing is not checked.
+        sample_period_s: Largest time between samples of its trajectories.
+    """
+
+    crane: TowerCrane
+    load: LoadFrame
+    pendulum: Pendulum | None
+    sample_period_s: float
+
+
+def rigged_crane(site: Site, crane: TowerCrane, component: Component | None) -> RiggedCrane:
+    """Return one of a site's cranes with a component on its hook; with the empty hook (usual slings) if None."""
+    rigged = crane_for(site, crane, component)
+    line_vox = HOOK_OFFSET if component is None else component.hook_line_vox
+    load = load_frame(rigged, site.frame, line_vox)
+    return RiggedCrane(rigged, load, pendulum_of(site, crane, component), site.rules.sample_period_s)

@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from bimvox.errors import InputError, MotionError
-from bimvox.motion.shift import chained
 from bimvox.motion.time_lift import Begins, time_lift
+from bimvox.motion.trajectories import chained
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan, Status, same_lift

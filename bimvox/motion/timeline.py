@@ -1,4 +1,4 @@
-"""Moves laid over time, one after the other or overlapping.
+"""Moves laid over time, one after the other or overlapping, and their samples.
 
 If two consecutive moves drive different axes (hoist up, then slew and trolley), the second may begin while the first
 still runs: every axis keeps its own rest-to-rest profile, so no limit is exceeded, and the corner between them is
@@ -9,22 +9,162 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import kernel
 from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
-from bimvox.crane.tower_crane import TowerCrane
-from bimvox.motion.corner import Corner, longest_overlap_s
-from bimvox.motion.course import Course, Moves
-from bimvox.motion.load_frame import LoadFrame
-from bimvox.motion.move import Line, Move, no_shorter, share_limits, slowed
-from bimvox.motion.profile import Profile, profile_of
-from bimvox.motion.shaping import Calm, ShapedProfile
-from bimvox.motion.slow_zones import slow_shares
-from bimvox.motion.swing import Pendulum, hanging_on
+from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.motion.move import Line, Move, no_shorter, share_limits, slow_shares, slowed
+from bimvox.motion.profile import (
+    TIMES,
+    Calm,
+    Course,
+    Moves,
+    Packed,
+    Profile,
+    Room,
+    ShapedProfile,
+    add_move,
+    first_from,
+    profile_of,
+)
+from bimvox.motion.swept import LoadFrame, samples_are_free
+from bimvox.motion.swing import STEP_S, Hanging, Pendulum, RiggedCrane, hanging_on, sways_free
+from bimvox.motion.trajectories import trajectory_of
+from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace
+from bimvox.units import NS_PER_S
+
+_CHECK_SPACING_VOX = 0.125
+_HALVINGS = 6
+_BLOCK = 64
+"""Samples that are computed before they are checked."""
+
+
+class _Corner(NamedTuple):
+    """A corner between two moves along joint lines that drive different axes.
+
+    Attributes:
+        later: The second move.
+        longest_s: Its longest possible overlap with the first.
+        top_speed_m_s: Upper bound of the hook's speed in either move.
+        straight_below_m: Height of the hook below which it is lowered only when the other axes are at rest.
+    """
+
+    later: int
+    longest_s: float
+    top_speed_m_s: float
+    straight_below_m: float
+
+
+@kernel
+def longest_overlap_s(
+    packed: Packed,
+    begins_s: NDArray[np.float64],
+    corner: _Corner,
+    space: CollisionSpace,
+    load: LoadFrame,
+    hanging: Hanging,
+) -> float:
+    """Return the largest overlap found free: the longest possible, otherwise by halving the interval.
+
+    Args:
+        packed: Moves and their profiles.
+        begins_s: (N,) when each move begins, the second move of the corner at the end of the first.
+        corner: The corner.
+        space: The collision rule.
+        load: How hook poses and reference cells correspond.
+        hanging: The load on its rope.
+    """
+    if corner.longest_s <= 0.0:
+        return 0.0
+    if _fits(packed, begins_s, corner.longest_s, corner, space, load, hanging):
+        return corner.longest_s
+    free, blocked = 0.0, corner.longest_s
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (free + blocked)
+        if _fits(packed, begins_s, middle, corner, space, load, hanging):
+            free = middle
+        else:
+            blocked = middle
+    return free
+
+
+@kernel
+def _fits(
+    packed: Packed,
+    begins_s: NDArray[np.float64],
+    overlap_s: float,
+    corner: _Corner,
+    space: CollisionSpace,
+    load: LoadFrame,
+    hanging: Hanging,
+) -> bool:
+    """Return whether the motion with an overlap is free from the start of the first move to the end of the second."""
+    later = corner.later
+    tried_s = begins_s[: later + 1].copy()
+    tried_s[later] -= overlap_s
+    ended_s = tried_s[later - 1] + packed.rows[later - 1, TIMES, 2]
+    if not _stops_above(packed, later, ended_s - tried_s[later], corner.straight_below_m):
+        return False
+    start_s, end_s = tried_s[later - 1], max(ended_s, tried_s[later] + packed.rows[later, TIMES, 2])
+    top_speed_m_s = 2.0 * corner.top_speed_m_s if tried_s[later] < ended_s else corner.top_speed_m_s
+    lasts_s = end_s - start_s
+    steps = int(np.ceil(max(lasts_s * top_speed_m_s / (_CHECK_SPACING_VOX * load.voxel_size_m), lasts_s / STEP_S))) + 1
+    time_s = np.arange(steps + 1) * (lasts_s / steps) + start_s
+    time_s[-1] = end_s
+    axes = np.empty((steps + 1, 3))
+    if not _lines_are_free(axes, time_s, tried_s, packed, later - 1, space, load):
+        return False
+    return not hanging.swings or sways_free(space, load, axes, hanging, lasts_s / steps)
+
+
+@kernel
+def _stops_above(packed: Packed, later: int, until_s: float, height_m: float) -> bool:
+    """Return whether a move down is above a height until a time from its start."""
+    ends = packed.ends[later]
+    if ends[1, 2] >= ends[0, 2]:
+        return True
+    at = ends[:1].copy()
+    add_move(at, np.full(1, until_s), 0.0, packed, later, Room(np.empty((2, 1)), np.empty((1, 3))))
+    return bool(at[0, 2] >= min(height_m, ends[0, 2]))
+
+
+@kernel
+def _lines_are_free(
+    axes: NDArray[np.float64],
+    time_s: NDArray[np.float64],
+    begins_s: NDArray[np.float64],
+    packed: Packed,
+    first_move: int,
+    space: CollisionSpace,
+    load: LoadFrame,
+) -> bool:
+    """Fill (N, 3) axes of a move and the next at times, as far as the load is free; return whether it always is.
+
+    What is most likely in the way is met first: from the start of the second move on.
+    """
+    count = axes.shape[0]
+    blocks = (count + _BLOCK - 1) // _BLOCK
+    from_block = min(first_from(time_s, begins_s[first_move + 1], 0.0), count - 1) // _BLOCK
+    room = Room(np.empty((2, _BLOCK + 1)), np.empty((_BLOCK + 1, 3)))
+    for n in range(blocks):
+        first = (from_block + n) % blocks * _BLOCK
+        last = min(first + _BLOCK + 1, count)  # the first of the next block too: the load is free up to there
+        for i in range(first, last):
+            for k in range(3):
+                axes[i, k] = packed.ends[first_move, 0, k]
+        for move in (first_move, first_move + 1):
+            add_move(axes[first:last], time_s[first:last], begins_s[move], packed, move, room)
+        if not samples_are_free(space, load, axes[first:last]):
+            return False
+    return True
+
 
 _PAUSE_S = 1e-6
 
@@ -228,7 +368,7 @@ def blended(
         longest = _longest_s(timeline.start_s, timeline.course.duration_s, later)
         rule = space if last is None or later + 1 < len(timeline.moves) else last
         fastest = max(timeline.course.top_speed_m_s[later - 1 : later + 1])
-        corner = Corner(later, longest, fastest, straight_below_m)
+        corner = _Corner(later, longest, fastest, straight_below_m)
         begins_s = np.array(timeline.start_s)
         overlap = float(longest_overlap_s(timeline.course.packed, begins_s, corner, rule, load, hanging))
         timeline = Timeline(timeline.course, _earlier(timeline.start_s, later, overlap))
@@ -251,3 +391,114 @@ def _longest_s(start_s: tuple[float, ...], lasts_s: tuple[float, ...], later: in
     """Return by how much a move can overlap the one before it at most: never three moves at once."""
     earliest = max(start_s[later - 1], start_s[later - 2] + lasts_s[later - 2] if later > 1 else 0.0)
     return min(start_s[later] - earliest, lasts_s[later])
+
+
+# Shares of a cell: samples are taken from a dense grid so that the hook moves less than half a cell between two.
+_DENSE_VOX = 0.05
+_SPACING_VOX = 0.4
+# Samples closer than this to a required one are left out.
+_SAME_NS = 1_000_000
+
+
+class _Motion(Protocol):
+    """A motion that can be sampled: the axes as a function of time."""
+
+    @property
+    def crane(self) -> TowerCrane:
+        """The crane."""
+
+    @property
+    def top_speed_m_s(self) -> float:
+        """Upper bound of the hook's speed."""
+
+    def axes_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (N, 3) float64 slew, radius and height at times."""
+
+
+def sampled(timeline: Timeline, clearance_height_m: float, rigged: RiggedCrane) -> Trajectory:
+    """Return a trajectory's samples.
+
+    There is a sample at the start, at the end, at every corner at which the axes rest, at every multiple of the period,
+    and wherever the hook would otherwise move half a cell since the last one.
+
+    Args:
+        timeline: The moves over time.
+        clearance_height_m: Height that the hook has to reach, for the lower bound of its time.
+        rigged: The crane; its pendulum, if moves are shaped, also for the bound.
+    """
+    crane, pendulum = timeline.crane, rigged.pendulum
+    end_ns = int(np.ceil(timeline.duration_s * NS_PER_S))
+    rests_ns = np.round(np.array(_rests_s(timeline)) * NS_PER_S).astype(np.int64)
+    time_ns = sample_times(timeline, end_ns, rests_ns, rigged)
+    axes = timeline.axes_at(time_ns / NS_PER_S)
+    shaping_s = 0.0
+    if pendulum is not None:
+        highest = int(np.argmax(axes[:, 2]))
+        radius_m, height_m = float(axes[highest, 1]), float(axes[highest, 2])
+        shaping_s = half_period_s(pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m))
+    first, last = (CranePose(*axes[i].tolist()) for i in (0, -1))
+    # Moves that are shaped together may need less time than a shaping of half a period for each.
+    bound_s = min(point_to_point_s(crane, first, last, clearance_height_m, shaping_s), end_ns / NS_PER_S)
+    return trajectory_of(time_ns, axes, np.searchsorted(time_ns, rests_ns), bound_s)
+
+
+def _rests_s(timeline: Timeline) -> list[float]:
+    """Return the times between the first and the last sample at which every axis is at rest."""
+    ends, pause = timeline.end_s, pause_of(timeline)
+    rests = [start for i, start in enumerate(timeline.start_s) if i > 0 and start >= max(ends[:i]) - 1e-9]
+    if pause is not None:
+        rests = sorted({*rests, *pause[1:]})
+    return [at_s for at_s in rests if _SAME_NS < at_s * NS_PER_S < ends[-1] * NS_PER_S - _SAME_NS]
+
+
+def sample_times(motion: _Motion, end_ns: int, must_ns: NDArray[np.int64], rigged: RiggedCrane) -> NDArray[np.int64]:
+    """Return (N,) int64 ascending sample times from 0 to ``end_ns``, with ``must_ns``, at most half a cell apart."""
+    voxel_size_m = rigged.load.voxel_size_m
+    must = np.unique(np.concatenate([[0, end_ns], must_ns]))
+    period_ns = max(1, round(rigged.sample_period_s * NS_PER_S))
+    must = _with(must, np.arange(0, end_ns, period_ns, dtype=np.int64), _SAME_NS)
+    steps = int(np.ceil(end_ns / NS_PER_S * motion.top_speed_m_s / (_DENSE_VOX * voxel_size_m))) + 1
+    dense = _with(must, (np.arange(steps) * (end_ns / steps)).astype(np.int64), 0)
+    base_x_m, base_y_m, _ = motion.crane.base_m
+    passed = _passes(motion.axes_at(dense / NS_PER_S), base_x_m, base_y_m, _SPACING_VOX * voxel_size_m)
+    return _with(must, dense[passed], _SAME_NS)
+
+
+@kernel
+def _with(taken_ns: NDArray[np.int64], more_ns: NDArray[np.int64], apart_ns: int) -> NDArray[np.int64]:
+    """Return ascending times with more ascending times: those that are farther apart from each of them."""
+    both_ns = np.empty(len(taken_ns) + len(more_ns), np.int64)
+    count, n = 0, 0
+    for more in more_ns:
+        while n < len(taken_ns) and taken_ns[n] <= more:
+            both_ns[count] = taken_ns[n]
+            count, n = count + 1, n + 1
+        if n > 0 and more - taken_ns[n - 1] <= apart_ns:
+            continue
+        if n < len(taken_ns) and taken_ns[n] - more <= apart_ns:
+            continue
+        if count == 0 or both_ns[count - 1] < more:
+            both_ns[count] = more
+            count += 1
+    for left in taken_ns[n:]:
+        both_ns[count] = left
+        count += 1
+    return both_ns[:count]
+
+
+@kernel
+def _passes(axes: NDArray[np.float64], base_x_m: float, base_y_m: float, spacing_m: float) -> NDArray[np.bool_]:
+    """Return (N,) whether the hook has travelled the next multiple of a spacing at each of (N, 3) axes."""
+    passes = np.zeros(axes.shape[0], np.bool_)
+    travel_m, stride, x_m, y_m = 0.0, 0.0, 0.0, 0.0
+    for i in range(axes.shape[0]):
+        was_x_m, was_y_m = x_m, y_m
+        if i == 0 or axes[i, 0] != axes[i - 1, 0] or axes[i, 1] != axes[i - 1, 1]:  # mostly it is hoisted
+            x_m = base_x_m + axes[i, 1] * np.cos(axes[i, 0])
+            y_m = base_y_m + axes[i, 1] * np.sin(axes[i, 0])
+        if i > 0:
+            x, y, z = x_m - was_x_m, y_m - was_y_m, axes[i, 2] - axes[i - 1, 2]
+            travel_m += np.sqrt(x * x + y * y + z * z)
+            passes[i] = np.floor(travel_m / spacing_m) > stride
+            stride = np.floor(travel_m / spacing_m)
+    return passes

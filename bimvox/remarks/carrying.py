@@ -12,7 +12,7 @@ from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.mass_uncertainty import ASSUMED
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.motion.load_frame import cells_of_axes, load_frame
+from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.proof.crane.capacity import shares_of_capacity
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.remark import Remark, Severity

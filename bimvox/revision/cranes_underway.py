@@ -35,8 +35,8 @@ from bimvox.revision.part_proof import Proof
 from bimvox.revision.request import RevisionRequest
 from bimvox.revision.stop_cranes import Loads, all_stopped
 from bimvox.revision.who_stops import WhoStops
-from bimvox.stop.interrupt import cut_short
 from bimvox.stop.redirect import Held, Redirected, is_set
+from bimvox.stop.resume import cut_short
 from bimvox.units import NS_PER_S
 
 if TYPE_CHECKING:

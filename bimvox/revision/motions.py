@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bimvox.errors import MotionError
-from bimvox.motion.shift import joined_on, waiting
 from bimvox.motion.time_plan import KnownLegs, LiftTimes
+from bimvox.motion.trajectories import joined_on, waiting
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion

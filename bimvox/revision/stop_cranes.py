@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.grid.frame import NO_CELLS
-from bimvox.motion.empty_hook import empty_hook_clearance
-from bimvox.motion.rigged_crane import rigged_crane
-from bimvox.motion.time_lift import left_cells
+from bimvox.motion.swing import rigged_crane
+from bimvox.motion.time_lift import empty_hook_clearance, left_cells
 from bimvox.motion.trajectories import stopped
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.rounds import Refused

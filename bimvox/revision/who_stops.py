@@ -16,8 +16,8 @@ from bimvox.records.motion import LiftMotion
 from bimvox.revision.cranes_now import CraneNow
 from bimvox.revision.stop_cranes import Loads, StoppedCranes
 from bimvox.site.site import Site
-from bimvox.stop.interrupt import cut_short
 from bimvox.stop.redirect import is_set
+from bimvox.stop.resume import cut_short
 
 
 class WhoStops:

@@ -1,9 +1,9 @@
-"""The safest emergency stop when something gets in the way of a load in the air.
+"""The safest emergency stop when something gets in the way of a load in the air, and how the load swings after it.
 
-Braking at once is tried first. If the load would hit something while it brakes, or within the swing that follows
-(``bimvox.stop.swing``), other manoeuvres are tried, each checked along its whole length by the same rule: braking while
-the load is hoisted, and continuing as planned to a place from which braking is free. If none is free, the result says
-so, and the crane brakes at once, which leaves the least energy.
+Braking at once is tried first. If the load would hit something while it brakes, or within the swing that follows, other
+manoeuvres are tried, each checked along its whole length by the same rule: braking while the load is hoisted, and
+continuing as planned to a place from which braking is free. If none is free, the result says so, and the crane brakes
+at once, which leaves the least energy.
 """
 
 from __future__ import annotations
@@ -12,21 +12,82 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from ruckig import InputParameter, Ruckig, RuckigError
 from ruckig import Trajectory as RuckigTrajectory
 
 from bimvox.crane.axis_limits import AxisLimits
-from bimvox.motion.load_frame import LoadFrame
-from bimvox.motion.rigged_crane import RiggedCrane
-from bimvox.motion.swept import samples_are_free
+from bimvox.crane.pendulum import half_period_s, pendulum_length_m
+from bimvox.motion.swept import LoadFrame, samples_are_free, swaying_is_free
+from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, RiggedCrane, Swing, swing_of
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace
-from bimvox.stop.axis_state import AxisState, state_at
-from bimvox.stop.brake_axes import EmergencyStop, stop_at, to_rest
-from bimvox.stop.braking import AxisBraking
-from bimvox.stop.swing import swing_through
+from bimvox.stop.brake_axes import AxisBraking, AxisState, EmergencyStop, state_at, stop_at, to_rest
 from bimvox.units import NS_PER_S
+
+# The swing of a load during and after an emergency stop.
+#
+# Braking is not shaped, so the load still swings when the crane is at rest. The pendulum is simulated from where the
+# load
+# last hung at rest: over the driven part, the braking, and one whole period with the crane at rest. The load may
+# be anywhere within that swing, to either side. Tag lines bring it to rest before the crane resumes.
+
+_MARGIN = 1.03
+"""The proof integrates differently: the swing found here is enlarged by this factor."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _StopSwing:
+    """The swing of a load before, during and after a stop.
+
+    Attributes:
+        time_ns: (N,) int64 on the site's clock.
+        axes: (N, 3) float64 slew (rad), radius (m), height (m).
+        swing: At these times.
+        begins_ns: When braking begins.
+    """
+
+    time_ns: NDArray[np.int64]
+    axes: NDArray[np.float64]
+    swing: Swing
+    begins_ns: int
+
+    @property
+    def peak_m(self) -> float:
+        """The peak swing from the beginning of the stop on."""
+        return float(np.hypot(*self.swing.offset_m[self.time_ns >= self.begins_ns].T).max())
+
+    def is_free(self, space: CollisionSpace, load: LoadFrame, from_ns: int) -> bool:
+        """Return whether the load, within its swing to either side, hits nothing from a time on."""
+        sway = _MARGIN * self.swing.beyond_m(PLANNED_RESIDUAL_M) / load.voxel_size_m
+        looked_at = (np.abs(sway).max(axis=1) > 0.0) & (self.time_ns >= from_ns)
+        return bool(swaying_is_free(space, load, self.axes, sway, looked_at, True) < 0)
+
+
+def swing_through(motion: LiftMotion, part: Trajectory, stop: EmergencyStop, pendulum: Pendulum) -> _StopSwing:
+    """Return the swing of a load before a stop, while the crane brakes, and for a period after."""
+    from scipy.interpolate import PchipInterpolator  # takes long to import, and few plans need it
+
+    driven_ns = part.time_ns + np.int64(motion.start_ns)
+    driven = (driven_ns < stop.start_ns) & (driven_ns >= hangs_still_ns(motion, part, stop.start_ns))
+    axes = np.concatenate([part.axes[driven], stop.trajectory.axes])
+    time_s = (np.concatenate([driven_ns[driven], stop.trajectory.time_ns + stop.start_ns]) - stop.start_ns) / NS_PER_S
+    pose = stop.pose
+    length_m = pendulum_length_m(stop.crane, pose.height_m, pendulum.below_hook_m, pose.radius_m)
+    ends_s = float(time_s[-1]) + 2.0 * half_period_s(length_m)
+    steps = int(np.ceil((ends_s - time_s[0]) / STEP_S)) + 1
+    every_s = np.linspace(time_s[0], ends_s, steps + 1)
+    at = PchipInterpolator(time_s, axes)(np.minimum(every_s, time_s[-1]))
+    swing = swing_of(stop.crane, at, float(every_s[1] - every_s[0]), pendulum)
+    return _StopSwing(np.round(every_s * NS_PER_S).astype(np.int64) + stop.start_ns, at, swing, stop.start_ns)
+
+
+def hangs_still_ns(motion: LiftMotion, part: Trajectory, before_ns: int) -> int:
+    """Return when the load of a lift last hung at rest before a time: at its pick, or at the end of a stop."""
+    starts = int(part.time_ns[0]) + motion.start_ns
+    return max([starts, *(end_ns for _, end_ns in motion.stops_ns if starts < end_ns <= before_ns)])
+
 
 STOPPED = "stopped"
 HOISTED = "hoisted while braking"
@@ -39,7 +100,7 @@ _LATER_S = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Manoeuvre:
+class _Manoeuvre:
     """A manoeuvre that brings a load to rest.
 
     Attributes:
@@ -65,7 +126,7 @@ class _UnderWay(NamedTuple):
 
 def manoeuvre(
     rigged: RiggedCrane, motion: LiftMotion, part: Trajectory, time_ns: int, space: CollisionSpace
-) -> Manoeuvre:
+) -> _Manoeuvre:
     """Return the first free manoeuvre to rest, or braking at once if none is free.
 
     Args:
@@ -78,20 +139,20 @@ def manoeuvre(
     under = _UnderWay(rigged, motion, part, time_ns, space)
     at_once = _tried(under, stop_at(rigged, motion, time_ns))
     if at_once.swings_free:
-        return Manoeuvre(at_once.stop, STOPPED, True)
+        return _Manoeuvre(at_once.stop, STOPPED, True)
     at_ns, state = state_at(motion, time_ns)
     for rise_vox in _RISES_VOX:
         up = _hoisting(rigged, at_once.stop, state, at_ns, rise_vox * rigged.load.voxel_size_m)
         if up is not None and (tried := _tried(under, up)).swings_free:
-            return Manoeuvre(tried.stop, HOISTED, True)
+            return _Manoeuvre(tried.stop, HOISTED, True)
     end_ns, step_ns = motion.start_ns + int(part.time_ns[-1]), round(_LATER_S * NS_PER_S)
     for later_ns in range(time_ns + step_ns, end_ns, step_ns):
         if not motion_is_free(motion, part, time_ns, later_ns, space, rigged.load):
             break
         stop = stop_at(rigged, motion, later_ns)
         if stop.start_ns < end_ns and (tried := _tried(under, stop)).swings_free:
-            return Manoeuvre(tried.stop, CONTINUED, True)
-    return Manoeuvre(at_once.stop, SWUNG if at_once.hangs_free else UNSAFE, False)
+            return _Manoeuvre(tried.stop, CONTINUED, True)
+    return _Manoeuvre(at_once.stop, SWUNG if at_once.hangs_free else UNSAFE, False)
 
 
 def _hoisting(

@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import PlanningError
-from bimvox.motion import phases, trajectories
-from bimvox.motion.empty_hook import empty_hook_clearance
-from bimvox.motion.load_frame import cells_of_axes, in_cell
-from bimvox.motion.rigged_crane import RiggedCrane, rigged_crane
-from bimvox.motion.time_lift import carrying_phases, drive_lift, left_cells
-from bimvox.motion.timeline import after_a_pause
-from bimvox.motion.timing import sampled
+from bimvox.motion.swept import cells_of_axes, in_cell
+from bimvox.motion.swing import RiggedCrane, rigged_crane
+from bimvox.motion.time_lift import carrying_phases, drive_lift, empty_hook_clearance, left_cells
+from bimvox.motion.timeline import after_a_pause, sampled
+from bimvox.motion.trajectories import cut_at, delayed, delayed_phases, phases_from, turned
 from bimvox.planning.search import shortest_path
 from bimvox.planning.stage import Obstacle, Stage
 from bimvox.planning.turning import turning_stage
@@ -36,8 +34,7 @@ from bimvox.site.site import Site
 from bimvox.site.turning import any_heading_space, turning_space
 from bimvox.stop.brake_axes import EmergencyStop
 from bimvox.stop.choose_stop import manoeuvre, motion_is_free
-from bimvox.stop.interrupt import interrupted, spliced
-from bimvox.stop.resume import resume, resume_cells
+from bimvox.stop.resume import interrupted, resume, resume_cells, spliced
 from bimvox.units import NS_PER_S
 
 HOLD_S = 10.0
@@ -279,19 +276,17 @@ def _with_approach(motion: LiftMotion, approach: Trajectory, stopped_ns: int, ag
 
     arrived_ns = motion.start_ns + int(approach.time_ns[-1])
     begun = [phase for phase in motion.phases if phase.name in (PhaseName.APPROACH, PhaseName.STOP)]
-    raising, loaded = (
-        trajectories.turned(trajectories.delayed(part, by_ns), turns) for part in (motion.raising, motion.loaded)
-    )
+    raising, loaded = (turned(delayed(part, by_ns), turns) for part in (motion.raising, motion.loaded))
     return replace(
         motion,
         approach=approach,
         raising=raising,
         loaded=loaded,
         phases=(
-            *phases.cut_at(begun, stopped_ns),
+            *cut_at(begun, stopped_ns),
             Phase(PhaseName.STOP, stopped_ns, again_ns),
             Phase(PhaseName.APPROACH, again_ns, arrived_ns),
-            *phases.delayed((phase for phase in motion.phases if phase not in begun), by_ns),
+            *delayed_phases((phase for phase in motion.phases if phase not in begun), by_ns),
         ),
         end_ns=motion.end_ns + by_ns,
     )
@@ -338,8 +333,8 @@ def _redirected_in_yard(
         *((phase.name, phase.end_ns - phase.start_ns) for phase in motion.phases if phase.name in _AFTER_THE_LOAD),
     ]
     begun = (phase for phase in motion.phases if phase.end_ns <= raised_ns)
-    all_phases = (*begun, *phases.phases_from(raised_ns, spans))
-    loaded = trajectories.delayed(trajectory, again_ns - motion.start_ns)
+    all_phases = (*begun, *phases_from(raised_ns, spans))
+    loaded = delayed(trajectory, again_ns - motion.start_ns)
     other = replace(motion, loaded=loaded, phases=all_phases, end_ns=all_phases[-1].end_ns)
     return Redirected(lift, other, None, held.how)
 

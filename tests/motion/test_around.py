@@ -12,10 +12,9 @@ from bimvox.grid.summed_area import summed_area_table
 from bimvox.motion import around as module
 from bimvox.motion.around import around
 from bimvox.motion.drive import drive_path
-from bimvox.motion.load_frame import axes_of_cells, cells_of_axes
 from bimvox.motion.move import Move
 from bimvox.motion.shortcut import move_is_free, over_the_top, stops_across
-from bimvox.motion.swept import line_is_free
+from bimvox.motion.swept import axes_of_cells, cells_of_axes, line_is_free
 
 
 def walled_room(until_x):

@@ -11,13 +11,12 @@ from bimvox.errors import PlanningError
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.motion import drive, shortcut
 from bimvox.motion.drive import drive_free, drive_path
-from bimvox.motion.load_frame import axes_of_cells, cells_of_axes
 from bimvox.motion.move import Line, Move, move_time_s
 from bimvox.motion.shortcut import along_the_path, follow, move_is_free, over_the_top
 from bimvox.motion.steady import steadied
+from bimvox.motion.swept import axes_of_cells, cells_of_axes
 from bimvox.motion.swing import Pendulum
-from bimvox.motion.timeline import in_sequence
-from bimvox.motion.timing import sampled
+from bimvox.motion.timeline import in_sequence, sampled
 from bimvox.planning.roomy_path import with_room
 from bimvox.planning.search import shortest_path
 from bimvox.planning.shorten_path import straightened

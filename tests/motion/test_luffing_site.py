@@ -11,15 +11,13 @@ from planned_sites import PORTAL, failures, planned
 
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.rigging import winch_limits, with_luffing_jib
-from bimvox.motion.rigged_crane import rigged_crane
+from bimvox.motion.swing import rigged_crane
 from bimvox.proof.crane.axes import check_limits
 from bimvox.records.lift import Status
 from bimvox.records.proof import Check
 from bimvox.site.site import Blocker
-from bimvox.stop.axis_state import state_at
-from bimvox.stop.brake_axes import brake_radius, stop_at
-from bimvox.stop.braking import brake
-from bimvox.stop.interrupt import spliced
+from bimvox.stop.brake_axes import brake, brake_radius, state_at, stop_at
+from bimvox.stop.resume import spliced
 
 
 def on_site(name, base, **jib):

@@ -11,7 +11,7 @@ from planned_sites import PORTAL, all_planned, failures, planned, portal_crane, 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.working_range import SlowZone, WorkingRange
 from bimvox.motion.figures import capacity_used
-from bimvox.motion.load_frame import cells_of_axes, load_frame
+from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.planning.refusal import place_radius_m, refused_by_crane
 from bimvox.records.lift import Status
 from bimvox.site.component import Lifting

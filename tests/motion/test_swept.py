@@ -7,13 +7,14 @@ from hypothesis import strategies as st
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import CranePose
 from bimvox.grid.summed_area import summed_area_table
-from bimvox.motion.load_frame import axes_of_cells, cells_of_axes
 from bimvox.motion.move import Line, Move, axes_along, axes_of
 from bimvox.motion.swept import (
     _each_is_free,
     _first_hit,
     _stretch_is_free,
+    axes_of_cells,
     box_is_free,
+    cells_of_axes,
     line_is_free,
     samples_are_free,
     swaying_is_free,

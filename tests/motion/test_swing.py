@@ -18,12 +18,11 @@ from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import PlanningError
 from bimvox.motion.drive import drive_path
 from bimvox.motion.move import Line, Move
-from bimvox.motion.shaping import LADDER
+from bimvox.motion.profile import LADDER
 from bimvox.motion.steady import SwingRules, steadied, swaying
 from bimvox.motion.swing import PLANNED_RESIDUAL_M, Pendulum, pendulum_of, swing_of
 from bimvox.motion.time_plan import time_plan
-from bimvox.motion.timeline import in_sequence
-from bimvox.motion.timing import sampled
+from bimvox.motion.timeline import in_sequence, sampled
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import prepare
 from bimvox.proof.crane.pendulum import swung_parts

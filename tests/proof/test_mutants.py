@@ -26,7 +26,7 @@ from bimvox.crane.axis_limits import AxisLimits
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import NoPlanError
 from bimvox.library.prove import plan_and_prove
-from bimvox.motion.rigged_crane import rigged_crane
+from bimvox.motion.swing import rigged_crane
 from bimvox.planning.assembly import replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import prepare
@@ -42,8 +42,7 @@ from bimvox.site.sail import sail_area_m2
 from bimvox.site.site import HookHeights, Rules, Site
 from bimvox.site.work import Work
 from bimvox.stop.choose_stop import manoeuvre
-from bimvox.stop.interrupt import interrupted
-from bimvox.stop.resume import resume, resume_cells
+from bimvox.stop.resume import interrupted, resume, resume_cells
 
 Made = tuple[LiftPlan, tuple[LiftMotion, ...]]
 Wrong = Callable[[Any], Any]
@@ -411,26 +410,22 @@ MUTANTS: dict[str, Mutant] = {
     "rope 4 m too short": Mutant(
         portal,
         "swing",
-        {
-            "bimvox.motion.rigged_crane.pendulum_of": returning(
-                lambda own: own._replace(below_hook_m=own.below_hook_m - 4.0)
-            )
-        },
+        {"bimvox.motion.swing.pendulum_of": returning(lambda own: own._replace(below_hook_m=own.below_hook_m - 4.0))},
     ),
     "gravity of the moon": Mutant(
         quick_to_start,
         "swing",
         {f"bimvox.{where}.GRAVITY_M_S2": times(1.0 / 6.0) for where in ("motion.swing", "crane.pendulum")},
     ),
-    "swing ignored": Mutant(portal, "swing", {"bimvox.motion.rigged_crane.pendulum_of": always(None)}),
+    "swing ignored": Mutant(portal, "swing", {"bimvox.motion.swing.pendulum_of": always(None)}),
     "residual swing ten times": Mutant(
         quick_to_start,
         "swing",
         {f"bimvox.motion.{where}.PLANNED_RESIDUAL_M": times(10.0) for where in ("steady", "swing")},
     ),
-    "turned back in no time": Mutant(turned, "timeline", {"bimvox.motion.drive_turning.turn_back_s": always(0.0)}),
+    "turned back in no time": Mutant(turned, "timeline", {"bimvox.motion.drive.turn_back_s": always(0.0)}),
     "turned back in half the time": Mutant(
-        turned, "timeline", {"bimvox.motion.drive_turning.turn_back_s": returning(times(0.5))}
+        turned, "timeline", {"bimvox.motion.drive.turn_back_s": returning(times(0.5))}
     ),
     "turning as if its heading were kept": Mutant(
         turned_beside_a_tower,
@@ -474,16 +469,12 @@ MUTANTS: dict[str, Mutant] = {
     "hook a fifth of a cell aside": Mutant(
         portal,
         "ends",
-        {"bimvox.motion.rigged_crane.load_frame": returning(lambda own: own._replace(axis_x=own.axis_x + 0.2))},
+        {"bimvox.motion.swing.load_frame": returning(lambda own: own._replace(axis_x=own.axis_x + 0.2))},
     ),
     "slings 0.2 m too long": Mutant(
         portal,
         "ends",
-        {
-            "bimvox.motion.rigged_crane.load_frame": returning(
-                lambda own: own._replace(zero_height_m=own.zero_height_m + 0.2)
-            )
-        },
+        {"bimvox.motion.swing.load_frame": returning(lambda own: own._replace(zero_height_m=own.zero_height_m + 0.2))},
     ),
     "corners cut through": Mutant(
         close_to_a_wall,
@@ -507,7 +498,7 @@ MUTANTS: dict[str, Mutant] = {
     "samples three times as far apart": Mutant(
         portal,
         "spacing",
-        {"bimvox.motion.timing._SPACING_VOX": times(3.0), "bimvox.motion.timing._DENSE_VOX": times(3.0)},
+        {"bimvox.motion.timeline._SPACING_VOX": times(3.0), "bimvox.motion.timeline._DENSE_VOX": times(3.0)},
     ),
     "cranes that never meet": Mutant(
         crossing_cranes,

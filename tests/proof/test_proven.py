@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 from planned_sites import planned, portal_crane, portal_site
 
-from bimvox.motion.shift import chained
+from bimvox.motion.trajectories import chained
 from bimvox.proof import motion as motion_proof
 from bimvox.proof import plan as proof
 from bimvox.proof.motion import verify_motions

@@ -13,7 +13,7 @@ from two_cranes import two_crane_site
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.cranes.schedule import time_lifts
 from bimvox.library.obstructions import rasterise
-from bimvox.motion.load_frame import cells_of_axes, load_frame
+from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation, prepare
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time

@@ -11,8 +11,8 @@ from planned_frame import planned
 from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import prepared
 from bimvox.log.reader import read_log
-from bimvox.motion.shift import approached
 from bimvox.motion.time_plan import KnownLegs
+from bimvox.motion.trajectories import approached
 from bimvox.progress import SilentProgress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan

@@ -17,8 +17,8 @@ from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import InputError, PlanningError
 from bimvox.motion.drive import drive_path
-from bimvox.motion.rigged_crane import rigged_crane
 from bimvox.motion.swept import samples_are_free
+from bimvox.motion.swing import rigged_crane
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import replay
 from bimvox.planning.planner import plan_lifts
@@ -28,11 +28,8 @@ from bimvox.proof.crane.axes import check_limits
 from bimvox.proof.motion import verify_motions
 from bimvox.records.motion import PhaseName
 from bimvox.records.proof import Check
-from bimvox.stop.axis_state import AxisState
-from bimvox.stop.brake_axes import stop_at, stop_from
-from bimvox.stop.braking import brake
-from bimvox.stop.interrupt import cut_short, interrupted
-from bimvox.stop.resume import resume, resume_cells
+from bimvox.stop.brake_axes import AxisState, brake, stop_at, stop_from
+from bimvox.stop.resume import cut_short, interrupted, resume, resume_cells
 
 number = st.floats(0.05, 5.0)
 

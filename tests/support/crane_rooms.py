@@ -11,8 +11,8 @@ from bimvox.crane.reach import hook_floor
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.summed_area import summed_area_table, top_of_columns
-from bimvox.motion.load_frame import LoadFrame, load_frame
-from bimvox.motion.rigged_crane import RiggedCrane
+from bimvox.motion.swept import LoadFrame, load_frame
+from bimvox.motion.swing import RiggedCrane
 from bimvox.planning.search import shortest_path
 from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace, placement_is_free
 

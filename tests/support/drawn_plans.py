@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from box_sites import box_site, test_crane
 
-from bimvox.motion.load_frame import axes_of_cells, load_frame
+from bimvox.motion.swept import axes_of_cells, load_frame
 from bimvox.records.lift import Lift, LiftPlan, Method, Status, YardPlace
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory

@@ -17,7 +17,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.recorder import write_log
-from bimvox.motion.load_frame import axes_of_cells, load_frame
+from bimvox.motion.swept import axes_of_cells, load_frame
 from bimvox.records.lift import Lift, LiftPlan, Method, ModelledClash, Status, YardPlace
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory

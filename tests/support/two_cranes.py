@@ -9,8 +9,8 @@ from functools import cache
 import numpy as np
 from box_sites import box_site, test_crane
 
-from bimvox.motion.shift import chained
 from bimvox.motion.time_lift import Begins, time_lift
+from bimvox.motion.trajectories import chained
 from bimvox.planning.assembly import replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import prepare

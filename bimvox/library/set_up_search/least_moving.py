@@ -25,7 +25,7 @@ from bimvox.crane.rigging import hoist_limits
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import Travel
 from bimvox.library.set_up_search.last_moves import Lowered, not_lowered
-from bimvox.motion.cancel_swing import STRETCH
+from bimvox.motion.steady import STRETCH
 from bimvox.site.config.site_config import Polygon
 from bimvox.site.set_ups import LiftWork, slews, winches
 

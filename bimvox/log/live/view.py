@@ -19,8 +19,8 @@ from bimvox.log.track import crane_track
 from bimvox.log.voxels import voxel_grid
 from bimvox.records.motion import LiftMotion
 from bimvox.site.construction import ConstructionState
-from bimvox.stop.interrupt import cut_short
 from bimvox.stop.redirect import Held
+from bimvox.stop.resume import cut_short
 
 
 def last_begun(motions: Collection[LiftMotion], time_ns: int) -> dict[int, LiftMotion]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import InputError
-from bimvox.motion.load_frame import cells_of_axes, load_frame
+from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.records.heading import headings_off_rad
 from bimvox.records.lift import NOT_LIFTED, Lift, Status
 from bimvox.records.motion import LiftMotion

@@ -13,8 +13,8 @@ from dataclasses import replace
 from bimvox.library.obstructions import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
-from bimvox.motion.shift import chained
 from bimvox.motion.time_plan import LiftTimes
+from bimvox.motion.trajectories import chained
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
 from bimvox.proof.bodies.solid import solid_of

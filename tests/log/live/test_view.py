@@ -16,7 +16,7 @@ from bimvox.log.live.view import Moving, standing_messages, with_held
 from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import LogEvent, PlanLog, with_full_rate
 from bimvox.log.recorder import write_log
-from bimvox.motion.rigged_crane import rigged_crane
+from bimvox.motion.swing import rigged_crane
 from bimvox.records.lift import Status
 from bimvox.stop.brake_axes import stop_at
 from bimvox.stop.redirect import Held

@@ -19,8 +19,8 @@ from bimvox.library.verify import prove, prove_plan
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
-from bimvox.motion.load_frame import cells_of_axes, load_frame
-from bimvox.motion.rigged_crane import rigged_crane
+from bimvox.motion.swept import cells_of_axes, load_frame
+from bimvox.motion.swing import rigged_crane
 from bimvox.motion.time_lift import left_cells
 from bimvox.progress import SilentProgress
 from bimvox.proof.motion import verify_motions
@@ -36,10 +36,9 @@ from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.site import SwingRule
 from bimvox.stop.brake_axes import stop_at
-from bimvox.stop.choose_stop import CONTINUED, HOISTED, STOPPED, SWUNG, UNSAFE
-from bimvox.stop.interrupt import spliced
+from bimvox.stop.choose_stop import CONTINUED, HOISTED, STOPPED, SWUNG, UNSAFE, swing_through
 from bimvox.stop.redirect import Redirected
-from bimvox.stop.swing import swing_through
+from bimvox.stop.resume import spliced
 from bimvox.units import NS_PER_S
 
 

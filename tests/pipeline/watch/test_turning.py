@@ -18,7 +18,7 @@ from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
-from bimvox.motion.load_frame import cells_of_axes, load_frame
+from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.progress import SilentProgress
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.motion import PhaseName

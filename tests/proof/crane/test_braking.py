@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.proof.crane.braking import braked, braking_time_s
-from bimvox.stop.braking import brake
+from bimvox.stop.brake_axes import brake
 
 LIMITS = AxisLimits(rate=1.0, acceleration=0.3, jerk=0.5)
 

@@ -27,8 +27,7 @@ from bimvox.proof.crane.separation import _shape, check_cranes
 from bimvox.proof.crane.turns import check_turns
 from bimvox.records.motion import PhaseName
 from bimvox.records.proof import Check
-from bimvox.stop.axis_state import state_at
-from bimvox.stop.braking import brake, braking_distances
+from bimvox.stop.brake_axes import brake, braking_distances, state_at
 
 S = 1_000_000_000
 

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from named_cranes import default_crane
 
 from bimvox.crane.tower_crane import CranePose
-from bimvox.motion.cancel_swing import cancelled
 from bimvox.motion.move import Move
-from bimvox.motion.shaping import Calm
-from bimvox.motion.steady import SwingRules, steadied, swaying
+from bimvox.motion.profile import Calm
+from bimvox.motion.steady import SwingRules, cancelled, steadied, swaying
 from bimvox.motion.swing import PLANNED_RESIDUAL_M, Pendulum
 from bimvox.motion.timeline import in_sequence, overlapping_as
 

@@ -11,7 +11,7 @@ from planned_sites import planned
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import CranePose
-from bimvox.motion import timing
+from bimvox.motion import timeline as module
 from bimvox.motion.drive import drive_path
 from bimvox.motion.move import Move
 from bimvox.motion.steady import busiest_s
@@ -21,7 +21,7 @@ from bimvox.motion.timeline import Pacer
 @pytest.mark.parametrize(("found_s", "share"), [(1e6, 1.0), (1.0, None)])
 def test_a_bound_is_never_longer_than_the_motion(found_s, share, monkeypatch):
     """Moves that are shaped together may be quicker than the bound of moves that are shaped one by one."""
-    monkeypatch.setattr(timing, "point_to_point_s", lambda *args: found_s)
+    monkeypatch.setattr(module, "point_to_point_s", lambda *args: found_s)
     _, motions = planned(slab_between_beams())
     loaded = motions[0].loaded
     assert loaded.bound_s == pytest.approx(found_s if share is None else share * loaded.duration_s, rel=1e-6)
@@ -51,7 +51,7 @@ def test_samples_are_regular_and_never_half_a_cell_apart(seed):
     room = crane_room(seed, rope=False)
     timeline, _ = drive_path(room.rigged, room.space, room.path, 0, 0.0)
     end_ns, must_ns = round(1e9 * timeline.duration_s), np.array([1_234_567_891, 1_234_567_892])
-    time_ns = timing.sample_times(timeline, end_ns, must_ns, room.rigged)
+    time_ns = module.sample_times(timeline, end_ns, must_ns, room.rigged)
     assert set(time_ns[[0, -1]]) == {0, end_ns}
     assert set(must_ns) <= set(time_ns)
     own_ns = time_ns[~np.isin(time_ns, must_ns)]
@@ -64,6 +64,6 @@ def test_samples_are_regular_and_never_half_a_cell_apart(seed):
 @given(st.lists(st.integers(0, 40), unique=True), st.lists(st.integers(0, 40)), st.integers(0, 3))
 def test_times_are_added_only_apart_from_those_already_there(taken, more, apart_ns):
     taken, more = sorted(taken), sorted(more)
-    found = timing._with(np.array(taken, np.int64), np.array(more, np.int64), apart_ns)
+    found = module._with(np.array(taken, np.int64), np.array(more, np.int64), apart_ns)
     far = {one for one in more if all(abs(one - other) > apart_ns for other in taken)}
     assert found.tolist() == sorted({*taken, *far})

@@ -10,15 +10,13 @@ import pytest
 from box_sites import test_crane
 
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
-from bimvox.motion.load_frame import LoadFrame
-from bimvox.motion.rigged_crane import RiggedCrane
-from bimvox.motion.swing import Pendulum
+from bimvox.motion.swept import LoadFrame
+from bimvox.motion.swing import Pendulum, RiggedCrane
 from bimvox.proof.crane.pendulum import swung_parts
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
-from bimvox.stop.axis_state import AxisState
-from bimvox.stop.brake_axes import stop_from
-from bimvox.stop.swing import hangs_still_ns, swing_through
+from bimvox.stop.brake_axes import AxisState, stop_from
+from bimvox.stop.choose_stop import hangs_still_ns, swing_through
 
 CRANE = test_crane(base=(0.0, 0.0, 0.0), jib=60.0, height=14.0)
 HANGING = Pendulum(3.0)

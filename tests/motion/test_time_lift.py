@@ -1,7 +1,7 @@
 import numpy as np
 
 from bimvox.grid.summed_area import summed_area_table, top_of_columns
-from bimvox.motion.empty_hook import top_of_table
+from bimvox.motion.time_lift import top_of_table
 
 
 def test_the_heights_from_a_table_are_those_of_the_cells():
