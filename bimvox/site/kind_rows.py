@@ -45,7 +45,8 @@ class KindRow:
         kind: What they are.
         means: How they get to their places: a value of ``Means``, ``out`` or ``pinned``.
         count: Number of parts.
-        mass_kg: The lightest and the heaviest of them.
+        mass_kg: The lightest and the heaviest of them; None if no mass of them means anything: they are not part of the
+            plan, and are solid in it although they are not (terrain, furniture, ducts).
         why: The strongest reason for kind and way.
         confidence: How much the source says about the kind.
         select: What selects them in the site file: an IfcOpenShell query, or names of bodies. It is that of their type,
@@ -60,7 +61,7 @@ class KindRow:
     kind: Kind
     means: str
     count: int
-    mass_kg: tuple[float, float]
+    mass_kg: tuple[float, float] | None
     why: str
     confidence: Confidence
     select: str
@@ -85,7 +86,7 @@ class KindRow:
             "kind": self.kind.value,
             "means": self.means,
             "count": self.count,
-            "mass_kg": [round(kg, 1) for kg in self.mass_kg],
+            "mass_kg": None if self.mass_kg is None else [round(kg, 1) for kg in self.mass_kg],
             "kind_from": self.why,
             "confidence": self.confidence.value,
             "doubtful": self.is_doubtful,
@@ -152,16 +153,21 @@ def _row(
         reasons = [judgement.why, means[heaviest.id].why]
         if element.stated_means is not None:
             reasons = [SITE_FILE_SAYS]
-    masses_kg = [one.mass_kg for one in elements]
+    masses_kg = [one.mass_kg for one in elements if key[-1] != OUT or _is_weighed(one)]
     return KindRow(
         *key,
         count=len(elements),
-        mass_kg=(min(masses_kg), max(masses_kg)),
+        mass_kg=(min(masses_kg), max(masses_kg)) if masses_kg else None,
         why="; ".join(dict.fromkeys(filter(None, reasons))),
         confidence=_confidence(element),
         select=select,
         selects=selects,
     )
+
+
+def _is_weighed(element: Element) -> bool:
+    """Return whether the mass of an element outside the plan means something: a person says so, or it is stated."""
+    return element.stated_means is not None or element.mass_source == "quantity"
 
 
 def _is_temporary(element: Element) -> bool:

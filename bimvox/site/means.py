@@ -107,7 +107,8 @@ def means_of(
     found |= under
     for element_id, entry in entries.items():
         if entry.means is not None and element_id in found:
-            found[element_id] = LIFTED if entry.means == "crane" else Reasoned(Means(entry.means), SITE_FILE_SAYS)
+            said = Reasoned(Means(entry.means), entry.why or SITE_FILE_SAYS)
+            found[element_id] = LIFTED if entry.means == "crane" else said
     return found
 
 

@@ -23,6 +23,11 @@ from bimvox.site.means import SAY_WHAT, beyond_road, cast_alike, may_be_cast
 USUAL_TM = 300.0
 """Load moment of the largest tower cranes that are usual in building (professional judgement)."""
 
+_CAST_WHY = (
+    f"no usual crane (up to {USUAL_TM:g} tm) lifts it, or most of its type: concrete that is not said to be precast is "
+    "cast in place"
+)
+
 Yards = tuple[Polygon, ...]
 WantedFor = Callable[[Sequence[Element]], tuple[Sequence[Yards], Wanted]]
 """Returns candidate yards for parts, and what a crane for them is chosen for."""
@@ -92,8 +97,10 @@ def sized_for(
 def with_cast(entries: Sequence[ComponentConfig], cast: Sequence[str]) -> tuple[ComponentConfig, ...]:
     """Return the site file's tables of parts, with those that are cast in place."""
     known = {entry.global_id for entry in entries}
-    changed = [entry.model_copy(update={"means": "in_situ"}) if entry.global_id in cast else entry for entry in entries]
-    return (*changed, *(ComponentConfig(global_id=name, means="in_situ") for name in cast if name not in known))
+    values = {"means": "in_situ", "why": _CAST_WHY}
+    changed = [entry.model_copy(update=values) if entry.global_id in cast else entry for entry in entries]
+    new = (ComponentConfig.model_validate({"global_id": name, **values}) for name in cast if name not in known)
+    return (*changed, *new)
 
 
 def _is_doubtful(element: Element, limits: MeansConfig) -> bool:

@@ -79,7 +79,9 @@ def _kind(row: Mapping[str, Any]) -> str | None:
     return None if row["means"] in _NOT_IN_PLAN else _UNKNOWN
 
 
-def _tonnes(mass_kg: Sequence[float]) -> str:
+def _tonnes(mass_kg: Sequence[float] | None) -> str | None:
     """Return the lightest and the heaviest mass in tonnes, with sensible digits; one number if they are the same."""
+    if mass_kg is None:
+        return None
     said = [f"{kg / 1000.0:.1f}" if kg >= 950.0 else f"{kg / 1000.0:.2f}" if kg >= 9.5 else "0.01" for kg in mass_kg]
     return said[0] if said[0] == said[1] else " to ".join(said)

@@ -118,6 +118,28 @@ def test_what_the_site_file_says_of_a_part_counts():
     assert next(row.why for row in found if row.type_name == "b") == "the site file says that it stands already"
 
 
+def test_what_is_not_part_of_the_plan_has_no_mass_unless_it_is_stated():
+    rows = rows_of(
+        part("beam", judgement=WALL),
+        part("terrain", "IfcSite", kg=3e9, role=Role.GROUND),
+        part("sofa", "IfcFurniture", kg=4000.0, role=Role.FITTING),
+        part("pump", "IfcPump", kg=70.0, role=Role.FITTING, mass_source="quantity"),
+        part("footing", "IfcFooting", kg=900.0, role=Role.STRUCTURE),
+    )
+    masses = {row.ifc_class: row.to_dict()["mass_kg"] for row in rows}
+    assert masses["IfcSite"] is masses["IfcFurniture"] is None
+    assert (masses["IfcPump"], masses["IfcFooting"]) == ([70.0, 70.0], [900.0, 900.0])
+
+
+def test_what_init_wrote_of_a_part_keeps_its_reason():
+    entries = (
+        ComponentConfig(global_id="a", means="in_situ", why="no usual crane lifts it"),
+        ComponentConfig(global_id="b", means="in_situ"),
+    )
+    found = rows_of(part("a"), part("b"), entries=entries)
+    assert {row.why.partition("; ")[2] for row in found} == {"no usual crane lifts it", "the site file says so"}
+
+
 def test_a_model_of_fittings_alone_has_rows():
     assert [row.means for row in rows_of(part("door", "IfcDoor", role=Role.FITTING))] == ["out"]
 

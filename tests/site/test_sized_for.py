@@ -33,7 +33,10 @@ def test_concrete_that_only_a_very_large_crane_lifts_is_cast():
     building = building_of(*LIGHT, WALL)
     config = guess_site(building, MODEL)
     assert tm(config) <= USUAL_TM
-    assert config.component == (ComponentConfig(global_id="wall", means="in_situ"),)
+    (entry,) = config.component
+    assert (entry.global_id, entry.means) == ("wall", "in_situ")
+    assert entry.why is not None
+    assert entry.why.startswith("no usual crane (up to 300 tm) lifts it")
     own, _ = cranes_that_fit(config, building)
     assert (own.parts, own.unserved) == (5, ())
     assert tm(config) == tm(guess_site(building_of(*LIGHT), MODEL)), "it is chosen for the others"

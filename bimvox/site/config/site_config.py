@@ -192,6 +192,8 @@ class ComponentConfig(Table):
     """Which of several cranes lifts it. Default: chosen."""
     means: Way | None = None
     """Lifted, cast or built in place, set by hand, or ``out`` of the plan. Default: by ``[means]``."""
+    why: Text | None = None
+    """Why ``means`` is so, where no person says it: init writes what it found. Remove it with ``means``."""
     kind: KindName | None = None
     """What it is. Default: as the evidence in the model says."""
 

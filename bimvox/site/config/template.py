@@ -153,11 +153,11 @@ def _kind_line(row: KindRow) -> str:
     values = [f"select = {_literal(row.select)}", f"kind = {_value(kind.value)}"]
     if row.means in WAYS:
         values.append(f"means = {_value(row.means)}")
-    light_t, heavy_t = (f"{kg / 1000.0:.2g}" if kg < 995.0 else f"{kg / 1000.0:.1f}" for kg in row.mass_kg)
-    mass = light_t if light_t == heavy_t else f"{light_t} to {heavy_t}"
+    masses_t = [f"{kg / 1000.0:.2g}" if kg < 995.0 else f"{kg / 1000.0:.1f}" for kg in row.mass_kg or ()]
+    mass = f", {' to '.join(dict.fromkeys(masses_t))} t" if masses_t else ""
     unsure = "ASSUMED, " if row.is_doubtful else ""
     others = f" (the line selects {row.selects - row.count:,} more)" if row.selects > row.count else ""
-    said = f"{unsure}{row.count:,} part{'s' * (row.count != 1)}{others}, {mass} t: {row.why}"
+    said = f"{unsure}{row.count:,} part{'s' * (row.count != 1)}{others}{mass}: {row.why}"
     return f"{{ {', '.join(values)} }},  # {_one_line(said)}"
 
 
@@ -281,7 +281,7 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
         lines += [_key(name, getattr(entry, name)) for name in ("start", "pose", "turn")]
         lines += [
             getattr(entry, name) and _key(name, getattr(entry, name))
-            for name in ("before", "after", "crane", "kind", "means")
+            for name in ("before", "after", "crane", "kind", "means", "why")
         ]
         lines += [entry.pinned and _key("pinned", True, "it already exists: cast in situ, or built before")]
     return _lines(*lines)

@@ -49,7 +49,8 @@ def write_kind_file(
         own |= {key: one[name] for key, name in ((SET_KIND, "kind"), (SET_MEANS, "means")) if one[name]}
     columns = (SET_KIND, SET_MEANS, "parts", *_COLUMNS, "from_kg", "to_kg", "confidence", "kind_from", SELECT)
     body = [
-        (*_said(said, row["select"]), row["count"], *(row[key] for key in _COLUMNS), *map(round, row["mass_kg"]),
+        (*_said(said, row["select"]), row["count"], *(row[key] for key in _COLUMNS), *map(round, row["mass_kg"] or ()),
+         *("",) * (0 if row["mass_kg"] else 2),
          row["confidence"], row["kind_from"], row["select"])
         for row in rows
     ]  # fmt: skip

@@ -311,11 +311,11 @@ def _components(document: Any, before: SiteConfig, config: SiteConfig) -> list[s
         if one.global_id in known and known[one.global_id] == one:
             continue
         if number >= len(tables):
-            own = {key: value for key in ("kind", "means") if (value := getattr(one, key)) is not None}
+            own = {key: value for key in ("kind", "means", "why") if (value := getattr(one, key)) is not None}
             tables.append(_table({"global_id": one.global_id, **own}))
             changed += [f"component[{number}].{key}" for key in own]
             continue
-        for key in ("kind", "means", "crane"):
+        for key in ("kind", "means", "why", "crane"):
             value = getattr(one, key)
             if value == getattr(known[one.global_id], key):
                 continue

@@ -325,6 +325,10 @@ def _with_key(
     key: str, entries: tuple[ComponentConfig, ...], changed: Mapping[str, str]
 ) -> tuple[ComponentConfig, ...]:
     left = dict(changed)
-    found = [one.model_copy(update={key: left.pop(one.global_id)}) if one.global_id in left else one for one in entries]
+    found = []
+    for one in entries:
+        value = left.pop(one.global_id, getattr(one, key))
+        why = one.why if one.means == value or key != "means" else None  # a person says otherwise
+        found.append(one.model_copy(update={key: value, "why": why}))
     new = (ComponentConfig.model_validate({"global_id": name, key: value}) for name, value in left.items())
     return (*found, *new)

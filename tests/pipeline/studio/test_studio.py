@@ -200,6 +200,18 @@ def test_saving_changes_what_was_moved_and_keeps_the_rest(page: Page, folder: Pa
     assert (folder / "a.site.toml").read_text() == text
 
 
+def test_the_reason_of_init_goes_when_a_person_says_otherwise(page: Page, folder: Path):
+    name = page.open()["parts"][0]["id"]
+    path = folder / "a.site.toml"
+    entry = f'\n[[component]]\nglobal_id = "{name}"\nmeans = "in_situ"\nwhy = "no usual crane lifts it"\n'
+    path.write_text(path.read_text() + entry)
+    opened = page.open()
+    setup = {**opened["setup"], "means": {**opened["setup"]["means"], name: "by_hand"}}
+    saved = page.ok("/api/save", path="a.site.toml", setup=setup, sha256=opened["sha256"])
+    assert saved["changed"] == ["component[0].means", "component[0].why"]
+    assert "no usual crane" not in path.read_text()
+
+
 def test_the_ground_is_shown_with_its_reason_and_set_by_hand(page: Page, folder: Path):
     opened = page.open()
     assert opened["setup"]["ground_m"] == 0.0

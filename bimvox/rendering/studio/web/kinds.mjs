@@ -26,8 +26,8 @@ export class Kinds {
 
   rowOf(row) {
     const name = [classWords(row.ifc_class), row.type].filter(Boolean).join(" · ");
-    const [low, high] = row.mass_kg.map(tonnes);
-    const about = `${whole(row.count)} × ${low === high ? low : `${low} to ${high}`}: ${row.doubtful ? "assumed, " : ""}${row.kind_from}`;
+    const [low, high] = (row.mass_kg ?? []).map(tonnes);
+    const about = `${low ? `${whole(row.count)} × ${low === high ? low : `${low} to ${high}`}` : counted(row.count, "part")}: ${row.doubtful ? "assumed, " : ""}${row.kind_from}`;
     const choice = (key, choices, said) => {
       const select = el("select", { "aria-label": `${said} of ${name}` }, ...Object.entries(choices).map(([value, words]) => el("option", { value, disabled: value === "pinned" }, words)));
       select.addEventListener("change", () => this.app.change(withType(this.app.setup, row, key, select.value), `${said} of ${name}`));
