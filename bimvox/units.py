@@ -18,6 +18,11 @@ METRES_PER_UNIT: dict[str, float] = {
 }
 
 
+def mass_text(mass_kg: float) -> str:
+    """Return a mass for people: kilograms below a tonne, tonnes to the 10 kg above."""
+    return f"{mass_kg:.0f} kg" if mass_kg < 999.5 else f"{round(mass_kg / 1000.0, 2):,.10g} t"
+
+
 NS_PER_S = 1_000_000_000
 """Nanoseconds in a second."""
 

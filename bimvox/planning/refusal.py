@@ -16,6 +16,7 @@ from bimvox.site.component import Component
 from bimvox.site.governing_wind import permitted_for
 from bimvox.site.lifting import crane_for, hung_kg
 from bimvox.site.site import Site
+from bimvox.units import mass_text
 
 _SLACK_M = 1e-6
 
@@ -26,7 +27,7 @@ def refused_by_crane(site: Site, component: Component) -> str | None:
     if crane is None:
         return None
     if component.lifting.no_gear:
-        return f"no gear serves its {component.mass_kg:.0f} kg: {component.lifting.no_gear}"
+        return f"no gear serves its {mass_text(component.mass_kg)}: {component.lifting.no_gear}"
     reasons = {one.name: _by_wind(site, one, component) or _by_radius(site, one, component) for one in site.cranes}
     if reasons[crane.name] is None:
         return _by_access(site, crane, component)
@@ -57,7 +58,7 @@ def carried_where(site: Site, crane: TowerCrane, component: Component) -> str:
         crane_for(site, crane, component), component.mass_kg, site.rules.highest_utilisation
     )
     radii = f"at radii from {low_m:.1f} to {high_m:.1f} m" if low_m <= high_m else "at no radius"
-    return f"{crane.name} carries {hung_kg(crane, component):.0f} kg with rigging and hook block {radii}"
+    return f"{crane.name} carries {mass_text(hung_kg(crane, component))} with rigging and hook block {radii}"
 
 
 def _by_wind(site: Site, crane: TowerCrane, component: Component) -> str | None:
@@ -71,7 +72,7 @@ def _by_wind(site: Site, crane: TowerCrane, component: Component) -> str | None:
         return None
     force_kn = wind_force_n(wind, area, drag) / 1000.0
     return (
-        f"its sail area of {area:.1f} m2 (drag {drag:g}, {component.mass_kg:.0f} kg) permits a wind speed of "
+        f"its sail area of {area:.1f} m2 (drag {drag:g}, {mass_text(component.mass_kg)}) permits a wind speed of "
         f"{permitted:.1f} m/s; at the site's {wind:g} m/s the wind force is {force_kn:.1f} kN"
     )
 
@@ -90,13 +91,13 @@ def _by_radius(site: Site, crane: TowerCrane, component: Component) -> str | Non
     mass_kg = hung_kg(crane, component)
     up_to = f"only up to {furthest:.1f} m" if furthest > 0.0 else "at no radius"
     carries_kg = capacity_kg(crane.chart, radius)
-    where = f"governing radius {radius:.1f} m, at its place: {mass_kg:.0f} kg with rigging and hook block"
+    where = f"governing radius {radius:.1f} m, at its place: {mass_text(mass_kg)} with rigging and hook block"
     if mass_kg <= carries_kg:
         return (
             f"{where}, {100.0 * mass_kg / carries_kg:.1f} % of the capacity of {crane.name} on {crane.falls} falls; "
             f"[rules] highest_utilisation permits {100.0 * most_used:g} %, {up_to}"
         )
     return (
-        f"{where}, but there {crane.name} on {crane.falls} falls carries {carries_kg:.0f} kg; "
+        f"{where}, but there {crane.name} on {crane.falls} falls carries {mass_text(carries_kg)}; "
         f"it carries that mass {up_to}"
     )

@@ -11,7 +11,7 @@ from typing import TypeVar
 from bimvox.errors import NoPlanError, VerificationError
 from bimvox.planning.insertion import Insertion
 from bimvox.records.lift import Lift, Status
-from bimvox.records.proof import Verification
+from bimvox.records.proof import Check, Verification
 from bimvox.records.reasons import HOOK_CANNOT_LEAVE, NOT_PROVEN, NOT_PROVEN_TOGETHER
 from bimvox.site.site import Site
 
@@ -150,9 +150,8 @@ def refusals(proof: Verification) -> dict[str, str]:
     reasons: dict[str, str] = {}
     for check in proof.checks:
         for component in sorted(check.culprits):
-            # Only the first failures are kept: none of them may be this lift's.
-            failure = next((f": {f}" for f in check.failures if component in f), "")
-            reasons.setdefault(component, f"{NOT_PROVEN}{check.name}{failure}")
+            failure = _failure_of(component, check)
+            reasons.setdefault(component, f"{NOT_PROVEN}{check.name}{failure and f': {failure}'}")
     if not proof.verified and not reasons:
         raise VerificationError(
             f"the plan could not be proven, so it was not written: {proof.failures[0]}",
@@ -160,3 +159,16 @@ def refusals(proof: Verification) -> dict[str, str]:
             hint="this is a bug in bimvox; please report it with the site file",
         )
     return reasons
+
+
+def _failure_of(component: str, check: Check) -> str:
+    """Return the first kept failure of a lift; empty if none is. That of another lift may name its part as too near."""
+    own = next((failure for failure in check.failures if _is_of(failure, component)), "")
+    others = check.culprits - {component}
+    of_none = (one for one in check.failures if component in one and not any(_is_of(one, name) for name in others))
+    return own or next(of_none, "")
+
+
+def _is_of(failure: str, component: str) -> bool:
+    """Return whether a failure begins with a lift: by its id, or its number with name and id in brackets."""
+    return failure.startswith(f"{component}:") or f"{component})" in failure

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from bimvox.compiled import kernel
 from bimvox.proof.gate import gate_of
@@ -14,6 +15,7 @@ from bimvox.proof.heading import cells_at_any_heading, turning_rows
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.marks import Marks, hits, over
 from bimvox.proof.moment import Moment, Thing
+from bimvox.proof.moment import beside as things_beside
 from bimvox.proof.space import BETWEEN_VOX, positions_of, tail_of, whole_cells, within
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
@@ -23,6 +25,7 @@ from bimvox.site.site import Site
 
 MOTION_MARGIN = "motion_margin"
 """The check of the motion; of the path it is ``margin``."""
+_RULES = {"load": "transit_clearance_m", "rope": "rope_clearance_m"}
 
 
 class WideMarks(Marks):
@@ -71,6 +74,28 @@ def reach_vox(site: Site, rule: str, lift: Lift) -> int:
     return whole_cells(site.rules.kept_m(rule, lift.kept), site.frame)
 
 
+def nearest(present: Sequence[Thing], cells: NDArray[np.int32] | NDArray[np.int64], reach: int) -> str:
+    """Return the name of the thing that is nearest to (N, 3) cells, at most ``reach`` cells away on each axis."""
+    low, high = cells.min(axis=0) - reach, cells.max(axis=0) + reach
+    tree = KDTree(cells)
+    found = []
+    for thing in things_beside(present, low.tolist(), high.tolist()):
+        close = thing.cells[((thing.cells >= low) & (thing.cells <= high)).all(axis=1)]
+        if len(close) and (apart := tree.query(close, p=np.inf)[0].min()) <= reach:
+            found.append((float(apart), thing.name))
+    return min(found)[1] if found else "something"
+
+
+def nearest_to_rope(present: Sequence[Thing], hook: NDArray[np.int64], reach: int) -> str:
+    """Return the name of the thing that is nearest in plan to the column above the cell of a hook, (3,)."""
+    found = []
+    for thing in present:
+        close = thing.cells[thing.cells[:, 2] >= hook[2], :2]
+        if len(close) and (apart := np.abs(close - hook[:2]).max(axis=1).min()) <= reach:
+            found.append((int(apart), thing.name))
+    return min(found)[1] if found else "something"
+
+
 class TransitProof(LiftProof):
     """Its check is ``motion_margin``: the moving load, and hook and rope, keep their clearances in transit."""
 
@@ -108,16 +133,24 @@ class TransitProof(LiftProof):
                 near[turning] = placements.at_positions(wide)[turning]
             leaving = np.logical_and.accumulate(near & in_column)  # straight up from the yard
             bad = near & ~leaving & looked_at
+            at = int(np.argmax(bad))
             check.look(
                 not bad.any(),
-                f"{name}: at {(time_ns[int(np.argmax(bad))] - motion.start_ns) / 1e9:.2f} s, in transit, its {what} is "
-                f"nearer than {self._kept_m(what, lift):g} m to something",
+                f"{name}: at {(time_ns[at] - motion.start_ns) / 1e9:.2f} s, in transit, its {what} is nearer than "
+                f"{site.rules.kept_m(_RULES[what], lift.kept):g} m to "
+                f"{self._near(what, moment, placements.at(at)) if bad.any() else ''}",
                 samples=int(looked_at.sum()),
             )
 
-    def _kept_m(self, what: str, lift: Lift) -> float:
-        rule = "transit_clearance_m" if what == "load" else "rope_clearance_m"
-        return self.site.rules.kept_m(rule, lift.kept)
+    def _near(self, what: str, moment: Moment, at: NDArray[np.int64]) -> str:
+        """Return the name of what is nearest to the load, or to hook and rope, at one of (M, 3) placements."""
+        lift, component = moment.lift, self.site.components[moment.lift.component]
+        reach = reach_vox(self.site, _RULES[what], lift)
+        if what == "rope":
+            names = [nearest_to_rope(moment.present, one + np.array(component.hook_offset_vox), reach) for one in at]
+            return next((name for name in names if name != "something"), "something")
+        cells = cells_at_any_heading(component) if lift.with_jib else component.shape.cells
+        return nearest(moment.present, np.concatenate([cells + one for one in at]), reach)
 
 
 @kernel

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.proof.clearance import Clearances
+from bimvox.proof.clearance import Clearances, nearest, reach_vox
 from bimvox.proof.complete import check_complete
 from bimvox.proof.crane.capacity import shares_of_capacity
 from bimvox.proof.gate import gate_of
@@ -44,6 +44,7 @@ from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.records.reasons import NOT_ITS_CELLS
 from bimvox.site.component import Component
+from bimvox.units import mass_text
 from bimvox.workers import ALONE, Workers, in_chunks
 
 CHECKS = (
@@ -361,17 +362,21 @@ class _Verifier:
             departure = int(np.argmin(rising & near)) if not (rising & near).all() else len(path)
             bad = np.flatnonzero(near[departure : gate + 1]) + departure
             # Of a load that was stopped, the path may begin in its last moves.
+            reach = reach_vox(self.site, "transit_clearance_m", lift)
+            cells = cells_at_any_heading(component) if lift.with_jib else component.shape.cells
+            what = nearest(present, cells + path[gate], reach) if near[gate] else ""
             self.checks["margin"].look(
                 bool(lift.left) or not near[gate],
-                f"{component.id}: its last moves begin nearer than {margin_m:g} m to something",
+                f"{component.id}: its last moves begin nearer than {margin_m:g} m to {what}",
             )
+            what = nearest(present, cells + path[bad[0]], reach) if len(bad) else ""
             self.checks["margin"].look(
                 not len(bad),
-                f"{component.id}: at placement {first_of(bad)} it comes nearer than {margin_m:g} m to something",
+                f"{component.id}: at placement {first_of(bad)} it comes nearer than {margin_m:g} m to {what}",
                 samples=max(0, gate + 1 - departure),
             )
         if "rope_margin" in self.checks:
-            check_rope_margin(self.checks["rope_margin"], self.site, lift, component, self.marks.counts, gate)
+            check_rope_margin(self.checks["rope_margin"], self.site, lift, present, self.marks.counts, gate)
 
     def _check_smaller(self, lift: Lift, component: Component) -> None:
         """Check that smaller clearances of its own are such that the rules allow."""
@@ -413,8 +418,8 @@ class _Verifier:
         limit = "" if most_used == 1.0 else f"; {most_used:g} of it is permitted"
         reach.look(
             share <= most_used + _SHARE,
-            f"{component.id}: {load_kg:.0f} kg at {radius_m.max():.1f} m, "
-            f"where the crane carries {load_kg / share:.0f} kg{limit}",
+            f"{component.id}: {mass_text(load_kg)} at {radius_m.max():.1f} m, "
+            f"where the crane carries {mass_text(load_kg / share)}{limit}",
         )
         if site.rules.rope:
             self._check_rope(component, path, hook, present)

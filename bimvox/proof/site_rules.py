@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -11,6 +13,8 @@ from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.kept import kept
 from bimvox.proof.bodies.solid import point_numbers
+from bimvox.proof.clearance import nearest_to_rope
+from bimvox.proof.moment import Thing
 from bimvox.proof.rigging import rigging_kg
 from bimvox.proof.space import whole_cells
 from bimvox.proof.words import first_of
@@ -85,7 +89,7 @@ def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component
 
 
 def check_rope_margin(
-    check: Check, site: Site, lift: Lift, component: Component, counts: NDArray[np.uint16], gate: int
+    check: Check, site: Site, lift: Lift, present: Sequence[Thing], counts: NDArray[np.uint16], gate: int
 ) -> None:
     """Check that in transit, within the clearance in plan, nothing is higher than the end of the hook line.
 
@@ -93,7 +97,7 @@ def check_rope_margin(
     at placement ``gate``. ``counts`` is how many things occupy each cell, (X, Y, Z).
     """
     assert lift.path_vox is not None
-    path = lift.path_vox
+    path, component = lift.path_vox, site.components[lift.component]
     kept_m = site.rules.kept_m("rope_clearance_m", lift.kept)
     reach = whole_cells(kept_m, site.frame)
     if reach == 0:
@@ -103,9 +107,10 @@ def check_rope_margin(
     rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)
     leaving = np.logical_and.accumulate(rising & near)
     bad = np.flatnonzero((near & ~leaving)[: gate + 1])
+    what = nearest_to_rope(present, hooks[bad[0]], reach) if len(bad) else ""
     check.look(
         not len(bad),
-        f"{component.id}: at placement {first_of(bad)} its rope is nearer than {kept_m:g} m to something",
+        f"{component.id}: at placement {first_of(bad)} its rope is nearer than {kept_m:g} m to {what}",
         samples=gate + 1,
     )
 

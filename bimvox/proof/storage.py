@@ -21,6 +21,7 @@ from bimvox.site.lifting import crane_for
 from bimvox.site.site import GROUND_ID, Site
 from bimvox.site.upright_box import sizes_m
 from bimvox.site.work import Work, kind_of
+from bimvox.units import mass_text
 
 _HEAD_M = 2.0
 """Up to this height above the ground, something is in the way of a person."""
@@ -124,7 +125,7 @@ def check_truck(check: Check, site: Site, number: int, lifts: Sequence[Lift]) ->
     mass_kg = sum(part.mass_kg for part in parts)
     check.look(
         len(parts) == 1 or mass_kg <= most_kg + _EPS,
-        f"delivery {number} weighs {mass_kg:.0f} kg, more than the {most_kg:.0f} kg of a truckload",
+        f"delivery {number} weighs {mass_text(mass_kg)}, more than the {mass_text(most_kg)} of a truckload",
     )
     if rules.yard is None or rules.yard.truck_m is None:
         return
@@ -219,7 +220,9 @@ def _check_stack(check: Check, site: Site, name: str, members: list[tuple[Lift, 
         check.look(not fault, f"{name}: {part.label} {fault}")
     check.look(len(parts) <= rules.stack_parts, f"{name}: has {len(parts)} parts, more than {rules.stack_parts}")
     mass_kg = sum(part.mass_kg for part in parts)
-    check.look(mass_kg <= rules.stack_kg + _EPS, f"{name}: weighs {mass_kg:.0f} kg, more than {rules.stack_kg:.0f} kg")
+    check.look(
+        mass_kg <= rules.stack_kg + _EPS, f"{name}: weighs {mass_text(mass_kg)}, more than {mass_text(rules.stack_kg)}"
+    )
     extents_m = [np.ptp(part.mesh.vertices_m[np.unique(part.mesh.faces)], axis=0) for part in parts]
     height_m = float(sum(extent[2] for extent in extents_m)) + (len(parts) - 1) * rules.dunnage_m
     most_m = min(rules.stack_height_m, float(extents_m[0][:2].min()))

@@ -9,6 +9,7 @@ from slab_yards import slab_site
 from bimvox.crane.rig import Rig
 from bimvox.planning.refusal import carried_where
 from bimvox.site.component import Component, Lifting
+from bimvox.units import mass_text
 
 SITE = slab_site()
 CRANE = SITE.cranes[0]
@@ -24,7 +25,7 @@ def test_the_parts_own_gear_counts_not_the_cranes_usual_rigging() -> None:
     mass_kg = MOST_KG - CRANE.hook_block_kg - 10.0
     assert CRANE.rigging_mass_kg > 10.0
     assert carried_where(SITE, CRANE, part_of(mass_kg, light)) == (
-        f"{CRANE.name} carries {MOST_KG:.0f} kg with rigging and hook block at radii from "
+        f"{CRANE.name} carries {mass_text(MOST_KG)} with rigging and hook block at radii from "
         f"{CRANE.min_radius_m:.1f} to 20.0 m"
     )
     assert carried_where(SITE, CRANE, part_of(mass_kg)).endswith("at no radius")

@@ -40,6 +40,16 @@ def test_lifts_that_fail_one_after_the_other_end_the_rounds():
         proven_in_rounds(lambda refused: {f"part {len(refused)}": "it fails"}, "written")
 
 
+def test_a_lift_is_not_refused_with_a_failure_that_names_its_part_as_what_is_too_near():
+    check = Check("motion_margin")
+    for about, near in (("beam", "wall"), ("wall", "mast")):
+        check.about = about
+        check.look(False, f"lift 1 ({about}): at 2.00 s, in transit, its load is nearer than 2 m to {near}")
+    assert refusals(Verification((check,)))["wall"].endswith(
+        "(wall): at 2.00 s, in transit, its load is nearer than 2 m to mast"
+    )
+
+
 def test_a_lift_is_not_refused_with_the_failure_of_another():
     check = Check("motion_cells")
     for n in range(100):

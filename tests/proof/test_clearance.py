@@ -75,4 +75,4 @@ def test_a_rope_that_alone_is_too_near_is_refused_and_named():
     assert list(failed(verify_plan(forged))) == ["rope_margin"]
     (said,) = failed(verify_motions(far, near_motions))["motion_margin"]
     assert said.startswith("lift 1 (block): at ")
-    assert said.endswith("in transit, its rope is nearer than 2 m to something")
+    assert said.endswith("in transit, its rope is nearer than 2 m to tower")

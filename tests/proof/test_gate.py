@@ -51,13 +51,13 @@ def test_a_whole_path_is_not_last_moves(plan: LiftPlan) -> None:
     low = plan_with(0.0).lifts[0]
     assert low.path_vox is not None
     lift = dataclasses.replace(low, contact_moves=len(low.path_vox) - 1)
-    assert told(plan, lift) == ["margin: slab: its last moves begin nearer than 1 m to something"]
+    assert told(plan, lift) == ["margin: slab: its last moves begin nearer than 1 m to ground"]
 
 
 def test_last_moves_begin_where_nothing_above_the_place_is_near_any_more(plan: LiftPlan) -> None:
     path, over = dipped(plan.lifts[0])
     honest = dataclasses.replace(plan.lifts[0], path_vox=path, shortest_moves=None)
     (said,) = told(plan, honest)
-    assert said.startswith(f"margin: slab: at placement {over + 1} it comes nearer than 1 m")
+    assert said.startswith(f"margin: slab: at placement {over + 1} it comes nearer than 1 m to wall")
     claimed = dataclasses.replace(honest, contact_moves=len(path) - 1 - over)
     assert told(plan, claimed) == [said]

@@ -9,6 +9,7 @@ from box_sites import box_site, test_crane
 from bimvox.bim.building import TriangleMesh
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import prepare
+from bimvox.proof.moment import Thing
 from bimvox.proof.site_rules import _around_rope, _closes, check_rope_margin
 from bimvox.records.proof import Check
 from bimvox.site.site import Rules
@@ -53,7 +54,9 @@ def test_a_rope_next_to_something_is_excused_only_while_the_load_goes_straight_u
     counts = np.zeros(site.shape, np.uint16)
     x, y, _ = np.add(path[0], part.hook_offset_vox)
     counts[x + 1, y, :] = 1  # a mast next to the rope
+    mast = Thing("mast", np.array([(x + 1, y, z) for z in range(site.shape[2])], np.int32), -1)
     check = Check("rope_margin")
     (lift,) = plan_lifts(site, prepare(site)).lifts
-    check_rope_margin(check, site, replace(lift, path_vox=path), part, counts, len(path) - 1)
+    check_rope_margin(check, site, replace(lift, path_vox=path), [mast], counts, len(path) - 1)
     assert check.passed == good, check.failures
+    assert all(failure.endswith("its rope is nearer than 1 m to mast") for failure in check.failures)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.records.proof import Check
 from bimvox.records.trajectory import Trajectory
+from bimvox.units import mass_text
 
 
 def check_capacity(
@@ -29,7 +30,7 @@ def check_capacity(
     check.measure(float(used[worst]))
     check.look(
         bool(used[worst] <= most_used + 1e-9),
-        f"{name}: {hung_kg:.0f} kg at {trajectory.radius_m[worst]:.2f} m is {used[worst]:.3f} of the capacity"
+        f"{name}: {mass_text(hung_kg)} at {trajectory.radius_m[worst]:.2f} m is {used[worst]:.3f} of the capacity"
         + ("" if most_used == 1.0 else f", {most_used:g} is permitted"),
         samples=len(used),
     )

@@ -62,4 +62,4 @@ def boxes_record(site: Site, blocker: Blocker, blob: Blob) -> dict[str, Any]:
         dense = np.zeros(cells.max(axis=0) - low + 1, np.bool_)
         dense[tuple((cells - low).T)] = True
         boxes = boxes_of(dense) + np.tile(low, 2)
-    return {"id": blocker.id, "kind": blocker.kind, "boxes": blob.put(boxes.astype(np.uint16))}
+    return {"id": blocker.id, "kind": blocker.kind, "name": blocker.name, "boxes": blob.put(boxes.astype(np.uint16))}

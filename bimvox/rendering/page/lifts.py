@@ -17,6 +17,7 @@ from bimvox.rendering.page.source import Revision
 from bimvox.site.component import Component
 from bimvox.site.governing_wind import permitted_for
 from bimvox.site.lifting import hung_kg
+from bimvox.site.part_names import names_by_id, with_names
 from bimvox.site.site import Site
 
 
@@ -38,7 +39,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "moves": lift.moves,
         "shortest_moves": lift.shortest_moves,
         "contact_moves": lift.contact_moves,
-        "reason": lift.reason,
+        "reason": lift.reason and with_names(lift.reason, names_by_id(site)),
         "blocked_by": list(lift.blocked_by),
         "by_other_means": lift.by_other_means,
         "needed_by_s": _needed_by_s(revision, lift),

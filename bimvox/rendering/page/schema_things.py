@@ -209,6 +209,8 @@ class PageStanding(Table):
     """Its id."""
     kind: str
     """Its kind."""
+    name: str
+    """Its name in the model; empty if it has none."""
     boxes: Numbers
     """Its cells as boxes: lowest x, y, z and the ends, in cells of the site."""
     geometry: Count | None = None

@@ -92,6 +92,7 @@ def test_the_slab_and_what_stands_on_it(opened):
     assert (slab[:4, 4:] == 1).all()
     (wall,) = document["standing"]
     assert (wall["kind"], wall["geometry"] is None) == ("structure", False)
+    assert wall["name"] == next(one.name for one in site.blockers if one.id == wall["id"])
     (truck,) = document["revisions"][0]["obstructions"]
     assert truck["id"] == "truck-7"
     assert opened.numbers(truck["boxes"]).reshape(-1, 6).tolist() == [[7, 2, 1, 8, 4, 3]]

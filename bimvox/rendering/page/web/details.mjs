@@ -123,8 +123,9 @@ export class Details {
     const { app } = this;
     const part = app.parts.findIndex((entry) => entry.id === id);
     const obstruction = app.plan.revision.obstructions.find((entry) => entry.id === id);
+    const standing = app.document.standing.find((entry) => entry.id === id);
     const go = part >= 0 ? () => app.choose(part) : obstruction ? () => app.chooseObstruction(obstruction) : null;
-    return go ? el("button", { type: "button", onclick: go }, part >= 0 ? nameOf(app.parts[part]) : id) : el("code", {}, id);
+    return go ? el("button", { type: "button", onclick: go }, part >= 0 ? nameOf(app.parts[part]) : id) : standing?.name ? el("span", { title: id }, standing.name) : el("code", {}, id);
   }
 
   _proof(lift) {
