@@ -101,6 +101,8 @@ def same_blockers(check: Check, found: Sequence[Blocker], wanted: Sequence[Block
             good = there[name].kind == expected[name].kind and same_cells([there[name]], [expected[name]])
             check.look(good, f"{what} has other cells in the log than in {source}")
             same(check, f"the name of {what}", there[name].name, expected[name].name, source)
+            if there[name].ifc_class:
+                same(check, f"the class of {what}", there[name].ifc_class, expected[name].ifc_class, source)
 
 
 def same_cells(found: Sequence[Blocker], wanted: Sequence[Blocker]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from bimvox.bim.building import plain_class
 from bimvox.bim.kinds.kind import Kind
 from bimvox.bim.kinds.words import meaning_of
 from bimvox.records.lift import ModelledClash
@@ -11,6 +12,7 @@ from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, about
 from bimvox.site.means import Means
 from bimvox.site.part_names import names_by_id
+from bimvox.site.site import Blocker
 
 OVERLAP = "overlap"
 SMALL_OVERLAPS = "small_overlaps"
@@ -18,6 +20,7 @@ SMALL_OVERLAPS = "small_overlaps"
 DEEP_M = 0.05
 """More than all tolerances of making, setting out and erecting precast parts together: EN 13670 and EN 13369 allow 10
 to 25 mm each."""
+_FOUNDATIONS = ("IfcFooting", "IfcPile", "IfcDeepFoundation", "IfcCaissonFoundation")
 _SOFT = (Kind.TIMBER, Kind.LIGHT, Kind.MASONRY)
 """Kinds that are cut to fit on site."""
 
@@ -32,7 +35,7 @@ def overlaps(subject: Subject) -> Iterator[Remark]:
     """
     names = names_by_id(subject.site)
     hard = {one.id: one.means is Means.CRANE and one.judgement.kind not in _SOFT for one in subject.site.components}
-    hard |= {one.id: False for one in subject.site.blockers if one.kind == "structure" and _is_foundation(one.name)}
+    hard |= {one.id: False for one in subject.site.blockers if one.kind == "structure" and _is_foundation(one)}
     deep = [clash for clash in subject.plan.clashes if clash.depth_m > DEEP_M or clash.at_least]
     pairs: dict[str, list[tuple[ModelledClash, str]]] = {}
     for clash in deep:
@@ -58,7 +61,8 @@ def overlaps(subject: Subject) -> Iterator[Remark]:
         yield Remark(SMALL_OVERLAPS, Severity.NOTE, f"{said}: {len(small):,} pair{'' if len(small) == 1 else 's'}")
 
 
-def _is_foundation(name: str) -> bool:
-    """Return whether a structure is called a footing or a pile, which are cast on site."""
-    meaning = meaning_of(name, "part")
-    return meaning is not None and meaning.says in ("footing", Kind.PILE)
+def _is_foundation(structure: Blocker) -> bool:
+    """Return whether a structure is a footing or a pile, which are cast on site: by its class or its name."""
+    meaning = meaning_of(structure.name, "part")
+    is_called = meaning is not None and meaning.says in ("footing", Kind.PILE)
+    return is_called or plain_class(structure.ifc_class) in _FOUNDATIONS

@@ -173,7 +173,9 @@ def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component]
             components.append(component_of(number, element, cells, entry, frame, hints[element.id], means[element.id]))
         elif element.role in BUILT:
             if len(cells):
-                structure.append(Blocker(element.id, "structure", _frozen(cells), element.mesh, element.name))
+                structure.append(
+                    Blocker(element.id, "structure", _frozen(cells), element.mesh, element.name, element.ifc_class)
+                )
             elif element.mesh.bounds_m[1, 2] > frame.origin_m[2]:  # nothing is set as deep as what lies below
                 notes.append(left_out(element.id))
     if (programme := config.programme) is not None and config.sequence.schedule:

@@ -132,6 +132,7 @@ class Blocker:
         cells: (N, 3) int32 cells that it occupies, inside the grid; obstructions and masts include the clearance.
         mesh: Its triangles in the site frame, if neighbours may touch it (structure); otherwise None.
         name: The source's name of a structure; empty if it has none.
+        ifc_class: Its class, for example ``IfcFooting``; empty if it has none, and in logs of older versions.
     """
 
     id: str
@@ -139,6 +140,7 @@ class Blocker:
     cells: NDArray[np.int32]
     mesh: TriangleMesh | None = None
     name: str = field(default="", metadata=SPARSE)
+    ifc_class: str = field(default="", metadata=SPARSE)
 
 
 def top_layers(cells: Sequence[NDArray[np.int32]], columns: tuple[int, int]) -> NDArray[np.int32]:
