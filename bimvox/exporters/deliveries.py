@@ -10,7 +10,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Lift
 from bimvox.records.unloading import UnloadingLift, unloading_lifts
-from bimvox.site.upright_box import sizes_m
+from bimvox.site.upright_box import laid_flat_m
 
 TRUCK_COLUMNS = {
     "truck": "number of the delivery, from 1",
@@ -71,7 +71,7 @@ def delivery_records(log: PlanLog, dates: PlanDates | None = None) -> list[dict[
                 part.name,
                 part.ifc_class,
                 part.mass_kg,
-                *sizes_m(part.mesh),
+                *laid_flat_m(part.mesh),
                 lift.number,
                 lift.status.value,
                 None if lift.place is None else lift.place.stack or None,

@@ -1,9 +1,10 @@
 """What one truck carries: its mass, and room for its parts on a flat bed or in an inloader.
 
 The rule of room: parts are loaded in the order of their lifts, so the one that is needed first is unloaded last and
-lies on top in the yard. Each lies with its longest edge along the bed and its shortest upwards; a wall stands. They
-lie one behind the other in a row, rows next to each other in a layer, layers on each other with dunnage between. It
-leaves gaps that a good driver fills, and says nothing about axle loads or how the load is secured.
+lies on top in the yard. Each lies with its longest edge along the bed and its shortest upwards; a wall stands, and a
+brace or a rafter, which is set at a slope, is laid flat. They lie one behind the other in a row, rows next to each
+other in a layer, layers on each other with dunnage between. It leaves gaps that a good driver fills, and says nothing
+about axle loads or how the load is secured.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from dataclasses import dataclass
 from bimvox.kept import kept
 from bimvox.site.component import Component
 from bimvox.site.site import Site
-from bimvox.site.upright_box import sizes_m
+from bimvox.site.upright_box import boxes_m
 from bimvox.site.work import Work, kind_of
 from bimvox.site.yard_rules import INLOADER_M
 
@@ -118,6 +119,7 @@ class _Bed:
 @kept
 def _ways_m(component: Component) -> tuple[Size, ...]:
     """Return how a part may lie on a truck, the usual way first."""
-    long_m, wide_m, thin_m = sizes_m(component.mesh)
-    flat, on_edge = (long_m, wide_m, thin_m), (long_m, thin_m, wide_m)
-    return (on_edge, flat) if kind_of(component) is Work.WALL else (flat, on_edge)
+    stands = kind_of(component) is Work.WALL
+    boxes = boxes_m(component.mesh)
+    pairs = (((long_m, wide_m, thin_m), (long_m, thin_m, wide_m)) for long_m, wide_m, thin_m in boxes)
+    return tuple(way for flat, on_edge in pairs for way in ((on_edge, flat) if stands else (flat, on_edge)))

@@ -19,7 +19,7 @@ from bimvox.records.proof import Check
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import GROUND_ID, Site
-from bimvox.site.upright_box import sizes_m
+from bimvox.site.upright_box import laid_flat_m, sizes_m
 from bimvox.site.work import Work, kind_of
 from bimvox.units import mass_text
 
@@ -141,14 +141,15 @@ def check_truck(check: Check, site: Site, number: int, lifts: Sequence[Lift]) ->
 def _has_room(parts: Sequence[Component], bed_m: NDArray[np.float64], dunnage_m: float) -> bool:
     """Return whether parts fit on a bed in the order of their lifts: in rows, the rows in layers, as on every truck.
 
-    Each lies flat with its longest edge along the bed; a wall, or what does not fit so, stands on its longest edge.
+    Each lies flat with its longest edge along the bed, also what slopes in the building; a wall, or what does not fit
+    so, stands on its longest edge. What fits no such way lies as it is in the building.
     """
     corner, row, layer_m = np.zeros(3), np.zeros(2), 0.0  # where the row begins; its length and width
     for part in parts:
-        length_m, width_m, height_m = sizes_m(part.mesh)
-        ways = [np.array([length_m, width_m, height_m]), np.array([length_m, height_m, width_m])]
-        if kind_of(part) is Work.WALL:
-            ways.reverse()
+        ways = []
+        for length_m, width_m, height_m in (laid_flat_m(part.mesh), sizes_m(part.mesh)):
+            lying, on_edge = np.array([length_m, width_m, height_m]), np.array([length_m, height_m, width_m])
+            ways += [on_edge, lying] if kind_of(part) is Work.WALL else [lying, on_edge]
         fitting = [way for way in ways if (way <= bed_m + _EPS).all()]
         if not fitting:
             return False

@@ -21,7 +21,7 @@ from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.type_name import type_of
 from bimvox.errors import SelectionError, enumerated
 from bimvox.site.limits import ON_GROUND_M
-from bimvox.site.upright_box import sizes_m
+from bimvox.site.upright_box import boxes_m, sizes_m
 from bimvox.site.work import Work, work_of
 
 if TYPE_CHECKING:
@@ -186,7 +186,12 @@ def beyond_road(element: Element, limits: MeansConfig) -> str | None:
     """Return what of a part is beyond the limits of a single load on the road; None if nothing is."""
     if element.mass_kg > limits.heaviest_kg:
         return f"it weighs {element.mass_kg / 1000.0:.1f} t, the limit is {limits.heaviest_kg / 1000.0:g} t"
-    length_m, width_m, height_m = sizes_m(element.mesh)
+    beyond = [_beyond_sizes(sizes, limits) for sizes in boxes_m(element.mesh)]
+    return None if None in beyond else beyond[-1]
+
+
+def _beyond_sizes(sizes: tuple[float, float, float], limits: MeansConfig) -> str | None:
+    length_m, width_m, height_m = sizes
     for name, size_m, most_m in (
         ("long", length_m, limits.longest_m),
         ("wide", width_m, limits.widest_m),

@@ -15,6 +15,11 @@ def sizes_m(mesh: TriangleMesh) -> tuple[float, float, float]:
     return x, y, z
 
 
+def boxes_m(mesh: TriangleMesh) -> tuple[tuple[float, float, float], ...]:
+    """Return the boxes in which a part can be brought, the smaller one first; one of them if they are the same."""
+    return tuple(dict.fromkeys((laid_flat_m(mesh), sizes_m(mesh))))
+
+
 def laid_flat_m(mesh: TriangleMesh) -> tuple[float, float, float]:
     """Return the edges of the smaller of two boxes, the longest first: upright, and along a part's own main directions.
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,6 +12,7 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import prepare
 from bimvox.planning.truckload import Truckload, fit_trucks
 from bimvox.proof.plan import verify_plan
+from bimvox.proof.storage import _has_room
 from bimvox.records.lift import LiftPlan
 from bimvox.site.site import Site
 from bimvox.site.yard_rules import TRUCK_M, YardRules
@@ -52,6 +54,23 @@ def test_a_truck_is_cut_by_mass_or_by_size_whichever_comes_first():
     assert loads_of(site_of((slab,) * 7, truckload_kg=24_000.0)) == [6, 1]
     long = (10.0, 2.0, 0.2)  # too long for an inloader
     assert loads_of(site_of((long,) * 5, dataclasses.replace(TRUCK, truck_m=(10.0, 2.0, 0.5)))) == [2, 2, 1]
+
+
+@pytest.mark.parametrize("slope_rad", [0.4, 0.8, 1.2])
+def test_braces_rafters_and_flights_lie_flat_on_a_truck(slope_rad):
+    """As they stand in the building, one fills a truck, or none takes it."""
+    site = site_of(((6.5, 1.5, 0.5),) * 20)
+    along, up = np.cos(slope_rad), np.sin(slope_rad)
+    tilt = np.array([[along, 0.0, up], [0.0, 1.0, 0.0], [-up, 0.0, along]])
+    sloping = tuple(
+        dataclasses.replace(one, mesh=dataclasses.replace(one.mesh, vertices_m=one.mesh.vertices_m @ tilt))
+        for one in site.components
+    )
+    tilted = dataclasses.replace(site, components=sloping)
+    assert loads_of(tilted) == loads_of(site) == [16, 4]
+    bed_m, dunnage_m = np.array(TRUCK_M), TRUCK.dunnage_m
+    assert _has_room(sloping[:16], bed_m, dunnage_m)
+    assert not _has_room(sloping[:17], bed_m, dunnage_m)
 
 
 def test_without_a_mass_limit_or_a_size_there_is_no_truck():

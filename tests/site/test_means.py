@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 from box_buildings import box_element
 
@@ -92,6 +93,17 @@ def test_concrete_beyond_what_goes_by_road_is_cast_in_place(high, says):
     found = means_of([BEAM, part], {}, MeansConfig())["part"]
     assert found.means is Means.IN_SITU
     assert found.why.startswith(says)
+
+
+def test_a_sloping_part_goes_by_road_laid_flat():
+    flight = box_element("flight", (0, 0, 0), (9, 6.0, 0.3), ifc_class="IfcStairFlight")
+    assert works(BEAM, flight)["flight"] is Means.IN_SITU, "it is 6 m wide"
+    brace = box_element("brace", (0, 0, 0), (12, 0.4, 0.4), ifc_class="IfcBeam")
+    x, y, z = brace.mesh.vertices_m.T
+    up = np.stack([0.6 * x - 0.8 * z, y, 0.8 * x + 0.6 * z], axis=1)
+    assert np.ptp(up, axis=0)[[0, 2]].min() > MeansConfig().widest_m
+    sloping = dataclasses.replace(brace, mesh=dataclasses.replace(brace.mesh, vertices_m=up))
+    assert works(BEAM, sloping)["brace"] is Means.CRANE
 
 
 def test_steel_of_that_size_is_lifted_or_refused_but_not_cast():
