@@ -5,8 +5,7 @@
 
 Random actions on 15 x 15 x 6 cells, with the paper's observation and reward; episodes restart automatically. A step is
 one action of one site. Each figure is the best of several rounds, because other work on the machine only slows it down.
-``copy=False`` returns arrays that a later step overwrites: the next one of a ``VectorEnv``, the one after that of a
-``VecEnv``.
+``VecEnv``, and ``VectorEnv`` with ``copy=False``, return arrays that the step after the next overwrites.
 
 The peer is the environment that the paper's authors published (github.com/AiyuZhu/ConstructionSim-for-RL: 15 x 15 x 8,
 columns and beams; pure Python). It cannot be shipped here. To measure it, clone it and let ``--peer-command`` run a
@@ -78,7 +77,7 @@ def batched_rate(interface: str, sites: int, threads: int, observation: str = "p
     from bimvox.paper.env.batched import BatchedPaperSite
     from bimvox.paper.env.presets import PAPER
     from bimvox.paper.env.vector_env import PaperVectorEnv
-    from bimvox.paper.policy.vec_env import PaperVecEnv
+    from bimvox.policy.vec_env import BatchVecEnv
 
     actions = np.random.default_rng(0).integers(6, size=(100, sites))
     name, _, how = interface.partition(" ")
@@ -89,10 +88,9 @@ def batched_rate(interface: str, sites: int, threads: int, observation: str = "p
         rate = steps_per_s(lambda n: vector.step(actions[n % 100]), sites)
         vector.close()
         return rate
-    turns = 2 if interface == "VecEnv copy=False" else 1
-    batch = BatchedPaperSite(PAPER, sites, observation=observation, threads=threads, turns=turns)
+    batch = BatchedPaperSite(PAPER, sites, observation=observation, threads=threads)
     if name == "VecEnv":
-        vec = PaperVecEnv(batch, copy=copy)
+        vec = BatchVecEnv(batch)
         vec.reset()
         rate = steps_per_s(lambda n: vec.step(actions[n % 100]), sites)
     else:
@@ -132,7 +130,7 @@ def main() -> None:
         print(f"| {interface} | {observation} | {sites:,} | {threads} | {rate:,.0f} | {rate / peer:,.0f} |", flush=True)
 
     row("Gymnasium `Env`", "paper", 1, 1, single_rate("paper"))
-    for interface in ("kernel", "VectorEnv copy=False", "VectorEnv copy=True", "VecEnv copy=False", "VecEnv copy=True"):
+    for interface in ("kernel", "VectorEnv copy=False", "VectorEnv copy=True", "VecEnv"):
         for sites in SIZES:
             for threads in (1, 2) if sites > SIZES[1] and not arguments.cpu_time else (1,):
                 row(f"`{interface}`", "paper", sites, threads, batched_rate(interface, sites, threads))

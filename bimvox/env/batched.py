@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
+import gymnasium
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -74,7 +75,7 @@ class BatchStep(NamedTuple):
     Attributes:
         observations: (N, VIEW_SIZE) float32, of the new episode if the old one ended.
         rewards: (N,) float32.
-        arrived: (N,) bool, the target was reached: terminated.
+        terminated: (N,) bool, the target was reached.
         truncated: (N,) bool, the step limit was reached first.
         final_observations: (N, VIEW_SIZE) float32; only the rows of ended episodes are valid.
         teacher: (N, 6) float32 value of each action before the step, by the distance field; empty without a teacher.
@@ -82,7 +83,7 @@ class BatchStep(NamedTuple):
 
     observations: NDArray[np.float32]
     rewards: NDArray[np.float32]
-    arrived: NDArray[np.bool_]
+    terminated: NDArray[np.bool_]
     truncated: NDArray[np.bool_]
     final_observations: NDArray[np.float32]
     teacher: NDArray[np.float32]
@@ -90,7 +91,7 @@ class BatchStep(NamedTuple):
     @property
     def ended(self) -> NDArray[np.bool_]:
         """(N,) bool, the episode ended."""
-        return self.arrived | self.truncated
+        return self.terminated | self.truncated
 
 
 class BatchedLiftEnv:
@@ -107,7 +108,7 @@ class BatchedLiftEnv:
         teacher_discount: Discount per step of the action values from the distance field; 0: no teacher.
 
     Attributes:
-        lifts: N.
+        count: N.
         problems: Number of problems to draw from.
         ended_problem: (N,) int64 problem that each lift was on before the last step.
 
@@ -129,7 +130,7 @@ class BatchedLiftEnv:
     ) -> None:
         if not all(is_learnable(problem) for problem in problems):
             raise ValueError("a problem has no distance field, or no start from which its target can be reached")
-        self.lifts = lifts
+        self.count = lifts
         self.problems = len(problems)
         self.ended_problem = np.zeros(lifts, np.int64)
         self.pool = pool_of(problems, with_distances=True)
@@ -161,12 +162,17 @@ class BatchedLiftEnv:
 
     def seed(self, seed: int) -> None:
         """Set the state of the random generators that draw problems and starts."""
-        self.state.generator[:] = np.random.SeedSequence(seed).generate_state(self.lifts, np.uint64)
+        self.state.generator[:] = np.random.SeedSequence(seed).generate_state(self.count, np.uint64)
 
     def weigh_problems(self, weights: ArrayLike) -> None:
         """Set how often each problem is drawn, (P,) positive weights."""
         share = np.asarray(weights, np.float64)
         self._rules = self._rules._replace(chances=np.cumsum(share / share.sum()))
+
+    @property
+    def observation_space(self) -> gymnasium.spaces.Box:
+        """Of one lift."""
+        return gymnasium.spaces.Box(-1.0, 1.0, (VIEW_SIZE,), np.float32)
 
     def reset(self) -> NDArray[np.float32]:
         """Begin N new episodes and return their (N, VIEW_SIZE) float32 observations."""
@@ -192,7 +198,7 @@ class BatchedLiftEnv:
         Raises:
             ActionError: If the actions are not N integers of that range.
         """
-        chosen = checked_actions(actions, self.lifts)
+        chosen = checked_actions(actions, self.count)
         self._turns.reverse()
         out = self._turns[0]
         self.ended_problem[:] = self.state.problem
@@ -203,21 +209,26 @@ class BatchedLiftEnv:
         self._side_by_side(step)
         return out
 
-    def guarded_actions(self, values: NDArray[np.float32]) -> NDArray[np.int64]:
+    def chosen_actions(self, values: NDArray[np.float32]) -> NDArray[np.int64]:
         """Return the moves that the loop guard chooses from (N, 6) float32 action values: (N,) int64.
 
         Its memory is the last ``MEMORY`` cells of each lift. A lift that cannot move gets action 0.
         """
-        actions = np.zeros(self.lifts, np.int64)
+        actions = np.zeros(self.count, np.int64)
         self._side_by_side(lambda first, last: _guard_all(self.pool, self.state, values, first, last, actions))
         return actions
+
+    def close(self) -> None:
+        """End the threads."""
+        if self._executor is not None:
+            self._executor.shutdown()
 
     def _side_by_side(self, work: Callable[[int, int], None]) -> None:
         """Call ``work`` for ranges of lifts, on all threads."""
         if self._executor is None:
-            work(0, self.lifts)
+            work(0, self.count)
             return
-        bounds = np.linspace(0, self.lifts, 4 * self._threads + 1).astype(int).tolist()
+        bounds = np.linspace(0, self.count, 4 * self._threads + 1).astype(int).tolist()
         list(self._executor.map(work, bounds[:-1], bounds[1:]))
 
 
@@ -283,18 +294,18 @@ def _step_all(
         if out.teacher.shape[0] > 0:
             _ask_teacher(pool, p, space, rules, state, out.teacher[n])
         following, bumped = transition(space, state, actions[n])
-        out.arrived[n] = has_arrived(following, pool.target[p])
-        out.truncated[n] = not out.arrived[n] and following.steps >= batch.limit[n]
+        out.terminated[n] = has_arrived(following, pool.target[p])
+        out.truncated[n] = not out.terminated[n] and following.steps >= batch.limit[n]
         out.rewards[n] = reward(
             rules.weights,
             pooled_distance(pool, p, state.x, state.y, state.z),
             pooled_distance(pool, p, following.x, following.y, following.z),
             bumped,
-            out.arrived[n],
+            out.terminated[n],
             state.steps >= batch.limit[n],
         )
         store_state(batch, n, following)
-        if out.arrived[n] or out.truncated[n]:
+        if out.terminated[n] or out.truncated[n]:
             _look_around(pool, space, batch, n, out.final_observations[n])
             _begin(pool, rules, batch, n)
             space = pooled_clearance(pool, batch.problem[n])

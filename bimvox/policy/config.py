@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.env.dynamics import StepLimit
 from bimvox.env.names import named
@@ -33,9 +36,13 @@ class DqnChoices:
         target_update: Gradient steps between two copies to the target network.
         double_q: Whether the online network chooses the action that the target network values (double Q-learning, van
             Hasselt et al. 2016).
+        averaging: Share of the old weights in their running average, per gradient step; the average is tested and kept.
+            0: no average. An average varies less from test to test.
         max_gradient_norm: Gradients are scaled down to this length.
         exploration_first: Share of random actions at the start.
         exploration_last: The same from the end of the exploration phase on.
+        exploration_spread: How differently the environments explore: number n of N with the share to the power
+            1 + spread n / (N - 1) (Horgan et al. 2018); 0: all alike.
         test_every: Steps between two tests.
         required_success: Success rate at which training stops.
     """
@@ -50,11 +57,53 @@ class DqnChoices:
     gradient_steps: int
     target_update: int
     double_q: bool
+    averaging: float
     max_gradient_norm: float
     exploration_first: float
     exploration_last: float
+    exploration_spread: float
     test_every: int
     required_success: float
+
+    @property
+    def huber(self) -> float:
+        """Error from which on the loss is linear."""
+        return 1.0
+
+    @property
+    def teacher(self) -> float:
+        """Weight of the second loss, by the distance field."""
+        return 0.0
+
+    @property
+    def priority(self) -> float:
+        """Exponent of prioritized replay."""
+        return 0.0
+
+    @property
+    def importance_first(self) -> float | None:
+        """Exponent of the importance weights of prioritized replay at the start; None: the weights are equal."""
+        return None
+
+    @property
+    def bootstrap_at_limit(self) -> bool:
+        """Whether the value goes on when an episode ends only because its steps are used up."""
+        return True
+
+    def exploration_phase(self, budget: int) -> int:
+        """Return the number of steps of a budget over which the share of random actions falls."""
+        raise NotImplementedError
+
+    def learning_rate_at(self, steps: int, done: float) -> float:
+        """Return the learning rate after so many steps, a share ``done`` of the budget."""
+        raise NotImplementedError
+
+    def random_shares(self, steps: int, budget: int, count: int) -> NDArray[np.float64]:
+        """Return (N,) the share of random actions of each environment after so many steps of a budget."""
+        done = min(1.0, steps / max(1, self.exploration_phase(budget)))
+        share = self.exploration_first + done * (self.exploration_last - self.exploration_first)
+        powers = 1.0 + self.exploration_spread * np.arange(count) / max(1, count - 1)
+        return np.asarray(share**powers, np.float64)
 
     def check(self, environments: str, *counts: str) -> None:
         """Refuse impossible choices.
@@ -98,12 +147,8 @@ class DqnConfig(DqnChoices):
         lifts: Environments in parallel.
         exploration_steps: Steps over which the share of random actions falls linearly; not a share of the budget, so
             that a larger budget begins with the same run.
-        exploration_spread: How differently the lifts explore: lift n of N with the share to the power
-            1 + spread n / (N - 1) (Horgan et al. 2018); 0: all alike.
         learning_rate_last: Learning rate at the end of the budget; it falls linearly over the last ``cooling`` of it.
         cooling: Share of the budget over which the learning rate falls.
-        averaging: Share of the old weights in their running average, per gradient step; the average is tested and kept.
-            0: no average.
         teacher: Weight of a second loss: how much better each free move is than their mean, against the same by the
             distance field. 0: reward only.
         mix: Where training episodes begin.
@@ -146,6 +191,20 @@ class DqnConfig(DqnChoices):
         named("reward", self.reward, REWARDS)
         self.check("lifts", "test_starts")
 
+    @property
+    def huber(self) -> float:
+        """Error from which on the loss is linear."""
+        return 0.1
+
+    def exploration_phase(self, budget: int) -> int:
+        """Return the number of steps over which the share of random actions falls."""
+        return self.exploration_steps
+
+    def learning_rate_at(self, steps: int, done: float) -> float:
+        """Return the learning rate at a share of the budget."""
+        cooled = min(1.0, max(0.0, (done - 1.0 + self.cooling) / max(1e-9, self.cooling)))
+        return self.learning_rate + cooled * (self.learning_rate_last - self.learning_rate)
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         plain = asdict(self)
@@ -185,22 +244,19 @@ def config_from_dict(plain: dict[str, Any]) -> DqnConfig:
     )
 
 
-def choices_from_dict(
-    kind: type[C], plain: dict[str, Any], optional: Collection[str] = (), **convert: Callable[[Any], Any]
-) -> C:
+def choices_from_dict(kind: type[C], plain: dict[str, Any], **convert: Callable[[Any], Any]) -> C:
     """Return choices from JSON values.
 
     Args:
         kind: Their class.
         plain: The values by field.
-        optional: Fields that may be missing.
         **convert: How the values of some fields become Python's.
 
     Raises:
         PolicyError: A key is missing or unknown, or a value is impossible.
     """
     names = {field.name for field in fields(kind)}
-    missing, unknown = names - set(plain) - set(optional), set(plain) - names
+    missing, unknown = names - set(plain), set(plain) - names
     if missing or unknown:
         raise PolicyError(
             "the training configuration has other keys than this version's",

@@ -1,44 +1,67 @@
-"""Stable-baselines3's DQN, extended for many lifts at once.
+"""Stable-baselines3's DQN, extended for many environments at once: crane lifts, and the paper's sites.
 
-1. The planner's loop guard (:mod:`bimvox.env.guard`) chooses the moves, so training sees what planning meets. A lift
-   that explores gives the guard random values. Each lift explores independently; SB3 draws once for all of them.
+1. The batch chooses the moves from the values: for lifts the planner's loop guard (:mod:`bimvox.env.guard`), so that
+   training sees what planning meets. What explores gives it random values. Each environment explores independently;
+   SB3 draws once for all of them. No phase is purely random.
 2. An action that the view shows as blocked is never chosen, neither in behaviour nor in the target.
-3. Optional: double Q-learning, a second loss by the teacher, a running average of the weights.
-4. The share of random actions falls over a fixed number of steps, not over a share of the budget.
-5. The replay memory is on the learner's device (:mod:`bimvox.policy.replay`).
+3. Optional: double Q-learning, a second loss by the teacher, a running average of the weights, prioritized replay, and
+   images of the transitions.
+4. The replay memory is on the learner's device (:mod:`bimvox.policy.replay`).
 """
 
 from __future__ import annotations
 
 import time
-from typing import Any, cast
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from stable_baselines3 import DQN
 from stable_baselines3.common.logger import Logger
+from stable_baselines3.dqn.policies import DQNPolicy
+from stable_baselines3.dqn.policies import QNetwork as TorchQNetwork
 from torch.nn import functional
 
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.policy.config import DqnConfig
+from bimvox.env.batched import BatchedLiftEnv
+from bimvox.policy.config import DqnChoices, DqnConfig
 from bimvox.policy.device import device_named
-from bimvox.policy.framed_policy import FramedPolicy, FramedQNetwork, blocked_in_frame, frame_actions
+from bimvox.policy.framed_policy import FramedPolicy, FramedQNetwork
 from bimvox.policy.network import QNetwork
-from bimvox.policy.replay import ViewReplay, packed, unpacked
-from bimvox.policy.vec_env import LiftVecEnv
+from bimvox.policy.replay import Transitions, ViewReplay
+from bimvox.policy.vec_env import BatchVecEnv
 
 _NEVER = -1e9
 
 
-class LiftDqn(DQN):
-    """DQN over a batch of lifts.
+class Trained(NamedTuple):
+    """What a training makes of its views.
+
+    Attributes:
+        policy: Makes the networks.
+        arguments: Of the policy.
+        levels: Views are remembered in steps of 1 / levels.
+        images: Changes the transitions of a gradient step, with a generator of its own.
+    """
+
+    policy: type[DQNPolicy]
+    arguments: Mapping[str, Any] = MappingProxyType({})
+    levels: int = 127
+    images: Callable[[Transitions, torch.Generator], Transitions] | None = None
+
+
+class BatchDqn(DQN):
+    """DQN over a batch of environments.
 
     Args:
-        env: The lifts.
+        env: The environments.
         config: The choices.
-        seed: The same seed, problems and device give the same weights.
-        device: Device of the network and the replay memory, as torch names it.
+        seed: The same seed, environments and device give the same weights.
+        trained: The networks, and what they learn from.
+        device: Device of the networks and the replay memory, as torch names it.
         seconds: Time limit over which the learning rate also falls; the weights then depend on the machine. By default
             it falls over the budget alone.
         half: Whether to multiply in bfloat16; the weights stay in float32. Three times as fast on a processor with
@@ -48,14 +71,12 @@ class LiftDqn(DQN):
         PolicyError: The device is not available.
     """
 
-    q_net: FramedQNetwork
-    q_net_target: FramedQNetwork
-
     def __init__(
         self,
-        env: LiftVecEnv,
-        config: DqnConfig,
+        env: BatchVecEnv,
+        config: DqnChoices,
         seed: int,
+        trained: Trained,
         *,
         device: str = "cpu",
         seconds: float | None = None,
@@ -63,12 +84,12 @@ class LiftDqn(DQN):
     ) -> None:
         self.config = config
         super().__init__(
-            FramedPolicy,
+            trained.policy,
             env,
             **config.sb3_arguments(),
-            policy_kwargs={"net_arch": list(config.hidden)},
+            policy_kwargs={"net_arch": list(config.hidden), **trained.arguments},
             replay_buffer_class=ViewReplay,  # type: ignore[arg-type]
-            replay_buffer_kwargs={"teacher": config.teacher > 0.0, "seed": seed},
+            replay_buffer_kwargs={"config": config, "levels": trained.levels, "seed": seed},
             device=device_named(device),
             seed=seed,
         )
@@ -77,18 +98,21 @@ class LiftDqn(DQN):
         self._random = np.random.default_rng(seed)
         self._updates_to_copy = config.target_update
         self._views: torch.Tensor | None = None
+        self._images = trained.images
+        self._drawn_images = torch.Generator(device=self.device).manual_seed(seed)
         self._seconds = seconds
         self._half = half
         self._began = time.monotonic()
-        lifts = max(1, env.num_envs - 1)
-        self._spread = 1.0 + config.exploration_spread * np.arange(env.num_envs) / lifts
-        self._average = [parameter.detach().clone() for parameter in self.q_net.parameters()]
+        self._parameters = list(self.q_net.parameters())
+        self._average = [parameter.detach().clone() for parameter in self._parameters]
+
+    @property
+    def seconds_used(self) -> float:
+        """How long the training has taken."""
+        return time.monotonic() - self._began
 
     def _on_step(self) -> None:
-        """Lower the share of random actions; the target network is copied by gradient steps, in ``train``."""
-        done = min(1.0, self.num_timesteps / max(1, self.config.exploration_steps))
-        first, last = self.config.exploration_first, self.config.exploration_last
-        self.exploration_rate = first + done * (last - first)
+        """Leave the rest to ``_sample_action`` and ``train``."""
 
     def predict(
         self,
@@ -99,50 +123,49 @@ class LiftDqn(DQN):
     ) -> tuple[NDArray[np.int64], Any]:
         """Return for each observation the action with the highest value among those not shown as blocked."""
         with torch.no_grad():
-            values = self._values(torch.as_tensor(observation, device=self.device))
+            values = _free_values(self.q_net, torch.as_tensor(observation, device=self.device))
         return values.argmax(dim=1).cpu().numpy(), state
-
-    def _values(self, views: torch.Tensor) -> torch.Tensor:
-        """Return (N, 6) values of the site's actions, very low if blocked."""
-        values = self.q_net.in_frame(views).masked_fill(blocked_in_frame(views), _NEVER)
-        return values.gather(1, frame_actions(views))
 
     def _sample_action(
         self, learning_starts: int, action_noise: Any = None, n_envs: int = 1
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the next actions: the guard's moves, some of them from random values."""
+        """Return the next actions: the batch's, some of them from random values."""
+        memory = cast(ViewReplay, self.replay_buffer)
         if self._views is None:
-            self._views = packed(torch.as_tensor(self._last_obs, device=self.device))
+            self._views = memory.packed(torch.as_tensor(self._last_obs, device=self.device))
         with torch.no_grad(), self._precision():
-            values = self._values(unpacked(self._views)).float().cpu().numpy()
-        explore = self._random.random(len(values)) < self.exploration_rate**self._spread
+            values = _free_values(self.q_net, memory.unpacked(self._views)).float().cpu().numpy()
+        # The first step follows the values alone, as every step of a trained network does.
+        shares = self.config.random_shares(self.num_timesteps, self._total_timesteps, len(values))
+        explore = self._random.random(len(values)) < shares * (self.num_timesteps > 0)
         values[explore] = self._random.random((int(explore.sum()), ACTION_COUNT))
-        actions = self.env.batch.guarded_actions(values)  # type: ignore[union-attr]
+        actions = cast(BatchVecEnv, self.env).batch.chosen_actions(values)
         return actions, actions
 
     def _store_transition(
         self, replay_buffer: Any, buffer_action: Any, new_obs: Any, reward: Any, dones: Any, infos: Any
     ) -> None:
         """Store the last step; at the end of an episode, with its last view."""
-        step = self.env.last_step  # type: ignore[union-attr]
-        upcoming = packed(torch.as_tensor(step.observations, device=self.device))
+        step = cast(BatchVecEnv, self.env).last_step
+        assert step is not None
+        upcoming = replay_buffer.packed(torch.as_tensor(step.observations, device=self.device))
         following = upcoming
         ended = np.flatnonzero(step.ended)
         if ended.size:
             following = upcoming.clone()
             last = torch.as_tensor(step.final_observations[ended], device=self.device)
-            following[torch.as_tensor(ended, device=self.device)] = packed(last)
+            following[torch.as_tensor(ended, device=self.device)] = replay_buffer.packed(last)
+        over = step.terminated if self.config.bootstrap_at_limit else step.ended
         replay_buffer.add(
             self._views,
             following,
-            *(torch.as_tensor(a, device=self.device) for a in (buffer_action, reward, step.arrived, step.teacher)),
+            *(torch.as_tensor(a, device=self.device) for a in (buffer_action, reward, over, step.teacher)),
         )
         self._views = upcoming
         self._last_obs = step.observations
 
     def train(self, gradient_steps: int, batch_size: int = 100) -> None:
         """Take gradient steps on the Huber loss of the temporal difference."""
-        self.policy.set_training_mode(True)
         self._set_rate()
         optimizer = self.policy.optimizer
         for _ in range(gradient_steps):
@@ -150,7 +173,7 @@ class LiftDqn(DQN):
                 loss = self._loss(batch_size)
             optimizer.zero_grad()
             loss.backward()  # type: ignore[no-untyped-call]
-            torch.nn.utils.clip_grad_norm_(self.policy.parameters(), self.max_grad_norm)
+            torch.nn.utils.clip_grad_norm_(self._parameters, self.max_grad_norm)
             optimizer.step()
             self._n_updates += 1
             self._updates_to_copy -= 1
@@ -160,26 +183,33 @@ class LiftDqn(DQN):
             if self.config.averaging:
                 # At first the average follows closely.
                 kept = min(self.config.averaging, self._n_updates / (self._n_updates + 10.0))
-                torch._foreach_lerp_(self._average, [p.detach() for p in self.q_net.parameters()], 1.0 - kept)
+                torch._foreach_lerp_(self._average, [p.detach() for p in self._parameters], 1.0 - kept)
 
     def _loss(self, batch_size: int) -> torch.Tensor:
-        batch = cast(ViewReplay, self.replay_buffer).sample(batch_size)
+        memory = cast(ViewReplay, self.replay_buffer)
+        batch = memory.sample(batch_size)
+        if self._images is not None:
+            batch = self._images(batch, self._drawn_images)
         with torch.no_grad():
-            blocked = blocked_in_frame(batch.following)
-            following = self.q_net_target.in_frame(batch.following).masked_fill(blocked, _NEVER)
-            if self.config.double_q:
-                online = self.q_net.in_frame(batch.following).masked_fill(blocked, _NEVER)
-                best = following.gather(1, online.argmax(dim=1, keepdim=True))
-            else:
-                best = following.max(dim=1, keepdim=True).values
-            best = best.masked_fill(blocked.all(dim=1, keepdim=True), 0.0)
-            wanted = batch.rewards + (1 - batch.ended) * self.gamma * best.float()
+            following = _free_values(self.q_net_target, batch.following)
+            chosen_by = _free_values(self.q_net, batch.following) if self.config.double_q else following
+            best = following.gather(1, chosen_by.argmax(dim=1, keepdim=True)).float()
+            best = best.masked_fill(best < 0.5 * _NEVER, 0.0)  # all are blocked
+            wanted = batch.rewards + (1 - batch.ended) * self.gamma * best
         values: torch.Tensor = self.q_net(batch.views).float()
-        loss = functional.smooth_l1_loss(values.gather(1, batch.actions), wanted, beta=0.1)
+        mine = values.gather(1, batch.actions)
+        loss = functional.smooth_l1_loss(mine, wanted, beta=self.config.huber, reduction="none")
+        if self.config.priority:
+            memory.note_errors(batch.rows, (mine - wanted).abs().detach())
+        if self.config.importance_first is not None:
+            done = min(1.0, self.num_timesteps / max(1, self._total_timesteps))
+            loss = loss * memory.importance(batch.rows, 1.0 - (1.0 - done) * (1.0 - self.config.importance_first))
+        loss = loss.mean()
         if self.config.teacher:
-            free = ~blocked_in_frame(batch.views).gather(1, frame_actions(batch.views))
+            blocked = _blocked(self.q_net, batch.views)
+            free = torch.ones_like(values, dtype=torch.bool) if blocked is None else ~blocked
             told = functional.smooth_l1_loss(
-                _over_mean(values, free), _over_mean(batch.teacher, free), beta=0.1, reduction="none"
+                _over_mean(values, free), _over_mean(batch.teacher, free), beta=self.config.huber, reduction="none"
             )
             loss = loss + self.config.teacher * (told * free).sum() / free.sum()
         return loss
@@ -191,17 +221,33 @@ class LiftDqn(DQN):
         """Set the learning rate by the used share of the budget or the time."""
         done = self.num_timesteps / max(1, self._total_timesteps)
         if self._seconds is not None:
-            done = max(done, (time.monotonic() - self._began) / self._seconds)
-        cooled = min(1.0, max(0.0, (done - 1.0 + self.config.cooling) / max(1e-9, self.config.cooling)))
-        first, last = self.config.learning_rate, self.config.learning_rate_last
+            done = max(done, self.seconds_used / self._seconds)
         for group in self.policy.optimizer.param_groups:
-            group["lr"] = first + cooled * (last - first)
+            group["lr"] = self.config.learning_rate_at(self.num_timesteps, done)
 
     def tested_parameters(self) -> list[torch.Tensor]:
         """Return the online network's parameters, or their running average if there is one."""
         if self.config.averaging and self._n_updates:
             return self._average
-        return [parameter.detach() for parameter in self.q_net.parameters()]
+        return [parameter.detach() for parameter in self._parameters]
+
+    def begin_with(self, state: dict[str, torch.Tensor]) -> None:
+        """Overwrite the weights of the online and the target network, and their average."""
+        for q_net in (self.q_net, self.q_net_target):
+            q_net.load_state_dict(state)
+        self._average = [parameter.detach().clone() for parameter in self._parameters]
+
+
+def _blocked(q_net: TorchQNetwork, views: torch.Tensor) -> torch.Tensor | None:
+    """Return (N, 6) bool: the site's actions that the views show as blocked. None if they do not show it."""
+    return q_net.blocked(views) if isinstance(q_net, FramedQNetwork) else None
+
+
+def _free_values(q_net: TorchQNetwork, views: torch.Tensor) -> torch.Tensor:
+    """Return (N, 6) values of the site's actions, very low if blocked."""
+    values: torch.Tensor = q_net(views)
+    blocked = _blocked(q_net, views)
+    return values if blocked is None else values.masked_fill(blocked, _NEVER)
 
 
 def _over_mean(values: torch.Tensor, free: torch.Tensor) -> torch.Tensor:
@@ -214,7 +260,12 @@ def _over_mean(values: torch.Tensor, free: torch.Tensor) -> torch.Tensor:
     return values - mean
 
 
-def network_of(dqn: LiftDqn) -> QNetwork:
+def dqn_of_lifts(batch: BatchedLiftEnv, config: DqnConfig, seed: int, **how: Any) -> BatchDqn:
+    """Return a DQN over a batch of lifts; ``how`` are further arguments of :class:`BatchDqn`."""
+    return BatchDqn(BatchVecEnv(batch), config, seed, Trained(FramedPolicy), **how)
+
+
+def network_of(dqn: BatchDqn) -> QNetwork:
     """Return the weights of the online network, or their average if configured, as plain arrays."""
     arrays = [parameter.cpu().numpy() for parameter in dqn.tested_parameters()]
     return QNetwork(
@@ -238,6 +289,5 @@ def load_network(dqn: DQN, network: QNetwork) -> None:
             for layer, weight, bias in zip(layers, network.weights, network.biases, strict=True):
                 layer.weight.copy_(torch.from_numpy(weight.T.copy()))
                 layer.bias.copy_(torch.from_numpy(bias.copy()))
-    if isinstance(dqn, LiftDqn):
-        for average, parameter in zip(dqn._average, dqn.q_net.parameters(), strict=True):
-            average.copy_(parameter.detach())
+    if isinstance(dqn, BatchDqn):
+        dqn.begin_with(dqn.q_net.state_dict())

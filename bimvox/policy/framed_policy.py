@@ -27,14 +27,14 @@ class ViewExtractor(BaseFeaturesExtractor):
 class FramedQNetwork(QNetwork):
     """A multilayer perceptron in the view's frame, its values converted to the site's actions."""
 
-    def in_frame(self, observations: torch.Tensor) -> torch.Tensor:
-        """Return (N, 6) values of the frame's actions."""
-        values: torch.Tensor = self.q_net(observations[:, :INPUT_SIZE])
-        return values
-
     def forward(self, obs: Any) -> torch.Tensor:
         """Return (N, 6) values of the site's actions."""
-        return self.in_frame(obs).gather(1, frame_actions(obs))
+        values: torch.Tensor = self.q_net(obs[:, :INPUT_SIZE])
+        return values.gather(1, _frame_actions(obs))
+
+    def blocked(self, obs: torch.Tensor) -> torch.Tensor:
+        """Return (N, 6) bool: whether the view shows each of the site's actions as blocked."""
+        return (obs[:, list(NEIGHBOURS)] > 0.5).gather(1, _frame_actions(obs))
 
 
 class FramedPolicy(DQNPolicy):
@@ -48,13 +48,8 @@ class FramedPolicy(DQNPolicy):
         return FramedQNetwork(**self._update_features_extractor(self.net_args, features_extractor=None)).to(self.device)
 
 
-def frame_actions(observations: torch.Tensor) -> torch.Tensor:
+def _frame_actions(observations: torch.Tensor) -> torch.Tensor:
     """Return (N, 6) int64: which of the frame's actions each action of the site is."""
     table = torch.as_tensor(FRAME_ACTIONS.copy(), device=observations.device)
     rows = (observations[:, VIEW_SIZE - 1] * (FRAME_COUNT - 1)).round().long().clamp(0, FRAME_COUNT - 1)
     return table[rows]
-
-
-def blocked_in_frame(observations: torch.Tensor) -> torch.Tensor:
-    """Return (N, 6) bool: whether the view shows each of the frame's actions as blocked."""
-    return observations[:, list(NEIGHBOURS)] > 0.5

@@ -73,15 +73,14 @@ def train(
         return record.policy
     import torch
 
-    from bimvox.policy.dqn import LiftDqn, load_network, network_of
+    from bimvox.policy.dqn import dqn_of_lifts, load_network, network_of
     from bimvox.policy.train_callback import TestsAtIntervals
-    from bimvox.policy.vec_env import LiftVecEnv
 
     torch.set_num_threads(1)  # more threads slow down layers this small
     batch = BatchedLiftEnv(
         learnable, config.lifts, reward_name=config.reward, mix=config.mix, limit=config.limit, seed=seed
     )
-    dqn = LiftDqn(LiftVecEnv(batch), config, seed)
+    dqn = dqn_of_lifts(batch, config, seed)
     if first is not None:
         load_network(dqn, first)
     dqn.num_timesteps = done

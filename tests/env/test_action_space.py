@@ -13,8 +13,7 @@ from bimvox.env.default_problem import default_problem
 from bimvox.errors import ActionError
 from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.presets import PAPER
-from bimvox.paper.policy.vec_env import PaperVecEnv
-from bimvox.policy.vec_env import LiftVecEnv
+from bimvox.policy.vec_env import BatchVecEnv
 
 OUTSIDE = [7, 6, -1, 2.5, np.float64(2.0), np.nan, "up", None, [1]]
 OUTSIDE_OF_TWO = [[0, 7], [-1, 0], [0.0, 2.5], [0], [0, 1, 2], 3, [[0, 1]], ["up", "down"]]
@@ -45,7 +44,7 @@ def test_vector_environments(env_id):
 @pytest.mark.parametrize("actions", OUTSIDE_OF_TWO, ids=repr)
 def test_batches_and_their_adapters(actions):
     lifts, sites = BatchedLiftEnv([default_problem()], 2), BatchedPaperSite(PAPER, 2)
-    for env in (lifts, sites, LiftVecEnv(lifts), PaperVecEnv(sites)):
+    for env in (lifts, sites, BatchVecEnv(lifts), BatchVecEnv(sites)):
         env.reset()
         with pytest.raises(ActionError, match="2 integers from 0 to 5"):
             env.step(actions)

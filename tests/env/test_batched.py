@@ -48,7 +48,7 @@ def test_single_and_batched_agree_step_for_step(reward_name):
         step = batch.step(actions)
         for n, env in enumerate(singles):
             observation, reward, terminated, truncated, _ = env.step(actions[n])
-            assert (terminated, truncated) == (step.arrived[n], step.truncated[n])
+            assert (terminated, truncated) == (step.terminated[n], step.truncated[n])
             assert np.float32(reward) == step.rewards[n]
             if terminated or truncated:
                 ended += 1
@@ -63,7 +63,7 @@ def test_arrival_ends_an_episode_with_its_last_observation():
     batch.reset()
     batch.place(0, 0, (7, 7, 2))
     step = batch.step(np.array([5, 4]))
-    assert step.arrived.tolist() == [True, False]
+    assert step.terminated.tolist() == [True, False]
     assert step.rewards[0] == pytest.approx(1.15)
     assert not step.final_observations[0][GOAL_START : GOAL_START + GOAL_SIZE].any()  # the component is at its target
     assert batch.state.steps[0] == 0  # a new episode has begun
@@ -104,7 +104,7 @@ def test_threads_change_nothing():
         seen = [batch.reset().copy()]
         for _ in range(30):
             values = random.random((37, 6)).astype(np.float32)
-            seen.append(batch.step(batch.guarded_actions(values)).observations.copy())
+            seen.append(batch.step(batch.chosen_actions(values)).observations.copy())
         lives.append(np.array(seen))
     np.testing.assert_array_equal(*lives)
 

@@ -6,11 +6,13 @@ import sys
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
 from bimvox.env.observation import INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import PolicyError
-from bimvox.policy.network import QNetwork, network_from_arrays
+from bimvox.policy.network import GROUP, NO_SUMS, QNetwork, network_from_arrays, sparse_layer, sums_of_groups
 
 
 def random_network(seed: int = 0, hidden: tuple[int, ...] = (16, 8)) -> QNetwork:
@@ -110,3 +112,29 @@ def test_using_a_policy_does_not_import_torch():
 def test_observations_of_another_size_are_refused():
     with pytest.raises(ValueError, match="not \\(N, "):
         random_network()(np.zeros((2, VIEW_SIZE - 1), np.float32))
+
+
+@given(
+    st.integers(1, 3 * GROUP + 5),
+    st.integers(1, 20),
+    st.integers(1, 40),
+    st.sampled_from([(0.9, 0.0), (0.0, 0.9), (0.4, 0.4), (0.0, 0.0), (1.0, 0.0)]),
+    st.booleans(),
+    st.integers(0, 2**32 - 1),
+)
+def test_it_is_the_product(inputs, outputs, rows, shares, rectify, seed):
+    random = np.random.default_rng(seed)
+    weight = random.standard_normal((inputs, outputs)).astype(np.float32)
+    bias = random.standard_normal(outputs).astype(np.float32)
+    values = random.uniform(-1, 1, (rows, inputs + 2)).astype(np.float32)
+    drawn = random.random(values.shape)
+    values[drawn < shares[0]] = 1.0
+    values[drawn > 1.0 - shares[1]] = 0.0
+    wanted = values[:, :inputs].astype(np.float64) @ weight + bias
+    if rectify:
+        wanted = np.maximum(wanted, 0.0)
+    for sums in (sums_of_groups(weight), NO_SUMS):
+        found = sparse_layer(values, weight, bias, sums, rectify)
+        np.testing.assert_allclose(found, wanted, atol=2e-4)
+        alone = np.concatenate([sparse_layer(values[n : n + 1], weight, bias, sums, rectify) for n in range(rows)])
+        np.testing.assert_array_equal(alone, found)

@@ -13,11 +13,10 @@ from bimvox.env.lift_env import LiftEnv
 from bimvox.env.problem import training_problem
 from bimvox.errors import PlanningError
 from bimvox.policy.config import DqnConfig
-from bimvox.policy.dqn import LiftDqn, load_network, network_of
+from bimvox.policy.dqn import BatchDqn, dqn_of_lifts, load_network, network_of
 from bimvox.policy.evaluate import evaluate
 from bimvox.policy.train import train
 from bimvox.policy.trained import CurvePoint, TrainingStart
-from bimvox.policy.vec_env import LiftVecEnv
 
 TINY = DqnConfig(hidden=(16,), lifts=8, batch_size=16, learning_starts=32, gradient_steps=1, test_every=64)
 
@@ -105,8 +104,8 @@ def test_nothing_to_learn_is_an_error():
         train([unsolvable(), unsolvable()], TINY, seed=0, steps=100)
 
 
-def dqn(**choices) -> LiftDqn:
-    return LiftDqn(LiftVecEnv(BatchedLiftEnv([default_problem()], 8)), replace(TINY, **choices), seed=0)
+def dqn(**choices) -> BatchDqn:
+    return dqn_of_lifts(BatchedLiftEnv([default_problem()], 8), replace(TINY, **choices), 0)
 
 
 def test_weights_are_returned_and_loaded_unchanged():
@@ -128,7 +127,7 @@ def test_the_teacher_tells_which_move_is_better_not_what_a_path_is_worth():
     """Early on the target network knows no path's worth: a taught level makes the moves that were taken look bad."""
     config = replace(TINY, teacher=1.0, learning_starts=1_000)
     batch = BatchedLiftEnv([default_problem(obstructions=(((3, 6, 1), (4, 9, 3)),))], 8, teacher_discount=0.9)
-    learner = LiftDqn(LiftVecEnv(batch), config, seed=0)
+    learner = dqn_of_lifts(batch, config, 0)
     learner.learn(256)
 
     def told() -> float:
@@ -148,45 +147,6 @@ def test_the_teacher_tells_which_move_is_better_not_what_a_path_is_worth():
     with torch.no_grad():
         of_moves[0] += 1.5  # of one move
     assert told() > before + 0.01
-
-
-def test_exploration_falls_by_steps_not_by_share_of_the_budget():
-    learner = dqn(exploration_first=0.8, exploration_last=0.2, exploration_steps=100)
-    rates = []
-    for steps in (0, 50, 100, 400):
-        learner.num_timesteps = steps
-        learner._on_step()
-        rates.append(learner.exploration_rate)
-    assert rates == pytest.approx([0.8, 0.5, 0.2, 0.2])
-
-
-def test_each_lift_explores_on_its_own():
-    batch = BatchedLiftEnv([default_problem()], 400)
-    learner = LiftDqn(LiftVecEnv(batch), replace(TINY, lifts=400, buffer_size=400), seed=0)
-    learner._last_obs = learner.env.reset()
-    for lift in range(400):
-        batch.place(lift, 0, (3, 3, 2))
-    learner._views = None
-    learner._last_obs = np.repeat(learner._last_obs[:1], 400, axis=0)
-    learner.exploration_rate = 0.0
-    greedy, _ = learner._sample_action(0, None, 400)
-    assert len(set(greedy.tolist())) == 1
-    learner.exploration_rate = 0.5
-    actions, _ = learner._sample_action(0, None, 400)
-    assert 0.3 < (actions != greedy).mean() < 0.5  # half explore; some of their actions are greedy by chance
-
-
-def test_lifts_explore_differently_if_wanted():
-    batch = BatchedLiftEnv([default_problem()], 400)
-    learner = LiftDqn(LiftVecEnv(batch), replace(TINY, lifts=400, buffer_size=400, exploration_spread=20.0), seed=0)
-    learner._last_obs = learner.env.reset()
-    learner.exploration_rate = 0.0
-    greedy, _ = learner._sample_action(0, None, 400)
-    learner.exploration_rate = 0.8
-    actions, _ = learner._sample_action(0, None, 400)
-    differs = actions != greedy
-    assert differs[:50].mean() > 0.3
-    assert differs[-50:].mean() < 0.1
 
 
 def test_blocked_actions_are_never_chosen():

@@ -13,22 +13,20 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.env.actions import checked_actions
+from bimvox.env.actions import ACTION_COUNT, checked_actions
 from bimvox.env.names import named
 from bimvox.paper.env.batch_kernels import (
-    BatchOut,
     BatchRules,
     BatchSites,
     PaperStep,
+    begin_rows,
     greedy_rows,
-    settle_rows,
-    show,
     step_rows,
     store_row,
 )
 from bimvox.paper.env.dynamics import stand_up
 from bimvox.paper.env.layout import PaperLayout, layout_of, no_layout, pool_of_layouts, random_words, write_layout
-from bimvox.paper.env.observation import OBSERVATIONS, observation_space
+from bimvox.paper.env.observation import OBSERVATIONS, observation_space, write_observation
 from bimvox.paper.env.picture import SitePicture, picture_of_site
 from bimvox.paper.env.reward import PAPER_REWARDS
 from bimvox.paper.env.rules import drawing_of, empty_sites, rules_of
@@ -50,8 +48,6 @@ class BatchedPaperSite:
         layouts: Episodes are drawn from these. None draws a new layout for each, as ``spec`` says.
         seed: The same seed and actions give the same episodes.
         threads: Number of threads. None takes one per core, but fewer for few sites.
-        turns: Number of arrays of observations that take turns: the one that a step or ``reset`` returns holds for so
-            many steps. Two take hardly more time than one, and less than a copy.
 
     Raises:
         ValueError: A name is unknown, or a layout does not fit the site.
@@ -67,16 +63,13 @@ class BatchedPaperSite:
         layouts: Sequence[PaperLayout] | None = None,
         seed: int = 0,
         threads: int | None = None,
-        turns: int = 1,
     ) -> None:
         if sites < 1:
             raise ValueError(f"sites: {sites} is less than one")
-        if turns < 1:
-            raise ValueError(f"turns: {turns} is less than one")
         if layouts is not None and not layouts:
             raise ValueError("layouts: an empty list leaves nothing to draw episodes from")
         self.spec = spec.in_building_order()
-        self.sites = sites
+        self.count = sites
         self.observation = observation
         self.observation_space = observation_space(self.spec, observation)
         scheme = named("reward", reward, PAPER_REWARDS)
@@ -89,31 +82,7 @@ class BatchedPaperSite:
             np.zeros((sites, 1), np.uint64),
             np.zeros((sites, STATE_SIZE), np.int64),
         )
-        size = int(np.prod(self.observation_space.shape))
-        terminated, truncated, bumped, assembled, late = np.zeros((5, sites), np.bool_)
-        step = PaperStep(
-            np.zeros((sites, size), np.float32),
-            np.zeros(sites, np.float32),
-            terminated,
-            truncated,
-            bumped,
-            assembled,
-            np.zeros((sites, size), np.float32),
-            np.zeros((sites, STATE_SIZE), np.int64),
-            late,
-        )
-        drawings = np.zeros(sites, np.int64)
-        outs = [
-            BatchOut(
-                step._replace(observations=np.zeros_like(step.observations)),
-                np.zeros((sites, STATE_SIZE), np.int64),
-                np.zeros(sites, np.int64),
-                drawings,
-            )
-            for _ in range(turns)
-        ]
-        self._turns = [(out, self._step_of(out)) for out in outs]
-        self._take_turn()
+        self._turns = [self._room() for _ in range(2)]
         threads = processors() if threads is None else threads
         self.threads = max(1, min(threads, -(-sites // _ROWS_PER_THREAD)))
         self._executor = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
@@ -124,23 +93,13 @@ class BatchedPaperSite:
         """(N, 7) int64, columns as the fields of ``PaperState``."""
         return self._sites.states
 
-    @property
-    def observations(self) -> NDArray[np.float32]:
-        """(N, *shape) float32, the environment's own array; it holds until the next step."""
-        return self._step.observations
-
-    @property
-    def turns(self) -> int:
-        """Number of arrays of observations that take turns."""
-        return len(self._turns)
-
     def seed(self, seed: int) -> None:
         """Set the states of the random generators that draw layouts."""
-        self._sites.generators[:, 0] = random_words(seed, self.sites)
+        self._sites.generators[:, 0] = random_words(seed, self.count)
 
     def keep_distance_field(self) -> None:
         """Compute the distance field even if the reward does not need it, from the next ``reset`` on."""
-        arrays = empty_sites(self.spec, self._batch.drawing, self.sites, with_field=True)
+        arrays = empty_sites(self.spec, self._batch.drawing, self.count, with_field=True)
         self._sites = self._sites._replace(arrays=arrays)
 
     def reset(self) -> NDArray[np.float32]:
@@ -149,13 +108,13 @@ class BatchedPaperSite:
         Raises:
             PlanningError: The yard has no room, or a component has no path to its target.
         """
-        self._take_turn()
-        if self._shares(lambda first, last: int(settle_rows(self._batch, self._sites, self._out, first, last, True))):
+        step, flat = self._turns[0]
+        if self._shares(lambda first, last: int(begin_rows(self._batch, self._sites, flat, first, last))):
             raise no_layout(self.spec)
-        return self._step.observations
+        return step.observations
 
     def place(self, site: int, layout: PaperLayout) -> None:
-        """Begin an episode of a given layout; its observation is row ``site`` of the environment's own array.
+        """Begin an episode of a given layout; its observation is row ``site`` of the array returned last.
 
         Raises:
             ValueError: The layout does not fit the site, or has more obstructions than there is room for.
@@ -164,33 +123,28 @@ class BatchedPaperSite:
         write_layout(self.spec, layout, one)
         state = stand_up(self._batch.rules, one)
         store_row(self.states, site, state)
-        self._out.drawings[site] += 1
-        show(self._batch.code, self._batch.rules, one, self.states, self._out, site)
+        write_observation(self._batch.code, self._batch.rules, one, state, self._turns[0][1].observations[site])
 
-    def step(self, actions: ArrayLike, *, copy_to: NDArray[np.float32] | None = None) -> PaperStep:
+    def step(self, actions: ArrayLike) -> PaperStep:
         """Take one action per site.
 
         Args:
             actions: (N,) integers 0 .. 5.
-            copy_to: (N, *shape) float32 into which the threads also copy the observations.
 
         Raises:
             ActionError: The actions are not N integers of that range.
             PlanningError: No layout was found for a new episode.
         """
-        chosen = checked_actions(actions, self.sites)
-
-        self._take_turn()
-
-        def share(first: int, last: int) -> int:
-            failures = int(step_rows(self._batch, self._sites, self._out, first, last, chosen))
-            if copy_to is not None:
-                copy_to[first:last] = self._step.observations[first:last]
-            return failures
-
-        if self._shares(share):
+        chosen = checked_actions(actions, self.count)
+        self._turns.reverse()
+        step, flat = self._turns[0]
+        if self._shares(lambda first, last: int(step_rows(self._batch, self._sites, flat, first, last, chosen))):
             raise no_layout(self.spec)
-        return self._step
+        return step
+
+    def chosen_actions(self, values: NDArray[np.float32]) -> NDArray[np.int64]:
+        """Return the actions of the highest values, (N,) int64 of (N, 6)."""
+        return np.asarray(values.argmax(axis=1), np.int64)
 
     def state(self, site: int) -> PaperState:
         """Return the state of one site."""
@@ -206,7 +160,7 @@ class BatchedPaperSite:
 
     def picture(self, site: int) -> SitePicture:
         """Return the picture of one site."""
-        fresh = bool(self._step.assembled[site] and self.states[site, 6] > 0)
+        fresh = bool(self._turns[0][0].assembled[site] and self.states[site, 6] > 0)
         return picture_of_site(self.spec, self._site(site), self.state(site), just_assembled=fresh)
 
     def greedy_actions(self) -> NDArray[np.int64]:
@@ -225,25 +179,34 @@ class BatchedPaperSite:
             self._executor.shutdown()
             self._executor = None
 
-    def _take_turn(self) -> None:
-        """Choose the array of observations whose turn was longest ago as the one to write."""
-        self._turns = [*self._turns[1:], self._turns[0]]
-        self._out, self._step = self._turns[-1]
-
-    def _step_of(self, out: BatchOut) -> PaperStep:
-        """Return the arrays that are written, shaped as they are handed out."""
-        shape = (self.sites, *self.observation_space.shape)
-        return out.step._replace(
-            observations=out.step.observations.reshape(shape),
-            final_observations=out.step.final_observations.reshape(shape),
+    def _room(self) -> tuple[PaperStep, PaperStep]:
+        """Return arrays for a step, shaped as they are handed out, and flat as kernels write them."""
+        size = int(np.prod(self.observation_space.shape))
+        terminated, truncated, bumped, assembled, late = np.zeros((5, self.count), np.bool_)
+        flat = PaperStep(
+            np.zeros((self.count, size), np.float32),
+            np.zeros(self.count, np.float32),
+            terminated,
+            truncated,
+            bumped,
+            assembled,
+            np.zeros((self.count, size), np.float32),
+            np.zeros((self.count, STATE_SIZE), np.int64),
+            late,
+            np.zeros((0, ACTION_COUNT), np.float32),
         )
+        shape = (self.count, *self.observation_space.shape)
+        shaped = flat._replace(
+            observations=flat.observations.reshape(shape), final_observations=flat.final_observations.reshape(shape)
+        )
+        return shaped, flat
 
     def _site(self, site: int) -> SiteState:
         return SiteState(*(array[site] for array in self._sites.arrays))
 
     def _shares(self, work: Callable[[int, int], int]) -> int:
         """Run ``work`` on each thread's share of the rows, and return the sum of the results."""
-        bounds = [self.sites * t // self.threads for t in range(self.threads + 1)]
+        bounds = [self.count * t // self.threads for t in range(self.threads + 1)]
         pairs = list(pairwise(bounds))
         others = [self._executor.submit(work, *pair) for pair in pairs[1:]] if self._executor else []
         return work(*pairs[0]) + sum(other.result() for other in others)

@@ -59,28 +59,6 @@ def write_map(rules: SpecArrays, site: SiteState, state: PaperState, out: NDArra
 
 
 @leaf_kernel
-def move_on_map(rules: SpecArrays, before: PaperState, after: PaperState, out: NDArray[np.float32], depth: int) -> None:
-    """Update the flat map ``out`` from a state to a later one with the same component in transit; ``depth`` is Y."""
-    if before.component >= rules.boxes.shape[0]:
-        return
-    _draw_transit(rules, before, 0.0, 0.0, out, depth)
-    top = after.z + rules.boxes[after.component, 5] - 1
-    _draw_transit(rules, after, 1.0 if is_late(rules, after) else 0.0, top, out, depth)
-
-
-@leaf_kernel
-def _draw_transit(
-    rules: SpecArrays, state: PaperState, late: float, height: float, out: NDArray[np.float32], depth: int
-) -> None:
-    i = state.component
-    for x in range(state.x, state.x + rules.boxes[i, 3]):
-        for y in range(state.y, state.y + rules.boxes[i, 4]):
-            at = (x * depth + y) * CHANNELS
-            out[at + LATE] = late
-            out[at + TRANSIT_HEIGHT] = height
-
-
-@leaf_kernel
 def _raise_to(out: NDArray[np.float32], x0: int, y0: int, x1: int, y1: int, channel: int, value: int) -> None:
     for x in range(x0, x1):
         for y in range(y0, y1):

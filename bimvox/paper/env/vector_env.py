@@ -39,7 +39,7 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
         layouts: Episodes are drawn from these. None draws a new layout for each.
         render_mode: None, ``rgb_array`` or ``ansi``: one picture per site.
         copy: Whether ``reset`` and ``step`` return copies. Otherwise they return the environment's own arrays, which
-            the next step overwrites: read or copy them before. Copying the paper's map takes longer than stepping.
+            the step after the next overwrites. Copying the paper's map takes longer than stepping.
         threads: Number of threads. None takes one per core, but fewer for few sites.
         **changes: Fields of ``PaperSpec`` that replace those of ``site``.
 
@@ -116,8 +116,7 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
         """
         if not self._begun:
             raise ResetNeeded("step: no episode has begun; call reset() first")
-        copied = np.empty_like(self.batch.observations) if self._copy else None
-        step = self.batch.step(actions, copy_to=copied)
+        step = self.batch.step(actions)
         ended = step.ended
         late = step.late & ~ended
         infos = self._infos(self.batch.states, step.bumped & ~ended, late, self._everywhere)
@@ -126,8 +125,9 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
             infos["_final_obs"] = ended
             infos["final_info"] = self._infos(step.final_states, step.bumped & ended, step.late & ended, ended)
             infos["_final_info"] = ended.copy()
-        observations = step.observations if copied is None else copied
-        rewards, terminated, truncated = (self._kept(a) for a in (step.rewards, step.terminated, step.truncated))
+        observations, rewards, terminated, truncated = (
+            self._kept(a) for a in (step.observations, step.rewards, step.terminated, step.truncated)
+        )
         return observations, rewards, terminated, truncated, infos
 
     def render(self) -> tuple[Any, ...] | None:

@@ -14,7 +14,7 @@ from typing import Any
 
 from bimvox.paper.experiment.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS, PaperSettings
 
-MEANING = 2
+MEANING = 3
 """Increased when the same settings give other results."""
 
 CHANGED = ("b", "c", "d")

@@ -21,8 +21,8 @@ from bimvox.paper.policy.curve import Curve
 from bimvox.paper.policy.episodes import replay, success_rate
 from bimvox.paper.policy.initialization import greedy_success, initialize
 from bimvox.paper.policy.matched import matched_pairs
+from bimvox.paper.policy.network import ValueNetwork
 from bimvox.paper.policy.scenarios import make_scenarios
-from bimvox.policy.learner.network import ValueNetwork
 
 FRESH_SEED = 2_000_003
 """Added to the seed of a run, the seed of layouts that no test uses. Tests decide when training stops and which network

@@ -13,7 +13,7 @@ from bimvox.paper.policy.config import PaperDqnConfig
 from bimvox.paper.policy.curve import CurvePoint
 from bimvox.paper.policy.episodes import Episode, best_of, replay, run_episodes, success_rate
 from bimvox.paper.policy.learning import learn
-from bimvox.policy.learner.network import ValueNetwork
+from bimvox.paper.policy.network import ValueNetwork
 
 
 @dataclass(frozen=True, slots=True, eq=False)

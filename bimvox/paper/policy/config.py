@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from bimvox.env.names import named
@@ -14,9 +14,6 @@ from bimvox.policy.config import DqnChoices, choices_from_dict
 @dataclass(frozen=True, slots=True)
 class PaperDqnConfig(DqnChoices):
     """The choices behind deep Q-learning in two layers.
-
-    Each stream of a dueling network has the ``hidden`` layers, and ``max_gradient_norm`` holds for each variable, as in
-    the original stable-baselines.
 
     Attributes:
         observation: A key of ``OBSERVATIONS``.
@@ -33,14 +30,9 @@ class PaperDqnConfig(DqnChoices):
             weights are equal.
         symmetry: Whether every remembered transition is rotated and mirrored in plan at random before a gradient step
             (``bimvox.paper.policy.symmetry``); for the egocentric observation only.
-        averaging: Share by which the network that is tested and kept moves towards the one in training per gradient
-            step (Polyak averaging); 1 tests and keeps the one in training itself. An average varies less from test
-            to test.
         bootstrap_at_limit: Whether the target continues beyond the step limit (a truncation), or ends there, as in the
             original, which knew only "done".
         exploration_again: Share of random actions at the start of retraining a loaded network.
-        exploration_spread: Whether half of the sites act by the policy alone, and the others take up to four times as
-            many random actions each: the first find where the policy fails, the others see what it never reaches.
         exploration_share: Length of that phase as a share of the budget.
         exploration_steps: Its length in steps. None takes ``exploration_share``.
         budget: Steps of the initialization layer.
@@ -78,12 +70,12 @@ class PaperDqnConfig(DqnChoices):
     priority: float = 0.0
     importance_first: float | None = None
     symmetry: bool = False
-    averaging: float = 1.0
+    averaging: float = 0.0
     bootstrap_at_limit: bool = True
     exploration_first: float = 1.0
     exploration_again: float = 1.0
     exploration_last: float = 0.02
-    exploration_spread: bool = False
+    exploration_spread: float = 0.0
     exploration_share: float = 0.1
     exploration_steps: int | None = None
     budget: int = 100_000
@@ -114,8 +106,8 @@ class PaperDqnConfig(DqnChoices):
         self.check("sites", *counts)
         if self.priority < 0.0:
             raise ValueError(f"priority: {self.priority} is less than zero")
-        if not 0.0 < self.averaging <= 1.0:
-            raise ValueError(f"averaging: {self.averaging} is not in (0, 1]")
+        if not 0.0 <= self.averaging < 1.0:
+            raise ValueError(f"averaging: {self.averaging} is not in [0, 1)")
         if self.retrain_successes > self.retrain_episodes:
             raise ValueError(f"retrain_successes: {self.retrain_successes} of {self.retrain_episodes} episodes")
 
@@ -130,28 +122,17 @@ class PaperDqnConfig(DqnChoices):
             return self.exploration_steps
         return int(self.exploration_share * budget)
 
-    def learning_rate_at(self, steps: int, budget: int) -> float:
-        """Return the learning rate after so many steps of a budget."""
+    def learning_rate_at(self, steps: int, done: float) -> float:
+        """Return the learning rate after so many steps, a share ``done`` of the budget."""
         if self.learning_rate_last is None:
             return self.learning_rate
-        over = budget if self.learning_rate_steps is None else self.learning_rate_steps
-        return self.learning_rate + min(1.0, steps / max(1, over)) * (self.learning_rate_last - self.learning_rate)
+        done = done if self.learning_rate_steps is None else steps / self.learning_rate_steps
+        return self.learning_rate + min(1.0, done) * (self.learning_rate_last - self.learning_rate)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON, without the fields of ``ADDED_LATER`` that have their default."""
-        plain = asdict(self)
-        plain["hidden"] = list(self.hidden)
-        for name in ADDED_LATER:
-            if plain[name] == _DEFAULTS[name]:
-                del plain[name]
-        return plain
+        """Return plain values for JSON."""
+        return {**asdict(self), "hidden": list(self.hidden)}
 
-
-ADDED_LATER = ("exploration_spread", "symmetry", "priority", "layer_norm", "importance_first")
-"""Choices that earlier versions did not have. Files leave them out at their default, so that networks and experiments
-of those versions stay valid."""
-
-_DEFAULTS = {field.name: field.default for field in fields(PaperDqnConfig)}
 
 PAPER_MODE = PaperDqnConfig()
 """The paper's observation and reward, and the defaults of the original stable-baselines' DQN, on one site."""
@@ -185,9 +166,10 @@ many sites in parallel."""
 FRAME_CHANGES: dict[str, Any] = {
     "symmetry": True,
     "priority": 0.6,
-    "exploration_spread": True,
+    "exploration_last": 0.4,
+    "exploration_spread": 6.0,
     "discount": 0.7,
-    "averaging": 0.001,
+    "averaging": 0.999,
     "learning_rate": 5e-4,
     "learning_rate_last": 2e-5,
     "learning_rate_steps": 10_000,
@@ -196,7 +178,7 @@ FRAME_CHANGES: dict[str, Any] = {
     "test_every": 1_000,
 }
 """Changes of ``OUR_MODE`` for the frame of four columns and four beams. An episode of eight components fails at one
-wrong choice in a hundred, at rarely visited places. So half of the sites act by the policy alone and get there;
+wrong choice in a hundred, at rarely visited places. So half of the sites act nearly by the policy alone and get there;
 transitions with large errors are drawn more often, as eight images; and an average at a falling learning rate is
 tested, because it varies less from test to test."""
 
@@ -220,4 +202,4 @@ MODES: dict[str, PaperDqnConfig] = {"paper": PAPER_MODE, "ours": OUR_MODE, "auth
 
 def paper_config_from_dict(plain: dict[str, Any]) -> PaperDqnConfig:
     """Return the configuration of :meth:`PaperDqnConfig.to_dict`; see ``choices_from_dict``."""
-    return choices_from_dict(PaperDqnConfig, plain, ADDED_LATER)
+    return choices_from_dict(PaperDqnConfig, plain)

@@ -13,7 +13,7 @@ from bimvox.paper.policy.config import PaperDqnConfig
 from bimvox.paper.policy.curve import CurvePoint
 from bimvox.paper.policy.episodes import run_episodes, success_rate
 from bimvox.paper.policy.learning import learn
-from bimvox.policy.learner.network import ValueNetwork
+from bimvox.paper.policy.network import ValueNetwork
 
 GREEDY_SEED = 1_000_003
 """Seed of the drawn layouts of greedy tests, independent of the training's seed."""

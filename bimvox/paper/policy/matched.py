@@ -19,8 +19,8 @@ from bimvox.paper.policy.application import apply_layout, enough_succeed, trial_
 from bimvox.paper.policy.baselines import teacher_moves
 from bimvox.paper.policy.config import PaperDqnConfig
 from bimvox.paper.policy.episodes import Episode
+from bimvox.paper.policy.network import ValueNetwork
 from bimvox.paper.policy.scenarios import LEAST_PLAN_MOVES, plan_cells, possible_over
-from bimvox.policy.learner.network import ValueNetwork
 from bimvox.site.component import IntVec
 
 CELLS_FROM_AN_END = 3

@@ -11,22 +11,20 @@ The way to the goal and the last action are transformed with them.
 from __future__ import annotations
 
 import itertools
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+import torch
 
-from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import ACTION_COUNT, MOVES
 from bimvox.env.goal import GOAL_SIZE
 from bimvox.paper.env.pyramid import OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE
-from bimvox.policy.learner.arrays import Memory
+from bimvox.policy.replay import Transitions
 
 IMAGES = 8
 
 
-class Symmetry(NamedTuple):
-    """Images of the egocentric observation and of the actions, as a tuple for kernels.
+class Images:
+    """Replaces each of some transitions by a drawn image; image 0 is the original itself.
 
     Attributes:
         entry: (8, size) int64; entry n of image g is entry ``entry[g, n]`` of the original,
@@ -34,56 +32,38 @@ class Symmetry(NamedTuple):
         action: (8, 6) int64 the image of each action.
     """
 
-    entry: NDArray[np.int64]
-    sign: NDArray[np.float32]
-    action: NDArray[np.int64]
+    def __init__(self) -> None:
+        entry = np.zeros((IMAGES, OBSERVATION_SIZE), np.int64)
+        sign = np.ones((IMAGES, OBSERVATION_SIZE), np.float32)
+        action = np.zeros((IMAGES, ACTION_COUNT), np.int64)
+        levels = np.arange(WINDOW_SIZE * len(SCALES)).reshape(len(SCALES), *WINDOW)
+        goal = np.arange(GOAL_SIZE).reshape(-1, 3) + levels.size
+        for g, (swap, mirror_x, mirror_y) in enumerate(itertools.product((False, True), repeat=3)):
+            window, way, moves = levels, goal, MOVES
+            turns = np.ones(3, np.float32)
+            if swap:
+                window, way, moves = window.swapaxes(1, 2), way[:, [1, 0, 2]], moves[:, [1, 0, 2]]
+            for axis, mirrored in enumerate((mirror_x, mirror_y)):
+                if mirrored:
+                    window = np.flip(window, axis + 1)
+                    turns[axis] = -1.0
+            image = [MOVES.tolist().index((move * turns.astype(np.int32)).tolist()) for move in moves]
+            action[g] = image
+            entry[g, : levels.size] = window.ravel()
+            entry[g, levels.size : levels.size + GOAL_SIZE] = way.ravel()
+            sign[g, levels.size : levels.size + GOAL_SIZE] = np.tile(turns, GOAL_SIZE // 3)
+            entry[g, levels.size + GOAL_SIZE :] = np.argsort(image) + levels.size + GOAL_SIZE
+        self.entry, self.sign, self.action = (torch.from_numpy(table) for table in (entry, sign, action))
 
+    def __call__(self, batch: Transitions, random: torch.Generator) -> Transitions:
+        """Return one image of each transition, drawn evenly."""
+        return self.of(batch, torch.randint(IMAGES, (len(batch.rows),), generator=random))
 
-def symmetry() -> Symmetry:
-    """Return the tables; image 0 is the original itself."""
-    entry = np.zeros((IMAGES, OBSERVATION_SIZE), np.int64)
-    sign = np.ones((IMAGES, OBSERVATION_SIZE), np.float32)
-    action = np.zeros((IMAGES, ACTION_COUNT), np.int64)
-    levels = np.arange(WINDOW_SIZE * len(SCALES)).reshape(len(SCALES), *WINDOW)
-    goal = np.arange(GOAL_SIZE).reshape(-1, 3) + levels.size
-    for g, (swap, mirror_x, mirror_y) in enumerate(itertools.product((False, True), repeat=3)):
-        window, way, moves = levels, goal, MOVES
-        turns = np.ones(3, np.float32)
-        if swap:
-            window, way, moves = window.swapaxes(1, 2), way[:, [1, 0, 2]], moves[:, [1, 0, 2]]
-        for axis, mirrored in enumerate((mirror_x, mirror_y)):
-            if mirrored:
-                window = np.flip(window, axis + 1)
-                turns[axis] = -1.0
-        image = [MOVES.tolist().index((move * turns.astype(np.int32)).tolist()) for move in moves]
-        action[g] = image
-        entry[g, : levels.size] = window.ravel()
-        entry[g, levels.size : levels.size + GOAL_SIZE] = way.ravel()
-        sign[g, levels.size : levels.size + GOAL_SIZE] = np.tile(turns, GOAL_SIZE // 3)
-        entry[g, levels.size + GOAL_SIZE :] = np.argsort(image) + levels.size + GOAL_SIZE
-    return Symmetry(entry, sign, action)
-
-
-@leaf_kernel
-def write_images(
-    symmetry: Symmetry, memory: Memory, rows: NDArray[np.int64], which: NDArray[np.int64], out: Memory
-) -> None:
-    """Write an image of each of some transitions.
-
-    Args:
-        symmetry: The tables.
-        memory: Where the transitions are.
-        rows: (B,) their rows.
-        which: (B,) 0 .. 7 the image of each.
-        out: Of B transitions, overwritten.
-    """
-    for b in range(rows.size):
-        row, g = rows[b], which[b]
-        for n in range(symmetry.entry.shape[1]):
-            source = symmetry.entry[g, n]
-            out.observations[b, n] = symmetry.sign[g, n] * memory.observations[row, source]
-            out.following[b, n] = symmetry.sign[g, n] * memory.following[row, source]
-        out.actions[b] = symmetry.action[g, memory.actions[row]]
-        out.rewards[b] = memory.rewards[row]
-        out.ended[b] = memory.ended[row]
-        out.truncated[b] = memory.truncated[row]
+    def of(self, batch: Transitions, which: torch.Tensor) -> Transitions:
+        """Return the images of some transitions; ``which`` is (N,) 0 .. 7."""
+        entry, sign = self.entry[which], self.sign[which]
+        return batch._replace(
+            views=sign * batch.views.gather(1, entry),
+            following=sign * batch.following.gather(1, entry),
+            actions=self.action[which].gather(1, batch.actions),
+        )

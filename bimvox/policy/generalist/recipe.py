@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -18,11 +17,10 @@ from bimvox.env.problem import LiftProblem
 from bimvox.env.starts import StartMix
 from bimvox.planning.rollout import Values
 from bimvox.policy.config import DqnConfig
-from bimvox.policy.dqn import LiftDqn, load_network, network_of
+from bimvox.policy.dqn import dqn_of_lifts, load_network, network_of
 from bimvox.policy.evaluate import TEST_LIMIT, Evaluation, evaluate
 from bimvox.policy.generalist.occupancies import FAMILIES
 from bimvox.policy.network import QNetwork
-from bimvox.policy.vec_env import LiftVecEnv
 
 SEED = 0
 LESSON_COUNT = 16_000
@@ -157,7 +155,7 @@ def train_generalist(
     )
     torch.set_num_threads(run.threads)
     torch.set_float32_matmul_precision("high")
-    dqn = LiftDqn(LiftVecEnv(batch), config, run.seed, device=run.device, seconds=run.seconds, half=run.half)
+    dqn = dqn_of_lifts(batch, config, run.seed, device=run.device, seconds=run.seconds, half=run.half)
     if initial is not None:
         load_network(dqn, initial)
 
@@ -213,7 +211,7 @@ class _Checks(BaseCallback):
         step = self.training_env.last_step  # type: ignore[attr-defined]
         ended = step.ended
         self._tries += np.bincount(self._batch.ended_problem[ended], minlength=self._tries.size)
-        failed = ended & ~step.arrived
+        failed = ended & ~step.terminated
         self._failures += np.bincount(self._batch.ended_problem[failed], minlength=self._tries.size)
         self._calls += 1
         if self._calls % _REWEIGH_EVERY == 0:
@@ -224,4 +222,4 @@ class _Checks(BaseCallback):
             self._next += self._every
             self._check(self.num_timesteps)
             self.last = self.num_timesteps
-        return self._seconds is None or time.monotonic() - self.model._began < self._seconds  # type: ignore[attr-defined]
+        return self._seconds is None or self.model.seconds_used < self._seconds  # type: ignore[attr-defined]

@@ -12,13 +12,13 @@ from bimvox_pipeline.paper.folder import read_json, result_file, weights_file, w
 
 if TYPE_CHECKING:
     from bimvox.paper.experiment.work import JobResult
-    from bimvox.policy.learner.network import ValueNetwork
+    from bimvox.paper.policy.network import ValueNetwork
 
 
 def do_job(job: Job, folder: Path) -> None:
     """Do a job whose needs are in the folder, and write its result there."""
     from bimvox.paper.experiment.work import result_of
-    from bimvox.policy.learner.network import network_to_bytes
+    from bimvox.paper.policy.network import network_to_bytes
 
     checkpoint = folder / f"{job.name}.checkpoint.safetensors"
 
@@ -43,7 +43,7 @@ def do_job(job: Job, folder: Path) -> None:
 
 def _read(folder: Path, name: str) -> JobResult:
     from bimvox.paper.experiment.work import JobResult
-    from bimvox.policy.learner.network import network_from_bytes
+    from bimvox.paper.policy.network import network_from_bytes
 
     weights = weights_file(folder, name)
     network = network_from_bytes(weights.read_bytes()) if weights.exists() else None

@@ -19,7 +19,7 @@ LONGER = replay(TINY, LAYOUT, np.array([UP, RIGHT, RIGHT, DOWN, DOWN]))
 FAILED = replace(replay(TINY, LAYOUT, np.array([UP, UP])), reward=-20.0)
 ELSEWHERE = replace(LAYOUT, obstructions=(((3, 0, 1), (4, 1, 3)),))
 IN_THE_WAY = replace(LAYOUT, obstructions=(((1, 2, 1), (2, 3, 5)),))
-BASIC = drawn_network(np.random.default_rng(0), 4, dueling=False)
+BASIC = drawn_network(0)
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def fakes(monkeypatch):
     def learn(spec, config, test, *, seed, budget, layouts, initial):
         fake.trained_on, fake.began_from = layouts, initial
         for steps in range(config.test_every, budget + 1, config.test_every):
-            if test(drawn_network(np.random.default_rng(steps), 4, dueling=False), steps):
+            if test(drawn_network(steps), steps):
                 return steps
         return budget
 

@@ -6,7 +6,6 @@ import pytest
 
 from bimvox.errors import PolicyError
 from bimvox.paper.policy.config import (
-    ADDED_LATER,
     MODES,
     OUR_MODE,
     PAPER_MODE,
@@ -50,12 +49,17 @@ def test_the_exploration_phase_is_a_share_of_the_budget_or_fixed():
 
 
 def test_the_learning_rate_falls_over_the_budget_or_a_fixed_phase_or_not_at_all():
-    assert PAPER_MODE.learning_rate_at(900, 1_000) == 5e-4
+    assert PAPER_MODE.learning_rate_at(900, 0.9) == 5e-4
     falling = replace(PAPER_MODE, learning_rate=1e-3, learning_rate_last=1e-4)
-    assert falling.learning_rate_at(0, 1_000) == 1e-3
-    assert falling.learning_rate_at(500, 1_000) == pytest.approx(5.5e-4)
-    assert falling.learning_rate_at(9_999, 1_000) == pytest.approx(1e-4)
-    assert replace(falling, learning_rate_steps=10).learning_rate_at(5, 1_000) == pytest.approx(5.5e-4)
+    assert falling.learning_rate_at(0, 0.0) == 1e-3
+    assert falling.learning_rate_at(500, 0.5) == pytest.approx(5.5e-4)
+    assert falling.learning_rate_at(9_999, 9.9) == pytest.approx(1e-4)
+    assert replace(falling, learning_rate_steps=10).learning_rate_at(5, 0.005) == pytest.approx(5.5e-4)
+
+
+def test_random_actions_become_fewer_over_a_tenth_of_the_budget():
+    shares = [PAPER_MODE.random_shares(steps, 1_000, 1).item() for steps in (0, 50, 100, 900)]
+    assert shares == pytest.approx([1.0, 0.51, 0.02, 0.02])
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -83,22 +87,13 @@ def test_other_keys_or_impossible_values_are_refused():
         ("budget", 0),
         ("buffer_size", 0),
         ("discount", 1.0),
-        ("averaging", 0.0),
+        ("averaging", 1.0),
         ("retrain_successes", 11),
     ],
 )
 def test_impossible_choices_are_named(name, value):
     with pytest.raises(ValueError, match=name):
         PaperDqnConfig(**{name: value})
-
-
-def test_what_was_added_later_is_left_out_at_its_default():
-    plain = OUR_MODE.to_dict()
-    assert not set(ADDED_LATER) & set(plain)
-    assert paper_config_from_dict(plain) == OUR_MODE
-    changed = replace(OUR_MODE, symmetry=True, priority=0.5)
-    assert changed.to_dict() == {**plain, "symmetry": True, "priority": 0.5}
-    assert paper_config_from_dict(changed.to_dict()) == changed
 
 
 def test_images_only_of_observations_that_have_them():

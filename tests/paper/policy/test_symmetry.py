@@ -4,14 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.component import YardPose, beam
 from bimvox.paper.env.spec import PaperSpec
-from bimvox.paper.policy.symmetry import IMAGES, symmetry, write_images
-from bimvox.policy.learner.arrays import Memory
+from bimvox.paper.policy.symmetry import IMAGES, Images
+from bimvox.policy.replay import Transitions
 
 SIDE = 9
+IMAGE = Images()
 
 
 def point(g, x, y):
@@ -46,7 +48,7 @@ def walk(g, actions):
     batch = BatchedPaperSite(site(g), 1, observation="egocentric", reward="shaped", threads=1)
     seen, earned = [batch.reset()[0].copy()], []
     for action in actions:
-        step = batch.step([symmetry().action[g, action]])
+        step = batch.step([IMAGE.action[g, action].item()])
         seen.append(step.observations[0].copy())
         earned.append(float(step.rewards[0]))
     return np.array(seen), np.array(earned, np.float32)
@@ -58,27 +60,19 @@ def test_a_walk_on_a_turned_site_is_the_turned_walk(g):
     seen, earned = walk(0, actions)
     turned, turned_earned = walk(g, actions)
     np.testing.assert_array_equal(turned_earned, earned)
-    count, size = len(actions), seen.shape[1]
-    zeros = np.zeros(count, np.float32)
-    memory = Memory(seen[:-1], seen[1:], actions, earned, zeros, zeros)
-    out = Memory(
-        np.zeros((count, size), np.float32),
-        np.zeros((count, size), np.float32),
-        actions.copy(),
-        zeros.copy(),
-        zeros.copy(),
-        zeros.copy(),
-    )
-    write_images(symmetry(), memory, np.arange(count), np.full(count, g), out)
-    np.testing.assert_array_equal(out.observations, turned[:-1])
-    np.testing.assert_array_equal(out.following, turned[1:])
-    np.testing.assert_array_equal(out.actions, symmetry().action[g, actions])
-    np.testing.assert_array_equal(out.rewards, earned)
+    count = len(actions)
+    columns = (torch.from_numpy(column)[:, None] for column in (actions, earned, np.zeros(count, np.float32)))
+    before, after = (torch.from_numpy(rows) for rows in (seen[:-1], seen[1:]))
+    batch = Transitions(before, *columns, after, torch.zeros(0, 6), torch.arange(count))
+    image = IMAGE.of(batch, torch.full((count,), g))
+    np.testing.assert_array_equal(image.views, turned[:-1])
+    np.testing.assert_array_equal(image.following, turned[1:])
+    np.testing.assert_array_equal(image.actions[:, 0], IMAGE.action[g][actions])
+    np.testing.assert_array_equal(image.rewards[:, 0], earned)
 
 
 def test_eight_different_images_the_first_the_original():
-    tables = symmetry()
-    assert len({tuple(row) for row in tables.action.tolist()}) == IMAGES
-    np.testing.assert_array_equal(tables.action[0], np.arange(6))
-    np.testing.assert_array_equal(tables.entry[0], np.arange(tables.entry.shape[1]))
-    assert (tables.action[:, 4:] == [4, 5]).all()
+    assert len({tuple(row) for row in IMAGE.action.tolist()}) == IMAGES
+    np.testing.assert_array_equal(IMAGE.action[0], np.arange(6))
+    np.testing.assert_array_equal(IMAGE.entry[0], np.arange(IMAGE.entry.shape[1]))
+    assert (IMAGE.action[:, 4:] == torch.tensor([4, 5])).all()
