@@ -43,13 +43,17 @@ _THIN_WALL_M = 0.13
 """A wall up to this thick of which nothing is known is a partition."""
 _THIN_BAR_M = 0.12
 """A bar of concrete is thicker, for its reinforcement and cover."""
+_THIN_BOARD_M = 0.06
+"""So is any beam, column or member, however short: stringers, fascias, planks."""
 _SLENDER = 10.0
 _BOARD_M = 0.045
 """A plane of timber up to this thick is of boards."""
 _STEEL_PLATE_M = 3.0
 """A plane of steel wider than any plate is of sheets, panels or gratings."""
-_INCLINED = 0.1
-"""Height over width from which a roof slab is not flat."""
+_FLAT = 0.995
+"""Cosine of the slope, 1 in 10, up to which a face is flat; one as close to upright is a side."""
+_STAIRS = ("IfcStair", "IfcStairFlight", "IfcRamp", "IfcRampFlight")
+"""Stone in their names is that of the treads."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +137,8 @@ def _of_thin_layers(facts: Facts, found: Judgement, called: Meaning | None) -> J
         why = f"a plane of timber {1e3 * thin_m:.0f} mm thick is taken as boards"
     elif found.kind is Kind.STEEL and width_m > _STEEL_PLATE_M:
         why = f"a plane of steel {width_m:.1f} m wide is taken as sheets or panels"
+    elif found.kind is Kind.STEEL and len(facts.layers) > 1:
+        why = "a plane of steel with other layers is taken as sheets or panels"
     else:
         return None
     return Judgement(Kind.LIGHT, Confidence.ASSUMED, why)
@@ -161,11 +167,14 @@ def _evidence(facts: Facts, called: Meaning | None) -> Iterator[Judgement]:
     by_class = _BY_CLASS.get(facts.plain_class)
     if by_class is not None:
         yield _judged(by_class, Confidence.NAMED, f"its class {facts.ifc_class}")
+    by_shape = _by_shape(facts)
+    cannot_be = {Kind.CONCRETE} if by_shape is not None and by_shape.kind is Kind.TIMBER else set()
+    cannot_be |= {Kind.MASONRY} if facts.plain_class in _STAIRS else set()
     for text in filter(None, facts.names):
         meaning = meaning_of(text, shortest=_SHORTEST_WORD)
-        if meaning is not None and meaning.kind not in (None, Kind.EARTH):
+        if meaning is not None and meaning.kind not in (None, Kind.EARTH, *cannot_be):
             yield _judged(Kind(meaning.says), Confidence.ASSUMED, _in_name(meaning))
-    if (by_shape := _by_shape(facts)) is not None:
+    if by_shape is not None:
         yield by_shape
 
 
@@ -222,14 +231,21 @@ def _by_shape(facts: Facts) -> Judgement | None:
     if is_thin_wall and not is_barrier(facts.ifc_class, facts.names):
         return Judgement(Kind.LIGHT, Confidence.ASSUMED, f"a wall {1e3 * short_m:.0f} mm thick is taken as a partition")
     if facts.plain_class in ("IfcBeam", "IfcMember", "IfcColumn"):
-        is_bar = long_m >= _SLENDER * middle_m and short_m < _THIN_BAR_M
-        if is_bar:
+        is_slender = long_m >= _SLENDER * middle_m and short_m < _THIN_BAR_M
+        if is_slender or short_m < _THIN_BOARD_M:
             return Judgement(
                 Kind.TIMBER, Confidence.ASSUMED, f"a bar {1e3 * short_m:.0f} mm thick is too thin for concrete"
             )
-    height_m = float(np.ptp(facts.mesh.bounds_m[:, 2]))
-    width_m = float(np.ptp(facts.mesh.bounds_m[:, :2], axis=0).min())
-    is_roof = facts.plain_class in ("IfcSlab", "IfcRoof") and "ROOF" in (facts.predefined_type or "")
-    if is_roof and height_m > _INCLINED * width_m and height_m > 2.0 * short_m:
+    is_roof = facts.plain_class == "IfcSlab" and "ROOF" in (facts.predefined_type or "")
+    if (is_roof or facts.plain_class == "IfcRoof") and _is_inclined(facts.mesh):
         return Judgement(Kind.LIGHT, Confidence.ASSUMED, "an inclined roof plane is taken as a covered roof structure")
     return None
+
+
+def _is_inclined(mesh: TriangleMesh) -> bool:
+    """Return whether more of a roof slopes than is flat: one plane, both of a gable, with dormers or without."""
+    a, b, c = np.moveaxis(mesh.triangles_m, 1, 0)
+    normals = np.cross(b - a, c - a)
+    areas, up = np.linalg.norm(normals, axis=1), np.abs(normals[:, 2])
+    is_flat, is_side = up >= _FLAT * areas, up <= (1.0 - _FLAT) * areas
+    return float(areas[~is_flat & ~is_side].sum()) > float(areas[is_flat].sum())

@@ -119,6 +119,33 @@ def test_shape_comes_last() -> None:
     assert kind_of(roof) == (Kind.LIGHT, Confidence.ASSUMED)
     assert kind_of(roof, mesh=box(8.0, 10.0, 0.2))[0] is Kind.OTHER
     assert kind_of(roof, layers=[("Stahlbeton", 0.2)])[0] is Kind.CONCRETE
+    gable = trimesh.creation.extrude_triangulation([[-5.0, 0.0], [5.0, 0.0], [0.0, 4.0]], [[0, 1, 2]], 12.0)
+    gable.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2.0, (1, 0, 0)))
+    whole = Facts("IfcRoof", ("Dach", None, None), (), TriangleMesh(np.array(gable.vertices), np.array(gable.faces)))
+    assert kind_of(whole) == (Kind.LIGHT, Confidence.ASSUMED)
+    assert kind_of(whole, mesh=box(20.0, 12.0, 0.3))[0] is Kind.OTHER
+
+
+def test_what_is_too_thin_for_concrete_is_none_whatever_its_name_says() -> None:
+    stringer = Facts("IfcMember", ("Stair:Concrete Pan 180mm Riser", None, "Stringer"), (), box(3.8, 0.05, 0.46, 0.5))
+    assert kind_of(stringer) == (Kind.TIMBER, Confidence.ASSUMED)
+    assert kind_of(stringer, mesh=box(3.8, 0.2, 0.46))[0] is Kind.CONCRETE
+    assert kind_of(stringer, layers=[("Concrete", 1.0)])[0] is Kind.CONCRETE
+    assert kind_of(stringer, names=("Fascia board", None, None), mesh=box(0.8, 0.03, 0.2))[0] is Kind.TIMBER
+
+
+@pytest.mark.parametrize("ifc_class", ["IfcStair", "IfcStairFlight", "IfcRamp"])
+def test_stone_in_the_name_of_a_stair_is_that_of_its_treads(ifc_class: str) -> None:
+    name = ("Stair:Massiv - Stufen Naturstein", None, None)
+    assert kind_of(ifc_class=ifc_class, names=name)[0] is Kind.OTHER
+    assert kind_of(ifc_class=ifc_class, names=name, layers=[("Naturstein", 1.0)])[0] is Kind.MASONRY
+    assert kind_of(ifc_class="IfcSlab", names=name)[0] is Kind.MASONRY
+
+
+@pytest.mark.parametrize("metal", ["Metal - Firring", "Metal - Steel 43-275", "Aluminium", "Stahlblech"])
+def test_a_wall_of_metal_with_other_layers_is_of_sheets_or_panels(metal: str) -> None:
+    parapet = {"layers": [(metal, 0.1), ("Air", 0.05), ("Vapour retarder", 0.001)], "mesh": box(50.0, 0.3, 1.0)}
+    assert kind_of(**parapet)[0] is Kind.LIGHT
 
 
 @pytest.mark.parametrize(
