@@ -22,7 +22,7 @@ from bimvox.bim.type_name import type_of
 from bimvox.errors import SelectionError, enumerated
 from bimvox.site.limits import ON_GROUND_M
 from bimvox.site.upright_box import boxes_m, sizes_m
-from bimvox.site.work import Work, work_of
+from bimvox.site.work import Work, kind_of, work_of
 
 if TYPE_CHECKING:
     from bimvox.site.component import Component
@@ -33,6 +33,7 @@ _CONCRETE_KG_M3 = (1500.0, 2900.0)
 _LIGHT_KG_M3 = 500.0
 """Density below which nothing is cast: insulation, foam glass, aerated blocks."""
 _CAST_ALIKE = "most of its type are too large to be lifted, and so cast in place"
+_FOUNDATION = "it lies in the ground and is no higher than 1 m, so it is taken as a foundation, cast in place"
 _WHOLE_M = 1e-3
 _DEEPEST_M = 1.0
 """Layers under a slab on the ground reach less far below it, and what thickens it does; a basement reaches further."""
@@ -90,26 +91,33 @@ def means_of(
     by_size = {one.id for one in elements if found[one.id].means is Means.IN_SITU and may_be_cast(one, limits)}
     lifted = [one for one in elements if one.id in by_size or found[one.id].means is Means.CRANE]
     found |= dict.fromkeys(cast_alike(by_size, lifted, limits) - by_size, Reasoned(Means.IN_SITU, _CAST_ALIKE))
-    slabs = [element for element in elements if found[element.id].means is Means.IN_SITU and _is_ground_slab(element)]
-    bounds_m = {element.id: element.mesh.bounds_m for element in (*elements, *slabs)}
-    under: dict[str, Reasoned] = {}
-    for element in elements:
-        over = next((slab for slab in slabs if _is_under(bounds_m[element.id], bounds_m[slab.id])), None)
-        if over is None or found[element.id].means is not Means.CRANE or element.casting is Casting.PRECAST:
-            continue
-        if element.stated_means is not None:
-            continue
-        if _is_light(element):  # an insulation strip
-            why = f"it is too light for concrete, and laid before {over.label} is cast on it"
-            under[element.id] = Reasoned(Means.BY_HAND, why)
-        else:
-            under[element.id] = Reasoned(Means.IN_SITU, f"it is under {over.label}, which is cast on the ground")
-    found |= under
+    found |= _in_the_ground(elements, found, limits, selected=selected)
     for element_id, entry in entries.items():
         if entry.means is not None and element_id in found:
             said = Reasoned(Means(entry.means), entry.why or SITE_FILE_SAYS)
             found[element_id] = LIFTED if entry.means == "crane" else said
     return found
+
+
+def _in_the_ground(
+    elements: Sequence[Element], found: Mapping[str, Reasoned], limits: MeansConfig, *, selected: bool
+) -> dict[str, Reasoned]:
+    """Return what would be lifted but is cast, or laid by hand, under a slab on the ground or as a foundation."""
+    slabs = [element for element in elements if found[element.id].means is Means.IN_SITU and _is_ground_slab(element)]
+    under: dict[str, Reasoned] = {}
+    for element in elements:
+        is_lift = found[element.id].means is Means.CRANE and element.stated_means is None
+        if not is_lift or element.casting is Casting.PRECAST or kind_of(element) is Work.STAIR:
+            continue
+        over = next((slab for slab in slabs if _is_under(element.mesh.bounds_m, slab.mesh.bounds_m)), None)
+        if over is not None and _is_light(element):  # an insulation strip
+            why = f"it is too light for concrete, and laid before {over.label} is cast on it"
+            under[element.id] = Reasoned(Means.BY_HAND, why)
+        elif over is not None:
+            under[element.id] = Reasoned(Means.IN_SITU, f"it is under {over.label}, which is cast on the ground")
+        elif not selected and _is_foundation(element) and may_be_cast(element, limits):
+            under[element.id] = Reasoned(Means.IN_SITU, _FOUNDATION)
+    return under
 
 
 def cast_alike(cast: Collection[str], lifted: Sequence[Element], limits: MeansConfig) -> set[str]:
@@ -160,6 +168,9 @@ def _means_of(element: Element, limits: MeansConfig, no_gear: Callable[[Element]
         return Reasoned(
             Means.BY_HAND, f"it weighs {element.mass_kg:.0f} kg; lifts of their own begin at {limits.lift_from_kg:g} kg"
         )
+    is_plane = kind_of(element) in (Work.SLAB, Work.WALL)
+    if kind is Kind.TIMBER and is_plane and not selected and (beyond := beyond_road(element, limits)) is not None:
+        return Reasoned(Means.BUILT, f"{beyond}: timber beyond what goes by road in one piece is built in place")
     if not may_be_cast(element, limits):
         return LIFTED
     if (beyond := beyond_road(element, limits)) is not None:
@@ -219,6 +230,14 @@ def _is_light(element: Element) -> bool:
 
 def _is_ground_slab(element: Element) -> bool:
     return element.ifc_class.startswith("IfcSlab") and bool(element.mesh.bounds_m[0, 2] <= ON_GROUND_M)
+
+
+def _is_foundation(element: Element) -> bool:
+    """Return whether a wall, beam or footing lies in the ground, and is lower than a cellar; a slab may be a floor."""
+    if kind_of(element) is Work.SLAB:
+        return False
+    low_m, high_m = element.mesh.bounds_m[:, 2]
+    return bool(high_m <= _WHOLE_M and high_m - low_m <= _DEEPEST_M)
 
 
 def _is_under(low_high_m: NDArray[np.float64], slab_m: NDArray[np.float64]) -> bool:

@@ -58,6 +58,17 @@ def test_what_a_trade_builds_of_pieces_is_built_in_place_whatever_it_weighs(kind
     assert works(BEAM, cast(known, Casting.PRECAST))["wall"] is Means.CRANE
 
 
+def test_a_floor_of_timber_beyond_the_road_is_built_in_place_and_a_bar_is_lifted():
+    timber = Judgement(Kind.TIMBER, Confidence.NAMED, "its material says so")
+    floor = dataclasses.replace(box_element("floor", (0, 0, 3), (9, 7.7, 3.3), ifc_class="IfcSlab"), judgement=timber)
+    panel = dataclasses.replace(box_element("panel", (0, 0, 3), (9, 2.5, 3.3), ifc_class="IfcSlab"), judgement=timber)
+    glulam = dataclasses.replace(box_element("glulam", (0, 0, 3), (40, 0.2, 4), ifc_class="IfcBeam"), judgement=timber)
+    assert works(floor, panel, glulam) == {"floor": Means.BUILT, "panel": Means.CRANE, "glulam": Means.CRANE}
+    said = "it is 7.7 m wide, the limit is 5.5 m: timber beyond what goes by road in one piece is built in place"
+    assert means_of([floor], {}, MeansConfig())["floor"].why == said
+    assert means_of([floor], {}, MeansConfig(), selected=True)["floor"].means is Means.CRANE
+
+
 def test_sandwich_panels_are_built_in_place_however_they_are_drawn():
     panel = box_element("panel", (0, 0, 0), (6, 0.1, 1.1), ifc_class="IfcPlate")
     light = dataclasses.replace(panel, judgement=Judgement(Kind.LIGHT, Confidence.NAMED))
@@ -68,9 +79,8 @@ def test_sandwich_panels_are_built_in_place_however_they_are_drawn():
     assert works(BEAM, rail)["panel"] is Means.CRANE
 
 
-@pytest.mark.parametrize("kind", [Kind.TIMBER, Kind.STEEL])
-def test_timber_and_steel_beyond_the_road_are_not_cast(kind):
-    deck = dataclasses.replace(DECK, judgement=Judgement(kind, Confidence.NAMED))
+def test_steel_beyond_the_road_is_not_cast():
+    deck = dataclasses.replace(DECK, judgement=Judgement(Kind.STEEL, Confidence.NAMED))
     assert works(BEAM, deck)["deck"] is Means.CRANE
 
 
@@ -115,6 +125,25 @@ def test_what_is_under_a_slab_on_the_ground_that_is_cast_in_place_is_cast_too():
     assert works(BEAM, SLAB, FOOTING) == {"beam": Means.CRANE, "slab": Means.IN_SITU, "footing": Means.IN_SITU}
     assert works(BEAM, DECK, box_element("stool", (2, 2, 0), (4, 4, 3)))["stool"] is Means.CRANE
     assert works(BEAM, SLAB, cast(FOOTING, Casting.PRECAST))["footing"] is Means.CRANE
+
+
+def test_what_lies_in_the_ground_is_a_foundation_unless_it_is_as_high_as_a_cellar():
+    def work(name, low, high, ifc_class="IfcWall", **more):
+        return works(BEAM, box_element(name, low, high, ifc_class=ifc_class, **more))[name]
+
+    assert work("crawl_space", (0, 0, -0.9), (21, 0.35, 0)) is Means.IN_SITU
+    assert work("ground_beam", (0, 0, -0.5), (6, 0.4, -0.1), "IfcBeam") is Means.IN_SITU
+    assert work("pad", (0, 0, -0.8), (1.2, 1.2, -0.2), "IfcFooting") is Means.IN_SITU
+    assert work("cellar", (0, 0, -2.5), (6, 0.3, 0)) is Means.CRANE
+    assert work("plinth", (0, 0, -0.5), (6, 0.3, 0.4)) is Means.CRANE
+    assert work("plank", (0, 0, -0.2), (6, 1.2, 0), "IfcSlab") is Means.CRANE
+    assert work("precast", (0, 0, -0.5), (6, 0.4, 0), casting=Casting.PRECAST) is Means.CRANE
+    assert work("steel", (0, 0, -0.5), (6, 0.4, 0), judgement=Judgement(Kind.STEEL)) is Means.CRANE
+
+
+def test_a_stair_in_a_cellar_is_not_cast_because_a_slab_on_the_ground_is_over_it():
+    flight = box_element("flight", (2, 2, -0.9), (4, 3, 0.1), ifc_class="IfcStairFlight")
+    assert works(SLAB, flight)["flight"] is Means.CRANE
 
 
 def test_insulation_under_a_slab_on_the_ground_is_laid_and_not_cast():
