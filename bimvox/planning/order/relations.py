@@ -82,8 +82,9 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
         by_rope = ((boxes[:, 0, :2] < to_m) & (boxes[:, 1, :2] > from_m)).all(axis=1)
         above = np.flatnonzero((over | by_rope) & (boxes[:, 1, 2] > low[2]))
         others = [int(j) for j in above if j < count and j != i]
-        blocking = tuple(j for j in others if _blocks(site, contacts, i, j, foot_m))
         is_brought = site.components[i].means not in _MADE_THERE
+        around = {j for j in np.flatnonzero(over).tolist() if is_brought and _is_made_around(site, contacts, i, j)}
+        blocking = tuple(j for j in others if j in around or _blocks(site, contacts, i, j, foot_m))
         descent.append(blocking if is_brought else ())
         yields.append(_passed(site, contacts, i, blocking) if is_brought else blocking)
         # Solids under the outline whose top may be near one of the part's undersides.
@@ -92,7 +93,11 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
         is_top = boxes[:, 1, 2] <= low[2] + site.rules.contact_tolerance_m + _ROUNDING_M
         into = (boxes[:, 1, 2] > low[2]) & (is_top | (boxes[:, :, 2].mean(axis=1) < low[2]))
         rests = (int(j) for j in near_below)
-        held = [j for j in rests if _met(contacts, i, j, -1, gap_m) or (into[j] and _clash(contacts, i, j))]
+        held = [
+            j
+            for j in rests
+            if j not in around and (_met(contacts, i, j, -1, gap_m) or (into[j] and _clash(contacts, i, j)))
+        ]
         supports.append(tuple(j for j in held if j < count))
         # If a part runs right through something below it in the model, no gap can be measured.
         overlaps = any(contacts.way_out_m(i, int(j)) is None for j in below)
@@ -146,6 +151,14 @@ def _clash(contacts: Contacts, i: int, j: int) -> bool:
     """Return whether two solids are drawn into each other in the model."""
     way_m = contacts.way_out_m(i, j)
     return way_m is None or bool(way_m.any())
+
+
+def _is_made_around(site: Site, contacts: Contacts, i: int, j: int) -> bool:
+    """Return whether j is cast or built around i, which lies as low: the topping that is drawn through its planks."""
+    if j >= len(site.components) or site.components[j].means not in _MADE_THERE:
+        return False
+    lowest_m = contacts.bounds_m[i, 0, 2] - site.rules.contact_tolerance_m - _ROUNDING_M
+    return bool(contacts.bounds_m[j, 0, 2] >= lowest_m) and _clash(contacts, i, j)
 
 
 def _blocks(site: Site, contacts: Contacts, i: int, j: int, foot_m: NDArray[np.float64]) -> bool:

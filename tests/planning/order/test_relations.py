@@ -92,6 +92,31 @@ def test_a_slab_drawn_into_the_walls_under_it_comes_after_them(top_m: float, int
     assert order == ["west", "east", "slab"]
 
 
+@pytest.mark.parametrize(
+    ("low_m", "high_m", "more"),
+    [
+        ((1.0, 1.0, 3.0), (4.0, 4.0, 3.06), CAST),  # a plank in the full depth of the floor
+        ((1.0, 1.0, 3.0), (1.3, 4.0, 3.4), CAST),  # a beam in it
+        ((2.0, 2.0, 2.95), (2.2, 5.0, 3.05), BUILT),
+    ],
+)
+def test_what_is_cast_or_built_around_a_part_comes_after_it(low_m: tuple, high_m: tuple, more: dict) -> None:
+    around = ("around", (0.5, 0.5, 3.0), (5.5, 5.5, 3.3), {"ifc_class": "IfcSlab", **more})
+    piers = [(f"pier-{n}", (x, 0.5, 0.0), (x + 0.5, 5.5, low_m[2])) for n, x in enumerate((0.5, 4.5))]
+    site = box_site([around, *piers, ("part", low_m, high_m)], crane=test_crane(base=(9.0, 9.0, 0.0)))
+    order, _ = sequence_of(site)
+    assert order.index("part") < order.index("around")
+    plan = plan_lifts(site, prepare(site))
+    assert [lift.status for lift in plan.lifts].count(Status.PLANNED) == 3
+    assert verify_plan(plan).verified
+
+
+def test_a_panel_that_stands_in_a_slab_cast_below_it_comes_after_the_slab() -> None:
+    slab = ("slab", (0.5, 0.5, 3.0), (5.5, 5.5, 3.3), {"ifc_class": "IfcSlab", **CAST})
+    site = box_site([("panel", (1.0, 1.0, 3.2), (4.0, 1.2, 5.0)), ("pier", (0.5, 0.5, 0.0), (5.5, 5.5, 3.0)), slab])
+    assert sequence_of(site)[0] == ["pier", "slab", "panel"]
+
+
 def test_a_panel_drawn_into_the_edge_of_a_slab_does_not_carry_it() -> None:
     """Its foot is a little lower than the slab."""
     post = ("post", (1.0, 1.0, 0.0), (1.3, 1.3, 2.98), zone(0))
