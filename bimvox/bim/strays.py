@@ -1,4 +1,7 @@
-"""Parts that are not of the site: too far from all others for any crane, or too large (a wrong coordinate or unit)."""
+"""Parts that are not of the site: too far from all others for any crane, or too large (a wrong coordinate or unit).
+
+And vertices of terrain of which the same holds.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import BUILT, Building, Role, SkippedProduct
+from bimvox.bim.building import BUILT, Building, Role, SkippedProduct, TriangleMesh
 from bimvox.bim.duplicates import without_duplicates
 from bimvox.bim.pavements import pavements_as_ground
+from bimvox.errors import listed
 
 FAR_M = 250.0
 """Three times the longest jib: a gap as wide lies between two sites."""
@@ -17,6 +21,10 @@ _TOO_LARGE = 3.0
 """A part as long as that many times the rest of the building, and longer than ``FAR_M``, has a wrong unit."""
 _NOWHERE_M = 1e6
 """So far from the building, coordinates are too large for cells."""
+_TERRAIN_M = np.array([1e4, 1e4, FAR_M])
+"""A vertex of terrain is wrong only if it is further than that from the middle of the terrain, on an axis, ..."""
+_SPREADS = 20.0
+"""... and further than so many times the usual distance: evenly spread vertices are up to twice that distance away."""
 
 
 def without_strays(building: Building) -> Building:
@@ -24,7 +32,7 @@ def without_strays(building: Building) -> Building:
 
     Parts belong together if no empty strip ``FAR_M`` wide lies between them on any axis. The largest group stays.
     """
-    building = pavements_as_ground(without_duplicates(building))
+    building = _without_stray_vertices(pavements_as_ground(without_duplicates(building)))
     built = [n for n, element in enumerate(building.elements) if element.role in BUILT]
     if not built:
         return building
@@ -55,6 +63,48 @@ def without_strays(building: Building) -> Building:
     ]
     elements = tuple(element for n, element in enumerate(found.elements) if n not in nowhere)
     return replace(found, elements=elements, skipped=(*building.skipped, *skipped))
+
+
+def _without_stray_vertices(building: Building) -> Building:
+    """Return a building without the vertices of terrain that are far from all others, with a note.
+
+    One wrong coordinate would make the site a kilometre deep. The vertices next to a wrong one span its gap.
+    """
+    changed = {
+        n: found
+        for n, one in enumerate(building.elements)
+        if one.role is Role.GROUND and (found := _spanned(one.mesh)) is not None
+    }
+    if not changed:
+        return building
+    count = sum(found[1] for found in changed.values())
+    what = "1 vertex of terrain lies" if count == 1 else f"{count:,} vertices of terrain lie"
+    names = listed((building.elements[n].label for n in changed), most=5)
+    note = f"{what} far from the rest of it, so not used; check the coordinates of {names}"
+    elements = tuple(
+        replace(one, mesh=changed[n][0]) if n in changed else one for n, one in enumerate(building.elements)
+    )
+    return replace(building, elements=elements, notes=(*building.notes, note))
+
+
+def _spanned(mesh: TriangleMesh) -> tuple[TriangleMesh, int] | None:
+    """Return a mesh whose stray vertices are at the middle of their neighbours, and their number; None without any."""
+    used = np.unique(mesh.faces)
+    apart_m = np.abs(mesh.vertices_m - np.median(mesh.vertices_m[used], axis=0))
+    limit_m = np.maximum(_TERRAIN_M, _SPREADS * np.median(apart_m[used], axis=0))
+    is_stray = (apart_m > limit_m).any(axis=1)
+    strays = used[is_stray[used]]
+    if not len(strays):
+        return None
+    vertices_m, faces = mesh.vertices_m.copy(), mesh.faces
+    for vertex in strays:
+        near = np.unique(faces[(faces == vertex).any(axis=1)])
+        near = near[~is_stray[near]]
+        if len(near):
+            vertices_m[vertex] = mesh.vertices_m[near].mean(axis=0)
+        else:
+            faces = faces[(faces != vertex).all(axis=1)]
+    return TriangleMesh(vertices_m, faces), len(strays)
 
 
 def _strips(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.int64]:

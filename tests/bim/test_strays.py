@@ -1,9 +1,12 @@
 """Parts far from all others are left out by name."""
 
+import dataclasses
+
+import numpy as np
 import pytest
 from box_buildings import box_element, building_of
 
-from bimvox.bim.building import Role
+from bimvox.bim.building import Role, TriangleMesh
 from bimvox.bim.strays import without_strays
 
 
@@ -52,3 +55,56 @@ def test_a_part_beyond_the_numbers_of_cells_is_skipped(high):
     assert [element.id for element in found.elements] == ["part-0", "part-1"]
     assert [product.name for product in found.skipped] == ["lost"]
     assert "lost" in found.notes[-1]
+
+
+def _terrain(step_m=5.0, slope=0.0, count=9):
+    """Return a sloping grid of vertices around the origin, as terrain."""
+    at = np.arange(count) - count // 2
+    x, y = (step_m * one.ravel() for one in np.meshgrid(at, at))
+    n = np.arange(count * count).reshape(count, count)
+    a, b, c, d = (one.ravel() for one in (n[:-1, :-1], n[:-1, 1:], n[1:, 1:], n[1:, :-1]))
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    mesh = TriangleMesh(np.stack([x, y, slope * x], axis=1), faces.astype(np.int32))
+    return dataclasses.replace(box_element("land", (0, 0, 0), (1, 1, 1), role=Role.GROUND), mesh=mesh)
+
+
+@pytest.mark.parametrize("wrong", [{40: (1e9, 0, 0)}, {41: (5, 0, -1000)}, {0: (-20, 2e6, 3), 1: (0, 0, 1e9)}])
+@pytest.mark.parametrize("slope", [0.0, 0.3])
+def test_a_wrong_vertex_of_terrain_is_spanned_by_its_neighbours(wrong, slope):
+    land = _terrain(slope=slope)
+    vertices = land.mesh.vertices_m.copy()
+    for vertex, at in wrong.items():
+        vertices[vertex] = at
+    bad = dataclasses.replace(land, mesh=TriangleMesh(vertices, land.mesh.faces))
+    found = without_strays(building_of(*_row(0.0, 3.0), bad))
+    mended = found.elements[-1].mesh
+    assert np.abs(mended.vertices_m - land.mesh.vertices_m)[:, 2].max() <= 5.0 * slope + 1e-9
+    assert len(mended.faces) == len(land.mesh.faces)
+    (note,) = found.notes
+    count = "1 vertex of terrain lies" if len(wrong) == 1 else "2 vertices of terrain lie"
+    assert note.startswith(f"{count} far from the rest of it, so not used; check the coordinates of land")
+
+
+@pytest.mark.parametrize("land", [_terrain(), _terrain(500.0, 0.4), _terrain(2e4), _terrain(slope=2.0, count=3)])
+def test_wide_and_hilly_terrain_stays(land):
+    building = building_of(*_row(0.0, 3.0), land)
+    assert without_strays(building) is building
+
+
+def test_terrain_with_a_flat_underside_stays():
+    land = _terrain()
+    low = land.mesh.vertices_m - (0.0, 0.0, 200.0)
+    faces = np.concatenate([land.mesh.faces, land.mesh.faces[:, ::-1] + len(low)])
+    solid = TriangleMesh(np.concatenate([land.mesh.vertices_m, low]), faces.astype(np.int32))
+    building = building_of(*_row(0.0, 3.0), dataclasses.replace(land, mesh=solid))
+    assert without_strays(building) is building
+
+
+def test_a_triangle_of_wrong_vertices_alone_is_left_out():
+    land = _terrain()
+    more = np.array([(1e8, 0, 0), (1e8, 1, 0), (1e8, 0, 1)])
+    count = len(land.mesh.vertices_m)
+    faces = np.concatenate([land.mesh.faces, [[count, count + 1, count + 2]]]).astype(np.int32)
+    mesh = TriangleMesh(np.concatenate([land.mesh.vertices_m, more]), faces)
+    found = without_strays(building_of(*_row(0.0, 3.0), dataclasses.replace(land, mesh=mesh)))
+    assert found.elements[-1].mesh.bounds_m[1, 0] == 20.0
