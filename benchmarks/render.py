@@ -175,8 +175,7 @@ def main() -> None:
     wall, cpu = time.perf_counter(), time.process_time()
     from bimvox.rendering.draw.picture import PictureOptions
     from bimvox.rendering.draw.png import png_of
-    from bimvox.rendering.film.film import FilmOptions, write_film
-    from bimvox.rendering.film.pace import frame_times_ns
+    from bimvox.rendering.film.film import FilmOptions, frame_times_ns, write_film
     from bimvox.rendering.film.scene import Film
     from bimvox.rendering.scene.plan import scene_of_plan
     from bimvox.rendering.scene.site import view_of_site

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.luffing import LuffingJib
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.exporters.gltf import GltfWriter
+from bimvox.exporters.mesh import linear_rgba
 from bimvox.grid.boxes import boxes_of
 from bimvox.grid.labels import Label
 from bimvox.log.moving import tracks_of
@@ -19,7 +21,7 @@ from bimvox.log.schema import of_crane
 from bimvox.records.lift import Lift, Status, YardPlace
 from bimvox.records.other_means import needed_by_ns
 from bimvox.records.track import LoadTrack
-from bimvox.rendering.page.keyframes import keyframes
+from bimvox.rendering.page.motions import keyframes
 from bimvox.site.component import Component
 from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
 from bimvox.site.site import Site
@@ -48,7 +50,7 @@ def to_animated_glb(log: PlanLog) -> bytes:
     later deliveries appear when they arrive; parts that are not lifted stay in the yard. Lying parts are tipped up as
     in the log.
     """
-    writer = GltfWriter()
+    writer = _GltfWriter()
     site, tracks = log.plan.site, tracks_of(log)
     _surroundings(writer, site)
     arrives: dict[int, int] = {}
@@ -69,7 +71,7 @@ def to_animated_glb(log: PlanLog) -> bytes:
     return writer.to_bytes({"site": site.name, "revision": log.revision, "end_s": end_s, "plan": site.digest})
 
 
-def _surroundings(writer: GltfWriter, site: Site) -> None:
+def _surroundings(writer: _GltfWriter, site: Site) -> None:
     """Add ground, areas, structure and obstructions as boxes of cells."""
     size_m = site.frame.voxel_size_m
     origin_m = np.array(site.frame.origin_m)
@@ -87,7 +89,7 @@ def _surroundings(writer: GltfWriter, site: Site) -> None:
             writer.node(kind, mesh=writer.mesh(vertices, faces, KIND_RGB.get(kind, (180, 180, 180))))
 
 
-def _part(writer: GltfWriter, site: Site, track: LoadTrack, arrives: dict[int, int]) -> None:
+def _part(writer: _GltfWriter, site: Site, track: LoadTrack, arrives: dict[int, int]) -> None:
     component = site.components[track.lift.component]
     corner_m = site.frame.corner_of(np.array(component.target_vox))
     mesh = writer.mesh(component.mesh.vertices_m - corner_m, component.mesh.faces, STATE_RGB[ConstructionState.UNBUILT])
@@ -114,7 +116,7 @@ def _part(writer: GltfWriter, site: Site, track: LoadTrack, arrives: dict[int, i
     _appears(writer, node, arrives[track.lift.place.delivery] if track.lift.place else 0)
 
 
-def _left(writer: GltfWriter, site: Site, lift: Lift, place: YardPlace, arrives: dict[int, int]) -> None:
+def _left(writer: _GltfWriter, site: Site, lift: Lift, place: YardPlace, arrives: dict[int, int]) -> None:
     """Add a part that is not lifted, as the boxes of its cells in the yard."""
     component, size_m = site.components[lift.component], site.frame.voxel_size_m
     boxes = place.shape.boxes.astype(np.float64) * size_m
@@ -127,7 +129,7 @@ def _left(writer: GltfWriter, site: Site, lift: Lift, place: YardPlace, arrives:
     _appears(writer, node, arrives.get(place.delivery, 0))
 
 
-def _by_other_means(writer: GltfWriter, site: Site, lift: Lift, needed_by_ns: int) -> None:
+def _by_other_means(writer: _GltfWriter, site: Site, lift: Lift, needed_by_ns: int) -> None:
     """Add a part that is set by other means at its place, from when it is needed."""
     component = site.components[lift.component]
     corner_m = site.frame.corner_of(np.array(component.target_vox))
@@ -145,14 +147,14 @@ def _why(component: Component, lift: Lift) -> dict[str, Any]:
     return {"global_id": component.global_id, "ifc_class": component.ifc_class, "infeasible": lift.reason or ""}
 
 
-def _appears(writer: GltfWriter, node: int, arrives_ns: int) -> None:
+def _appears(writer: _GltfWriter, node: int, arrives_ns: int) -> None:
     """Hide a node until its delivery arrives."""
     if arrives_ns > 0:
         shown = np.array([[_GONE] * 3, [1.0] * 3])
         writer.move(node, "scale", np.array([0.0, arrives_ns / 1e9]), shown, steps=True)
 
 
-def _crane(writer: GltfWriter, log: PlanLog, number: int, crane: TowerCrane) -> None:
+def _crane(writer: _GltfWriter, log: PlanLog, number: int, crane: TowerCrane) -> None:
     """Add mast, jib, trolley and rope, moved by the axes; the names of further cranes' nodes are numbered."""
     samples = [motion.samples() for motion in log.motions if motion.crane == number]
     if not samples:
@@ -178,7 +180,7 @@ def _crane(writer: GltfWriter, log: PlanLog, number: int, crane: TowerCrane) -> 
 
 
 def _luffing_crane(
-    writer: GltfWriter,
+    writer: _GltfWriter,
     crane: TowerCrane,
     jib: LuffingJib,
     times: NDArray[np.float64],
@@ -203,14 +205,14 @@ def _luffing_crane(
     _rope(writer, of_crane("rope", number), tip, times, rope_m)
 
 
-def _box(writer: GltfWriter, name: str, low: Point, high: Point, at_m: NDArray[np.float64], parent: int = 0) -> int:
+def _box(writer: _GltfWriter, name: str, low: Point, high: Point, at_m: NDArray[np.float64], parent: int = 0) -> int:
     """Add a node of the crane that shows a box, and return its number."""
     mesh = writer.mesh(*_boxes(np.array([low]), np.array([high])), _CRANE_RGB)
     return writer.node(name, mesh=mesh, translation_m=at_m, parent=parent)
 
 
 def _rotate(
-    writer: GltfWriter, node: int, times: NDArray[np.float64], angle_rad: NDArray[np.float64], axis: int
+    writer: _GltfWriter, node: int, times: NDArray[np.float64], angle_rad: NDArray[np.float64], axis: int
 ) -> None:
     """Rotate a node about an axis, 0 to 2 for x, y, z."""
     turn = np.zeros((len(times), 4))
@@ -220,7 +222,7 @@ def _rotate(
 
 
 def _rope(
-    writer: GltfWriter, name: str, parent: int, times: NDArray[np.float64], length_m: NDArray[np.float64]
+    writer: _GltfWriter, name: str, parent: int, times: NDArray[np.float64], length_m: NDArray[np.float64]
 ) -> None:
     """Add a rope of these lengths below a node."""
     rope = writer.mesh(*_boxes(np.array([[-0.05, -0.05, -1.0]]), np.array([[0.05, 0.05, 0.0]])), (40, 40, 40))
@@ -243,3 +245,150 @@ def _kept(
 ) -> NDArray[np.int64]:
     """Return which samples to keep; see ``keyframes``."""
     return keyframes(times, values, (), lambda points: points, tolerance, longest)
+
+
+# A small writer of binary glTF 2.0 with animations: meshes, nodes, and channels over time.
+#
+# trimesh, which writes the other GLB files, does not support animations. Everything is in metres and z up inside one
+# root node, which turns it to glTF's y up.
+
+_FLOAT, _UINT32 = 5126, 5125
+_ARRAY, _ELEMENTS = 34962, 34963
+_KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
+_TURN = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
+"""From z up to y up: a quarter turn about x."""
+
+
+class _GltfWriter:
+    """Collects a scene and returns its bytes."""
+
+    def __init__(self) -> None:
+        self._binary = bytearray()
+        self._views: list[dict[str, Any]] = []
+        self._accessors: list[dict[str, Any]] = []
+        self._materials: dict[tuple[int, int, int], int] = {}
+        self._meshes: list[dict[str, Any]] = []
+        self._nodes: list[dict[str, Any]] = [{"name": "site", "rotation": [round(float(q), 9) for q in _TURN]}]
+        self._samplers: list[dict[str, Any]] = []
+        self._channels: list[dict[str, Any]] = []
+        self._times: dict[bytes, int] = {}
+
+    def mesh(
+        self,
+        vertices_m: NDArray[np.float64],
+        faces: NDArray[np.int32],
+        rgb: tuple[int, int, int],
+    ) -> int:
+        """Add a mesh and return its number.
+
+        Args:
+            vertices_m: (V, 3) in the frame of the nodes that show it.
+            faces: (F, 3) indices.
+            rgb: Colour, sRGB, 0..255.
+        """
+        positions = self._accessor(np.asarray(vertices_m, np.float32), _ARRAY, bounds=True)
+        indices = self._accessor(np.asarray(faces, np.uint32).reshape(-1), _ELEMENTS)
+        material = self._materials.setdefault(rgb, len(self._materials))
+        primitive = {"attributes": {"POSITION": positions}, "indices": indices, "material": material}
+        self._meshes.append({"primitives": [primitive]})
+        return len(self._meshes) - 1
+
+    def node(
+        self,
+        name: str,
+        *,
+        mesh: int | None = None,
+        parent: int = 0,
+        translation_m: NDArray[np.float64] | None = None,
+        extras: Mapping[str, Any] | None = None,
+    ) -> int:
+        """Add a node and return its number; ``parent`` 0 is the site, z up, in metres."""
+        node: dict[str, Any] = {"name": name}
+        if mesh is not None:
+            node["mesh"] = mesh
+        if translation_m is not None:
+            node["translation"] = [float(np.float32(value)) for value in translation_m]
+        if extras:
+            node["extras"] = dict(extras)
+        self._nodes.append(node)
+        self._nodes[parent].setdefault("children", []).append(len(self._nodes) - 1)
+        return len(self._nodes) - 1
+
+    def move(
+        self, node: int, path: str, time_s: NDArray[np.float64], values: NDArray[np.float64], *, steps: bool = False
+    ) -> None:
+        """Animate a node.
+
+        Args:
+            node: Its number.
+            path: ``translation`` (N, 3) m, ``rotation`` (N, 4) quaternion x, y, z, w, or ``scale`` (N, 3).
+            time_s: (N,) strictly ascending, not negative.
+            values: (N, 3 or 4) at those times.
+            steps: Whether a value holds until the next one; otherwise it is interpolated linearly.
+        """
+        self._nodes[node][path] = [float(np.float32(value)) for value in values[0]]
+        if len(time_s) == 1:
+            return
+        times = np.asarray(time_s, np.float32)
+        key = times.tobytes()
+        if key not in self._times:
+            self._times[key] = self._accessor(times, None, bounds=True)
+        output = self._accessor(np.asarray(values, np.float32), None)
+        interpolation = "STEP" if steps else "LINEAR"
+        self._samplers.append({"input": self._times[key], "output": output, "interpolation": interpolation})
+        target = {"node": node, "path": path}
+        self._channels.append({"sampler": len(self._samplers) - 1, "target": target})
+
+    def to_bytes(self, extras: Mapping[str, Any]) -> bytes:
+        """Return the GLB; ``extras`` are plain values for the scene."""
+        document: dict[str, Any] = {
+            "asset": {"version": "2.0", "generator": "bimvox"},
+            "scene": 0,
+            "scenes": [{"nodes": [0], "extras": dict(extras)}],
+            "nodes": self._nodes,
+            "meshes": self._meshes,
+            "materials": [_material(rgb) for rgb in self._materials],
+            "accessors": self._accessors,
+            "bufferViews": self._views,
+            "buffers": [{"byteLength": len(self._binary)}],
+        }
+        if self._channels:
+            document["animations"] = [{"name": "assembly", "samplers": self._samplers, "channels": self._channels}]
+        text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
+        text += b" " * (-len(text) % 4)
+        binary = bytes(self._binary) + b"\0" * (-len(self._binary) % 4)
+        length = 12 + 8 + len(text) + 8 + len(binary)
+        head = b"glTF" + _uint(2) + _uint(length)
+        return head + _uint(len(text)) + b"JSON" + text + _uint(len(binary)) + b"BIN\0" + binary
+
+    def _accessor(self, array: NDArray[Any], target: int | None, *, bounds: bool = False) -> int:
+        """Add an array and return its accessor's number."""
+        width = 1 if array.ndim == 1 else array.shape[1]
+        view: dict[str, Any] = {"buffer": 0, "byteOffset": len(self._binary), "byteLength": array.nbytes}
+        if target is not None:
+            view["target"] = target
+        self._views.append(view)
+        self._binary += np.ascontiguousarray(array).tobytes()
+        accessor: dict[str, Any] = {
+            "bufferView": len(self._views) - 1,
+            "componentType": _UINT32 if array.dtype == np.uint32 else _FLOAT,
+            "count": len(array),
+            "type": _KINDS[width],
+        }
+        if bounds:
+            rows = array.reshape(len(array), width)
+            accessor["min"], accessor["max"] = rows.min(axis=0).tolist(), rows.max(axis=0).tolist()
+        self._accessors.append(accessor)
+        return len(self._accessors) - 1
+
+
+def _material(rgb: tuple[int, int, int]) -> dict[str, Any]:
+    colour = linear_rgba(rgb).tolist()
+    return {
+        "pbrMetallicRoughness": {"baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.9},
+        "doubleSided": True,
+    }
+
+
+def _uint(value: int) -> bytes:
+    return value.to_bytes(4, "little")

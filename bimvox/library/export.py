@@ -159,8 +159,7 @@ def write_lifts(
         InputError: If ``ifc`` lacks the model, or it is another file.
         FileError: If it cannot be written.
     """
-    from bimvox.exporters.csv_json import lifts_csv
-    from bimvox.exporters.deliveries import deliveries_csv
+    from bimvox.exporters.csv_json import deliveries_csv, lifts_csv
     from bimvox.exporters.log import log_bytes, messages_in
 
     if wanted.name == "ros2":
@@ -195,7 +194,7 @@ def write_grid(
         InputError: If the format has faces and the grid has none.
         FileError: If it cannot be written.
     """
-    from bimvox.exporters.grid import part_bodies, surface_bytes
+    from bimvox.exporters.mesh import part_bodies, surface_bytes
     from bimvox.exporters.vti import write_vti
 
     if wanted.name == "vti":

@@ -15,14 +15,13 @@ from bimvox.library.sharing import constants_of, workers_of
 from bimvox.library.traffic import check_traffic
 from bimvox.library.user_files import Given, check_user_files
 from bimvox.log import schema as topics
-from bimvox.log.check import check_commands, check_digests, check_load_poses
-from bimvox.log.check_joints import check_joint_states
+from bimvox.log.check import check_commands, check_digests, check_joint_states, check_load_poses
+from bimvox.log.codec import steps_from_json
 from bimvox.log.mcap.form_check import form_faults
 from bimvox.log.mcap.reader import Contents, read_contents, read_file
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import log_of
 from bimvox.log.shown import check_shown
-from bimvox.log.steps_json import steps_from_json
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.proof.carried_out import check_carried_out
 from bimvox.proof.coverage import with_coverage

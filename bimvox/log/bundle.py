@@ -19,7 +19,7 @@ from bimvox.errors import LogFileError
 from bimvox.grid.labels import Label
 from bimvox.log.archive import ArchiveError, pack, unpack
 from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, DecodeError, decode, encode
-from bimvox.log.mcap.encoded import Encoded, json_text
+from bimvox.log.mcap.messages import Encoded, json_text
 from bimvox.site.component import Shape
 from bimvox.site.site import Site
 from bimvox.sparse import names_to_write

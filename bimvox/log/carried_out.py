@@ -20,8 +20,8 @@ from bimvox.log import schema as topics
 from bimvox.log.codec import ArrayReader, ArrayWriter, decode, encode
 from bimvox.log.mcap.form import Form
 from bimvox.log.mcap.messages import pose, stamp
+from bimvox.log.mcap.packed import Rows
 from bimvox.log.mcap.reader import Contents
-from bimvox.log.mcap.rows import Rows
 from bimvox.records.carried_out import CarriedOut, Other, Tally
 from bimvox.site.nested import json_values
 from bimvox.site.site import Site

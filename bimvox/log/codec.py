@@ -7,6 +7,7 @@ format follows the types: a new field with a default is written and read from th
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 import types
 import typing
@@ -18,6 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.errors import LogFileError
+from bimvox.records.steps import Steps
 from bimvox.sparse import names_to_write
 
 DTYPES = ("bool", "uint8", "int32", "int64", "float32", "float64")
@@ -191,3 +194,28 @@ def _fields_of(kind: Any) -> tuple[dict[str, Any], dict[str, dataclasses.Field[A
 
 def _is_size(value: Any) -> bool:
     return type(value) is int and 0 <= value < 2**48
+
+
+# The steps of work that the crane does not do, as JSON inside the log.
+
+
+def steps_to_json(steps: Steps) -> bytes:
+    """Return steps and pauses as JSON."""
+    return json.dumps(encode(steps, ArrayWriter()), indent=1).encode()
+
+
+def steps_from_json(data: bytes, name: str) -> Steps:
+    """Return the steps of a log.
+
+    Args:
+        data: What :func:`steps_to_json` returned.
+        name: Its source, for messages.
+
+    Raises:
+        LogFileError: If it is damaged.
+    """
+    try:
+        found: Steps = decode(Steps, json.loads(data), ArrayReader({}), "steps")
+    except (ValueError, RecursionError) as error:
+        raise LogFileError(name, f"the steps in it cannot be read: {error}") from error
+    return found

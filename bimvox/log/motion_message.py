@@ -14,8 +14,8 @@ import numpy as np
 from google.protobuf.descriptor_pb2 import FileDescriptorProto
 from numpy.typing import NDArray
 
+from bimvox.log.crane_command import TIMESTAMP, Field, class_of, descriptor_of, text_of
 from bimvox.log.mcap.messages import stamp
-from bimvox.log.proto import TIMESTAMP, Field, class_of, descriptor_of, text_of
 from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site
 

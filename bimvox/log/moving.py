@@ -12,6 +12,7 @@ from foxglove_schemas_protobuf.JointState_pb2 import JointState
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from foxglove_schemas_protobuf.Pose_pb2 import Pose
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from numpy.typing import NDArray
@@ -23,11 +24,10 @@ from bimvox.log import schema as topics
 from bimvox.log.crane_command import command_rows
 from bimvox.log.driven import Driven, driven
 from bimvox.log.mcap.form import Form
-from bimvox.log.mcap.messages import stamp
-from bimvox.log.mcap.rows import Rows, Timed, rows_of
+from bimvox.log.mcap.messages import pose, stamp
+from bimvox.log.mcap.packed import Rows, Timed, rows_of
 from bimvox.log.motion_message import MOTIONS, motion_message
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.planned_path import path_message
 from bimvox.log.rate import LogRate, shown_values
 from bimvox.log.track import crane_track, lift_times, nominal_track
 from bimvox.log.transforms import CraneTransforms, load_transforms
@@ -205,3 +205,28 @@ def _joints_form(crane: TowerCrane) -> Form:
         return states
 
     return Form(joints, len(states.joints))
+
+
+# The planned path of a lift as a message: the poses of its load.
+
+
+def path_message(site: Site, lift: Lift, time_ns: int) -> Timed:
+    """Return the message of a planned lift's path.
+
+    Args:
+        site: The site.
+        lift: The lift.
+        time_ns: Its time.
+    """
+    assert lift.path_vox is not None
+    corners_m = site.frame.corner_of(lift.path_vox)
+    poses = _poses_form().serialized(np.zeros(len(corners_m), np.int64), corners_m)
+    head = PosesInFrame(timestamp=stamp(time_ns), frame_id="site").SerializeToString()
+    # Protobuf merges concatenated messages into one with all fields.
+    message = PosesInFrame.FromString(b"".join([head, *poses]))
+    return time_ns, topics.of_crane(topics.PLANNED, site.components[lift.component].crane), message
+
+
+@cache
+def _poses_form() -> Form:
+    return Form(lambda _, corner_m: PosesInFrame(poses=[pose(corner_m)]), 3)

@@ -15,7 +15,7 @@ class LogRate(StrEnum):
     """Which samples the topics for viewers have."""
 
     MOTION = "motion"
-    """Those that the motion needs: :mod:`bimvox.log.needed` says which."""
+    """Those that the motion needs: :mod:`bimvox.log.driven` says which."""
     FULL = "full"
     """Every sample; commands once a period of the site's rules."""
 

@@ -11,10 +11,11 @@ from bimvox.errors import InputError
 from bimvox.log import schema as topics
 from bimvox.log.bundle import site_to_bytes
 from bimvox.log.carried_out import carried_out_rows, carried_out_to_json
+from bimvox.log.codec import steps_to_json
 from bimvox.log.layout import layout_bytes
 from bimvox.log.mcap.channels import LogWriter
 from bimvox.log.mcap.merge import Block, merged
-from bimvox.log.mcap.rows import Rows, Timed
+from bimvox.log.mcap.packed import Rows, Timed
 from bimvox.log.motion_json import motions_to_json
 from bimvox.log.moving import lift_streams, times_of
 from bimvox.log.narration import OWN_EVENTS, event_messages, log_messages
@@ -22,8 +23,7 @@ from bimvox.log.plan_json import plan_to_json
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.scene import scene_messages
 from bimvox.log.segments import is_segment
-from bimvox.log.steps_json import steps_to_json
-from bimvox.log.voxels import voxel_grid
+from bimvox.log.transforms import voxel_grid
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Steps

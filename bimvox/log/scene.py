@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -21,13 +23,25 @@ from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.kept import kept
 from bimvox.log import schema as topics
-from bimvox.log.colours import KIND_RGBA, STATE_RGBA, ConstructionState, Rgba
 from bimvox.log.mcap.messages import colour, pairs, pose, stamp, vector
-from bimvox.log.states import StatesAtStarts
 from bimvox.records.lift import Lift, YardPlace
+from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LiftTimes
 from bimvox.site.component import Component
+from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
 from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Site
+
+_Rgba = tuple[float, float, float, float]
+
+
+def _opaque(rgb: Rgb) -> _Rgba:
+    red, green, blue = (round(value / 255.0, 4) for value in rgb)
+    return (red, green, blue, 1.0)
+
+
+STATE_RGBA: dict[ConstructionState, _Rgba] = {state: _opaque(rgb) for state, rgb in STATE_RGB.items()}
+_KIND_RGBA: dict[str, _Rgba] = {kind: _opaque(rgb) for kind, rgb in KIND_RGB.items()}
+
 
 States = Mapping[int, ConstructionState | None]
 """States of components by their index; None: not to be seen. Of the others the state is as it was."""
@@ -112,7 +126,7 @@ class SceneUpdates:
                 id=entity_id,
                 frame_locked=True,
                 metadata=pairs({"kind": kind}),
-                cubes=_cubes_of_cells(cells, frame, KIND_RGBA.get(kind, KIND_RGBA["structure"])),
+                cubes=_cubes_of_cells(cells, frame, _KIND_RGBA.get(kind, _KIND_RGBA["structure"])),
             )
             for (kind, entity_id), cells in cells_of.items()
             if len(cells)
@@ -127,7 +141,7 @@ class SceneUpdates:
                 frame_id=topics.of_crane(part, number),
                 id=topics.of_crane(part, number) if number else f"{CRANE_ID}/{part}",
                 frame_locked=True,
-                cubes=[_cube(low, size, colour(KIND_RGBA["crane"]))],
+                cubes=[_cube(low, size, colour(_KIND_RGBA["crane"]))],
             )
             for part, (low, size) in boxes.items()
         ]
@@ -216,14 +230,14 @@ def _entity_id(blocker: Blocker) -> str:
     return f"obstruction/{blocker.id}" if blocker.kind == "obstruction" else blocker.id
 
 
-def _cubes_of_cells(cells: NDArray[np.int32], frame: GridFrame, rgba: Rgba) -> list[Any]:
+def _cubes_of_cells(cells: NDArray[np.int32], frame: GridFrame, rgba: _Rgba) -> list[Any]:
     low = cells.min(axis=0)
     dense = np.zeros(cells.max(axis=0) - low + 1, np.bool_)
     dense[tuple((cells - low).T)] = True
     return _cubes(boxes_of(dense), frame.corner_of(low), frame.voxel_size_m, rgba)
 
 
-def _cubes(boxes: NDArray[np.int32], corner_m: NDArray[np.float64], voxel_size_m: float, rgba: Rgba) -> list[Any]:
+def _cubes(boxes: NDArray[np.int32], corner_m: NDArray[np.float64], voxel_size_m: float, rgba: _Rgba) -> list[Any]:
     of_colour, corner = colour(rgba), corner_m.tolist()
     cubes = []
     for box in boxes.tolist():  # most parts are one box: numpy would be slower
@@ -236,3 +250,103 @@ def _cubes(boxes: NDArray[np.int32], corner_m: NDArray[np.float64], voxel_size_m
 def _cube(low_m: Sequence[float], size_m: Sequence[float], of_colour: Any) -> Any:
     middle_m = [low + size / 2 for low, size in zip(low_m, size_m, strict=True)]
     return CubePrimitive(pose=pose(middle_m), size=vector(size_m), color=of_colour)
+
+
+# The states of all components while a plan is carried out.
+
+_UNBUILT, _ASSEMBLED = ConstructionState.UNBUILT, ConstructionState.ASSEMBLED
+
+
+def states_before(lifts: Iterable[Lift], order: int) -> dict[int, ConstructionState]:
+    """Return the states of all components when the lift of that order begins.
+
+    Earlier lifts are assembled; the delivery of this lift lies in the yard. A delivery arrives when all lifts of the
+    earlier ones are done, so the yard holds no other parts.
+    """
+    lifts = tuple(lifts)
+    delivery = next((_delivery(lift) for lift in lifts if lift.order == order), None)
+    states = {lift.component: _state_before(lift, order, delivery) for lift in lifts}
+    return {component: state for component, state in states.items() if state is not None}
+
+
+def states_at(
+    lifts: Iterable[Lift], motions: Iterable[LiftMotion], tracks: Iterable[LiftTimes], time_ns: int
+) -> dict[int, ConstructionState]:
+    """Return the states of all components at a time on the site's clock.
+
+    Args:
+        lifts: All lifts of the plan.
+        motions: Those of its motions whose time is known.
+        tracks: The load tracks of the lifts under way at the time.
+        time_ns: The time.
+    """
+    lifts, ordered = tuple(lifts), sorted(motions, key=lambda motion: (motion.start_ns, motion.order))
+    begun = [motion for motion in ordered if motion.start_ns <= time_ns] or ordered[:1]
+    if not begun:
+        # Nothing has a time: show the finished plan.
+        return {lift.component: _ASSEMBLED for lift in lifts if lift.is_set}
+    states = states_before(lifts, begun[-1].order)
+    for motion in ordered:
+        # With several cranes, a later lift in the order may end before an earlier one begins.
+        if motion.end_ns <= time_ns:
+            states[motion.component] = _ASSEMBLED
+        elif states.get(motion.component) is _ASSEMBLED:
+            states[motion.component] = _UNBUILT
+    for track in tracks:
+        states[track.lift.component] = track.state_at(time_ns)
+    return states
+
+
+class StatesAtStarts:
+    """The states of all components when one lift after another begins, as what may change since the one before.
+
+    They are those of ``states_before``. With several cranes, earlier lifts in the order may still be under way, or
+    begin later: a part whose lift has begun keeps the state that it has, and one whose lift begins later is unbuilt.
+
+    Args:
+        lifts: All lifts of the plan.
+        tracks: The tracks of those with a time.
+    """
+
+    def __init__(self, lifts: Iterable[Lift], tracks: Iterable[LiftTimes]) -> None:
+        self._lifts = sorted(lifts, key=lambda lift: lift.order)
+        self._orders = [lift.order for lift in self._lifts]
+        self._delivered: defaultdict[int | None, list[Lift]] = defaultdict(list)
+        for lift in self._lifts:
+            self._delivered[_delivery(lift)].append(lift)
+        self._timed, self._begun = {track.lift.component for track in tracks}, set[int]()
+        self._passed = 0
+        self._delivery: int | None = None
+
+    def begin(self, track: LiftTimes) -> dict[int, ConstructionState | None]:
+        """Return the states that may have changed when a lift begins, by component; None: not delivered, or gone.
+
+        Args:
+            track: The lift's; the tracks are given by start, then by order.
+        """
+        order, delivery = track.lift.order, _delivery(track.lift)
+        passed = bisect_left(self._orders, order)
+        lifts = self._lifts[min(passed, self._passed) : max(passed, self._passed)]
+        if delivery != self._delivery:
+            lifts += self._delivered[self._delivery] + self._delivered[delivery]
+        self._passed, self._delivery = passed, delivery
+        self._begun.add(track.lift.component)
+        changed = {}
+        for lift in lifts:
+            if lift.component not in self._begun:
+                state = _state_before(lift, order, delivery)
+                begins_later = state is _ASSEMBLED and lift.component in self._timed
+                changed[lift.component] = _UNBUILT if begins_later else state
+        return {**changed, track.lift.component: _UNBUILT}
+
+
+def _delivery(lift: Lift) -> int | None:
+    return None if lift.place is None else lift.place.delivery
+
+
+def _state_before(lift: Lift, order: int, delivery: int | None) -> ConstructionState | None:
+    """Return the state of a lift's part when the lift of that order and delivery begins; None if it is not there."""
+    if lift.order < order and lift.is_set:
+        return _ASSEMBLED
+    in_yard = lift.in_yard
+    return _UNBUILT if in_yard is not None and in_yard.delivery == delivery else None

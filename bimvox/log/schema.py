@@ -16,11 +16,10 @@ from foxglove_schemas_protobuf.VoxelGrid_pb2 import VoxelGrid
 from mcap_protobuf.schema import build_file_descriptor_set
 
 from bimvox.log.crane_command import COMMAND as COMMAND
-from bimvox.log.crane_command import CraneCommandMessage, command_text, single_crane_descriptor
+from bimvox.log.crane_command import CraneCommandMessage, command_text, head_text, single_crane_descriptor
+from bimvox.log.driven import APART_S, OFF_M
 from bimvox.log.motion_message import MOTIONS as MOTIONS
 from bimvox.log.motion_message import LiftMotionMessage, motion_text
-from bimvox.log.needed import APART_S, OFF_M
-from bimvox.log.proto import head_text
 from bimvox.log.rate import LogRate
 from bimvox.version import __version__
 

@@ -8,20 +8,24 @@ from typing import Any
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+from foxglove_schemas_protobuf.VoxelGrid_pb2 import VoxelGrid
 from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.grid.labels import Label
 from bimvox.log.driven import Driven
 from bimvox.log.mcap.form import Form
-from bimvox.log.mcap.messages import stamp
-from bimvox.log.mcap.rows import Rows
+from bimvox.log.mcap.messages import pose, stamp, vector
+from bimvox.log.mcap.packed import Rows
 from bimvox.log.rate import shown_values
 from bimvox.log.scene import component_frame
 from bimvox.log.schema import TF, of_crane
 from bimvox.records.track import LoadTrack
+from bimvox.site.site import Site
 
 
 class CraneTransforms:
@@ -143,3 +147,36 @@ def load_transforms(track: LoadTrack, component_id: str) -> Iterator[Rows]:
 
 def _vector(xyz: Any) -> Any:
     return Vector3(x=xyz[0], y=xyz[1], z=xyz[2])
+
+
+# The site's cells as a Foxglove VoxelGrid.
+
+
+def voxel_grid(site: Site, time_ns: int) -> Any:
+    """Return the labels of the site, with the components at their places in the building where the cells are free.
+
+    Data in Z-Y-X order (x fastest), one uint8 ``label`` per cell. Empty layers at the top are left out, because viewers
+    expand every cell that is sent.
+    """
+    labels = site.labels.copy()
+    parts = [component.shape.cells for component in site.components]
+    targets = np.array([component.target_vox for component in site.components], np.int32).reshape(-1, 3)
+    cells = np.concatenate([np.zeros((0, 3), np.int32), *parts]) + np.repeat(targets, [len(part) for part in parts], 0)
+    flat, at = labels.reshape(-1), np.ravel_multi_index(tuple(cells.T), labels.shape)
+    flat[at[flat[at] == Label.AIR]] = Label.COMPONENT
+    filled = np.flatnonzero(labels.any(axis=(0, 1)))
+    height = int(filled[-1]) + 1 if filled.size else 1
+    columns, rows = site.shape[:2]
+    return VoxelGrid(
+        timestamp=stamp(time_ns),
+        frame_id="site",
+        pose=pose(site.frame.origin_m),
+        row_count=rows,
+        column_count=columns,
+        cell_size=vector((site.frame.voxel_size_m,) * 3),
+        slice_stride=rows * columns,
+        row_stride=columns,
+        cell_stride=1,
+        fields=[PackedElementField(name="label", offset=0, type=PackedElementField.UINT8)],
+        data=np.ascontiguousarray(labels[:, :, :height].T).tobytes(),
+    )

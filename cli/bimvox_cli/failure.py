@@ -30,7 +30,7 @@ import typer
 
 from bimvox.errors import BimvoxError, PlanningError, cut, shown
 from bimvox.files import HINT_FOR_NO_FOLDER, NO_CURRENT_FOLDER, current_folder_is_gone, reason_of
-from bimvox.rendering.plain import plain
+from bimvox.rendering.words import plain
 from bimvox_cli.streams import StdoutError
 
 DONE = 0

@@ -10,7 +10,7 @@ from rich.progress import Progress as Bars
 from rich.text import Text
 
 from bimvox.progress import SilentProgress
-from bimvox.rendering.plain import plain
+from bimvox.rendering.words import plain
 
 _PLAIN_LINE_EVERY_S = 10.0
 _PACE_S = 3.0

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from bimvox.rendering.plain import plain
+from bimvox.rendering.words import plain
 from bimvox_cli.failure import exit_code_of, report_runs
 
 if TYPE_CHECKING:

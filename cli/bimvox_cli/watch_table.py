@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from bimvox.errors import listed
-from bimvox.rendering.plain import plain
+from bimvox.rendering.words import plain
 
 _STATES = {
     "infeasible": ("infeasible", "red"),

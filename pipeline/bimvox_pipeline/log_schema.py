@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from bimvox.exporters.csv_json import LIFT_COLUMNS, SAMPLE_COLUMNS
-from bimvox.exporters.deliveries import DELIVERY_COLUMNS
+from bimvox.exporters.csv_json import DELIVERY_COLUMNS, LIFT_COLUMNS, SAMPLE_COLUMNS
 from bimvox.log import schema as topics
 
 _ATTACHMENTS = {

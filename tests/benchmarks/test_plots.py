@@ -20,7 +20,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
         figures.append(figure)
         return bytes_of(figure, file_format)
 
-    for module in ("benchmarks.plots", "bimvox.rendering.plots.histogram"):
+    for module in ("benchmarks.plots", "bimvox.rendering.plots.look"):
         monkeypatch.setattr(f"{module}.bytes_of", kept)
     return figures
 

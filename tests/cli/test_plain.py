@@ -7,7 +7,7 @@ from bimvox_cli.failure import report
 from bimvox_cli.output import console_on, facts, rows
 
 from bimvox.errors import InputError
-from bimvox.rendering.plain import plain
+from bimvox.rendering.words import plain
 
 _NAME = "beam\x1b[31m\x07\x9b2J\u202e"
 _SHOWN = "beam\\x1b[31m\\x07\\x9b2J\\u202e"

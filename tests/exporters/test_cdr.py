@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
-from bimvox.exporters.cdr import Cdr
+from bimvox.exporters.ros2 import Cdr
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 TIMES_NS = np.array([0, 1, 999_999_999, 1_000_000_000, 2**31 * 10**9 - 1])

@@ -10,8 +10,7 @@ from datetime import datetime
 import seeded_faults as faults
 from log_building import tiny_log
 
-from bimvox.exporters.csv_json import to_json
-from bimvox.exporters.deliveries import DELIVERY_COLUMNS, deliveries_csv, delivery_records
+from bimvox.exporters.csv_json import DELIVERY_COLUMNS, deliveries_csv, delivery_records, to_json
 from bimvox.log.dates import log_dates
 from bimvox.log.plan_log import PlanLog
 

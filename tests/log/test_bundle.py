@@ -15,7 +15,7 @@ from bimvox.errors import LogFileError
 from bimvox.log.archive import pack, unpack
 from bimvox.log.bundle import SiteWriter, site_from_bytes, site_to_bytes
 from bimvox.log.codec import ArrayWriter, encode
-from bimvox.log.mcap.encoded import Encoded, json_text
+from bimvox.log.mcap.messages import Encoded, json_text
 from bimvox.site.site import Blocker
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bimvox.log.needed import APART_S, needed
+from bimvox.log.driven import APART_S, needed
 
 NS = 10**9
 NONE = np.zeros(0, np.int64)

@@ -11,10 +11,10 @@ from named_cranes import HAMMERHEADS, LUFFING_CRANES
 from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m, outline_of
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.crane.urdf import urdf
-from bimvox.log.colours import STATE_RGBA, ConstructionState
-from bimvox.log.scene import SceneUpdates, component_frame
-from bimvox.log.voxels import voxel_grid
-from bimvox.rendering.scene.crane_parts import crane_parts
+from bimvox.log.scene import STATE_RGBA, SceneUpdates, component_frame
+from bimvox.log.transforms import voxel_grid
+from bimvox.rendering.scene.cranes import crane_parts
+from bimvox.site.construction import ConstructionState
 
 UNBUILT, IN_TRANSIT, ASSEMBLED = ConstructionState.UNBUILT, ConstructionState.IN_TRANSIT, ConstructionState.ASSEMBLED
 

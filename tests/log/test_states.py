@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from log_building import tiny_plan
 
-from bimvox.log.states import StatesAtStarts, states_before
+from bimvox.log.scene import StatesAtStarts, states_before
 from bimvox.records.lift import Lift, Status, YardPlace
 from bimvox.records.track import LiftTimes
 from bimvox.site.component import StoredPose

@@ -25,13 +25,13 @@ from bimvox.errors import LogFileError
 from bimvox.library.log import write_log_file
 from bimvox.library.verify import prove_plan
 from bimvox.log import schema as topics
+from bimvox.log.codec import steps_to_json
 from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.channels import LogWriter
 from bimvox.log.mcap.reader import read_contents, read_file
 from bimvox.log.motion_message import LiftMotionMessage, Samples, add_samples, column_of
 from bimvox.log.plan_log import LogEvent, PlanLog, with_full_rate
 from bimvox.log.reader import read_log
-from bimvox.log.steps_json import steps_to_json
 from bimvox.motion.commands import commands, commands_at
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.planner import plan_lifts

@@ -16,7 +16,7 @@ from bimvox.log.dates import all_remarks, log_dates
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.programme_dates import _WorkingDays
 from bimvox.remarks.late import LATE
-from bimvox.rendering.report.programme import programme
+from bimvox.rendering.report.page import programme
 from bimvox.rendering.report.record import record_of
 from bimvox.site.working_hours import WorkingHours
 

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from bimvox.rendering.plain import escape
+from bimvox.rendering.words import escape
 
 
 def test_markup_and_control_characters_are_text():

@@ -15,8 +15,7 @@ from bimvox.rendering.page.document import document_of
 from bimvox.rendering.page.source import PageSource, Revision
 from bimvox.rendering.report.page import report_page
 from bimvox.rendering.report.record import record_of
-from bimvox.rendering.scene.crane_parts import crane_parts
-from bimvox.rendering.scene.cranes import poses_at, site_cranes
+from bimvox.rendering.scene.cranes import crane_parts, poses_at, site_cranes
 from bimvox.rendering.scene.plan import Instant, scene_of_plan
 from bimvox.rendering.scene.site import scene_of_site
 

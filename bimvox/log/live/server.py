@@ -9,8 +9,11 @@ from __future__ import annotations
 
 import asyncio
 import base64
+import hmac
 import json
 import logging
+import re
+import secrets
 import socket
 import threading
 from collections.abc import Iterable, Sequence
@@ -19,13 +22,54 @@ from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import InputError
 from bimvox.log import schema as topics
-from bimvox.log.live.admission import refusal
-from bimvox.log.live.outbox import Message
-from bimvox.log.live.viewer import PIECE_BYTES, Viewer
+from bimvox.log.live.viewer import PIECE_BYTES, Message, Viewer
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
     from websockets.http11 import Request, Response
+
+TOKEN_VARIABLE = "BIMVOX_SERVE_TOKEN"
+"""Environment variable with a token of one's own, for an address that stays the same."""
+
+_ORIGINS = ("https://app.foxglove.dev", "https://studio.foxglove.dev", "file://")
+"""Origins of viewers; desktop programs give ``file://`` or none. Pages of this machine are allowed too."""
+
+_THIS_MACHINE = re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
+_TOKEN = re.compile(r"[A-Za-z0-9_-]{16,128}")
+_TOKEN_BYTES = 18
+
+
+def token_of(given: str | None) -> str:
+    """Return the given token, or a random one if none is given.
+
+    Raises:
+        InputError: If the given token is too short, or cannot be part of an address.
+    """
+    if not given:
+        return secrets.token_urlsafe(_TOKEN_BYTES)
+    if not _TOKEN.fullmatch(given):
+        raise InputError(
+            f"{TOKEN_VARIABLE}: not a token of 16 to 128 letters, digits, '-' and '_'",
+            hint=f"unset {TOKEN_VARIABLE}; then bimvox makes a random token",
+        )
+    return given
+
+
+def refusal(path: str, origins: Sequence[str], token: str) -> tuple[HTTPStatus, str] | None:
+    """Return why a request is refused; None if it may connect.
+
+    Args:
+        path: Path and query of the request.
+        origins: The values of its Origin headers.
+        token: The server's token: the path must be ``/TOKEN``.
+    """
+    given = path.partition("?")[0].encode("utf-8", "surrogateescape")
+    if not hmac.compare_digest(given, f"/{token}".encode()):
+        return HTTPStatus.UNAUTHORIZED, "The token is missing or wrong: use the whole address that bimvox printed.\n"
+    if len(origins) > 1 or not all(origin in _ORIGINS or _THIS_MACHINE.fullmatch(origin) for origin in origins):
+        return HTTPStatus.FORBIDDEN, "Pages of this origin may not connect.\n"
+    return None
+
 
 MAX_VIEWERS = 128
 """Viewers at one time; further ones are refused."""

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.log.mcap.packed import Packed, joined
-from bimvox.log.mcap.rows import Rows, Timed, rows_of
+from bimvox.log.mcap.packed import Packed, Rows, Timed, joined, rows_of
 
 
 class Block(NamedTuple):

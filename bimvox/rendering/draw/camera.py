@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -102,3 +103,11 @@ def fitted_camera(
     middle = (first + last) / 2.0 * focal
     centre = ((x0 + x1) / 2.0 - float(middle[0]), (y0 + y1) / 2.0 - float(middle[1]))
     return Camera(eye, right, up, -towards_eye, focal, centre, size_px)
+
+
+# Sizes of pictures and animations, and which suffixes are animations.
+
+PICTURE_PX: Final = (1280, 800)
+FILM_PX: Final = (640, 400)
+FILMS: Final[dict[str, Literal["gif", "webp"]]] = {".gif": "gif", ".webp": "webp"}
+"""The formats of animations, by suffix."""

@@ -15,9 +15,8 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.colours import ARRIVED, ASSEMBLED, IN_TRANSIT, START_BOX, TARGET_BOX, UNBUILT
 from bimvox.rendering.scene.cranes import poses_at, site_cranes
-from bimvox.rendering.scene.layers import Layer
 from bimvox.rendering.scene.plan import LIFT_LEGEND, no_path_error, path_strokes, top_corners_m
-from bimvox.rendering.scene.scene import Block, LegendEntry, Scene
+from bimvox.rendering.scene.scene import Block, Canvas, Layer, LegendEntry, Scene
 from bimvox.rendering.scene.site import (
     boxes_strokes,
     painted_scene,
@@ -26,7 +25,6 @@ from bimvox.rendering.scene.site import (
     stored_cells,
     target_cells,
 )
-from bimvox.rendering.scene.solids import Canvas
 from bimvox.rendering.words import PHASES
 from bimvox.site.component import Component
 from bimvox.site.site import Site

@@ -13,8 +13,7 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.luffing import LuffingJib, luff_of_radius
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.rendering.page.blob import Blob
-from bimvox.rendering.scene.crane_parts import crane_parts
-from bimvox.rendering.scene.lattice import CraneParts
+from bimvox.rendering.scene.cranes import CraneParts, crane_parts
 
 FIXED, SLEWING, TROLLEY, HOOK, LUFFING = range(5)
 """Joints that move a point: none; slewing; slewing and trolley; all three axes; slewing and luffing."""

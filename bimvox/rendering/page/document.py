@@ -8,16 +8,17 @@ from datetime import datetime
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from bimvox.grid.boxes import boxes_of
+from bimvox.grid.labels import Label
 from bimvox.records.dates import PlanDates
-from bimvox.records.lift import Status
+from bimvox.records.lift import Lift, Status, by_change
 from bimvox.records.steps import Steps
+from bimvox.records.unloading import unloading_lifts
 from bimvox.rendering.colours import CLASSES, NO_GROUP, REMARKS, SHARES
 from bimvox.rendering.page.blob import Blob, rounded
-from bimvox.rendering.page.changes import changes
 from bimvox.rendering.page.crane import crane_record
-from bimvox.rendering.page.deliveries import unloading_records
-from bimvox.rendering.page.fixed import boxes_record, obstructions, slab_map, standing
 from bimvox.rendering.page.geometry import Shapes, shapes_of
 from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
 from bimvox.rendering.page.motions import (
@@ -31,7 +32,7 @@ from bimvox.rendering.page.source import PageSource, Revision
 from bimvox.rendering.scene.site import view_of_site
 from bimvox.site.construction import KIND_RGB, STATE_RGB
 from bimvox.site.part_names import names_by_id, with_names
-from bimvox.site.site import Site
+from bimvox.site.site import Blocker, Site
 
 FORMAT = 1
 GEOMETRY_BUDGET_BYTES = 1_900_000
@@ -172,7 +173,7 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
     driven = {motion.order: motion for motion in revision.motions}
     tracks = {track.lift.order: track for track in revision.tracks}
     lifts = []
-    unloading, deliveries = unloading_records(revision)
+    unloading, deliveries = _unloading_records(revision)
     for lift in revision.lifts:
         record = lift_record(revision, lift) | {"motion": None, "begins_s": None}
         if lift.order in unloading:
@@ -200,7 +201,7 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
         **({"dates": _blocks(revision.dates)} if revision.dates else {}),
         **({"deliveries": deliveries} if deliveries else {}),
         "lifts": lifts,
-        "obstructions": [boxes_record(site, blocker, blob) for blocker in obstructions(site)],
+        "obstructions": [boxes_record(site, blocker, blob) for blocker in _obstructions(site)],
         "obstruction_notes": _named(site, site.obstruction_notes),
         "notes": _named(site, revision.plan.notes),
         "clashes": [
@@ -211,10 +212,118 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
         "verdict": revision.verdict.to_dict(),
         "conditions": list(revision.conditions),
         "remarks": remark_records(revision),
-        "changes": changes(before, revision) if before else None,
+        "changes": _changes(before, revision) if before else None,
         "metadata": dict(sorted(revision.metadata.items())),
     }
 
 
 def _short(indices: Any) -> Any:
     return indices.astype(np.uint16) if not indices.size or int(indices.max()) < 2**16 else indices
+
+
+# What a revision changed: which lifts were kept, replanned, or are infeasible.
+
+
+def _changes(before: Revision, after: Revision) -> dict[str, Any]:
+    """Return the changed components, by index, and how many obstruction cells differ."""
+    kept, replanned, infeasible = ([lift.component for lift in some] for some in by_change(before.lifts, after.lifts))
+    obstructed = [revision.plan.site.labels == Label.OBSTRUCTION for revision in (before, after)]
+    return {
+        "since": before.number,
+        "kept": kept,
+        "replanned": replanned,
+        "infeasible": infeasible,
+        "changed_cells": int(np.count_nonzero(obstructed[0] != obstructed[1])),
+    }
+
+
+# Deliveries that the crane unloads, as records of the page.
+
+_EPOCH = datetime(1970, 1, 1)
+
+
+def _unloading_records(revision: Revision) -> tuple[dict[int, dict[str, float]], list[dict[str, Any]]]:
+    """Return how the crane unloads each part, by order of its lift, and every delivery; nothing without an access."""
+    loads: dict[int, list[Lift]] = {}
+    for lift in revision.lifts:
+        if lift.place is not None:
+            loads.setdefault(lift.place.delivery, []).append(lift)
+    lifts: dict[int, dict[str, float]] = {}
+    deliveries = []
+    for number, load in sorted(loads.items()):
+        found = unloading_lifts(revision.plan.site, load)
+        if not found:
+            continue
+        for one in found:
+            lifts[one.order] = {
+                "radius_m": one.radius_m,
+                "utilisation": one.utilisation,
+                "crane_s": one.duration_s,
+            }
+        begins_s, ends_s = _local_s(revision, number)
+        deliveries.append({"number": number, "begins_s": begins_s, "ends_s": ends_s})
+    return lifts, deliveries
+
+
+def _local_s(revision: Revision, number: int) -> tuple[float | None, float | None]:
+    """Return when a delivery is unloaded, local time, seconds after 1970; None without dates."""
+    dates = revision.dates
+    if dates is None or number not in dates.deliveries:
+        return None, None
+    begin_ns, end_ns = dates.deliveries[number]
+    return (dates.moment(begin_ns) - _EPOCH).total_seconds(), (dates.moment(end_ns) - _EPOCH).total_seconds()
+
+
+# The fixed things on a site: the slab with its areas, structure, obstructions.
+
+NOTHING, _GROUND, _AREA, _YARD, _ACCESS = range(5)
+_PROHIBITED = 8
+"""Added to a column's value if a zone forbids the hook there."""
+
+
+def slab_map(site: Site) -> NDArray[np.uint8]:
+    """Return the label of the ground in every column, (Y, X) uint8: nothing where it is not as high as the yard."""
+    slab = site.labels[:, :, 0]
+    columns = np.full(slab.shape, _GROUND, np.uint8)
+    columns[slab == Label.AIR] = NOTHING
+    columns[slab == Label.CONSTRUCTION_AREA] = _AREA
+    # `Site.yard` defines the yard; the labels of the slab need not repeat it.
+    columns[(slab == Label.YARD) | (site.yard & (columns == _GROUND))] = _YARD
+    if site.access is not None:
+        columns[site.access & (columns != NOTHING)] = _ACCESS
+    columns[site.ground_vox != site.yard_floor_vox - 1] = NOTHING
+    closed = [zone for zone in (site.prohibited, site.no_load) if zone is not None]
+    if closed:
+        columns[np.logical_or.reduce(closed) & (columns != NOTHING)] += _PROHIBITED
+    return np.ascontiguousarray(columns.T)
+
+
+def standing(site: Site) -> tuple[Blocker, ...]:
+    """Return the blockers other than obstructions: structure, terrain, and a mast without a crane."""
+    return tuple(
+        blocker
+        for n, blocker in enumerate(site.blockers)
+        if blocker.kind == "structure"
+        or (blocker.kind == "crane" and not site.cranes)
+        or (n == 0 and bool((blocker.cells[:, 2] > 0).any()))
+    )
+
+
+def _obstructions(site: Site) -> tuple[Blocker, ...]:
+    """Return the obstructions."""
+    return tuple(blocker for blocker in site.blockers if blocker.kind == "obstruction")
+
+
+def boxes_record(site: Site, blocker: Blocker, blob: Blob) -> dict[str, Any]:
+    """Return the cells above the lowest layer as a few boxes, in cells; of the ground what the slab does not show."""
+    cells = blocker.cells[blocker.cells[:, 2] > 0]
+    if blocker.kind == "ground":
+        cells, level = blocker.cells, site.yard_floor_vox - 1
+        cells = cells[(cells[:, 2] != level) | (site.ground_vox[cells[:, 0], cells[:, 1]] != level)]
+    boxes = np.zeros((0, 6), np.int32)
+    if len(cells):
+        low = cells.min(axis=0)
+        dense = np.zeros(cells.max(axis=0) - low + 1, np.bool_)
+        dense[tuple((cells - low).T)] = True
+        boxes = boxes_of(dense) + np.tile(low, 2)
+    return {"id": blocker.id, "kind": blocker.kind, "name": blocker.name, "boxes": blob.put(boxes.astype(np.uint16))}

@@ -10,8 +10,7 @@ import struct
 from bimvox.rendering.page.assets import script, source_hash, text_of
 from bimvox.rendering.page.document import document_of
 from bimvox.rendering.page.source import PageSource
-from bimvox.rendering.plain import escape
-from bimvox.rendering.words import counted, hours
+from bimvox.rendering.words import counted, escape, hours
 from bimvox.units import elapsed
 
 _LEVEL = 9

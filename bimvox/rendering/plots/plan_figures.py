@@ -10,9 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from bimvox.rendering.plots.bars import Bar, draw_bars
-from bimvox.rendering.plots.histogram import Axis, Mark, Series, draw_histogram
-from bimvox.rendering.plots.look import Format
+from bimvox.rendering.plots.look import Axis, Bar, Format, Mark, Series, draw_bars, draw_histogram
 from bimvox.rendering.report.words import METHODS
 from bimvox.rendering.words import counted
 

@@ -7,13 +7,12 @@ from importlib.resources import files
 from textwrap import wrap
 from typing import Any
 
-from bimvox.rendering.plain import plain
 from bimvox.rendering.report.drawings import legend_names
+from bimvox.rendering.report.html import element, picture, text
 from bimvox.rendering.report.labels import shortened, width_px
 from bimvox.rendering.report.plan_view import heavy_words, plan_parts, shows_all, title_of
-from bimvox.rendering.report.svg import element, picture, text
 from bimvox.rendering.report.words import fixed, length, tonnes
-from bimvox.rendering.words import counted
+from bimvox.rendering.words import counted, plain
 
 _LEFT_PX = 24.0
 _LINE_PX = 15.0

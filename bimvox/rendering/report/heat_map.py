@@ -10,9 +10,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bimvox.rendering.plain import escape
 from bimvox.rendering.report.drawing_file import style
-from bimvox.rendering.report.svg import element, text
+from bimvox.rendering.report.html import element, text
+from bimvox.rendering.words import escape
 
 _WIDE_PX, _LEFT_PX, _TOP_PX, _LINE_PX = 900.0, 24.0, 64.0, 16.0
 _SCALE: tuple[tuple[int, int, int], ...] = ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37))

@@ -6,8 +6,8 @@ import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from bimvox.rendering.plain import plain
-from bimvox.rendering.report.svg import text
+from bimvox.rendering.report.html import text
+from bimvox.rendering.words import plain
 
 SIZE_PX = 9.0
 """Height of the letters, as in ``report.css``."""

@@ -7,10 +7,9 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from bimvox.records.remark import Severity
-from bimvox.rendering.plain import escape
 from bimvox.rendering.report.html import number, row, table, tag
 from bimvox.rendering.report.words import METHODS, fixed, named, span, tonnes
-from bimvox.rendering.words import PHASES
+from bimvox.rendering.words import PHASES, escape
 from bimvox.site.means import HOW
 from bimvox.units import clock
 

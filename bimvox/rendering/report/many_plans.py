@@ -6,12 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
-from bimvox.rendering.plain import escape
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
 from bimvox.rendering.report.page import printable
 from bimvox.rendering.report.words import fixed, span
 from bimvox.rendering.verdict import Light
-from bimvox.rendering.words import counted
+from bimvox.rendering.words import counted, escape
 
 _COLUMNS = (
     "Run", "Status", "Crane time", "Loaded", "Critical\nlifts", "Parts", "Planned", "Infeasible", "Remarks", "Files",

@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
-from bimvox.rendering.plain import escape
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
 from bimvox.rendering.report.page import printable
 from bimvox.rendering.report.words import fixed, percent
-from bimvox.rendering.words import counted
+from bimvox.rendering.words import counted, escape
 
 COLUMNS = (
     "name", "site", "status", "error", "verified", "parts", "currency",

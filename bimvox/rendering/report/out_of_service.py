@@ -13,8 +13,8 @@ import numpy as np
 
 from bimvox.crane.outline import CraneOutline, outline_of
 from bimvox.rendering.page.source import Revision
-from bimvox.rendering.plain import escape
 from bimvox.rendering.report.html import number
+from bimvox.rendering.words import escape
 from bimvox.site.site import Site
 
 _NAMED = 5

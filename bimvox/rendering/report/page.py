@@ -4,27 +4,26 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from importlib.resources import files
 from typing import Any
 
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.records.remark import Severity
 from bimvox.rendering.page.assets import source_hash
-from bimvox.rendering.plain import escape
 from bimvox.rendering.report import sections
-from bimvox.rendering.report.crews import crews
-from bimvox.rendering.report.drawings import drawings
-from bimvox.rendering.report.html import section, tag
+from bimvox.rendering.report.drawings import drawings, yard_drawings
+from bimvox.rendering.report.html import number, paragraph, row, section, table, tag
+from bimvox.rendering.report.labels import shortened
 from bimvox.rendering.report.machine import machine
-from bimvox.rendering.report.programme import programme
-from bimvox.rendering.report.remarks import remarks
 from bimvox.rendering.report.rigging import rigging
-from bimvox.rendering.report.statement import statement
-from bimvox.rendering.report.support import support
-from bimvox.rendering.report.survey import survey
-from bimvox.rendering.report.titleblock import title_block
-from bimvox.rendering.report.yard import yard_drawings
+from bimvox.rendering.report.statement import statement, title_block
+from bimvox.rendering.report.support import support, survey
+from bimvox.rendering.report.words import fixed, in_ranges, named
+from bimvox.rendering.words import counted, escape
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +78,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             sections.heading(record),
             title_block(record),
             figures.overview.html() if figures.overview else "",
-            remarks(record),
+            _remarks(record),
             sections.infeasible(record, [(figure.orders, figure.html()) for figure in figures.blocked]),
             sections.not_lifted(record),
             sections.critical(record),
@@ -118,3 +117,155 @@ def printable(title: str, body: str, record: dict[str, Any]) -> bytes:
         f'<title>{escape(title)}</title>\n<link rel="icon" href="data:,">\n<style>{style}</style>\n</head>\n'
         f'<body>\n{body}\n<script type="application/json" id="record">{data}</script>\n</body>\n</html>\n'
     ).encode()
+
+
+# The section of the report with the hours of the crews.
+
+_HOURS = ("works_h", "man_hours", "idle_h", "idle_man_hours")
+
+
+def crews(record: dict[str, Any]) -> str:
+    """Return the hours of each crew whose size is known, and of all; empty if none is."""
+    found = (record["totals"]["calendar"] or {}).get("crews")
+    if not found:
+        return ""
+    rows = [
+        row(
+            [
+                escape(crew["crew"]),
+                number(crew["people"], f"{crew['people']:g}", "people"),
+                *(number(crew[key], fixed(crew[key], 1), key) for key in _HOURS),
+            ]
+        )
+        for crew in found
+    ]
+    if len(found) > 1:
+        man, idle = (sum(crew[key] for crew in found) for key in ("man_hours", "idle_man_hours"))
+        everyone = number(man, fixed(man, 1), "all_man_hours"), number(idle, fixed(idle, 1), "all_idle_man_hours")
+        rows.append(row(["All crews", "", "", everyone[0], "", everyone[1]]))
+    head = ("Crew", "People", "Hours\nat work", "Man-hours\nat work", "Hours\nidle", "Man-hours\nidle")
+    return section(
+        "Crews",
+        paragraph("Idle: working time from a crew's first to its last work in which it has none.", "faint"),
+        table(head, rows, id_="crews"),
+    )
+
+
+# The section of the report that compares the plan with the programme of its site.
+
+
+def programme(record: dict[str, Any]) -> str:
+    """Return the tasks of the programme with its dates and those of the plan; empty without a programme."""
+    tasks = (record["totals"]["calendar"] or {}).get("programme")
+    if not tasks:
+        return ""
+    late = sum((task["late_working_days"] or 0) > 0 for task in tasks)
+    rows = [
+        row(
+            [
+                escape(task["task"]),
+                number(len(task["lifts"]), str(len(task["lifts"])), "parts"),
+                *(escape(_at(task[key])) for key in ("wished_start", "wished_end", "starts", "ends")),
+                number(days, _words(days), "late_working_days") if days is not None else "–",
+            ],
+            "bad" if (days or 0) > 0 else "",
+        )
+        for task in tasks
+        for days in (task["late_working_days"],)
+    ]
+    head = ("Task", "Parts", "Programme\nstarts", "Programme\nends", "Plan\nstarts", "Plan\nends", "Working days")
+    return section(
+        f"Programme: {counted(late, 'task')} of {len(tasks):,} later than it wants",
+        paragraph("A task ends with the last of its parts; working days are those between both ends.", "faint"),
+        table(head, rows, class_="words", id_="programme"),
+        id="against-programme",
+    )
+
+
+def _at(text: str | None) -> str:
+    return f"{datetime.fromisoformat(text):%a %d %b %Y %H:%M}" if text else "–"
+
+
+def _words(days: int) -> str:
+    return "as wanted" if not days else f"{abs(days):,} {'late' if days > 0 else 'early'}"
+
+
+# The remarks: what a person should look at in a plan, next to what is proven.
+
+_NAMED = 2
+"""How many parts with the same remark are named."""
+_HEADINGS = {
+    Severity.SERIOUS: ("⚠\ufe0e Serious", "Decide about these before the plan is carried out."),
+    Severity.MINOR: ("! Minor", "Unusual, or below what the field asks for."),
+    Severity.NOTE: ("Notes", "What was assumed."),
+}
+
+
+def _remarks(record: dict[str, Any]) -> str:
+    """Return the remarks, the gravest first, each with its lift and part; within a severity by kind."""
+    found, lead = record["remarks"], "A proof compares the plan with the model and the site file, not with practice."
+    if not found:
+        return section("Remarks: none", paragraph(f"{lead} No rule of plausibility found anything."), id="remarks")
+    lifts = {lift["id"]: lift for lift in record["lifts"]}
+    groups = [(severity, [one for one in found if one["severity"] == severity.value]) for severity in Severity]
+    counts = ", ".join(_counted(severity, len(group)) for severity, group in groups if group)
+    tables = (_group(severity, group, lifts) for severity, group in groups if group)
+    return section(
+        f"Remarks: {counts}",
+        paragraph(f"{lead} Each remark is for a person to look at.", "faint"),
+        *tables,
+        id="remarks",
+    )
+
+
+def _counted(severity: Severity, count: int) -> str:
+    return counted(count, "note") if severity is Severity.NOTE else f"{count:,} {severity.value}"
+
+
+def _group(severity: Severity, group: Sequence[dict[str, Any]], lifts: dict[str, dict[str, Any]]) -> str:
+    title, words = _HEADINGS[severity]
+    kinds = list(dict.fromkeys(one["kind"] for one in group))
+
+    def place(one: dict[str, Any]) -> tuple[int, int]:
+        lift = lifts.get(one["component"])
+        return kinds.index(one["kind"]), -1 if lift is None else lift["order"]
+
+    equal: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for one in sorted(group, key=place):
+        equal.setdefault((one["kind"], one["text"]), []).append(one)
+    rows = [_row(those, [lifts.get(one["component"]) for one in those]) for those in equal.values()]
+    heading = tag("h3", f"{title}: {len(group):,}", severity.value)
+    columns = ("Lift", "Part", "About", "Remark")
+    return heading + paragraph(words, "faint") + table(columns, rows, class_="words remarks", id_=f"{severity}-remarks")
+
+
+def _row(equal: Sequence[dict[str, Any]], lifts: Sequence[dict[str, Any] | None]) -> str:
+    """Return the row of remarks with the same words, with the parts that they are about."""
+    remark, lift = equal[0], lifts[0]
+    if len(equal) > 1:
+        first, part = number(None, ""), _parts(equal, lifts)
+    elif lift is None:
+        first, part = number(None, ""), escape(_name(remark))
+    else:
+        part = f"<b>{escape(named(lift))}</b> {tag('code', escape(lift['global_id']))}"
+        first = number(lift["order"], str(lift["number"]), "order")
+    kind = escape(remark["kind"].replace("_", " "))
+    words = re.sub(r"(?<=\d) m2\b", " m²", remark["text"])
+    return row([first, part, kind, escape(words)], data_severity=remark["severity"], data_kind=remark["kind"])
+
+
+def _parts(equal: Sequence[dict[str, Any]], lifts: Sequence[dict[str, Any] | None]) -> str:
+    """Return how many parts have the same remark, the names of the first ones, and the lifts of the others."""
+    names = [
+        _name(remark) if lift is None else f"{named(lift)} (lift {lift['number']})"
+        for remark, lift in zip(equal, lifts, strict=True)
+    ]
+    shown, rest = names[:_NAMED], lifts[_NAMED:]
+    numbers = in_ranges(lift["number"] for lift in rest if lift is not None)
+    more = f" and {len(rest)} more" + (f" ({numbers})" if numbers else "") if rest else ""
+    count = number(len(equal), counted(len(equal), "part"), "parts")
+    return f"<b>{count}</b>: {escape(', '.join(map(shortened, shown)) + more)}"
+
+
+def _name(remark: dict[str, Any]) -> str:
+    return str(remark["name"] or remark["component"] or "the whole plan")

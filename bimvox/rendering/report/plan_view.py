@@ -7,6 +7,7 @@ from dataclasses import replace
 from math import atan2, cos, pi, sin
 from typing import Any
 
+from bimvox.rendering.report.html import element
 from bimvox.rendering.report.labels import Label, Placed, around, shortened, width_px
 from bimvox.rendering.report.sheet import (
     MARGIN_PX,
@@ -21,7 +22,6 @@ from bimvox.rendering.report.sheet import (
     survey_lines,
     tip,
 )
-from bimvox.rendering.report.svg import element
 from bimvox.rendering.report.words import fixed, length, tonnes
 from bimvox.rendering.words import counted
 

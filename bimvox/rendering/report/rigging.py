@@ -6,11 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from bimvox.rendering.plain import escape
-from bimvox.rendering.report.html import number, paragraph, row, section, table, tag
-from bimvox.rendering.report.svg import element, picture, text
+from bimvox.rendering.report.html import element, number, paragraph, picture, row, section, table, tag, text
 from bimvox.rendering.report.words import fixed, percent, tonnes
-from bimvox.rendering.words import counted
+from bimvox.rendering.words import counted, escape
 
 _LISTED = 30
 _WIDTH, _HEIGHT, _MARGIN, _ASIDE = 300.0, 250.0, 34.0, 62.0

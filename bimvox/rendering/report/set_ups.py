@@ -6,12 +6,22 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 from typing import Any
 
-from bimvox.rendering.plain import escape
-from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
+from bimvox.rendering.report.html import (
+    element,
+    number,
+    paragraph,
+    picture,
+    row,
+    section,
+    table,
+    tag,
+    terms,
+    text,
+    ticks,
+)
 from bimvox.rendering.report.page import Figure, printable
-from bimvox.rendering.report.svg import element, picture, text, ticks
 from bimvox.rendering.report.words import fixed, percent
-from bimvox.rendering.words import counted
+from bimvox.rendering.words import counted, escape
 
 _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 1040.0, 400.0, 76.0, 30.0, 18.0, 40.0
 _STEPS_H = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import shapely
 
-from bimvox.rendering.plain import escape
+from bimvox.rendering.report.html import element, picture, text, ticks
 from bimvox.rendering.report.labels import Label
-from bimvox.rendering.report.svg import element, picture, text, ticks
 from bimvox.rendering.report.words import fixed
+from bimvox.rendering.words import escape
 
 PX_PER_M_AT_1 = 96.0 / 0.0254
 """Drawing units of a metre on paper."""

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from bimvox.rendering.plain import escape
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
 from bimvox.rendering.report.out_of_service import in_words
-from bimvox.rendering.report.titleblock import BLANK, stated
 from bimvox.rendering.report.words import fixed, named, percent, span, tonnes
-from bimvox.rendering.words import counted
+from bimvox.rendering.words import counted, escape
 
 _WORK = {
     "footing": "Footings",
@@ -99,11 +97,11 @@ def _limits(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Oversail", _oversail(record)),
         ("Critical lifts", f"from {share} of the capacity: {critical or 'none'}"),
         ("Permitted use", _permitted(record)),
-        ("Chart from", "; ".join(f"{escape(one['name'])}: {stated(one['about'])}" for one in _cranes(record))),
+        ("Chart from", "; ".join(f"{escape(one['name'])}: {_stated(one['about'])}" for one in _cranes(record))),
         ("Out of service", in_words(record["out_of_service"])),
-        ("Foundation", stated(project["foundation"])),
-        ("Ground", stated(project["ground"])),
-        *((words, stated(project[key])) for key, words in _ON_SITE.items()),
+        ("Foundation", _stated(project["foundation"])),
+        ("Ground", _stated(project["ground"])),
+        *((words, _stated(project[key])) for key, words in _ON_SITE.items()),
         ("Slings, shackles", _gear(record)),
     ]
 
@@ -120,8 +118,8 @@ def _permitted(record: dict[str, Any]) -> str:
 
 def _gear(record: dict[str, Any]) -> str:
     if record["rigs"]:
-        return f"as in the section Rigging; certificates: {BLANK}"
-    return f"working load limits, leg angles, certificates: {BLANK}"
+        return f"as in the section Rigging; certificates: {_BLANK}"
+    return f"working load limits, leg angles, certificates: {_BLANK}"
 
 
 def _cranes(record: dict[str, Any]) -> list[dict[str, Any]]:
@@ -182,3 +180,55 @@ def _oversail(record: dict[str, Any]) -> str:
     outside = record["drawing"]["areas_m2"]["oversail"]
     words = number(outside, f"{fixed(outside, 0)} m²", "oversail_m2")
     return f"the jib sweeps {words} outside construction area and yard when it slews freely"
+
+
+# The title block of a lift plan: project, revision, and who prepares, checks, approves and carries it out.
+
+_FIELDS = {
+    "name": "Project",
+    "number": "Number",
+    "address": "Address",
+    "client": "Client",
+    "contractor": "Contractor",
+}
+_PEOPLE = {
+    "prepared_by": "Prepared by",
+    "checked_by": "Checked by",
+    "approved_by": "Approved by",
+    "appointed_person": "Appointed person",
+    "lifting_supervisor": "Lifting supervisor",
+    "crane_operator": "Crane operator",
+    "slinger": "Slinger, signaller",
+}
+NOT_STATED = "not stated: fill in"
+_BLANK = f'<span class="blank">{NOT_STATED}</span>'
+"""A field that the log cannot fill."""
+
+
+def title_block(record: dict[str, Any]) -> str:
+    """Return the title block; what the site file does not state is left to be filled in by hand."""
+    project = record["project"]
+    project = {**project, "name": project["name"] or record["site"]["name"]}
+    given = [(words, _stated(project[key])) for key, words in _FIELDS.items()]
+    given += [("Revision", _stated(project["issue"])), ("Plan", tag("code", escape(record["log"]["sha256"][:16])))]
+    people = [row([words, escape(project[key] or ""), "", ""]) for key, words in _PEOPLE.items()]
+    issues = [
+        row([escape(one["revision"]), escape(one["date"]), escape(one["changes"] or "")])
+        for one in project["revisions"]
+    ] or [row([escape(project["issue"] or ""), "", ""])]
+    return section(
+        "Project and approval",
+        terms(given),
+        tag(
+            "div",
+            table(("Role", "Name", "Signature", "Date"), people, class_="words signed", id_="signatures")
+            + table(("Revision", "Date", "Changes"), issues, class_="words", id_="revisions"),
+            "titleblock",
+        ),
+        id="title-block",
+    )
+
+
+def _stated(words: str | None) -> str:
+    """Return words as HTML, or that they are to be filled in."""
+    return escape(words) if words else _BLANK

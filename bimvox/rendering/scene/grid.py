@@ -11,8 +11,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.grid.voxel_grid import Part, VoxelGrid
 from bimvox.rendering.colours import CLASSES, FLOOR, GROUND, STRUCTURE
-from bimvox.rendering.scene.scene import LegendEntry, Scene
-from bimvox.rendering.scene.solids import index_type
+from bimvox.rendering.scene.scene import LegendEntry, Scene, index_type
 from bimvox.rendering.words import counted
 from bimvox.site.construction import Rgb
 

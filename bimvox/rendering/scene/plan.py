@@ -28,8 +28,7 @@ from bimvox.rendering.colours import (
     UNBUILT,
 )
 from bimvox.rendering.scene.cranes import poses_at, site_cranes
-from bimvox.rendering.scene.layers import Layer
-from bimvox.rendering.scene.scene import LegendEntry, Scene, Strokes, Swatch, polyline
+from bimvox.rendering.scene.scene import Layer, LegendEntry, Scene, Strokes, Swatch, polyline
 from bimvox.rendering.scene.site import (
     boxes_strokes,
     painted_scene,

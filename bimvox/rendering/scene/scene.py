@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bimvox.errors import SelectionError
 from bimvox.grid.frame import GridFrame
 from bimvox.site.construction import Rgb
 
@@ -126,3 +128,119 @@ def box_edges(low_m: ArrayLike, high_m: ArrayLike) -> NDArray[np.float64]:
                 end[axis] = ends[1, axis]
                 edges.append((start, end))
     return np.array(edges)
+
+
+# Layers of a scene, which can be hidden.
+
+
+class Layer(StrEnum):
+    """A layer that a picture can leave out."""
+
+    GROUND = "ground"
+    """Ground and areas."""
+    STRUCTURE = "structure"
+    OBSTRUCTIONS = "obstructions"
+    UNBUILT = "unbuilt"
+    ASSEMBLED = "assembled"
+    CRANE = "crane"
+    PATHS = "paths"
+    BOXES = "boxes"
+    """Start and target boxes."""
+    WORDS = "words"
+    """Title, caption and legend."""
+
+
+def without(scene: Scene, hidden: Collection[Layer]) -> Scene:
+    """Return a scene without the solids, lines and legend entries of some layers; the camera stays the same.
+
+    The picture's options handle ``WORDS``.
+    """
+    if not hidden:
+        return scene
+    drawn = np.array([layer not in hidden for layer in scene.layers] or [True] * len(scene.palette), np.bool_)
+    numbers = np.arange(len(drawn)).astype(scene.solids.dtype)
+    numbers[~drawn] = 0
+    return replace(
+        scene,
+        solids=numbers[scene.solids],
+        strokes=tuple(strokes for strokes in scene.strokes if strokes.layer not in hidden),
+        blocks=() if Layer.CRANE in hidden else scene.blocks,
+        legend=tuple(entry for entry in scene.legend if entry.layer not in hidden),
+        points_m=np.zeros((0, 3)) if Layer.CRANE in hidden else scene.points_m,
+    )
+
+
+def layers_named(names: Collection[str]) -> frozenset[Layer]:
+    """Return the layers of these names.
+
+    Raises:
+        SelectionError: If there is no such layer.
+    """
+    known = {layer.value: layer for layer in Layer}
+    for name in names:
+        if name not in known:
+            raise SelectionError(f"there is no layer {name!r}", hint=f"layers are {', '.join(known)}")
+    return frozenset(known[name] for name in names)
+
+
+# Paints solids: a volume of indices and the colour of each index.
+
+
+def index_type(count: int) -> type[np.unsignedinteger]:
+    """Return the smallest unsigned type for this many solids, including 0."""
+    return np.uint16 if count <= 1 << 16 else np.uint32
+
+
+class Canvas:
+    """A volume of (X, Y, Z) cells that is painted solid by solid, ``count`` of them at most."""
+
+    def __init__(self, shape: tuple[int, int, int], count: int) -> None:
+        self.solids: NDArray[np.unsignedinteger] = np.zeros(shape, index_type(count + 1))
+        self._rgb: list[Rgb] = [(0, 0, 0)]
+        self._layers: list[str] = [""]
+
+    def paint(self, cells: NDArray[np.integer], rgb: Rgb, *, over: bool = False, layer: str = "") -> int:
+        """Paint a solid and return its number.
+
+        Args:
+            cells: (N, 3); those outside the volume are ignored.
+            rgb: Its colour.
+            over: Whether it overwrites other solids.
+            layer: Its ``Layer``; empty if it is always drawn.
+        """
+        inside = ((cells >= 0) & (cells < self.solids.shape)).all(axis=1)
+        at = tuple(cells[inside].T)
+        number = self._next(rgb, layer)
+        if over:
+            self.solids[at] = number
+        else:
+            self.solids[at] = np.where(self.solids[at] == 0, number, self.solids[at])
+        return number
+
+    def paint_columns(self, mask: NDArray[np.bool_], layers: NDArray[np.int32], rgb: Rgb, *, layer: str = "") -> None:
+        """Paint one cell of each (X, Y) column of a mask, in its layer of ``layers`` (X, Y)."""
+        x, y = np.nonzero(mask)
+        self.solids[x, y, layers[mask]] = self._next(rgb, layer)
+
+    def copy(self, more: int = 0) -> Canvas:
+        """Return a separate canvas with the same solids and room for more."""
+        other = Canvas.__new__(Canvas)
+        other.solids, other._rgb, other._layers = self.solids.copy(), list(self._rgb), list(self._layers)
+        if len(other._rgb) + more > np.iinfo(other.solids.dtype).max:
+            other.solids = other.solids.astype(np.uint32)
+        return other
+
+    def _next(self, rgb: Rgb, layer: str) -> int:
+        self._rgb.append(rgb)
+        self._layers.append(str(layer))
+        return len(self._rgb) - 1
+
+    @property
+    def layers(self) -> tuple[str, ...]:
+        """The layer of each solid."""
+        return tuple(self._layers)
+
+    @property
+    def palette(self) -> NDArray[np.uint8]:
+        """(N, 3) uint8 colours of the painted solids."""
+        return np.array(self._rgb, np.uint8)

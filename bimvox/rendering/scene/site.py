@@ -23,11 +23,8 @@ from bimvox.rendering.colours import (
     YARD,
 )
 from bimvox.rendering.draw.camera import View
-from bimvox.rendering.scene.cranes import building_centre_m, site_cranes
-from bimvox.rendering.scene.lattice import CraneParts
-from bimvox.rendering.scene.layers import Layer
-from bimvox.rendering.scene.scene import Block, LegendEntry, Scene, Strokes, box_edges
-from bimvox.rendering.scene.solids import Canvas
+from bimvox.rendering.scene.cranes import CraneParts, building_centre_m, site_cranes
+from bimvox.rendering.scene.scene import Block, Canvas, Layer, LegendEntry, Scene, Strokes, box_edges
 from bimvox.rendering.words import counted
 from bimvox.site.component import Component, IntVec, Shape
 from bimvox.site.shape import stored_shape

@@ -27,9 +27,8 @@ def render_film(
     """
     from bimvox.log.lift_choice import chosen_lift
     from bimvox.log.reader import read_log
-    from bimvox.rendering.film.film import FilmOptions, write_film
-    from bimvox.rendering.film.pace import default_seconds, frame_times_ns
-    from bimvox.rendering.scene.layers import layers_named
+    from bimvox.rendering.film.film import FilmOptions, default_seconds, frame_times_ns, write_film
+    from bimvox.rendering.scene.scene import layers_named
     from bimvox.rendering.scene.site import view_of_site
 
     for given, what in ((wanted.time, "time"), (wanted.focus, "focus")):

@@ -8,7 +8,7 @@ from typing import Any
 from bimvox.errors import InputError
 from bimvox.files import check_output, default_output, write_atomically
 from bimvox.progress import Progress
-from bimvox.rendering.sizes import FILM_PX, FILMS, PICTURE_PX
+from bimvox.rendering.draw.camera import FILM_PX, FILMS, PICTURE_PX
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
 from bimvox_pipeline.render.drawing import is_drawing, render_drawing
 from bimvox_pipeline.render.scene import FilmPace, SceneOptions, is_experiment, moment_of, picture_scene
@@ -83,7 +83,7 @@ def _render_picture(
 ) -> dict[str, Any]:
     from bimvox.rendering.draw.picture import PictureOptions
     from bimvox.rendering.draw.png import png_of
-    from bimvox.rendering.scene.layers import Layer, layers_named, without
+    from bimvox.rendering.scene.scene import Layer, layers_named, without
 
     # Impossible options fail before the work.
     PictureOptions(size_px=size)

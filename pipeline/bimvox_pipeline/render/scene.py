@@ -219,8 +219,7 @@ def _with_focus(scene: Scene, cells: NDArray[np.integer]) -> Scene:
     import numpy as np
 
     from bimvox.rendering.colours import INK
-    from bimvox.rendering.scene.layers import Layer
-    from bimvox.rendering.scene.scene import Strokes, box_edges
+    from bimvox.rendering.scene.scene import Layer, Strokes, box_edges
 
     ends = scene.frame.corner_of(np.stack([cells.min(axis=0), cells.max(axis=0) + 1]))
     room = max(_LEAST_ROOM_M, _ROOM * float((ends[1] - ends[0]).max()))

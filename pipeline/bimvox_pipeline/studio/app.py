@@ -29,7 +29,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from bimvox.errors import BimvoxError, InputError
 from bimvox.files import kept_to, reason_of, require_input, sha256_of
 from bimvox.progress import SilentProgress
-from bimvox.rendering.studio.assets import POLICY, START, media_type, web_files
+from bimvox.rendering.page.assets import POLICY, START, media_type, web_files
 from bimvox_pipeline.render.page import page_of_log
 from bimvox_pipeline.studio.alone import ChangedMeanwhileError
 from bimvox_pipeline.studio.folder import Folder

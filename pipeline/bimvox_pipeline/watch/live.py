@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from bimvox.errors import InputError
-from bimvox.log.live.admission import TOKEN_VARIABLE, token_of
-from bimvox.log.live.log import LiveLog, driven_of
-from bimvox.log.live.view import Moving, standing_messages, with_held
+from bimvox.log.live.log import LiveLog, Moving, driven_of, standing_messages, with_held
+from bimvox.log.live.server import TOKEN_VARIABLE, token_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.schema import METADATA, SCHEMA_VERSION
 from bimvox.log.segments import FIRST_PLAN

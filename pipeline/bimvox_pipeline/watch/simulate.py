@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from bimvox.log.colours import ConstructionState
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.revision.current_plan import CurrentPlan
+from bimvox.site.construction import ConstructionState
 from bimvox.units import NS_PER_S
 
 _ANSWER_S = 3.0

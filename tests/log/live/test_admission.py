@@ -7,7 +7,7 @@ from http import HTTPStatus
 import pytest
 
 from bimvox.errors import InputError
-from bimvox.log.live.admission import TOKEN_VARIABLE, refusal, token_of
+from bimvox.log.live.server import TOKEN_VARIABLE, refusal, token_of
 
 TOKEN = "Abc-0123_456789xyz"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bimvox.log.live.outbox import Message, Outbox
+from bimvox.log.live.viewer import Message, Outbox
 
 
 def everything(outbox: Outbox) -> list[Message]:

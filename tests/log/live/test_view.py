@@ -11,8 +11,7 @@ from two_cranes import two_crane_plan
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.log import schema as topics
-from bimvox.log.live.log import LiveLog
-from bimvox.log.live.view import Moving, standing_messages, with_held
+from bimvox.log.live.log import LiveLog, Moving, standing_messages, with_held
 from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import LogEvent, PlanLog, with_full_rate
 from bimvox.log.recorder import write_log

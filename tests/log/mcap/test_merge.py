@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.log.mcap.merge import merged
-from bimvox.log.mcap.packed import packed
-from bimvox.log.mcap.rows import Rows
+from bimvox.log.mcap.packed import Rows, packed
 
 times = st.lists(st.integers(0, 20), max_size=12).map(sorted)
 

@@ -442,7 +442,7 @@ def test_the_frame_needs_the_token_and_its_files_do_not(page: Page):
     assert "unsafe" not in frame.headers["content-security-policy"]
     assert page.client.get("/web/studio/main.mjs").status_code == 200
     assert page.client.get("/web/studio/../../../../pyproject.toml").status_code in (403, 404)
-    assert page.client.get("/web/studio/assets.py").status_code == 404
+    assert page.client.get("/web/page/assets.py").status_code == 404
 
 
 @pytest.mark.parametrize("body", [b"", b"{", b"[1]", b"\xff\xfe", b"[" * 100_000])

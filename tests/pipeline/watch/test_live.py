@@ -16,9 +16,8 @@ from websockets.sync import client
 
 from bimvox.errors import InputError, LogFileError
 from bimvox.log import schema as topics
-from bimvox.log.live.admission import TOKEN_VARIABLE
 from bimvox.log.live.log import LiveLog
-from bimvox.log.live.server import LiveServer
+from bimvox.log.live.server import TOKEN_VARIABLE, LiveServer
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 

@@ -3,10 +3,9 @@ from __future__ import annotations
 import numpy as np
 
 from bimvox.grid.frame import GridFrame
-from bimvox.rendering.draw.blocks import draw_blocks
 from bimvox.rendering.draw.camera import View
 from bimvox.rendering.draw.light import light_for
-from bimvox.rendering.draw.picture import PictureOptions, camera_of
+from bimvox.rendering.draw.picture import PictureOptions, camera_of, draw_blocks
 from bimvox.rendering.draw.raycast import cast
 from bimvox.rendering.scene.scene import Block, Scene
 

@@ -13,8 +13,7 @@ from bimvox.records.motion import PhaseName
 from bimvox.rendering.colours import ARRIVED, ASSEMBLED, IN_TRANSIT, PAPER, UNBUILT
 from bimvox.rendering.draw.camera import Camera
 from bimvox.rendering.draw.picture import PictureOptions
-from bimvox.rendering.film.film import FilmOptions, write_film
-from bimvox.rendering.film.pace import STANDING, default_seconds, frame_times_ns
+from bimvox.rendering.film.film import STANDING, FilmOptions, default_seconds, frame_times_ns, write_film
 from bimvox.rendering.film.scene import Film, rotation
 from bimvox.rendering.scene.scene import Scene
 from bimvox.site.component import StoredPose

@@ -8,7 +8,7 @@ import numpy as np
 from box_sites import box_site
 
 from bimvox.rendering.page.blob import Blob
-from bimvox.rendering.page.fixed import NOTHING, boxes_record, slab_map, standing
+from bimvox.rendering.page.document import NOTHING, boxes_record, slab_map, standing
 from bimvox.site.ground import ground_cells
 from bimvox.site.site import Site
 

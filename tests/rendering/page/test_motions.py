@@ -9,7 +9,7 @@ from opened_pages import Opened, tiny_source
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.log.moving import tracks_of
-from bimvox.rendering.page.keyframes import TOLERANCE_M, keyframes
+from bimvox.rendering.page.motions import TOLERANCE_M, keyframes
 from bimvox.rendering.page.page import page_of
 
 CLOSE_M = 0.02

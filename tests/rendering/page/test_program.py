@@ -14,10 +14,10 @@ from log_building import tiny_log
 from opened_pages import Opened, tiny_source
 
 from bimvox.log.moving import tracks_of
-from bimvox.log.states import states_before
+from bimvox.log.scene import states_before
 from bimvox.rendering.page import assets
 from bimvox.rendering.page.page import page_of
-from bimvox.rendering.plain import plain
+from bimvox.rendering.words import plain
 from bimvox.site.construction import ConstructionState
 
 NODE = shutil.which("node")

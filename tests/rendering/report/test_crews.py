@@ -8,7 +8,7 @@ from log_building import tiny_log
 from opened_pages import revision_of
 
 from bimvox.log.dates import log_dates
-from bimvox.rendering.report.crews import crews
+from bimvox.rendering.report.page import crews
 from bimvox.rendering.report.record import record_of
 
 

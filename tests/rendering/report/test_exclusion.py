@@ -11,7 +11,7 @@ from log_building import tiny_log
 from scipy.spatial.transform import Rotation
 
 from bimvox.log.moving import tracks_of
-from bimvox.rendering.report.exclusion import FALL_M, below_load, fall_distance_m, fall_zone, reach_of
+from bimvox.rendering.report.site_plan import FALL_M, below_load, fall_distance_m, fall_zone, reach_of
 
 
 @pytest.fixture(scope="module")

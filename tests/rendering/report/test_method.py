@@ -10,10 +10,9 @@ from opened_pages import revision_of
 from report_reading import ReadReport
 
 from bimvox.grid.labels import Label
-from bimvox.rendering.report.method import blind_lifts, method_of
 from bimvox.rendering.report.page import report_page
-from bimvox.rendering.report.record import record_of
-from bimvox.rendering.report.titleblock import NOT_STATED
+from bimvox.rendering.report.record import blind_lifts, method_of, record_of
+from bimvox.rendering.report.statement import NOT_STATED
 from bimvox.site.catalogue import catalogue
 from bimvox.site.site import Blocker
 

@@ -13,8 +13,7 @@ from report_reading import ReadReport
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg
-from bimvox.rendering.report.gantt import LIFTS_A_CHART, gantt_chart
-from bimvox.rendering.report.grouped_gantt import ROWS
+from bimvox.rendering.report.gantt import LIFTS_A_CHART, ROWS, gantt_chart
 from bimvox.rendering.report.page import Figure, Figures, report_page
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.sections import heading, not_lifted

@@ -10,7 +10,7 @@ from log_building import tiny_log
 from opened_pages import revision_of
 
 from bimvox.rendering.report.record import record_of
-from bimvox.rendering.report.survey import survey
+from bimvox.rendering.report.support import survey
 from bimvox.site.config.site_config import SiteConfig
 
 GEOREFERENCE = {"eastings_m": 1000.0, "northings_m": 2000.0, "height_m": 5.0, "crs": "EPSG:28992"}

@@ -9,7 +9,7 @@ from report_reading import ReadReport
 from bimvox.library.attached_files import config_in
 from bimvox.rendering.report.page import report_page
 from bimvox.rendering.report.record import record_of
-from bimvox.rendering.report.titleblock import NOT_STATED
+from bimvox.rendering.report.statement import NOT_STATED
 
 PROJECT = """
 [project]

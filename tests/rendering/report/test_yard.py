@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from bimvox.rendering.report.yard import yard_drawings
+from bimvox.rendering.report.drawings import yard_drawings
 
 YARD = [[[0.0, 0.0], [20.0, 0.0], [20.0, 10.0], [0.0, 10.0]]]
 

@@ -6,9 +6,8 @@ from drawn_plans import motions_by_hand, plan_by_hand
 
 from bimvox.errors import SelectionError
 from bimvox.rendering.draw.picture import PictureOptions, picture_of
-from bimvox.rendering.scene.layers import Layer, layers_named, without
 from bimvox.rendering.scene.plan import Instant, scene_of_plan
-from bimvox.rendering.scene.scene import Scene
+from bimvox.rendering.scene.scene import Layer, Scene, layers_named, without
 
 OPTIONS = PictureOptions(size_px=(120, 80), samples=1)
 
