@@ -25,7 +25,7 @@ from bimvox.log.lift_choice import chosen_lifts
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.progress import Listener, Progress, progress_of
-from bimvox.rendering.page.schema import page_json
+from bimvox.rendering.page.document import page_json
 from bimvox.rendering.page.source import PageSource
 
 _THREADS = 2

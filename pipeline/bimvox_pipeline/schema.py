@@ -49,7 +49,7 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
 
         return log_schema_json() if plain_values else log_schema()
     if name == "page":
-        from bimvox.rendering.page.schema import page_json_schema
+        from bimvox.rendering.page.document import page_json_schema
 
         return page_json_schema()
     if name == "score":

@@ -17,7 +17,7 @@ from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.proof import Check, Verification
 from bimvox.records.remark import Remark, Severity
-from bimvox.rendering.page.schema import PageData
+from bimvox.rendering.page.document import DOCUMENT
 from bimvox.rendering.page.source import PageSource, Revision
 
 TYPES = {"u8": "u1", "u16": "<u2", "u32": "<u4", "i32": "<i4", "f32": "<f4"}
@@ -95,7 +95,7 @@ class Opened:
         data = gzip.decompress(base64.b64decode(self.packed))
         (length,) = struct.unpack("<I", data[:4])
         self.document: dict[str, Any] = json.loads(data[4 : 4 + length])
-        PageData.model_validate_json(json.dumps(self.document | {"numbers": ""}))
+        DOCUMENT.model.model_validate_json(json.dumps(self.document | {"numbers": ""}))
         self._numbers = data[4 + length :]
 
     def numbers(self, reference: list[Any]) -> np.ndarray:

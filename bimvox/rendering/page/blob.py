@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from bimvox.records.declared import Count
 
 _ALIGNMENT = 4
 _CODES = {"uint8": "u8", "uint16": "u16", "uint32": "u32", "int32": "i32", "float32": "f32"}
 
 Reference = list[int | str]
 """Type code, offset in bytes, number of values."""
+NUMBERS: Any = tuple[Literal["u8", "u16", "u32", "i32", "f32"], Count, Count]
+"""The type of a reference."""
+COLOUR: Any = tuple[Count, Count, Count]
 
 
 class Blob:

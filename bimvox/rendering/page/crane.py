@@ -3,21 +3,83 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from bimvox.crane.identity import identity
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.luffing import LuffingJib, luff_of_radius
 from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.rendering.page.blob import Blob
+from bimvox.records.declared import LATER, Count, Maybe, Record, Several
+from bimvox.rendering.page.blob import COLOUR, NUMBERS, Blob
 from bimvox.rendering.scene.cranes import CraneParts, crane_parts
+from bimvox.site.config.validation import Point3
 
 FIXED, SLEWING, TROLLEY, HOOK, LUFFING = range(5)
 """Joints that move a point: none; slewing; slewing and trolley; all three axes; slewing and luffing."""
 _SAME_M = 1e-6
+
+_LINES = Record(
+    "PageLines",
+    "The lines of a drawn crane.",
+    ("points", NUMBERS, "Two ends of each line, x, y, z in the frame of their joints."),
+    ("joints", NUMBERS, "The joint of each end."),
+    ("styles", NUMBERS, "Of each line: red, green, blue, width in pixels, width in metres."),
+)
+_BLOCK = Record(
+    "PageBlock",
+    "A box of a drawn crane.",
+    ("centre_m", Point3, "Its centre in the frame of its joint."),
+    ("half_m", tuple[Point3, Point3, Point3], "Its three half edges."),
+    ("rgb", COLOUR, "Its colour."),
+    ("joint", Annotated[int, Field(ge=0, le=4)], "Its joint."),
+)
+_OVERRIDE = Record(
+    "PageOverride",
+    "What the site file changes in a machine.",
+    ("key", str, "The key."),
+    ("catalogue", str, "The machine's value."),
+    ("site", str, "The site's value."),
+)
+_JIB = Record(
+    "PageJib",
+    "A luffing jib, or a boom.",
+    ("pivot_offset_m", float, "Radius of the pivot."),
+    ("pivot_height_m", float, "Height of the pivot."),
+    ("length_m", float, "From pivot to tip."),
+)
+_CHART = Record(
+    "PageChart",
+    "A load chart.",
+    ("radius_m", tuple[float, ...], "Radii, ascending.", lambda chart: list(chart.radius_m)),
+    (
+        "capacity_kg", tuple[float, ...], "Capacity at each: load, rigging and hook block.",
+        lambda chart: list(chart.capacity_kg),
+    ),
+)  # fmt: skip
+CRANE = Record(
+    "PageCrane",
+    "A crane. Joints: 0 fixed; 1 slewing; 2 with the trolley; 3 with the hook; 4 with the luffing jib.",
+    ("name", str, "Its name.", LATER),
+    ("machine", str, "Its machine.", LATER),
+    ("jib_length_m", float, "Largest hook radius.", LATER),
+    ("falls", Count, "Parts of rope that carry the hook.", LATER),
+    ("overrides", Several(_OVERRIDE), "What the site file changes.", LATER),
+    ("kind", Literal["hammerhead", "luffing", "mobile"], "Its kind."),
+    ("luffing", Maybe(_JIB), "Null for a jib with a trolley.", lambda crane: crane.luffing and _JIB.of(crane.luffing)),
+    ("base_m", Point3, "Foot of the slewing axis.", lambda crane: list(crane.base_m)),
+    ("jib_height_m", float, "Height of the rope exit; of a luffing jib its highest."),
+    ("min_radius_m", float, "Smallest hook radius."),
+    ("mast_size_m", float, "Edge of the mast."),
+    ("sling_m", float, "Height of the slings of the empty hook."),
+    ("rigging_mass_kg", float, "Mass of rigging and hook block.", "tackle_kg"),
+    ("chart", _CHART, "Its load chart.", lambda crane: _CHART.of(crane.chart)),
+    ("lines", _LINES, "How it is drawn: lines.", LATER),
+    ("blocks", Several(_BLOCK), "How it is drawn: boxes.", LATER),
+)
 
 
 def crane_record(crane: TowerCrane, blob: Blob) -> dict[str, Any]:
@@ -56,30 +118,12 @@ def crane_record(crane: TowerCrane, blob: Blob) -> dict[str, Any]:
         for _ in range(len(stroke.segments_m))
     ]
     centres, owners = on_joints(lambda parts: np.array([block.centre_m for block in parts.blocks]))
-    blocks = drawn[0].blocks
-    return {
-        **identity(crane),
-        "kind": crane.kind,
-        "luffing": None
-        if jib is None
-        else {"pivot_offset_m": jib.pivot_offset_m, "pivot_height_m": jib.pivot_height_m, "length_m": jib.length_m},
-        "base_m": list(crane.base_m),
-        "jib_height_m": crane.jib_height_m,
-        "min_radius_m": crane.min_radius_m,
-        "mast_size_m": crane.mast_size_m,
-        "sling_m": crane.sling_m,
-        "rigging_mass_kg": crane.tackle_kg,
-        "chart": {"radius_m": list(crane.chart.radius_m), "capacity_kg": list(crane.chart.capacity_kg)},
-        "lines": {
-            "points": blob.put(segments.astype(np.float32)),
-            "joints": blob.put(joints),
-            "styles": blob.put(np.array(styles, np.float32)),
-        },
-        "blocks": [
-            {"centre_m": centre.tolist(), "half_m": block.half_m.tolist(), "rgb": list(block.rgb), "joint": int(joint)}
-            for block, centre, joint in zip(blocks, centres, owners, strict=True)
-        ],
-    }
+    lines = [blob.put(each) for each in (segments.astype(np.float32), joints, np.array(styles, np.float32))]
+    blocks = [
+        _BLOCK.made(centre.tolist(), block.half_m.tolist(), list(block.rgb), int(joint))
+        for block, centre, joint in zip(drawn[0].blocks, centres, owners, strict=True)
+    ]
+    return identity(crane) | CRANE.of(crane) | {"lines": _LINES.made(*lines), "blocks": blocks}
 
 
 def _on_jib(

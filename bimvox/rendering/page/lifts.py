@@ -2,75 +2,195 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg, utilisation
+from bimvox.records.declared import LATER, Count, Maybe, Number, Record, Several
 from bimvox.records.heading import heading_in_words
-from bimvox.records.lift import Lift
+from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion
 from bimvox.records.other_means import needed_by_ns
+from bimvox.records.proof import Verification
+from bimvox.records.steps import Step
 from bimvox.rendering.page.blob import rounded
 from bimvox.rendering.page.source import Revision
 from bimvox.site.component import Component
+from bimvox.site.config.validation import Point3
 from bimvox.site.governing_wind import permitted_for
 from bimvox.site.lifting import hung_kg
 from bimvox.site.part_names import names_by_id, with_names
 from bimvox.site.site import Site
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Shown:
+    """A lift with all that its record is made from."""
+
+    revision: Revision
+    lift: Lift
+    motion: LiftMotion | None
+    step: Step | None
+
+    @property
+    def site(self) -> Site:
+        return self.revision.plan.site
+
+    @property
+    def component(self) -> Component:
+        return self.site.components[self.lift.component]
+
+    @property
+    def place(self) -> YardPlace | None:
+        return self.lift.place
+
+    @property
+    def proof(self) -> Verification | None:
+        return self.revision.proof
+
+
+_STEP = Record(
+    "PageStep",
+    "Work that the crane does not do, elapsed time.",
+    ("begins_s", float, "When it begins."),
+    ("ends_s", float, "When it ends."),
+    ("carries_s", float, "From when it carries."),
+)
+UNLOADING = Record(
+    "PageUnloading",
+    "How the crane brings a part from the truck to its place in the yard; a bound, not a planned motion.",
+    ("radius_m", float, "Radius of the hook over the truck."),
+    ("utilisation", float, "Share of the capacity there."),
+    ("crane_s", float, "Crane time to the yard and back.", "duration_s"),
+)
+DELIVERY = Record(
+    "PageDelivery",
+    "A delivery that the crane unloads.",
+    ("number", Count, "From 0."),
+    ("begins_s", Maybe(float), "When its unloading begins, local time, seconds after 1970; null without dates."),
+    ("ends_s", Maybe(float), "When it ends."),
+)
+_LIFTING = Record(
+    "PageLifting",
+    "How a part hangs.",
+    ("source", str, "Where its lifting points come from."),
+    ("points_m", tuple[Point3, ...], "Its lifting points when it is set."),
+    ("sling_m", Maybe(float), "Hook above the part's top; null without a crane."),
+    ("sail_area_m2", float, "Its largest area against the wind."),
+    ("permitted_wind_m_s", Maybe(float), "Gust in which the lift is permitted; null without a crane."),
+    ("rig", Maybe(dict[str, Any]), "Its gear, as in the log; null if none was chosen."),
+)
+_GOVERNING = Record(
+    "PageGoverning",
+    "The sample with the highest utilisation.",
+    ("utilisation", Maybe(float), "Share of the capacity; null beyond the chart."),
+    ("time_s", float, "When, crane time."),
+    ("phase", str, "The phase."),
+    ("radius_m", float, "Radius of the hook."),
+    ("capacity_kg", float, "Capacity there."),
+    ("load_kg", float, "Load, rigging and hook block."),
+)
+_HOOK = Record(
+    "PageHook",
+    "The hook at pick or set.",
+    ("hook_m", Point3, "Its position."),
+    ("slew_rad", float, "Slewing angle from the x axis, counter-clockwise."),
+    ("radius_m", float, "Its radius."),
+    ("height_m", float, "Its height."),
+)
+LIFT = Record(
+    "PageLift",
+    "A lift.",
+    ("number", Number, "Its number, from 1.", "lift.number"),
+    ("order", Count, "Its position in the sequence, from 0.", "lift.order"),
+    ("part", Count, "Index in ``parts``.", "lift.component"),
+    ("status", Literal["planned", "infeasible", "in_situ", "built", "by_hand"], "Its status.", "lift.status.value"),
+    ("carried", bool, "Whether the log carries it.", lambda it: any(it.lift is own for own in it.revision.plan.lifts)),
+    ("method", Maybe(str), "How its path was found.", lambda it: it.lift.method and it.lift.method.value),
+    ("moves", Maybe(Count), "Unit moves of its path.", "lift.moves"),
+    ("shortest_moves", Maybe(Count), "The fewest possible.", "lift.shortest_moves"),
+    (
+        "contact_moves", Maybe(Count), "How many of them are the last moves, near other parts.", "lift.contact_moves",
+    ),
+    (
+        "reason", Maybe(str), "Why it is infeasible.",
+        lambda it: it.lift.reason and with_names(it.lift.reason, names_by_id(it.site)),
+    ),
+    ("blocked_by", tuple[str, ...], "Ids of what blocks it.", lambda it: list(it.lift.blocked_by)),
+    ("by_other_means", bool, "Whether it counts as set by other means.", "lift.by_other_means"),
+    (
+        "needed_by_s", Maybe(float), "When such a part is needed, crane time.",
+        lambda it: _needed_by_s(it.revision, it.lift),
+    ),
+    (
+        "elapsed_s", Maybe(float), "When it starts, elapsed time.",
+        lambda it: it.motion and it.revision.steps.starting_ns(it.motion.start_ns) / 1e9,
+    ),
+    ("step", Maybe(_STEP), "Its times, if the crane does not lift it.", lambda it: it.step and it.step.seconds()),
+    ("delivery", Maybe(Count), "Its delivery, from 0.", lambda it: it.place and it.place.delivery),
+    (
+        "unloading", Maybe(UNLOADING), "How the crane unloads it; null if no place for trucks is known.", LATER, None,
+    ),
+    (
+        "stored", Maybe(Literal["as_built", "lying_x", "lying_y"]), "How it is stored.",
+        lambda it: it.place and it.place.pose.value,
+    ),
+    ("turn", Count, "Quarter turns of the stored part.", lambda it: it.place.turn if it.place else 0),
+    (
+        "start_m", Maybe(Point3), "Lowest corner of the stored part's cells.",
+        lambda it: it.place and rounded(it.site.frame.corner_of(it.place.cell_vox)),
+    ),
+    (
+        "start_size_m", Maybe(Point3), "Size of their box.",
+        lambda it: it.place and [round(n * it.site.frame.voxel_size_m, 6) for n in it.place.shape.size_vox],
+    ),
+    ("lifting", _LIFTING, "How it hangs.", lambda it: _lifting(it.site, it.component)),
+    (
+        "clearance_m", Maybe(float), "Clearance of the load in transit, if it is less than the rule's.",
+        "lift.clearance_m",
+    ),
+    ("rope_clearance_m", Maybe(float), "The same of hook and rope.", "lift.rope_clearance_m"),
+    (
+        "heading", Maybe(str), "How its heading is kept; null without a path.",
+        lambda it: heading_in_words(it.lift, it.motion),
+    ),
+    (
+        "proven", Maybe(bool), "Whether the proof holds for it; null without a proof or a path.",
+        lambda it: (
+            None if it.proof is None or it.lift.path_vox is None else it.component.id not in it.proof.culprits
+        ),
+    ),
+    (
+        "current", bool, "Whether it is proven against the current obstructions.",
+        lambda it: it.proof is None or it.component.id not in it.proof.not_current,
+    ),
+    ("duration_s", Maybe(float), "From pick to set.", lambda it: it.motion and it.motion.loaded.duration_s),
+    (
+        "bound_s", Maybe(float), "The synchronised point-to-point time.",
+        lambda it: it.motion and it.motion.loaded.bound_s,
+    ),
+    (
+        "samples", Maybe(Count), "Samples of its motion in the log.",
+        lambda it: it.motion and len(it.motion.samples()[0]),
+    ),
+    ("governs", Maybe(_GOVERNING), "Its governing sample.", lambda it: it.motion and _governing(it.site, it.motion)),
+    (
+        "pick", Maybe(_HOOK), "The hook when it is picked.",
+        lambda it: it.motion and _hook(it.site, it.motion, last=False),
+    ),
+    ("set", Maybe(_HOOK), "The hook when it is set.", lambda it: it.motion and _hook(it.site, it.motion, last=True)),
+    ("motion", Maybe(Count), "Index in ``motions``.", LATER),
+    ("begins_s", Maybe(float), "When its motion begins, crane time.", LATER),
+)  # fmt: skip
+
+
 def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
     """Return the record of a lift, without its motion, which the caller adds."""
-    site = revision.plan.site
-    component = site.components[lift.component]
-    place = lift.place
     motion = next((m for m in revision.motions if m.order == lift.order), None)
-    culprits = revision.proof.culprits if revision.proof else frozenset()
-    carried = any(lift is own for own in revision.plan.lifts)
-    return {
-        "number": lift.number,
-        "order": lift.order,
-        "part": lift.component,
-        "status": lift.status.value,
-        "carried": carried,
-        "method": lift.method.value if lift.method else None,
-        "moves": lift.moves,
-        "shortest_moves": lift.shortest_moves,
-        "contact_moves": lift.contact_moves,
-        "reason": lift.reason and with_names(lift.reason, names_by_id(site)),
-        "blocked_by": list(lift.blocked_by),
-        "by_other_means": lift.by_other_means,
-        "needed_by_s": _needed_by_s(revision, lift),
-        **_elapsed(revision, lift, motion),
-        "delivery": place.delivery if place else None,
-        "stored": place.pose.value if place else None,
-        "turn": place.turn if place else 0,
-        "start_m": rounded(site.frame.corner_of(place.cell_vox)) if place else None,
-        "start_size_m": [round(n * site.frame.voxel_size_m, 6) for n in place.shape.size_vox] if place else None,
-        "lifting": _lifting(site, component),
-        "clearance_m": lift.clearance_m,
-        "rope_clearance_m": lift.rope_clearance_m,
-        "heading": heading_in_words(lift, motion),
-        "proven": None if revision.proof is None or lift.path_vox is None else component.id not in culprits,
-        "current": revision.proof is None or component.id not in revision.proof.not_current,
-        "duration_s": motion.loaded.duration_s if motion else None,
-        "bound_s": motion.loaded.bound_s if motion else None,
-        "samples": len(motion.samples()[0]) if motion else None,
-        "governs": _governing(site, motion) if motion else None,
-        "pick": _hook(site, motion, last=False) if motion else None,
-        "set": _hook(site, motion, last=True) if motion else None,
-    }
-
-
-def _elapsed(revision: Revision, lift: Lift, motion: LiftMotion | None) -> dict[str, Any]:
-    """Return the elapsed time at which a lift starts, and the times of a step; None for what does not apply."""
-    step = revision.steps.of_order.get(lift.order)
-    return {
-        "elapsed_s": None if motion is None else revision.steps.starting_ns(motion.start_ns) / 1e9,
-        "step": None if step is None else step.seconds(),
-    }
+    return LIFT.of(_Shown(revision, lift, motion, revision.steps.of_order.get(lift.order)))
 
 
 def _needed_by_s(revision: Revision, lift: Lift) -> float | None:
@@ -78,44 +198,77 @@ def _needed_by_s(revision: Revision, lift: Lift) -> float | None:
     return None if at_ns is None else at_ns / 1e9
 
 
+_CHECK = Record(
+    "PageCheck",
+    "A check of the proof.",
+    ("name", str, "Its name."),
+    ("passed", bool, "Whether it passed."),
+    ("samples", Count, "How many values it looked at."),
+    (
+        "worst", Maybe(float), "The worst of them.",
+        lambda check: None if check.worst is None or not np.isfinite(check.worst) else round(float(check.worst), 9),
+    ),
+    ("unit", str, "Its unit."),
+    ("failed", Count, "How many failed."),
+    ("failures", tuple[str, ...], "What failed, in words.", lambda check: list(check.failures)),
+)  # fmt: skip
+_NOT_CURRENT = Record(
+    "PageNotCurrent",
+    "A lift that is proven against earlier obstructions only.",
+    ("order", Count, "Its position in the sequence.", lambda lift, _: lift.order),
+    ("number", Count, "Its number.", lambda lift, _: lift.number),
+    ("component", str, "Id of its part.", lambda _, part: part.id),
+    ("name", str, "Name of its part.", lambda _, part: part.label),
+)
+_CLAIM = Record(
+    "PageClaim",
+    "What the log states and the proof has taken as true.",
+    ("name", str, "Its short stable name."),
+    ("text", str, "What is claimed."),
+    ("count", Maybe(int), "How many things it is about; without it, the whole plan.", None, None),
+    ("bind_with", Maybe(str), "The option of `bimvox verify` that proves it; null: none."),
+)
+PROOF = Record(
+    "PageProof",
+    "A proof.",
+    ("verified", bool, "Whether every check passed."),
+    ("checks", Several(_CHECK), "Its checks."),
+    ("not_current", Several(_NOT_CURRENT), "Lifts that it proves against earlier obstructions only."),
+    ("claims", Several(_CLAIM), "What the log states and it has taken as true."),
+)
+
+
 def proof_record(revision: Revision) -> dict[str, Any] | None:
     """Return the result of a proof with all its checks, and the lifts that it proves against earlier obstructions only.
 
     None if no proof was made.
     """
-    proof = revision.proof
+    proof, components = revision.proof, revision.plan.site.components
     if proof is None:
         return None
-    checks = [
-        {
-            "name": check.name,
-            "passed": check.passed,
-            "samples": check.samples,
-            "worst": None if check.worst is None or not np.isfinite(check.worst) else round(float(check.worst), 9),
-            "unit": check.unit,
-            "failed": check.failed,
-            "failures": list(check.failures),
-        }
-        for check in proof.checks
-    ]
-    components = revision.plan.site.components
-    earlier = [lift for lift in revision.lifts if components[lift.component].id in proof.not_current]
-    not_current = [
-        {
-            "order": lift.order,
-            "number": lift.number,
-            "component": components[lift.component].id,
-            "name": components[lift.component].label,
-        }
-        for lift in earlier
-    ]
-    claims = [claim.to_dict() for claim in proof.claims]
-    return {"verified": proof.verified, "checks": checks, "not_current": not_current, "claims": claims}
+    parts = ((lift, components[lift.component]) for lift in revision.lifts)
+    return PROOF.made(
+        proof.verified,
+        [_CHECK.of(check) for check in proof.checks],
+        [_NOT_CURRENT.of(lift, part) for lift, part in parts if part.id in proof.not_current],
+        [_CLAIM.of(claim) for claim in proof.claims],
+    )
+
+
+REMARK = Record(
+    "PageRemark",
+    "A remark.",
+    ("kind", str, "Its rule."),
+    ("severity", Literal["serious", "minor", "note"], "How much it matters.", "severity.value"),
+    ("component", Maybe(str), "Id of its part; null: the whole plan."),
+    ("name", Maybe(str), "Name of its part."),
+    ("text", str, "The remark."),
+)
 
 
 def remark_records(revision: Revision) -> list[dict[str, Any]]:
     """Return the remarks as ``bimvox verify --json`` gives them."""
-    return [remark.to_dict() for remark in revision.remarks]
+    return [REMARK.of(remark) for remark in revision.remarks]
 
 
 def _lifting(site: Site, component: Component) -> dict[str, Any]:
@@ -123,14 +276,14 @@ def _lifting(site: Site, component: Component) -> dict[str, Any]:
     crane = site.crane_of(component)
     wind = None if crane is None else permitted_for(site, crane, component)
     rise_m = component.lifting.sling_rise_vox * site.frame.voxel_size_m
-    return {
-        "source": component.lifting.source,
-        "points_m": [list(point) for point in component.lifting.points_m],
-        "sling_m": None if crane is None else round(crane.sling_m + rise_m, 6),
-        "sail_area_m2": component.sail_area_m2,
-        "permitted_wind_m_s": wind,
-        "rig": None if component.lifting.rig is None else component.lifting.rig.document(),
-    }
+    return _LIFTING.made(
+        component.lifting.source,
+        [list(point) for point in component.lifting.points_m],
+        None if crane is None else round(crane.sling_m + rise_m, 6),
+        component.sail_area_m2,
+        wind,
+        None if component.lifting.rig is None else component.lifting.rig.document(),
+    )
 
 
 def _governing(site: Site, motion: LiftMotion) -> dict[str, Any] | None:
@@ -142,14 +295,14 @@ def _governing(site: Site, motion: LiftMotion) -> dict[str, Any] | None:
     radius_m = np.concatenate([part.radius_m for part in held])
     used = utilisation(crane.chart, radius_m, mass_kg)
     worst = int(np.argmax(used))
-    return {
-        "utilisation": float(used[worst]) if np.isfinite(used[worst]) else None,
-        "time_s": (motion.start_ns + int(time_ns[worst])) / 1e9,
-        "phase": motion.phase_at(motion.start_ns + int(time_ns[worst])).name.value,
-        "radius_m": float(radius_m[worst]),
-        "capacity_kg": float(capacity_kg(crane.chart, float(radius_m[worst]))),
-        "load_kg": mass_kg,
-    }
+    return _GOVERNING.made(
+        float(used[worst]) if np.isfinite(used[worst]) else None,
+        (motion.start_ns + int(time_ns[worst])) / 1e9,
+        motion.phase_at(motion.start_ns + int(time_ns[worst])).name.value,
+        float(radius_m[worst]),
+        float(capacity_kg(crane.chart, float(radius_m[worst]))),
+        mass_kg,
+    )
 
 
 def _hook(site: Site, motion: LiftMotion, *, last: bool) -> dict[str, Any]:
@@ -157,9 +310,4 @@ def _hook(site: Site, motion: LiftMotion, *, last: bool) -> dict[str, Any]:
     crane = site.cranes[motion.crane]
     part, n = (motion.loaded, -1) if last else (motion.raising, 0)
     slew_rad, radius_m, height_m = float(part.slew_rad[n]), float(part.radius_m[n]), float(part.height_m[n])
-    return {
-        "hook_m": rounded(hook_of(crane, slew_rad, radius_m, height_m)),
-        "slew_rad": slew_rad,
-        "radius_m": radius_m,
-        "height_m": height_m,
-    }
+    return _HOOK.made(rounded(hook_of(crane, slew_rad, radius_m, height_m)), slew_rad, radius_m, height_m)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,18 +11,73 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.tipping import from_box_to_origin_m
+from bimvox.records.declared import LATER, Count, Maybe, Record
 from bimvox.records.guide import Guide
 from bimvox.records.heading import headings_off_rad
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.track import LoadTrack
-from bimvox.rendering.page.blob import Blob, rounded
+from bimvox.rendering.page.blob import NUMBERS, Blob, rounded
 from bimvox.site.component import StoredPose
+from bimvox.site.config.validation import Point2, Point3
 from bimvox.site.site import Site
 
 TICKS_PER_S = 10_000
 LENGTH_STEPS_PER_M = 10_000
 ANGLE_STEPS_PER_RAD = 1_000_000
 _NS_PER_TICK = 10**9 // TICKS_PER_S
+
+_TIP = Record(
+    "PageTip",
+    "The upending of a part that is stored lying.",
+    ("keys", NUMBERS, "Columns of steps: time, height of its box's lowest corner, angle to upright."),
+    ("corner_m", Point3, "Lowest corner of its box."),
+    ("offset_m", Point3, "From there to its own lowest corner."),
+    ("end_s", float, "When it stands."),
+)
+_TURN = Record(
+    "PageTurn",
+    "A turn back to the final heading.",
+    ("rad", float, "Angle before it; 0 after it."),
+    ("start_s", float, "When it begins."),
+    ("end_s", float, "When it ends."),
+)
+_WITH_JIB = Record(
+    "PageWithJib",
+    "A load that turns with the jib.",
+    ("from_s", float, "From when on."),
+    ("slew_rad", float, "The slewing angle then."),
+    ("turn", Maybe(_TURN), "Its turn to the final heading."),
+)
+_GUIDE = Record(
+    "PageGuide",
+    "A load that people hold aside and tilt on its last moves.",
+    ("hook_m", Point3, "The hook at the set place."),
+    ("height_m", tuple[float, ...], "Heights of the hook above it, ascending."),
+    ("aside_m", tuple[float, ...], "How far aside at each."),
+    ("tilt_rad", tuple[float, ...], "The tilt at each."),
+    ("ahead", Point2, "The direction of aside."),
+    ("centre_m", Point3, "The centre of mass at its place."),
+)
+MOTION = Record(
+    "PageMotion",
+    "A motion; times are seconds from the lift's start, linear between keyframes.",
+    ("kind", Literal["crane", "carried"], "``carried``: without a crane.", LATER),
+    ("crane", Maybe(Count), "Its crane, from 0; only with several.", LATER, None),
+    (
+        "keys", NUMBERS, "Columns of steps, by ``scales``, each column delta-encoded: time, then slewing angle, radius,"
+        " height; of a\ncarried part time, x, y, z.", LATER,
+    ),
+    ("below_m", Maybe(Point3), "From the hook to the part's lowest corner.", LATER, None),
+    ("tip", Maybe(_TIP), "Its upending.", LATER),
+    ("yaw", Maybe(_TURN), "Its turn, if it is stored turned.", LATER),
+    ("with_jib", Maybe(_WITH_JIB), "When it turns with the jib.", LATER, None),
+    ("guide", Maybe(_GUIDE), "How people guide it.", LATER, None),
+    ("phases", tuple[tuple[str, float], ...], "Name and start of each phase.", LATER),
+    ("lifted_s", float, "When it leaves its place.", lambda track: _seconds(track.lifted_ns - track.start_ns)),
+    ("arrived_s", float, "When it is at its place.", lambda track: _seconds(track.arrived_ns - track.start_ns)),
+    ("assembled_s", float, "When it is fixed.", lambda track: _seconds(track.assembled_ns - track.start_ns)),
+    ("length_s", float, "When the hook is free.", lambda track: _seconds(track.end_ns - track.start_ns)),
+)  # fmt: skip
 
 
 def crane_motion(site: Site, motion: LiftMotion, track: LoadTrack, blob: Blob) -> dict[str, Any]:
@@ -56,7 +111,7 @@ def crane_motion(site: Site, motion: LiftMotion, track: LoadTrack, blob: Blob) -
         **({"with_jib": _with_jib(motion)} if track.lift.ever_with_jib else {}),
         **({} if track.lift.guide is None else {"guide": _guide(track.lift.guide, crane, motion)}),
         "phases": [[phase.name.value, _seconds(phase.start_ns - motion.start_ns)] for phase in motion.phases],
-        **_times(track),
+        **MOTION.of(track),
     }
 
 
@@ -64,21 +119,21 @@ def carried_motion(track: LoadTrack, blob: Blob) -> dict[str, Any]:
     """Return one lift without a crane: keyframes of the load's frame."""
     chosen = keyframes(track.time_ns, track.corner_m, [track.arrived_ns], lambda values: values)
     rows = _rows(track.time_ns[chosen] - track.start_ns, track.corner_m[chosen] * LENGTH_STEPS_PER_M)
-    return {"kind": "carried", "keys": blob.put_steps(rows), "tip": None, "yaw": None, "phases": [], **_times(track)}
+    return {"kind": "carried", "keys": blob.put_steps(rows), "tip": None, "yaw": None, "phases": [], **MOTION.of(track)}
 
 
 def _guide(guide: Guide, crane: TowerCrane, motion: LiftMotion) -> dict[str, Any]:
     """Return the poses of a guided load by the height of its hook above ``hook_m``, ascending."""
     last = motion.loaded
     height_m, aside_m, tilt_rad = np.array(guide.poses)[::-1].T
-    return {
-        "hook_m": rounded(hook_of(crane, last.slew_rad[-1], last.radius_m[-1], last.height_m[-1])),
-        "height_m": rounded(height_m),
-        "aside_m": rounded(aside_m),
-        "tilt_rad": [round(float(angle), 6) for angle in tilt_rad],
-        "ahead": [round(float(n), 9) for n in guide.ahead[:2]],
-        "centre_m": rounded(np.array(guide.centre_m)),
-    }
+    return _GUIDE.made(
+        rounded(hook_of(crane, last.slew_rad[-1], last.radius_m[-1], last.height_m[-1])),
+        rounded(height_m),
+        rounded(aside_m),
+        [round(float(angle), 6) for angle in tilt_rad],
+        [round(float(n), 9) for n in guide.ahead[:2]],
+        rounded(np.array(guide.centre_m)),
+    )
 
 
 def _yaw(track: LoadTrack, motion: LiftMotion) -> dict[str, Any] | None:
@@ -89,27 +144,20 @@ def _yaw(track: LoadTrack, motion: LiftMotion) -> dict[str, Any] | None:
     if phase is None or not len(track.tilt):
         return None
     _, _, z, w = track.tilt[0]
-    return {
-        "rad": round(2.0 * float(np.arctan2(z, w)), 6),
-        "start_s": _seconds(phase.start_ns - motion.start_ns),
-        "end_s": _seconds(phase.end_ns - motion.start_ns),
-    }
+    angle_rad = round(2.0 * float(np.arctan2(z, w)), 6)
+    return _TURN.made(angle_rad, *(_seconds(at_ns - motion.start_ns) for at_ns in (phase.start_ns, phase.end_ns)))
 
 
 def _with_jib(motion: LiftMotion) -> dict[str, Any]:
     """Return from when and which slewing angle on a load turns with the jib, and its turn to the final heading."""
-    found: dict[str, Any] = {
-        "from_s": _seconds(int(motion.loaded.time_ns[0])),
-        "slew_rad": round(float(motion.loaded.slew_rad[0]), 6),
-        "turn": None,
-    }
+    turn = None
     if motion.turned_ns is not None:
         ends_ns = np.array(motion.turned_ns)
         slew_rad = np.interp(ends_ns - motion.start_ns, motion.loaded.time_ns, motion.loaded.slew_rad)
         begins_rad, ends_rad = headings_off_rad(motion, ends_ns, slew_rad)
         start_s, end_s = (_seconds(int(at - motion.start_ns)) for at in ends_ns)
-        found["turn"] = {"rad": round(float(begins_rad - ends_rad), 6), "start_s": start_s, "end_s": end_s}
-    return found
+        turn = _TURN.made(round(float(begins_rad - ends_rad), 6), start_s, end_s)
+    return _WITH_JIB.made(_seconds(int(motion.loaded.time_ns[0])), round(float(motion.loaded.slew_rad[0]), 6), turn)
 
 
 def _tip(site: Site, track: LoadTrack, motion: LiftMotion, blob: Blob) -> dict[str, Any] | None:
@@ -133,21 +181,12 @@ def _tip(site: Site, track: LoadTrack, motion: LiftMotion, blob: Blob) -> dict[s
 
     chosen = keyframes(time_ns, values, [], far_end_m)
     scale = np.array([LENGTH_STEPS_PER_M, ANGLE_STEPS_PER_RAD])
-    return {
-        "keys": blob.put_steps(_rows(time_ns[chosen] - motion.start_ns, values[chosen] * scale)),
-        "corner_m": rounded(box_m[0] if len(box_m) else track.corner_m[0]),
-        "offset_m": rounded(from_box_to_origin_m(site, component, place, np.zeros(1))[0]),
-        "end_s": _seconds(end_ns - motion.start_ns),
-    }
-
-
-def _times(track: LoadTrack) -> dict[str, Any]:
-    return {
-        "lifted_s": _seconds(track.lifted_ns - track.start_ns),
-        "arrived_s": _seconds(track.arrived_ns - track.start_ns),
-        "assembled_s": _seconds(track.assembled_ns - track.start_ns),
-        "length_s": _seconds(track.end_ns - track.start_ns),
-    }
+    return _TIP.made(
+        blob.put_steps(_rows(time_ns[chosen] - motion.start_ns, values[chosen] * scale)),
+        rounded(box_m[0] if len(box_m) else track.corner_m[0]),
+        rounded(from_box_to_origin_m(site, component, place, np.zeros(1))[0]),
+        _seconds(end_ns - motion.start_ns),
+    )
 
 
 def _rows(time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -33,7 +33,7 @@ from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
-from bimvox.rendering.page.schema import PageData
+from bimvox.rendering.page.document import DOCUMENT
 
 SAMPLES = Path(__file__).parents[3] / "sample_models"
 BEGIN = datetime(2026, 12, 1, 7, 0)
@@ -239,7 +239,7 @@ def test_the_data_of_the_page_are_those_that_the_page_embeds(site_folder: Path) 
     document = run(site_folder, to="page", out=out)
     assert document["verified"] is True
     shown = json.loads(out.read_text())
-    PageData.model_validate_json(out.read_bytes())
+    DOCUMENT.model.model_validate_json(out.read_bytes())
     assert document["lifts"] == len(read_log(site_folder / "frame.mcap").motions)
     page = page_of_log(site_folder / "frame.mcap", proven=True, progress=SilentProgress())
     assert Opened(page).document == {key: value for key, value in shown.items() if key != "numbers"}

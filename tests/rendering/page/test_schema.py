@@ -10,8 +10,8 @@ import pytest
 from opened_pages import Opened, passed_proof, some_remarks, tiny_source
 from pydantic import ValidationError
 
+from bimvox.rendering.page.document import DOCUMENT, page_json, page_json_schema
 from bimvox.rendering.page.page import page_of
-from bimvox.rendering.page.schema import PageData, page_json, page_json_schema
 
 
 def test_the_document_is_what_the_page_embeds():
@@ -34,12 +34,12 @@ def test_the_schema_describes_every_key_and_allows_no_other():
 
 def test_another_document_is_refused():
     document = json.loads(page_json(tiny_source()))
-    PageData.model_validate_json(json.dumps(document))
+    DOCUMENT.model.model_validate_json(json.dumps(document))
     document["revisions"][0]["lifts"][0]["status"] = "done"
     document["parts"][0]["weight"] = 1.0
     del document["scales"]
     with pytest.raises(ValidationError) as caught:
-        PageData.model_validate_json(json.dumps(document))
+        DOCUMENT.model.model_validate_json(json.dumps(document))
     assert {"parts.0.weight", "revisions.0.lifts.0.status", "scales"} <= {
         ".".join(map(str, one["loc"])) for one in caught.value.errors()
     }
