@@ -55,7 +55,7 @@ def main() -> int:
 
 def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
     """Return 0 if MPXJ reads the schedule of a log with its times, 1 if it does not, None if it is not installed."""
-    from bimvox_pipeline.export.export import export
+    from bimvox_pipeline.export import export
 
     from bimvox.exporters.lift_schedule import duration_text
     from bimvox.log.dates import log_dates

@@ -9,7 +9,7 @@ import argparse
 import sys
 
 import numpy as np
-from bimvox_pipeline.train.generalist_buildings import TESTS, stages_of
+from bimvox_pipeline.train.generalist import TESTS, stages_of
 
 from bimvox.policy.generalist.frozen import BUILDING, FROZEN, digest_of, frozen_text
 from bimvox.policy.generalist.problems import HELD_OUT_DOMAIN

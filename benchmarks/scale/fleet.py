@@ -15,10 +15,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from bimvox_pipeline.fleet.page import write_page
-from bimvox_pipeline.fleet.runs import Run, Wish
-from bimvox_pipeline.fleet.table import write_tables
-from bimvox_pipeline.fleet.work import PLANNED, RECORDS, failed, record_file
+from bimvox_pipeline.fleet.command import write_page, write_tables
+from bimvox_pipeline.fleet.runs import PLANNED, RECORDS, Run, Wish, failed, record_file
 
 from benchmarks.document import put_into
 from bimvox.files import sha256_of

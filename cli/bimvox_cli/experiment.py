@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from bimvox_cli.examples import epilog
+from bimvox_cli.examples import PlainCommand, epilog
 from bimvox_cli.options import HELP_NAMES, Json, Quiet, Verbose
 from bimvox_cli.output import fields, open_output, rows
-from bimvox_cli.plain_help import PlainCommand
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -42,7 +41,7 @@ def paper(
     verbose: Verbose = False,
 ) -> None:
     """Run the four experiments of Zhu, Pauwels and de Vries (2021), and report what reproduces."""
-    from bimvox_pipeline.paper.command import run_paper
+    from bimvox_pipeline.paper import run_paper
 
     from bimvox.paper.experiment.settings import ALL_MODES
 

@@ -64,7 +64,7 @@ def export(
     verbose: Verbose = False,
 ) -> None:
     """Write a log, some of its lifts, or a grid in another format."""
-    from bimvox_pipeline.export.export import export as run
+    from bimvox_pipeline.export import export as run
 
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox_cli import complete
-from bimvox_cli.kind_table import show_kinds
 from bimvox_cli.options import Assemblies, Json, Model, Quiet, Select, Unit, Up, Verbose, VoxelSize, read_options
 from bimvox_cli.output import facts, open_output
+from bimvox_cli.part_table import show_kinds
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.kind_table import show_kinds
 from bimvox_cli.options import Json, Quiet, Verbose
 from bimvox_cli.output import facts, open_output
-from bimvox_cli.part_table import show_parts
+from bimvox_cli.part_table import show_kinds, show_parts
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -14,14 +14,13 @@ from bimvox.undisturbed import interruptible
 from bimvox_cli import failure
 from bimvox_cli.cranes import cranes
 from bimvox_cli.demo import demo
-from bimvox_cli.examples import epilog
+from bimvox_cli.examples import PlainCommand, epilog
 from bimvox_cli.experiment import experiment
 from bimvox_cli.export import export
 from bimvox_cli.init import init
 from bimvox_cli.inspect import inspect
 from bimvox_cli.optimise import optimise
 from bimvox_cli.options import HELP_NAMES
-from bimvox_cli.plain_help import PlainCommand
 from bimvox_cli.plan import plan
 from bimvox_cli.policy import policy
 from bimvox_cli.render import render

@@ -12,11 +12,10 @@ import typer
 from bimvox.errors import InputError, listed
 from bimvox.records.remark import ASSUMED_KIND
 from bimvox.units import clock, elapsed
-from bimvox_cli.crane_fields import crane_fields
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
 from bimvox_cli.options import FullRate, Json, PolicyId, Programme, Quiet, Seed, Steps, Train, Verbose
 from bimvox_cli.output import fields, open_output, rows, spent
-from bimvox_cli.remarks import Remarks, show_remarks, verdict
+from bimvox_cli.remarks import Remarks, crane_fields, show_remarks, verdict
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.examples import epilog
+from bimvox_cli.examples import PlainCommand, epilog
 from bimvox_cli.options import HELP_NAMES, Json, Quiet, Verbose
 from bimvox_cli.output import facts, open_output, rows
-from bimvox_cli.plain_help import PlainCommand
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,7 +23,7 @@ Id = Annotated[str, typer.Argument(metavar="ID", help="A policy's id or the begi
 @policy.command("list", cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy list"))
 def list_(json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
     """List the stored policies."""
-    from bimvox_pipeline.policy.store import list_policies
+    from bimvox_pipeline.policy import list_policies
 
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = list_policies()
@@ -34,7 +33,7 @@ def list_(json: Json = False, quiet: Quiet = False, verbose: Verbose = False) ->
 @policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy show"))
 def show(identity: Id, json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
     """Print everything known about a policy."""
-    from bimvox_pipeline.policy.store import show as run
+    from bimvox_pipeline.policy import show as run
 
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(identity)
@@ -44,7 +43,7 @@ def show(identity: Id, json: Json = False, quiet: Quiet = False, verbose: Verbos
 @policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy remove"))
 def remove(identity: Id, json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
     """Remove a policy from the store."""
-    from bimvox_pipeline.policy.store import remove as run
+    from bimvox_pipeline.policy import remove as run
 
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(identity)
@@ -66,7 +65,7 @@ def export(
     verbose: Verbose = False,
 ) -> None:
     """Write a policy to one file, to share it or to run it elsewhere."""
-    from bimvox_pipeline.policy.files import export_policy
+    from bimvox_pipeline.policy import export_policy
 
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = export_policy(identity, to=to, out=out)
@@ -84,7 +83,7 @@ def import_(
     verbose: Verbose = False,
 ) -> None:
     """Import a policy from a file into the store."""
-    from bimvox_pipeline.policy.files import import_policy
+    from bimvox_pipeline.policy import import_policy
 
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = import_policy(file, trust=trust)
@@ -109,7 +108,7 @@ def score(
     verbose: Verbose = False,
 ) -> None:
     """Score a policy on the frozen held-out problems."""
-    from bimvox_pipeline.policy.score import score_policy
+    from bimvox_pipeline.policy import score_policy
 
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = score_policy(named, sets=sets or (), share=share, progress=output.progress)

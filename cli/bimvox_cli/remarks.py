@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.text import Text
 
+
 Remarks = Annotated[
     bool, typer.Option("--remarks", help="List every remark about the plan by the name of its part, notes included.")
 ]
@@ -73,3 +74,18 @@ def show_remarks(console: Console, remarks: _Remarks, *, every: bool) -> None:
 
 def _sentence(remark: Mapping[str, Any]) -> str:
     return remark["text"] if remark["name"] is None else f"{remark['name']}: {remark['text']}"
+
+
+# The cranes of a plan, for people: which machine each is, and what the site changes in it.
+
+
+def crane_fields(cranes: Sequence[Mapping[str, Any]]) -> list[tuple[str, object]]:
+    """Return names and values about the cranes of a document: machine, jib, falls and overrides."""
+    found: list[tuple[str, object]] = []
+    for number, crane in enumerate(cranes, start=1):
+        heading = "crane" if len(cranes) == 1 else f"crane {number}"
+        own = "" if crane["name"] == crane["machine"] else f"{crane['name']}: "
+        found.append((heading, f"{own}{crane['machine']}, jib {crane['jib_length_m']:.4g} m, {crane['falls']} falls"))
+        changed = [f"{one['key']}: {one['site']} instead of {one['catalogue']}" for one in crane["overrides"]]
+        found.append((f"{heading}, override", "\n".join(changed)))
+    return found

@@ -54,7 +54,7 @@ def report(
     verbose: Verbose = False,
 ) -> None:
     """Write the lift plan record of a log, as a page or PDF."""
-    from bimvox_pipeline.report.report import report as run
+    from bimvox_pipeline.report import report as run
 
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run(

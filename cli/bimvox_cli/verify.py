@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.crane_fields import crane_fields
 from bimvox_cli.options import Json, Log, Quiet, Verbose
 from bimvox_cli.output import fields, open_output, rows, spent, written
-from bimvox_cli.remarks import Remarks, show_remarks, verdict
+from bimvox_cli.remarks import Remarks, crane_fields, show_remarks, verdict
 
 if TYPE_CHECKING:
     from rich.console import Console

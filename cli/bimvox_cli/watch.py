@@ -97,8 +97,8 @@ def watch(
     LOG.mcap is the whole plan, written when the watch is idle and at the end. Ctrl-C ends the watch.
     With --traffic the file is read once, and the crane yields to people and vehicles.
     """
+    from bimvox_pipeline.watch.plan import WatchWish
     from bimvox_pipeline.watch.watch import watch as run
-    from bimvox_pipeline.watch.wish import WatchWish
 
     from bimvox.library.policy_wish import PolicyWish
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 
-from bimvox_cli.kind_table import show_kinds
+from bimvox_cli.part_table import show_kinds
 from rich.console import Console
 
 

@@ -184,7 +184,7 @@ def test_an_internal_error_is_one_line_unless_debugging(
     assert main.run(["schema", "site"]) == 70
     assert "Traceback" in capsys.readouterr().err
     monkeypatch.delenv("BIMVOX_DEBUG")
-    monkeypatch.setattr("bimvox_pipeline.policy.store.list_policies", fail)
+    monkeypatch.setattr("bimvox_pipeline.policy.list_policies", fail)
     assert main.run(["policy", "list", "-v"]) == 70
     assert "Traceback" in capsys.readouterr().err
 

@@ -139,9 +139,7 @@ def test_an_experiment_is_drawn_as_its_curves(tmp_path, monkeypatch, capsys):
     folder = tmp_path / "runs"
     folder.mkdir()
     (folder / "experiment.json").write_text("{}")
-    monkeypatch.setattr(
-        "bimvox_pipeline.paper.folder.load_results", lambda found: results() if found == folder else None
-    )
+    monkeypatch.setattr("bimvox_pipeline.paper.load_results", lambda found: results() if found == folder else None)
     monkeypatch.chdir(tmp_path)
     assert run(["render", str(folder), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
@@ -158,7 +156,7 @@ def test_an_experiment_of_another_version_is_reported(tmp_path, monkeypatch, cap
         raise KeyError("fresh_layouts")
 
     (tmp_path / "experiment.json").write_text("{}")
-    monkeypatch.setattr("bimvox_pipeline.paper.folder.load_results", lacking)
+    monkeypatch.setattr("bimvox_pipeline.paper.load_results", lacking)
     assert run(["render", str(tmp_path), "-o", str(tmp_path / "x.png")]) == 2
     assert "another version" in capsys.readouterr().err
 

@@ -11,9 +11,9 @@ import pytest
 from bimvox_pipeline.cranes import cranes
 from bimvox_pipeline.fleet.runs import digest_of
 from bimvox_pipeline.fleet.sweep_file import Wish
-from bimvox_pipeline.inspect.site import describe_site
+from bimvox_pipeline.inspect.building import describe_site
 from bimvox_pipeline.plan import plan
-from bimvox_pipeline.report.report import report
+from bimvox_pipeline.report import report
 from bimvox_pipeline.site import init
 from bimvox_pipeline.verify import verify
 from own_machine import machine_text

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.log_ahead import LogAhead
-from bimvox_pipeline.plan import plan
+from bimvox_pipeline.plan import LogAhead, plan
 
 from bimvox.errors import FileError, VerificationError
 from bimvox.library import prove
@@ -91,7 +90,7 @@ def test_a_full_disk_while_the_proof_goes_on_is_said_and_changes_no_log(site_fol
         raise OSError(28, "No space left on device")
 
     earlier = (site_folder / "frame.mcap").read_bytes()
-    monkeypatch.setattr("bimvox_pipeline.log_ahead.write_log", full)
+    monkeypatch.setattr("bimvox_pipeline.plan.write_log", full)
     with pytest.raises(FileError, match="cannot be written"):
         plan_shared(site_folder, monkeypatch)
     assert (site_folder / "frame.mcap").read_bytes() == earlier
@@ -105,7 +104,7 @@ def test_what_was_begun_in_vain_ends_at_once(site_folder, monkeypatch):
         while True:
             blocks.append(stream.write(b"block"))
 
-    monkeypatch.setattr("bimvox_pipeline.log_ahead.write_log", endless)
+    monkeypatch.setattr("bimvox_pipeline.plan.write_log", endless)
     workers = Workers(2)
     try:
         with pytest.raises(KeyboardInterrupt), LogAhead(site_folder / "again.mcap") as log:

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from bimvox_pipeline.log_schema import log_schema, log_schema_json
+from bimvox_pipeline.schema import log_schema, log_schema_json
 
 from bimvox.log.schema import proto_file, topics_of
 

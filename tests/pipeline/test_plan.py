@@ -66,7 +66,7 @@ def test_the_processes_that_plan_also_make_the_log_with_the_same_bytes(site_fold
         counts.append(workers.count)
         return write_log(stream, record, workers=workers)
 
-    monkeypatch.setattr("bimvox_pipeline.log_ahead.write_log", counted)
+    monkeypatch.setattr("bimvox_pipeline.plan.write_log", counted)
     monkeypatch.setattr("bimvox.library.sharing._FEW_PARTS", 1)
     logs = [plan_again(site_folder, f"{jobs}.mcap", jobs=jobs)["log"] for jobs in (1, 2)]
     assert counts == [1, 2]

@@ -9,8 +9,8 @@ import pytest
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
 from bimvox_pipeline.verify import verify
+from bimvox_pipeline.watch.plan import WatchWish
 from bimvox_pipeline.watch.watch import watch
-from bimvox_pipeline.watch.wish import WatchWish
 from xer_files import xer_text
 
 from bimvox.bim.building import Role

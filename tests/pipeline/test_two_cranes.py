@@ -14,10 +14,9 @@ from bimvox_pipeline.plan import plan
 from bimvox_pipeline.verify import verify
 from bimvox_pipeline.watch.file_watch import state_of
 from bimvox_pipeline.watch.live import live_logs
-from bimvox_pipeline.watch.plan import WatchedPlan
+from bimvox_pipeline.watch.plan import WatchedPlan, WatchWish
 from bimvox_pipeline.watch.simulate import PlanClock
 from bimvox_pipeline.watch.watch import Watcher, watch
-from bimvox_pipeline.watch.wish import WatchWish
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.cranes.lift import NoFreeTimeError

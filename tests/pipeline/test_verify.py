@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from bimvox_cli.main import run as run_cli
-from bimvox_pipeline.export.export import export
+from bimvox_pipeline.export import export
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.verify import verify
 from seeded_faults import site_file_of

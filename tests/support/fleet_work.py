@@ -7,8 +7,7 @@ import signal
 import time
 from pathlib import Path
 
-from bimvox_pipeline.fleet.runs import Run
-from bimvox_pipeline.fleet.work import carry_out, failed, write_record
+from bimvox_pipeline.fleet.runs import Run, carry_out, failed, write_record
 
 
 def plans_with_a_policy_from_scratch(run: Run, folder: Path) -> None:

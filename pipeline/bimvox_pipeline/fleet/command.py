@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -9,17 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import BimvoxError, FileError
-from bimvox.files import default_output, reason_of, require_input, sha256_of
+from bimvox.files import default_output, reason_of, require_input, sha256_of, write_atomically
 from bimvox.processes import processors
 from bimvox.progress import Progress
-from bimvox_pipeline.fleet.apart import begun_file
+from bimvox.rendering.report.many_plans import many_plans_page
 from bimvox_pipeline.fleet.backends import Backend
-from bimvox_pipeline.fleet.page import write_page
-from bimvox_pipeline.fleet.runs import Run, Wish, digest_of, runs_of
-from bimvox_pipeline.fleet.schedule import carry_out_all
+from bimvox_pipeline.fleet.runs import FAILED, RECORDS, Run, Wish, digest_of, log_file, record_file, runs_of
+from bimvox_pipeline.fleet.schedule import begun_file, carry_out_all
 from bimvox_pipeline.fleet.sweep_file import load_sweep
-from bimvox_pipeline.fleet.table import write_tables
-from bimvox_pipeline.fleet.work import FAILED, RECORDS, log_file, record_file
 
 _LOCK, _PART = ".fleet.lock", ".bimvox-*.part"
 
@@ -154,3 +153,98 @@ def locked(folder: Path) -> Iterator[None]:
         for left in (*folder.glob(_PART), *records.glob(_PART), *records.glob(begun_file(records, "*").name)):
             left.unlink(missing_ok=True)
         yield
+
+
+# The page of a fleet: its table for people, with links to the files of its runs.
+
+_FILE = "summary.html"
+_LINKED = {"log": ".mcap", "page": ".html", "report": ".report.html", "report (PDF)": ".report.pdf"}
+"""Files of a run that the page links to, by the end of their names: its log, and what commands make of it."""
+
+
+def write_page(folder: Path, records: Sequence[dict[str, Any]]) -> Path:
+    """Write the page of a fleet's records and return the file."""
+    rows = [_row_of(record) for record in records]
+    files = {row["run"]: _files(folder, row["run"]) for row in rows if row["log"] is not None}
+    write_atomically(folder / _FILE, many_plans_page(rows, files))
+    return folder / _FILE
+
+
+def _files(folder: Path, run: str) -> dict[str, str]:
+    return {what: f"{run}{end}" for what, end in _LINKED.items() if (folder / f"{run}{end}").exists()}
+
+
+# The summary table of a fleet: one row per run, with the same bytes for every backend.
+
+COLUMNS: dict[str, type] = {
+    "run": str,
+    "site": str,
+    "obstructions": str,
+    "seed": int,
+    "status": str,
+    "error": str,
+    "verified": bool,
+    "lifts": int,
+    "planned": int,
+    "infeasible": int,
+    "policy": str,
+    "policy_share": float,
+    "retrained_share": float,
+    "search_share": float,
+    "moves": int,
+    "shortest_moves": int,
+    "moves_over_shortest": float,
+    "crane_hours": float,
+    "loaded_hours": float,
+    "hook_travel_m": float,
+    "critical_lifts": int,
+    "remarks": int,
+    "serious_remarks": int,
+    "log": str,
+    "log_sha256": str,
+}
+"""Columns and their contents. There are no computation times: the same inputs give the same table."""
+
+_CSV_FILE, _PARQUET_FILE = "summary.csv", "summary.parquet"
+
+
+def write_tables(folder: Path, records: Sequence[dict[str, Any]]) -> list[Path]:
+    """Write the table as CSV, and as Parquet if pyarrow is installed; return the files."""
+    rows = [_row_of(record) for record in records]
+    files = {_CSV_FILE: _as_csv(rows)}
+    try:
+        files[_PARQUET_FILE] = _as_parquet(rows)
+    except ImportError:
+        # The extra is not installed. The table of an earlier sweep must not remain next to a newer one.
+        (folder / _PARQUET_FILE).unlink(missing_ok=True)
+    for name, data in files.items():
+        write_atomically(folder / name, data)
+    return [folder / name for name in files]
+
+
+def _row_of(record: dict[str, Any]) -> dict[str, Any]:
+    """Return the row of a run; unknown values are None."""
+    figures, error = record.get("figures") or {}, record["error"]
+    shares = {f"{method}_share": share for method, share in figures.get("shares", {}).items()}
+    known = record | figures | shares | {"error": f"{error['code']}: {error['message']}" if error else None}
+    return {name: known.get(name) for name in COLUMNS}
+
+
+def _as_csv(rows: Sequence[dict[str, Any]]) -> bytes:
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(COLUMNS), lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow({name: str(value).lower() if isinstance(value, bool) else value for name, value in row.items()})
+    return text.getvalue().encode()
+
+
+def _as_parquet(rows: Sequence[dict[str, Any]]) -> bytes:
+    import pyarrow
+    from pyarrow import parquet
+
+    kinds = {str: pyarrow.string(), int: pyarrow.int64(), float: pyarrow.float64(), bool: pyarrow.bool_()}
+    schema = pyarrow.schema([(name, kinds[kind]) for name, kind in COLUMNS.items()])
+    out = io.BytesIO()
+    parquet.write_table(pyarrow.Table.from_pylist(list(rows), schema=schema), out)
+    return out.getvalue()

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bimvox.files import default_output, sha256_of
+from bimvox.errors import BimvoxError
+from bimvox.files import default_output, sha256_of, write_atomically
 from bimvox.version import __version__
 
 MEANING = 2
@@ -119,3 +120,86 @@ def _mark_of(wish: Wish) -> str:
     """Return a suffix that makes a run's name unique: files of several folders may have the same name."""
     plain = [str(wish.site), str(wish.obstructions), str(wish.seed), str(wish.policy), str(wish.steps), str(wish.train)]
     return hashlib.sha256("\0".join(plain).encode()).hexdigest()[:8]
+
+
+# Plans one run and writes its outcome to disk, also if it is an error.
+
+RECORDS = "runs"
+"""Folder of the records inside the fleet's folder."""
+
+PLANNED, _PARTLY, FAILED = "planned", "partly", "failed"
+"""The outcome of a run: every lift planned, some infeasible, no plan."""
+
+
+def record_file(folder: Path, name: str) -> Path:
+    """Return the path of a run's record."""
+    return folder / RECORDS / f"{name}.json"
+
+
+def log_file(folder: Path, name: str) -> Path:
+    """Return the path of a run's log."""
+    return folder / f"{name}.mcap"
+
+
+def carry_out(run: Run, folder: Path) -> None:
+    """Plan a run and write its record, also for an error."""
+    try:
+        record = _planned(run, folder)
+    except BimvoxError as error:
+        record = failed(run, error.code, error.message, error.hint)
+    except Exception as error:  # noqa: BLE001  (a fault in one run must not take the others down; the record names it)
+        record = failed(run, "fault", f"{type(error).__name__}: {error}".splitlines()[0], None)
+    write_record(folder, record)
+
+
+def write_record(folder: Path, record: dict[str, Any]) -> None:
+    """Write a run's record atomically."""
+    write_atomically(record_file(folder, record["run"]), json.dumps(record, indent=1, ensure_ascii=False).encode())
+
+
+def failed(run: Run, code: str, message: str, hint: str | None) -> dict[str, Any]:
+    """Return the record of a run without a plan."""
+    return {**_asked(run), "status": FAILED, "error": {"code": code, "message": message, "hint": hint}}
+
+
+def _planned(run: Run, folder: Path) -> dict[str, Any]:
+    from bimvox.library.policy_wish import PolicyWish
+    from bimvox.progress import SilentProgress
+    from bimvox_pipeline.plan import plan
+
+    wish, log = run.wish, log_file(folder, run.name)
+    digest = digest_of(wish)
+    document = plan(
+        wish.site,
+        log,
+        obstructions=wish.obstructions,
+        wish=PolicyWish(wish.policy, wish.seed, wish.steps, wish.train),
+        jobs=1,  # the runs share the processors
+        progress=SilentProgress(),
+    )
+    return {
+        **_asked(run),
+        "status": _PARTLY if document["infeasible"] else PLANNED,
+        "error": None,
+        "inputs": digest,
+        "verified": document["verified"],
+        "lifts": len(document["lifts"]),
+        "infeasible": len(document["infeasible"]),
+        "policy": document["policy"]["id"],
+        "figures": document["figures"],
+        "remarks": sum(remark["severity"] != "note" for remark in document["remarks"]),
+        "serious_remarks": sum(remark["severity"] == "serious" for remark in document["remarks"]),
+        "log": log.name,
+        "log_sha256": sha256_of(log),
+        "seconds": document["seconds"],
+    }
+
+
+def _asked(run: Run) -> dict[str, Any]:
+    wish = run.wish
+    return {
+        "run": run.name,
+        "site": wish.site.name,
+        "obstructions": wish.obstructions.name if wish.obstructions else None,
+        "seed": wish.seed,
+    }

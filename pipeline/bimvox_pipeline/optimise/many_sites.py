@@ -19,9 +19,8 @@ from bimvox.progress import Progress, SilentProgress
 from bimvox.rendering.report.many_sites import COLUMNS, many_sites_page
 from bimvox_pipeline.fleet.backends import Backend
 from bimvox_pipeline.fleet.command import locked
-from bimvox_pipeline.fleet.runs import Run, Wish, digest_of, runs_of
+from bimvox_pipeline.fleet.runs import FAILED, Run, Wish, digest_of, failed, record_file, runs_of, write_record
 from bimvox_pipeline.fleet.schedule import carry_out_all
-from bimvox_pipeline.fleet.work import FAILED, failed, record_file, write_record
 from bimvox_pipeline.optimise.optimise import PAGE, optimise
 
 _OPTIMISED = "optimised"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,9 +11,19 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.files import check_folder, default_output, require_input, seen_from, write_together
+from bimvox.errors import FileError
+from bimvox.files import (
+    check_folder,
+    default_output,
+    read_input,
+    require_input,
+    seen_from,
+    write_atomically,
+    write_together,
+)
 from bimvox.library.set_up_search.choose import search_set_ups
-from bimvox.library.set_up_search.front import front_of, proven_front, why_beaten
+from bimvox.library.set_up_search.front import front_of, proven_front, why_beaten, why_lost
+from bimvox.library.set_up_search.pairs import names_of_two
 from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.set_up import Effort, Tried
 from bimvox.progress import Progress
@@ -28,10 +39,125 @@ from bimvox.site.machine import cranes_of
 from bimvox.site.machine_names import machines_called
 from bimvox_pipeline.fleet.backends import Backend
 from bimvox_pipeline.fleet.command import fleet
-from bimvox_pipeline.fleet.runs import Wish, runs_of
-from bimvox_pipeline.fleet.work import log_file
-from bimvox_pipeline.optimise.files import base_of, set_up, table_of, written
-from bimvox_pipeline.studio.opened import Opened, open_site
+from bimvox_pipeline.fleet.runs import Wish, log_file, runs_of
+from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_site
+from bimvox_pipeline.studio.saving import as_text
+from bimvox_pipeline.studio.setup import CraneSetup, Setup
+
+_NUDGE_M = 1e-3
+_STAMP = b"# bimvox optimise wrote the lines above, and may overwrite them while they are as they were: "
+_DIGITS = 16
+_COLUMNS = (
+    "machine", "jib_m", "falls", "load_moment_tm", "x_m", "y_m", "second", "yard", "truckload_kg", "places", "parts",
+    "parts_served", "estimated_hours", "estimated_cost", "estimated_utilisation", "currency", "why_lost",
+)  # fmt: skip
+
+
+def _base_of(one: Tried) -> tuple[float, float]:
+    """Return where the mast of a set-up's first crane stands."""
+    assert one.crane is not None
+    x, y, _ = one.crane.base_m
+    return x, y
+
+
+def set_up(opened: Opened, one: Tried) -> Setup:
+    """Return the site's set-up with other cranes, and another yard and truckload if it has one."""
+    (own,) = opened.setup.cranes
+    if one.second is None:
+        cranes = [
+            CraneSetup(name=own.name, machine=one.machine, base_m=_base_of(one), jib_m=one.jib_m, falls=one.falls)
+        ]
+    else:
+        first, second = names_of_two(own.name)
+        cranes = [_one_of_two(one, first, own.height_m), _one_of_two(one.second, second, own.height_m)]
+    more: dict[str, Any] = {}
+    if one.yard is not None:
+        more = {"yard": (one.yard.polygon,)}
+        if one.yard.truckload_kg != opened.config.rules.truckload_kg:
+            more["truckload_kg"] = one.yard.truckload_kg
+    return opened.setup.model_copy(update={"cranes": tuple(cranes), **more})
+
+
+def _one_of_two(one: Tried, name: str, given_m: float | None) -> CraneSetup:
+    """Return a crane with its height: one of two may be raised to pass above the other.
+
+    The height of the given crane would count as not set, and another machine would get a height of its own.
+    """
+    assert one.crane is not None
+    height_m = one.crane.jib_height_m if one.crane.luffing is None else None
+    if height_m is not None and height_m == given_m:
+        height_m += _NUDGE_M
+    return CraneSetup(
+        name=name, machine=one.machine, base_m=_base_of(one), height_m=height_m, jib_m=one.jib_m, falls=one.falls
+    )
+
+
+def _written(opened: Opened, one: Tried) -> Path:
+    """Write the site file of a set-up next to the given one; one that somebody has edited since is not overwritten.
+
+    Raises:
+        FileError: If there is one that was edited.
+    """
+    stem = opened.site.name.removesuffix(SITE_SUFFIX).removesuffix(".toml")
+    which = "-least-used" if one.is_least_used else ""
+    if one.yard is not None:
+        which += "" if one.yard.number is None else f"-yard-{one.yard.number + 1}"
+        which += f"-{one.yard.truckload_kg:g}kg"
+    which += f"-place-{one.place}" if one.place else ""
+    if one.second is not None:
+        which += f"-and-{_rig(one.second)}"
+    path = opened.site.with_name(f"{stem}-{_rig(one)}{which}{SITE_SUFFIX}")
+    wanted = set_up(opened, one)
+    text, _, _ = as_text(opened, opened.with_setup(wanted), wanted, path)
+    data = _stamped(text.encode())
+    before = read_input(path, may_be_empty=True) if path.exists() else None
+    if before == data:
+        return path
+    if before is not None and _stamped(before) != before:
+        raise FileError(path, "exists already and may hold edits", hint="rename it, then optimise again")
+    write_atomically(path, data)
+    return path
+
+
+def _stamped(data: bytes) -> bytes:
+    """Return a site file with its stamp in the last line: while that is true, nobody has edited the file."""
+    lines = [line for line in data.splitlines(keepends=True) if not line.startswith(_STAMP)]
+    body = b"".join(lines)
+    return body + _STAMP + hashlib.sha256(body).hexdigest()[:_DIGITS].encode() + b"\n"
+
+
+def _rig(one: Tried) -> str:
+    return f"{one.machine}-{one.jib_m:g}m-{one.falls}-falls"
+
+
+def _table_of(found: Sequence[Tried], front: Sequence[Tried], parts: int, currency: str) -> str:
+    """Return the table of all set-ups, each machine with its best places, and why each lost."""
+    stream = io.StringIO()
+    rows = csv.DictWriter(stream, _COLUMNS, lineterminator="\n")
+    rows.writeheader()
+    for one in sorted(found, key=lambda one: (-one.served, one.crane_s)):
+        values: dict[str, Any] = {
+            "machine": one.machine,
+            "jib_m": f"{one.jib_m:g}",
+            "falls": one.falls,
+            "load_moment_tm": f"{one.load_moment_tm:.0f}",
+            "yard": "given" if one.yard is None or one.yard.number is None else one.yard.number + 1,
+            "truckload_kg": "" if one.yard is None else f"{one.yard.truckload_kg:g}",
+            "places": len(one.bases_m),
+            "parts": parts,
+            "parts_served": one.served,
+            "currency": currency,
+            "why_lost": why_lost(one, front),
+        }
+        if one.crane is not None:
+            x, y = _base_of(one)
+            values |= {"x_m": f"{x:g}", "y_m": f"{y:g}", "estimated_hours": f"{one.crane_s / 3600.0:.3f}"}
+            values |= {"estimated_cost": f"{one.cost:.0f}", "estimated_utilisation": f"{one.highest:.2f}"}
+        if one.second is not None:
+            values["second"] = "{} at ({:g}, {:g})".format(one.second.words, *_base_of(one.second))
+        rows.writerow(values)
+    return stream.getvalue()
+
 
 PAGE = "set-ups.html"
 """The page of a site's set-ups in its folder."""
@@ -87,7 +213,7 @@ def optimise(
     best = proven_front(planned, budget)
     losers = [{**one, "why_lost": why_beaten(one, best, budget)} for one in planned if one not in best]
     table, picture, page = folder / _TABLE, folder / _MAP, folder / PAGE
-    rows = table_of(found, front, len(search.work.places_m), currency)
+    rows = _table_of(found, front, len(search.work.places_m), currency)
     map_svg = heat_map(_heat(opened, front_of(searched.lattice)[0]))
     document = {
         "tried": searched.tried,
@@ -160,7 +286,7 @@ class _Plans:
     def of(self, chosen: Sequence[Tried]) -> list[dict[str, Any]]:
         """Return the plans of set-ups, in their order."""
         site, search, plant = self._opened.site, self._search, self._plant
-        files = [written(self._opened, one) for one in chosen]
+        files = [_written(self._opened, one) for one in chosen]
         wishes = [Wish(path) for path in (site, *files)]
         fresh = plant.fresh and not self.given
         runs = fleet(wishes, self._folder, backend=plant.backend, jobs=plant.jobs, fresh=fresh, progress=self._progress)
@@ -205,7 +331,7 @@ def _found(one: Tried) -> dict[str, Any]:
 
 
 def _stands(one: Tried) -> dict[str, Any]:
-    base_m = [float(value) for value in base_of(one)]
+    base_m = [float(value) for value in _base_of(one)]
     return {"machine": one.machine, "jib_m": one.jib_m, "falls": one.falls, "base_m": base_m}
 
 
@@ -247,6 +373,6 @@ def _heat(opened: Opened, one: Tried) -> HeatMap:
         building=tuple(opened.trial.hulls),
         yards=tuple(areas.yard or ()),
         accesses=tuple(areas.access or ()),
-        best_m=base_of(one),
+        best_m=_base_of(one),
         given_m=cranes_of(opened.config)[0].base_m[:2],
     )

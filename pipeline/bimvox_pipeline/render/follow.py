@@ -75,7 +75,7 @@ def _states(log: Path, first: FileState, stop: threading.Event) -> Iterator[File
 
 
 def _source(log: Path, proven: bool, progress: Progress, known: dict[JudgedAs, Judged]) -> PageSource:
-    from bimvox_pipeline.render.page import source_of_log
+    from bimvox_pipeline.render.revisions import source_of_log
 
     source = source_of_log(log, proven=proven, progress=progress, known=known)
     shown = {revision.sha256 for revision in source.revisions}

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bimvox.errors import LogFileError
+from bimvox.errors import InputError, LogFileError
 from bimvox.library.verify import prove, prove_plan, with_claims
 from bimvox.progress import Progress
 from bimvox_pipeline.sensible_log import require_sense
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from bimvox.log.plan_log import PlanLog
     from bimvox.records.proof import Verification
     from bimvox.records.remark import Remark
-    from bimvox.rendering.page.source import Revision
+    from bimvox.rendering.page.source import PageSource, Revision
+
 
 _NUMBER = re.compile(r"\.r(\d{4,})$")
 
@@ -219,3 +220,43 @@ def _judged(read: Read, proven: bool, progress: Progress) -> Judged:
     from bimvox.log.dates import all_remarks
 
     return Judged(proof, all_remarks(record))
+
+
+# A log, with the revisions next to it, as a page.
+
+_REVISIONS = 10
+"""Maximum number of revisions in a page: the newest ones."""
+
+
+def page_of_log(log: Path, *, proven: bool, progress: Progress) -> bytes:
+    """Return the page of a log; see ``source_of_log``."""
+    from bimvox.rendering.page.page import page_of
+
+    source = source_of_log(log, proven=proven, progress=progress)
+    progress.stage("page")
+    return page_of(source)
+
+
+def source_of_log(
+    log: Path, *, proven: bool, progress: Progress, known: dict[JudgedAs, Judged] | None = None
+) -> PageSource:
+    """Return the content of a log's page.
+
+    Args:
+        log: A log. Revisions of ``bimvox watch`` next to it are in the page as well.
+        proven: Whether every revision is proven again now; otherwise the page says that it is not proven.
+        progress: Receives the stages.
+        known: What was found earlier about logs; new findings are added.
+
+    Raises:
+        LogFileError: If it is damaged or not a bimvox log.
+        InputError: If it carries no lifts.
+    """
+    from bimvox.rendering.page.source import PageSource
+
+    found = read_revisions(log, progress)
+    if not found[-1].record.all_lifts:
+        raise InputError(f"{log}: the log has no lifts", hint="bimvox plan SITE writes a log with lifts")
+    left_out = max(0, len(found) - _REVISIONS)
+    revisions = tuple(revisions_of(found[left_out:], proven, progress, known))
+    return PageSource(revisions, left_out=left_out)

@@ -140,7 +140,7 @@ def moment_of(words: str, start_ns: int, end_ns: int) -> int:
 
 def is_experiment(folder: Path) -> bool:
     """Return whether a folder was written by ``bimvox experiment``."""
-    from bimvox_pipeline.paper.folder import MANIFEST
+    from bimvox_pipeline.paper import MANIFEST
 
     return (folder / MANIFEST).is_file()
 

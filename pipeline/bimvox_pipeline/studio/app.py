@@ -30,12 +30,10 @@ from bimvox.errors import BimvoxError, InputError
 from bimvox.files import kept_to, reason_of, require_input, sha256_of
 from bimvox.progress import SilentProgress
 from bimvox.rendering.page.assets import POLICY, START, media_type, web_files
-from bimvox_pipeline.render.page import page_of_log
-from bimvox_pipeline.studio.alone import ChangedMeanwhileError
-from bimvox_pipeline.studio.folder import Folder
-from bimvox_pipeline.studio.jobs import Jobs
+from bimvox_pipeline.render.revisions import page_of_log
+from bimvox_pipeline.studio.jobs import Folder, Jobs
 from bimvox_pipeline.studio.obstacles import boxes_of, file_of, write_boxes
-from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_model, open_site, unchanged
+from bimvox_pipeline.studio.opened import SITE_SUFFIX, ChangedMeanwhileError, Opened, open_model, open_site, unchanged
 from bimvox_pipeline.studio.saving import save
 from bimvox_pipeline.studio.setup import read_setup
 from bimvox_pipeline.studio.standing import PlanOnDisk, plan_on_disk, sha256_or_none

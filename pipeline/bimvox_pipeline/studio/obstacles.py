@@ -16,8 +16,7 @@ from bimvox.site.config.validation import Point3, Table, Text
 from bimvox.site.nested import json_values
 from bimvox.site.obstructions.file import BoxEntry, parse_obstructions
 from bimvox.units import metres_per
-from bimvox_pipeline.studio.alone import ChangedMeanwhileError, alone_in
-from bimvox_pipeline.studio.opened import SITE_SUFFIX
+from bimvox_pipeline.studio.opened import SITE_SUFFIX, ChangedMeanwhileError, alone_in
 from bimvox_pipeline.studio.setup import impossible
 
 _MOST = 10_000

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import math
+import os
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -14,6 +19,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Role
 from bimvox.bim.read import read_building
+from bimvox.errors import InputError
 from bimvox.files import read_input
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.site import built_site
@@ -283,3 +289,49 @@ def _ring(hull: Any) -> list[tuple[float, float]]:
     if hull.geom_type != "Polygon":
         hull = hull.buffer(0.05, cap_style="square")
     return list(hull.exterior.coords[:-1])
+
+
+# One at a time: what is checked about the files of a folder still holds when they are written.
+
+_THREADS = threading.Lock()
+
+
+class ChangedMeanwhileError(InputError):
+    """A file that somebody else changed since the page read it: nothing was written."""
+
+    def __init__(self, file: Path) -> None:
+        super().__init__(
+            f"{file.name} was changed since it was opened here; nothing was saved",
+            hint="what you entered is still here",
+        )
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Hold a folder: no other thread and no other studio checks and writes a file in it meanwhile.
+
+    The folder itself is locked, so no file is left behind; the system frees it if the process ends. On Windows only
+    the threads of this process wait for each other.
+    """
+    with _THREADS, _locked(folder):
+        yield
+
+
+if sys.platform == "win32":
+
+    def _locked(folder: Path) -> AbstractContextManager[None]:
+        """Windows cannot lock a folder."""
+        return nullcontext()
+
+else:
+    import fcntl
+
+    @contextmanager
+    def _locked(folder: Path) -> Iterator[None]:
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            with suppress(OSError):  # a file system of a network may not lock; threads still wait for each other
+                fcntl.flock(descriptor, fcntl.LOCK_EX)
+            yield
+        finally:
+            os.close(descriptor)

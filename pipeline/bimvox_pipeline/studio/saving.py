@@ -24,8 +24,7 @@ from bimvox.site.config.file import load_site_config
 from bimvox.site.config.site_config import KindConfig, SiteConfig
 from bimvox.site.config.template import site_toml
 from bimvox.site.guess import complete_config
-from bimvox_pipeline.studio.alone import ChangedMeanwhileError, alone_in
-from bimvox_pipeline.studio.opened import Opened, unchanged
+from bimvox_pipeline.studio.opened import ChangedMeanwhileError, Opened, alone_in, unchanged
 from bimvox_pipeline.studio.setup import Setup, origins_of
 
 _SAME_M = 1e-4

@@ -64,8 +64,8 @@ def main() -> int:
 
 
 def _watch(site: Path, log: Path, obstructions: Path, speed: str) -> None:
+    from bimvox_pipeline.watch.plan import WatchWish
     from bimvox_pipeline.watch.watch import watch
-    from bimvox_pipeline.watch.wish import WatchWish
 
     def started(time_s: float) -> None:
         say({"event": {"event": "clock", "time_s": time_s, "speed": float(speed or 0.0)}})

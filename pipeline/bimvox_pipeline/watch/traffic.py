@@ -20,8 +20,8 @@ from bimvox.planning.preparation import Preparation
 from bimvox.progress import Progress
 from bimvox.records.lift import Status
 from bimvox.site.site import Site
+from bimvox_pipeline.watch.plan import WatchWish
 from bimvox_pipeline.watch.simulate import PlanClock, changes_of, state_document
-from bimvox_pipeline.watch.wish import WatchWish
 
 _LOOK_S = 0.1
 

@@ -43,14 +43,12 @@ from bimvox_pipeline.watch.documents import left_to_search, notes_about, revisio
 from bimvox_pipeline.watch.file_watch import FileState, changes, state_of
 from bimvox_pipeline.watch.live import DrivenLog, LiveView, Sink, driven_until_ns, server_at
 from bimvox_pipeline.watch.log import Newest, WholeLog, keep_as_segment, read_newest, segment_file
-from bimvox_pipeline.watch.plan import WatchedPlan
+from bimvox_pipeline.watch.plan import WatchedPlan, WatchWish
 from bimvox_pipeline.watch.reader import ObstructionReader
-from bimvox_pipeline.watch.retrain import Retraining
+from bimvox_pipeline.watch.retrain import Retraining, warm_up, warm_workers
 from bimvox_pipeline.watch.revise import Change, Reviser
 from bimvox_pipeline.watch.simulate import Execution, PlanClock
 from bimvox_pipeline.watch.traffic import carry_out, insist_on_one_crane, traffic_of
-from bimvox_pipeline.watch.warm import warm_up, warm_workers
-from bimvox_pipeline.watch.wish import WatchWish
 
 
 def watch(

@@ -3,7 +3,7 @@ import dataclasses
 import json
 
 import pytest
-from bimvox_pipeline.export.export import export
+from bimvox_pipeline.export import export
 from bimvox_pipeline.inspect.inspect import inspect
 from bimvox_pipeline.verify import verify
 

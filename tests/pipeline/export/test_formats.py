@@ -17,9 +17,9 @@ import ifcopenshell.util.sequence
 import numpy as np
 import pytest
 import trimesh
-from bimvox_pipeline.export.export import export
+from bimvox_pipeline.export import export
 from bimvox_pipeline.plan import plan
-from bimvox_pipeline.render.page import page_of_log
+from bimvox_pipeline.render.revisions import page_of_log
 from bimvox_pipeline.site import init
 from full_disk import full_disk
 from opened_pages import Opened

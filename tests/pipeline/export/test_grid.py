@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from bimvox_pipeline.export.export import export
+from bimvox_pipeline.export import export
 from box_grids import grid_of, part, random_shares
 from full_disk import full_disk
 from grid_bytes import grid_to_bytes

@@ -10,7 +10,7 @@ import ifcopenshell
 import ifcopenshell.validate
 import numpy as np
 import pytest
-from bimvox_pipeline.export.export import export
+from bimvox_pipeline.export import export
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
 

@@ -21,4 +21,4 @@ def sites(tmp_path: Path) -> Path:
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Carry out runs inside this process, one after the other, because starting a process takes seconds."""
-    monkeypatch.setattr("bimvox_pipeline.fleet.schedule.carry_out_apart", lambda work, run, folder: work(run, folder))
+    monkeypatch.setattr("bimvox_pipeline.fleet.schedule._carry_out_apart", lambda work, run, folder: work(run, folder))

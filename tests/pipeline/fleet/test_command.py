@@ -14,10 +14,8 @@ from pathlib import Path
 
 import pytest
 from bimvox_cli.main import run as command
-from bimvox_pipeline.fleet.command import fleet
-from bimvox_pipeline.fleet.runs import Wish
-from bimvox_pipeline.fleet.table import COLUMNS
-from bimvox_pipeline.fleet.work import RECORDS
+from bimvox_pipeline.fleet.command import COLUMNS, fleet
+from bimvox_pipeline.fleet.runs import RECORDS, Wish
 from full_disk import full_disk
 
 from bimvox.errors import FileError

@@ -11,10 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bimvox_pipeline.fleet.apart import Work, begun_file
-from bimvox_pipeline.fleet.runs import Run, Wish
-from bimvox_pipeline.fleet.schedule import carry_out_all
-from bimvox_pipeline.fleet.work import RECORDS, failed, record_file, write_record
+from bimvox_pipeline.fleet.runs import RECORDS, Run, Wish, failed, record_file, write_record
+from bimvox_pipeline.fleet.schedule import Work, begun_file, carry_out_all
 
 from bimvox.progress import SilentProgress
 
@@ -28,7 +26,7 @@ class Backend:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, deaths: dict[str, int], breaks: Sequence[str] = ()) -> None:
         self.deaths, self.breaks, self.tries, self.starts = deaths, breaks, Counter[str](), 0
-        monkeypatch.setattr("bimvox_pipeline.fleet.schedule.carry_out_apart", self.carry_out)
+        monkeypatch.setattr("bimvox_pipeline.fleet.schedule._carry_out_apart", self.carry_out)
         monkeypatch.setattr("bimvox_pipeline.fleet.schedule.opened", self.open)
         monkeypatch.setattr("bimvox_pipeline.fleet.schedule.start_workers", self.start)
         monkeypatch.setattr(

@@ -37,7 +37,7 @@ def searched(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         return {"parts": 6, "currency": "EUR", "verified": True, "baseline": given, "front": [fastest, cheapest]}
 
     monkeypatch.setattr(many_sites, "optimise", found)
-    monkeypatch.setattr("bimvox_pipeline.fleet.schedule.carry_out_apart", lambda work, run, folder: work(run, folder))
+    monkeypatch.setattr("bimvox_pipeline.fleet.schedule._carry_out_apart", lambda work, run, folder: work(run, folder))
     return names
 
 

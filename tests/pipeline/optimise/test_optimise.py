@@ -57,7 +57,7 @@ def run(site: Path, out: Path | None = None, **options: Any) -> dict[str, Any]:
         patched.setattr(command, "machines_called", lambda crane: machines_called(crane)[:2])
         time_few_lifts(patched)
         read_once(patched)
-        patched.setattr(schedule, "carry_out_apart", lambda work, run, folder: work(run, folder))
+        patched.setattr(schedule, "_carry_out_apart", lambda work, run, folder: work(run, folder))
         return optimise(site, out or site.parent / "found", progress=SilentProgress(), **options)
 
 

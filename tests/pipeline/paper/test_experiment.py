@@ -6,10 +6,8 @@ import multiprocessing
 from dataclasses import replace
 
 import pytest
-from bimvox_pipeline.paper import scheduler
-from bimvox_pipeline.paper.experiment import run_experiment
-from bimvox_pipeline.paper.folder import load_results, result_file
-from bimvox_pipeline.paper.scheduler import run_jobs
+from bimvox_pipeline import paper as scheduler
+from bimvox_pipeline.paper import load_results, result_file, run_experiment, run_jobs
 
 from bimvox.errors import BimvoxError, FileError
 from bimvox.paper.experiment.document import document_of, mean_curve

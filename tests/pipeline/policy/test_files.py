@@ -13,7 +13,7 @@ import numpy as np
 import onnxruntime
 import pytest
 import torch
-from bimvox_pipeline.policy.files import export_policy, import_policy
+from bimvox_pipeline.policy import export_policy, import_policy
 from stable_baselines3 import DQN
 
 from bimvox.env.observation import INPUT_SIZE, VIEW_SIZE

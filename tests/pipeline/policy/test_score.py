@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bimvox_cli.main import run
-from bimvox_pipeline.policy.score import score_policy
+from bimvox_pipeline.policy import score_policy
 from bimvox_pipeline.schema import schema
 
 from bimvox.env.observation import VIEW_NAME

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bimvox_pipeline.inspect.inspect import inspect
-from bimvox_pipeline.policy.store import list_policies, remove, show
+from bimvox_pipeline.policy import list_policies, remove, show
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.observation import INPUT_SIZE

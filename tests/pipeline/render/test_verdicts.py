@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 import seeded_faults as faults
-from bimvox_pipeline.export.export import export
-from bimvox_pipeline.render.page import page_of_log
+from bimvox_pipeline.export import export
 from bimvox_pipeline.render.render import render
-from bimvox_pipeline.report.report import report
+from bimvox_pipeline.render.revisions import page_of_log
+from bimvox_pipeline.report import report
 from bimvox_pipeline.verify import verify
 from opened_pages import Opened
 from planned_sites import planned, portal_crane, portal_site

@@ -1,4 +1,4 @@
-from bimvox_pipeline.report.pdf import same_each_time
+from bimvox_pipeline.report import same_each_time
 
 PDF = b"/CreationDate (D:%b+00'00') /ID (node%08d) /ID (node%08d) /Names [(node%08d) 1 0 R (node%08d) 2 0 R]"
 

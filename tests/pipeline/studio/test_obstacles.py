@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.studio.alone import ChangedMeanwhileError
 from bimvox_pipeline.studio.obstacles import boxes_of, file_of, write_boxes
+from bimvox_pipeline.studio.opened import ChangedMeanwhileError
 
 from bimvox.errors import ObstructionFileError
 

@@ -16,7 +16,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import pytest
 import uvicorn
-from bimvox_pipeline.studio.alone import alone_in
+from bimvox_pipeline.studio.opened import alone_in
 from bimvox_pipeline.studio.serve import serve
 from planned_frame import copy_to
 from studios import served

@@ -17,7 +17,7 @@ import pytest
 import trainings
 import trimesh
 from bimvox_pipeline.render.render import render
-from bimvox_pipeline.report.report import report
+from bimvox_pipeline.report import report
 from bimvox_pipeline.verify import verify
 from bimvox_pipeline.watch.file_watch import MOST_DIGESTED_BYTES, changes, state_of
 from bimvox_pipeline.watch.log import WholeLog, read_newest, segment_file, segments_on_disk

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 from bimvox_pipeline.verify import verify
+from bimvox_pipeline.watch.plan import WatchWish
 from bimvox_pipeline.watch.traffic import insist_on_one_crane, traffic_of
 from bimvox_pipeline.watch.watch import watch
-from bimvox_pipeline.watch.wish import WatchWish
 from planned_frame import copy_to
 
 from bimvox.crane.kinematics import hook_of

@@ -11,8 +11,8 @@ import pytest
 from bimvox_pipeline.verify import verify
 from bimvox_pipeline.watch.file_watch import changes, state_of
 from bimvox_pipeline.watch.log import segment_file
+from bimvox_pipeline.watch.plan import WatchWish
 from bimvox_pipeline.watch.watch import watch
-from bimvox_pipeline.watch.wish import WatchWish
 
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.log.reader import read_log

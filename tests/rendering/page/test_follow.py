@@ -126,7 +126,7 @@ def test_only_a_page_follows(tmp_path: Path):
 
 
 def test_a_page_that_does_not_follow_makes_no_requests(tmp_path: Path):
-    from bimvox_pipeline.render.page import page_of_log
+    from bimvox_pipeline.render.revisions import page_of_log
 
     write_revision(tmp_path / "tiny.mcap", 0)
     text = page_of_log(tmp_path / "tiny.mcap", proven=False, progress=SilentProgress()).decode()

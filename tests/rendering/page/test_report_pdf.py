@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.report.report import report
+from bimvox_pipeline.report import report
 from log_building import tiny_log
 
 from bimvox.log.recorder import write_log

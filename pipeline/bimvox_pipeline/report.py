@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import csv
+import io
+import re
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bimvox.errors import InputError
-from bimvox.files import check_output, default_output, write_atomically
+from bimvox.errors import FileError, InputError
+from bimvox.exporters.text import for_csv
+from bimvox.files import check_output, default_output, reason_of, write_atomically
 from bimvox.progress import Progress
+from bimvox_pipeline.browser import draw_with
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
 
 if TYPE_CHECKING:
     from bimvox.records.lift import Lift
     from bimvox.rendering.page.source import Revision
     from bimvox.rendering.report.page import Figure, Figures
+
 
 PICTURES = 12
 """Maximum number of pictures of blockers."""
@@ -64,9 +71,8 @@ def report(
     browser = None
     if suffix == _PDF:
         from bimvox_pipeline.browser import find_browser
-        from bimvox_pipeline.report.pdf import INSTEAD
 
-        browser = find_browser("a PDF", INSTEAD)
+        browser = find_browser("a PDF", _INSTEAD)
     if critical_share is not None and not 0.0 < critical_share <= 1.0:
         raise InputError(
             f"a lift cannot be critical from {critical_share:g} of the capacity",
@@ -77,17 +83,13 @@ def report(
     record = record_of(revision, critical_share=critical_share)
     page = _page(revision, record, pictures, progress)
     if browser is not None:
-        from bimvox_pipeline.report.pdf import pdf_of
-
         progress.stage("print")
-        page = pdf_of(page, browser)
+        page = _pdf_of(page, browser)
     progress.stage("write")
     write_atomically(target, page, inputs=[log])
     written: list[str] = []
     if figures is not None:
-        from bimvox_pipeline.report.figures import write_figures
-
-        written = [str(figures / name) for name in write_figures(figures, record)]
+        written = [str(figures / name) for name in _write_figures(figures, record)]
     progress.finish()
     verified = record["proof"]["verified"] if record["proof"] else None
     return {
@@ -177,3 +179,127 @@ def _blocked(revision: Revision, orders: list[int], most: int, progress: Progres
 
 def _names(component: Any) -> dict[str, str]:
     return {"name": component.name, "global_id": component.global_id, "id": component.id}
+
+
+# The figures of a report as separate files, and their numbers as CSV.
+
+_DATA_FILE = "lifts.csv"
+_COLUMNS = (
+    "number",
+    "order",
+    "id",
+    "global_id",
+    "name",
+    "ifc_class",
+    "status",
+    "method",
+    "moves",
+    "shortest_moves",
+    "mass_kg",
+    "load_kg",
+    "radius_m",
+    "capacity_kg",
+    "utilisation",
+    "governing_time_s",
+    "begins_s",
+    "ends_s",
+    "duration_s",
+    "bound_s",
+    "hook_travel_m",
+    "critical",
+    "proven",
+)
+"""Columns of ``lifts.csv``: the keys of the record, with units in their names."""
+
+
+def _write_figures(folder: Path, record: dict[str, Any]) -> list[str]:
+    """Write the figures of a plan's record as PNG and SVG, with their data, and return the sorted names of the files.
+
+    The folder is created if missing.
+
+    Raises:
+        FileError: If the folder cannot be used.
+    """
+    from bimvox.rendering.plots.plan_figures import draw_hook_travel, draw_methods, draw_path_ratios, draw_utilisation
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(
+            folder, f"cannot be used for figures: {reason_of(error)}", hint="choose another folder for --figures"
+        ) from error
+    lifts, files = record["lifts"], {_DATA_FILE: _lifts_csv(record)}
+    for suffix in ("png", "svg"):
+        if any(lift["moves"] for lift in lifts):
+            files[f"path-lengths.{suffix}"] = draw_path_ratios(lifts, file_format=suffix)
+            files[f"methods.{suffix}"] = draw_methods(lifts, file_format=suffix)
+        if any(lift["governs"] for lift in lifts):
+            drawn = draw_utilisation(lifts, record["critical_share"], file_format=suffix)
+            files[f"utilisation.{suffix}"] = drawn
+            files[f"hook-travel.{suffix}"] = draw_hook_travel(lifts, file_format=suffix)
+    for name, data in files.items():
+        write_atomically(folder / name, data)
+    return sorted(files)
+
+
+def _lifts_csv(record: dict[str, Any]) -> bytes:
+    """Return every lift as a row of CSV, in order; unknown values are empty."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    for lift in record["lifts"]:
+        governs = lift["governs"] or {}
+        known = {**{name: lift.get(name) for name in _COLUMNS}, **{name: governs.get(name) for name in _GOVERNED}}
+        known["governing_time_s"] = governs.get("time_s")
+        writer.writerow({name: for_csv(_written(value)) for name, value in known.items()})
+    return text.getvalue().encode()
+
+
+_GOVERNED = ("load_kg", "radius_m", "capacity_kg", "utilisation")
+
+
+def _written(value: object) -> object:
+    if value is None:
+        return ""
+    return str(value).lower() if isinstance(value, bool) else value
+
+
+# Prints a page as PDF with an installed browser.
+
+_INSTEAD = "write the report as .html and print it from any browser"
+_DATE = re.compile(rb"/(CreationDate|ModDate) \(D:\d{14}[^)]*\)")
+_NODE = re.compile(rb"\(node\d{8}\)")
+_NO_DATE = b"19800101000000"
+
+
+def _pdf_of(page: bytes, browser: Path) -> bytes:
+    """Print a self-contained page, without a display, and return the PDF; its dates are fixed.
+
+    Args:
+        page: HTML, UTF-8.
+        browser: From ``find_browser``.
+
+    Raises:
+        BimvoxError: If the browser fails.
+    """
+    with tempfile.TemporaryDirectory(prefix="bimvox-print-") as name:
+        source, printed = Path(name) / "report.html", Path(name) / "report.pdf"
+        source.write_bytes(page)
+        options = ("--no-pdf-header-footer", f"--print-to-pdf={printed}")
+        return same_each_time(draw_with(browser, source, printed, *options, instead=_INSTEAD))
+
+
+def same_each_time(pdf: bytes) -> bytes:
+    """Return a PDF with fixed dates and deterministic element ids.
+
+    The length stays the same, so that the cross-reference table remains valid; the ids keep their order, which PDF
+    readers rely on to look them up.
+    """
+    pdf = _DATE.sub(lambda found: found[0].replace(_digits(found[0]), _NO_DATE), pdf)
+    number = {old: b"(node%08d)" % n for n, old in enumerate(sorted(set(_NODE.findall(pdf))), 1)}
+    return _NODE.sub(lambda found: number[found[0]], pdf)
+
+
+def _digits(date: bytes) -> bytes:
+    start = date.index(b"D:") + 2
+    return date[start : start + 14]

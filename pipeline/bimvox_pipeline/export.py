@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
@@ -9,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import FileError, InputError
 from bimvox.exporters.formats import Format, Source, format_for, formats_of
-from bimvox.files import require_input
-from bimvox_pipeline.export.grid import export_grid
-from bimvox_pipeline.export.schedule import parsed_begin
+from bimvox.files import check_output, default_output, require_input
+from bimvox.progress import Progress
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
 from bimvox_pipeline.sensible_log import require_sense
 
@@ -59,10 +59,10 @@ def export(
     if wanted.source is Source.GRID:
         if lifts or recover or model or start:
             raise InputError(f"{source}: --lift, --recover, --model and --start are for logs, this is a grid")
-        return export_grid(source, wanted, out, progress)
+        return _export_grid(source, wanted, out, progress)
     target = out or Path(source.stem + wanted.suffix)
     check_targets(target, wanted, [source, *([model] if model else [])])
-    begins = parsed_begin(start)
+    begins = _parsed_begin(start)
     if wanted.name == "ifc" and model is None:
         raise InputError("--to ifc adds the schedule to the building's own file", hint="name that file with --model")
     if wanted.name == "page":
@@ -99,7 +99,7 @@ def _export_page(source: Path, target: Path, partly: bool, progress: Progress) -
     """Write the data of the page that ``bimvox render`` makes of a log: proven again, with the revisions next to it."""
     from bimvox.library.export import require_whole_log, write_page_data
     from bimvox.records.lift import NOT_LIFTED
-    from bimvox_pipeline.render.page import source_of_log
+    from bimvox_pipeline.render.revisions import source_of_log
 
     require_whole_log(target, partly)
     shown = source_of_log(source, proven=True, progress=progress)
@@ -152,3 +152,56 @@ def _read(source: Path, recover: bool) -> tuple[PlanLog, tuple[str, ...]]:
         return read_log(source), ()
     log, recovered = recover_log(source)
     return log, recovered.lost
+
+
+# ``bimvox export`` of a grid.
+
+
+def _export_grid(source: Path, wanted: Format, out: Path | None, progress: Progress) -> dict[str, Any]:
+    """Write a grid in another format, and return the document of ``bimvox export --json``.
+
+    ``out`` defaults to the grid's name with another suffix, in the current folder.
+
+    Raises:
+        InputError: If the grid or the output cannot be used; nothing is written then.
+    """
+    from bimvox.grid.storage import read_grid
+    from bimvox.library.export import write_grid
+
+    target = out or default_output(source, wanted.suffix)
+    check_output(target, inputs=[source])
+    progress.stage("read")
+    with source.open("rb") as stream:
+        grid = read_grid(stream, source.name)
+    document: dict[str, Any] = {
+        "out": str(target),
+        "format": wanted.name,
+        "messages": 0,
+        "lifts": 0,
+        "cells": math.prod(grid.shape),
+        "parts": len(grid.parts),
+    }
+    if (triangles := write_grid(grid, wanted, target, inputs=[source], progress=progress)) is not None:
+        document["triangles"] = triangles
+    progress.finish()
+    return {**document, "seconds": progress.seconds}
+
+
+# When the schedule of an export begins.
+
+
+def _parsed_begin(text: str | None) -> datetime | None:
+    """Return the start of the schedule; None if none is given.
+
+    Raises:
+        InputError: If the text is not a local date and time.
+    """
+    if text is None:
+        return None
+    try:
+        begins = datetime.fromisoformat(text)
+    except ValueError as error:
+        raise InputError(f"--start {text}: not a date and time", hint="for example --start 2026-12-01T07:00") from error
+    if begins.tzinfo is not None:
+        raise InputError(f"--start {text}: give local time without a zone", hint="for example 2026-12-01T07:00")
+    return begins.replace(microsecond=0)

@@ -1,0 +1,271 @@
+"""Policies as single files: ours, to share; ONNX, for controllers; stable-baselines3's, for researchers."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bimvox.errors import InputError, MissingPackageError, PolicyError
+from bimvox.files import check_output, read_input, write_atomically
+
+if TYPE_CHECKING:
+    from bimvox.planning.rollout import TowardsTarget, Values
+    from bimvox.policy.manifest import PolicyManifest
+    from bimvox.policy.store import StoredPolicy
+    from bimvox.progress import Progress
+
+
+FORMATS = {"bimvox": ".policy.zip", "onnx": ".onnx", "sb3": ".sb3.zip"}
+"""The formats, with the default suffix of their files."""
+
+_SB3_MEMBER = "policy.pth"
+
+
+def export_policy(policy_id: str, *, to: str | None = None, out: Path | None = None) -> dict[str, Any]:
+    """Write a policy of the store to a file.
+
+    Args:
+        policy_id: Its id, or the beginning of it.
+        to: A key of ``FORMATS``; default: by the suffix of ``out``, otherwise ``bimvox``.
+        out: The file; default: the id, in the current folder.
+
+    Returns:
+        The document of ``bimvox policy export --json``.
+
+    Raises:
+        PolicyError: If there is no such policy, it is damaged, or a package for the format is missing.
+        InputError: If the format is unknown or the file cannot be written.
+    """
+    from bimvox.policy import store
+
+    form = to or _form_by_name(out)
+    if form not in FORMATS:
+        raise InputError(f"--to {form}: there is no such format of a policy", hint=f"one of {', '.join(FORMATS)}")
+    found = store.load(policy_id)
+    target = out or Path(f"{found.manifest.id}{FORMATS[form]}")
+    check_output(target)
+    write_atomically(target, _bytes(found, form))
+    return {"id": found.manifest.id, "out": str(target), "format": form}
+
+
+def import_policy(source: Path, *, trust: bool = False) -> dict[str, Any]:
+    """Put a policy from a file into the store.
+
+    Args:
+        source: A file of :func:`export_policy`, or with ``trust`` a zip of stable-baselines3's DQN.
+        trust: Accept a file without a manifest; only its tensors are read, and no code in it runs.
+
+    Returns:
+        The document of ``bimvox policy import --json``.
+
+    Raises:
+        PolicyError: If it is not a policy, is damaged, or does not fit this version.
+    """
+    from bimvox.policy import store
+    from bimvox.policy.bundle import unpack
+
+    content = read_input(source, most_bytes=2 * store.LARGEST_FILE_BYTES)
+    try:
+        if _is_sb3(content):
+            identity = _from_sb3(content, trust)
+        else:
+            files = unpack(content, (store.MANIFEST_FILE, store.WEIGHTS_FILE), store.LARGEST_FILE_BYTES)
+            identity = store.add(files)
+    except PolicyError as error:
+        raise PolicyError(f"{source}: {error.message}", differs=error.differs, hint=error.hint) from error
+    return {"id": identity, "store": str(store.store_folder()), "imported": str(source)}
+
+
+def _form_by_name(out: Path | None) -> str:
+    if out is None:
+        return "bimvox"
+    fitting = [form for form, end in FORMATS.items() if out.name.lower().endswith(end)]
+    return fitting[0] if fitting else "bimvox"
+
+
+def _bytes(found: StoredPolicy, form: str) -> bytes:
+    from bimvox.policy import store
+    from bimvox.policy.bundle import pack
+
+    if form == "bimvox":
+        return pack(store.files_of(found.manifest.id))
+    if form == "onnx":
+        from bimvox.policy.onnx_file import onnx_bytes
+
+        about = found.manifest
+        return onnx_bytes(
+            found.network,
+            {"policy": about.id, "observation": about.observation, "geometry_key": about.geometry_key},
+        )
+    from bimvox.policy.sb3_file import write_sb3_zip
+
+    with tempfile.TemporaryDirectory(prefix="bimvox-policy-") as folder:
+        written = Path(folder) / "policy.zip"
+        write_sb3_zip(found.network, written)
+        return written.read_bytes()
+
+
+def _is_sb3(content: bytes) -> bool:
+    import io
+    import zipfile
+
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            return _SB3_MEMBER in archive.namelist()
+    except (zipfile.BadZipFile, OSError):
+        return False
+
+
+def _from_sb3(content: bytes, trust: bool) -> str:
+    if not trust:
+        raise PolicyError(
+            "this file is from stable-baselines3 and has no manifest to check it against",
+            hint="add --trust if you know who made it; only its weights are read, no code in it runs",
+        )
+    from bimvox.policy import store
+    from bimvox.policy.config import DqnConfig
+    from bimvox.policy.sb3_file import read_sb3_zip
+    from bimvox.policy.trained import TrainedPolicy
+
+    network = read_sb3_zip(content)
+    config = DqnConfig(hidden=network.layer_sizes[1:-1])
+    policy = TrainedPolicy(network, (), 0, 0.0, 0.0, 0, config, seed=0)
+    return store.save(policy, f"imported:{hashlib.sha256(content).hexdigest()}")
+
+
+# The policy store, as ``bimvox policy`` shows it.
+
+
+def list_policies() -> dict[str, Any]:
+    """Return the store's folder, the policies in it, and the damaged ones with the reason."""
+    from bimvox.policy import store
+
+    found = store.scan()
+    return {
+        "store": str(store.store_folder()),
+        "policies": [_summary(manifest) for manifest in found.manifests],
+        "damaged": [{"id": name, "reason": reason} for name, reason in found.damaged],
+    }
+
+
+def show(policy_id: str) -> dict[str, Any]:
+    """Return the manifest of a policy, after checking its weights.
+
+    Raises:
+        PolicyError: If there is no such policy, or it is damaged.
+    """
+    from bimvox.policy import store
+
+    return {"kind": "policy", **store.load(policy_id).manifest.to_dict()}
+
+
+def remove(policy_id: str) -> dict[str, Any]:
+    """Remove a policy from the store.
+
+    Raises:
+        PolicyError: If there is no such policy, or it cannot be removed.
+    """
+    from bimvox.policy import store
+
+    return {"store": str(store.store_folder()), "removed": store.remove(policy_id)}
+
+
+def _summary(manifest: PolicyManifest) -> dict[str, Any]:
+    return {
+        "id": manifest.id,
+        "steps": manifest.steps,
+        "success_rate": manifest.success_rate if manifest.tested else None,
+        "length_ratio": manifest.length_ratio if manifest.tested else None,
+        "tested": manifest.tested,
+        "seed": manifest.seed,
+        "parent": manifest.parent,
+        "geometry_key": manifest.geometry_key,
+    }
+
+
+# The score of a policy from anywhere: the shipped one, a stored one, an ONNX file, a Python function.
+
+
+def score_policy(policy: str, *, sets: Sequence[str] = (), share: float = 1.0, progress: Progress) -> dict[str, Any]:
+    """Score a policy on the frozen held-out suite.
+
+    Args:
+        policy: ``default`` (the shipped network), ``greedy``, an id of the store, ``FILE.onnx``, or
+            ``module:function``, whose code runs.
+        sets: Names of sets; default: all.
+        share: Of each set, above 0, at most 1.
+        progress: Counts the problems.
+
+    Returns:
+        The document of ``bimvox policy score --json``.
+
+    Raises:
+        PolicyError: The policy cannot be loaded or fails, or a problem is not the frozen one.
+        InputError: There is no such set, or the share is outside 0 to 1.
+    """
+    from bimvox.policy.score import chosen_sets, score
+
+    if not 0.0 < share <= 1.0:
+        raise InputError(f"--share {share:g}: a share is above 0 and at most 1")
+    chosen = chosen_sets(sets)
+    identity, values = _loaded(policy)
+    return score(identity, values, chosen, share, progress).model_dump(mode="json")
+
+
+def _loaded(policy: str) -> tuple[str, Values | TowardsTarget]:
+    """Return what names a policy in a result, and the policy."""
+    if policy.lower().endswith(".onnx"):
+        return _from_onnx(Path(policy))
+    if ":" in policy:
+        return policy, _from_module(policy)
+    from bimvox.planning.rollout import GREEDY
+    from bimvox.policy.choice import DEFAULT_START, GREEDY_POLICY
+
+    if policy == GREEDY_POLICY.id:
+        return policy, GREEDY
+    if policy == DEFAULT_START:
+        from bimvox.policy.generalist.weights import generalist_record, load_generalist
+
+        return str(generalist_record()["id"]), load_generalist()
+    from bimvox.policy import store
+
+    found = store.load(policy)
+    return found.manifest.id, found.network
+
+
+def _from_onnx(file: Path) -> tuple[str, Values]:
+    content = read_input(file)
+    try:
+        runtime = importlib.import_module("onnxruntime")
+    except ImportError as error:
+        raise MissingPackageError("onnxruntime", "scoring an ONNX file") from error
+    try:
+        session = runtime.InferenceSession(content, providers=["CPUExecutionProvider"])
+        (name,) = [one.name for one in session.get_inputs()]
+    except Exception as error:  # onnxruntime raises kinds of its own
+        raise PolicyError(f"{file}: not an ONNX model with one input") from error
+    return hashlib.sha256(content).hexdigest()[:16], lambda observations: session.run(None, {name: observations})[0]
+
+
+def _from_module(policy: str) -> Values:
+    """Return a function of a module on the path or in the current folder."""
+    module, _, name = policy.partition(":")
+    sys.path.insert(0, "")
+    try:
+        found = getattr(importlib.import_module(module), name, None)
+    except Exception as error:  # of anyone's code
+        raise PolicyError(
+            f"{policy}: the module cannot be imported: {type(error).__name__}: {error}",
+            hint="module:function, the module on Python's path or in the current folder",
+        ) from error
+    finally:
+        sys.path.remove("")
+    if not callable(found):
+        raise PolicyError(f"{policy}: the module has no function {name!r}")
+    values: Values = found
+    return values
