@@ -173,8 +173,7 @@ def main() -> None:
     parser.add_argument("--log", type=Path, help="measure this log instead")
     arguments = parser.parse_args()
     wall, cpu = time.perf_counter(), time.process_time()
-    from bimvox.rendering.draw.picture import PictureOptions
-    from bimvox.rendering.draw.png import png_of
+    from bimvox.rendering.draw.picture import PictureOptions, png_of
     from bimvox.rendering.film.film import FilmOptions, frame_times_ns, write_film
     from bimvox.rendering.film.scene import Film
     from bimvox.rendering.scene.plan import scene_of_plan

@@ -27,8 +27,7 @@ from bimvox.crane.kinematics import joint_names, joints_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
-from bimvox.log.mcap.merge import Block
-from bimvox.log.mcap.packed import Packed, joined
+from bimvox.log.mcap.packed import Block, Packed, joined
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.schema import of_crane

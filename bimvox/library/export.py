@@ -21,8 +21,7 @@ from bimvox.library.completed_site_file import building_of, completed
 from bimvox.library.plan_value import Plan
 from bimvox.library.render import revision_of_plan
 from bimvox.log.dates import log_dates
-from bimvox.log.lift_choice import chosen_lifts
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, chosen_lifts
 from bimvox.log.reader import read_log
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.rendering.page.document import page_json

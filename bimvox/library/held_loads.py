@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bimvox.errors import BimvoxError
 from bimvox.library.compare import same, same_fields
-from bimvox.log.archive import is_same_archive
+from bimvox.log.bundle import is_same_archive
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_files, held_in
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.lift import Lift

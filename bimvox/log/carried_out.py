@@ -18,8 +18,7 @@ from bimvox.crane.kinematics import axes_of_joints, joint_names, joints_of
 from bimvox.errors import LogFileError
 from bimvox.log import schema as topics
 from bimvox.log.codec import ArrayReader, ArrayWriter, decode, encode
-from bimvox.log.mcap.form import Form
-from bimvox.log.mcap.messages import pose, stamp
+from bimvox.log.mcap.form import Form, pose, stamp
 from bimvox.log.mcap.packed import Rows
 from bimvox.log.mcap.reader import Contents
 from bimvox.records.carried_out import CarriedOut, Other, Tally

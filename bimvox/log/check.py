@@ -17,10 +17,9 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import enumerated
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
-from bimvox.log.mcap.messages import nanoseconds
+from bimvox.log.mcap.form import nanoseconds
 from bimvox.log.mcap.reader import Contents
-from bimvox.log.plan_log import PlanLog
-from bimvox.log.rate import LogRate
+from bimvox.log.plan_log import LogRate, PlanLog
 from bimvox.proof.space import reference_cells
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.log.mcap.form import Form
-from bimvox.log.mcap.messages import stamp
+from bimvox.log.mcap.form import Form, stamp
 from bimvox.log.mcap.packed import Rows
-from bimvox.log.rate import shown_values
+from bimvox.log.plan_log import shown_values
 from bimvox.motion.commands import PHASES, Commands
 from bimvox.records.motion import PhaseName
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import leaf_kernel
 from bimvox.crane.kinematics import hook_of, joints_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.log.rate import LogRate
+from bimvox.log.plan_log import LogRate
 from bimvox.log.track import crane_track
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion

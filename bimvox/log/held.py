@@ -10,8 +10,7 @@ from collections.abc import Mapping
 from typing import TypeVar
 
 from bimvox.errors import LogFileError
-from bimvox.log.archive import pack, unpack
-from bimvox.log.bundle import from_npy, to_npy
+from bimvox.log.bundle import from_npy, pack, to_npy, unpack
 from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, decode, encode
 from bimvox.revision.held_cranes import HeldCranes
 from bimvox.stop.redirect import Held

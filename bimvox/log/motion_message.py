@@ -15,7 +15,7 @@ from google.protobuf.descriptor_pb2 import FileDescriptorProto
 from numpy.typing import NDArray
 
 from bimvox.log.crane_command import TIMESTAMP, Field, class_of, descriptor_of, text_of
-from bimvox.log.mcap.messages import stamp
+from bimvox.log.mcap.form import stamp
 from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site
 

@@ -23,12 +23,10 @@ from bimvox.kept import kept
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import command_rows
 from bimvox.log.driven import Driven, driven
-from bimvox.log.mcap.form import Form
-from bimvox.log.mcap.messages import pose, stamp
+from bimvox.log.mcap.form import Form, pose, stamp
 from bimvox.log.mcap.packed import Rows, Timed, rows_of
 from bimvox.log.motion_message import MOTIONS, motion_message
-from bimvox.log.plan_log import PlanLog
-from bimvox.log.rate import LogRate, shown_values
+from bimvox.log.plan_log import LogRate, PlanLog, shown_values
 from bimvox.log.track import crane_track, lift_times, nominal_track
 from bimvox.log.transforms import CraneTransforms, load_transforms
 from bimvox.motion.commands import commands, commands_at

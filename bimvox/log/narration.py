@@ -10,7 +10,7 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from bimvox.errors import listed
 from bimvox.log import schema as topics
-from bimvox.log.mcap.messages import pairs, stamp
+from bimvox.log.mcap.form import pairs, stamp
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.records.lift import NOT_LIFTED, Status
 from bimvox.records.not_lifted import not_lifted_groups

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +15,13 @@ from bimvox.errors import LogFileError
 from bimvox.log import schema as topics
 from bimvox.log.bundle import site_from_bytes
 from bimvox.log.carried_out import carried_out_of
-from bimvox.log.mcap.messages import nanoseconds
-from bimvox.log.mcap.reader import Contents, LogMessage, read_contents, read_file
+from bimvox.log.mcap.form import nanoseconds
+from bimvox.log.mcap.reader import Contents, LogMessage, read_contents, read_file, salvage_contents
 from bimvox.log.motion_json import motions_from_json
 from bimvox.log.motion_message import Samples, SamplesByLift, add_samples
 from bimvox.log.narration import CRANE_FIELD, LIFT_EVENT, PHASE_EVENT
 from bimvox.log.plan_json import plan_from_json
-from bimvox.log.plan_log import LogEvent, PlanLog
-from bimvox.log.rate import LogRate
+from bimvox.log.plan_log import LogEvent, LogRate, PlanLog
 from bimvox.log.segments import FIRST_PLAN
 from bimvox.records.lift import Status
 from bimvox.records.motion import LiftMotion
@@ -182,3 +182,52 @@ def _samples(messages: list[LogMessage], site: Site, path: Path) -> SamplesByLif
         if message.topic == topics.MOTIONS:
             add_samples(found, message.data)
     return found
+
+
+# Recovers the complete lifts of a damaged log.
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Recovered:
+    """What was recovered of a damaged log.
+
+    Attributes:
+        messages: Number of messages recovered.
+        lost: What was lost, one sentence each; empty for a sound log.
+    """
+
+    messages: int
+    lost: tuple[str, ...]
+
+
+def recover_log(path: Path | str) -> tuple[PlanLog, _Recovered]:
+    """Return the complete lifts of a damaged log, and what was lost.
+
+    Raises:
+        LogFileError: If the site or the plan did not survive, or no lift did.
+    """
+    path = Path(path)
+    contents = _salvage(path)
+    for name in (topics.SITE_FILE, topics.PLAN_FILE):
+        if name not in contents.attachments:
+            raise LogFileError(
+                path,
+                f"the attachment {name} did not survive, and nothing can replace it ({'; '.join(contents.lost)})",
+                hint="plan again: bimvox plan SITE -o LOG.mcap",
+            )
+    log = log_of(contents, path)
+    if not log.planned:
+        raise LogFileError(path, "no complete lift survived")
+    log = dataclasses.replace(log, recovered=bool(contents.lost))
+    return log, _Recovered(len(contents.messages), tuple(contents.lost))
+
+
+def _salvage(path: Path) -> Contents:
+    contents = salvage_contents(read_file(path), path)
+    own = contents.metadata.get(topics.METADATA)
+    if own is None:
+        raise LogFileError(path, "the rest cannot be recognized as a bimvox log (its metadata is lost)")
+    contents.metadata[topics.METADATA] = own | {topics.RECOVERED: "true"}
+    known = {topic.name for topic in topics.topics_of(topics.MOST_CRANES)}
+    contents.messages = [message for message in contents.messages if message.topic in known]
+    return contents

@@ -23,7 +23,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.kept import kept
 from bimvox.log import schema as topics
-from bimvox.log.mcap.messages import colour, pairs, pose, stamp, vector
+from bimvox.log.mcap.form import colour, pairs, pose, stamp, vector
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LiftTimes

@@ -20,7 +20,7 @@ from bimvox.log.crane_command import CraneCommandMessage, command_text, head_tex
 from bimvox.log.driven import APART_S, OFF_M
 from bimvox.log.motion_message import MOTIONS as MOTIONS
 from bimvox.log.motion_message import LiftMotionMessage, motion_text
-from bimvox.log.rate import LogRate
+from bimvox.log.plan_log import LogRate
 from bimvox.version import __version__
 
 SCHEMA_VERSION = 2

@@ -13,9 +13,9 @@ import numpy as np
 from google.protobuf.message import DecodeError as ProtobufError
 
 from bimvox.log import schema as topics
-from bimvox.log.archive import is_as_packed, unpack
+from bimvox.log.bundle import is_as_packed, unpack
 from bimvox.log.check import SHA256
-from bimvox.log.mcap.merge import Block
+from bimvox.log.mcap.packed import Block
 from bimvox.log.mcap.reader import Contents, LogMessage
 from bimvox.log.plan_log import GEOREFERENCE, PENDING, PlanLog
 from bimvox.log.recorder import blocks_of, metadata_of, own_attachments

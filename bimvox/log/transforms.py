@@ -18,10 +18,9 @@ from bimvox.crane.kinematics import joints_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.labels import Label
 from bimvox.log.driven import Driven
-from bimvox.log.mcap.form import Form
-from bimvox.log.mcap.messages import pose, stamp, vector
+from bimvox.log.mcap.form import Form, pose, stamp, vector
 from bimvox.log.mcap.packed import Rows
-from bimvox.log.rate import shown_values
+from bimvox.log.plan_log import shown_values
 from bimvox.log.scene import component_frame
 from bimvox.log.schema import TF, of_crane
 from bimvox.records.track import LoadTrack

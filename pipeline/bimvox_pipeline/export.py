@@ -50,7 +50,7 @@ def export(
         The document of ``bimvox export --json``.
     """
     from bimvox.library.export import check_targets, tables_of, write_lifts
-    from bimvox.log.lift_choice import chosen_lifts
+    from bimvox.log.plan_log import chosen_lifts
     from bimvox.records.lift import NOT_LIFTED
 
     require_input(source)
@@ -145,8 +145,7 @@ def _dating(log: PlanLog, wanted: Format, begins: datetime | None) -> Iterator[s
 
 
 def _read(source: Path, recover: bool) -> tuple[PlanLog, tuple[str, ...]]:
-    from bimvox.log.mcap.recovery import recover_log
-    from bimvox.log.reader import read_log
+    from bimvox.log.reader import read_log, recover_log
 
     if not recover:
         return read_log(source), ()

@@ -120,8 +120,7 @@ def _page(revision: Revision, record: dict[str, Any], pictures: int, progress: P
 
 
 def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress: Progress) -> Figures:
-    from bimvox.rendering.draw.picture import PictureOptions
-    from bimvox.rendering.draw.png import small_png_of
+    from bimvox.rendering.draw.picture import PictureOptions, small_png_of
     from bimvox.rendering.plots.plan_figures import draw_path_ratios, draw_utilisation
     from bimvox.rendering.report.page import Figure, Figures
     from bimvox.rendering.scene.plan import scene_of_plan
@@ -152,11 +151,10 @@ def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress
 
 def _blocked(revision: Revision, orders: list[int], most: int, progress: Progress) -> tuple[Figure, ...]:
     """Return pictures of the blockers of these lifts, one for all lifts with the same blockers."""
-    from bimvox.rendering.draw.picture import PictureOptions
-    from bimvox.rendering.draw.png import small_png_of
+    from bimvox.rendering.draw.picture import PictureOptions, small_png_of
     from bimvox.rendering.report.page import Figure
-    from bimvox.rendering.report.words import named
     from bimvox.rendering.scene.blocked import scene_of_blocked
+    from bimvox.rendering.words import named
 
     site = revision.plan.site
     groups: dict[tuple[str, ...], list[Lift]] = {}

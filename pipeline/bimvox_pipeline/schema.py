@@ -41,7 +41,7 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
 
         return obstructions_json_schema()
     if name == "sweep":
-        from bimvox_pipeline.fleet.sweep_file import sweep_json_schema
+        from bimvox_pipeline.fleet.runs import sweep_json_schema
 
         return sweep_json_schema()
     if name == "grid":

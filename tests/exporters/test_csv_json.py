@@ -23,8 +23,7 @@ from bimvox.exporters.formats import FORMATS, Source, format_for
 from bimvox.exporters.lift_schedule import DEFAULT_BEGIN
 from bimvox.exporters.log import log_bytes as exported
 from bimvox.exporters.log import messages_in
-from bimvox.log.lift_choice import chosen_lifts
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, chosen_lifts
 from bimvox.log.reader import read_log
 
 

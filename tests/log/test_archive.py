@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from bimvox.log.archive import is_as_packed, pack, unpack
+from bimvox.log.bundle import is_as_packed, pack, unpack
 
 MEMBERS = {"site.json": b'{"a": 1}' * 50, "uint8.npy": bytes(range(256)) * 40}
 

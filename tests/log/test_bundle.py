@@ -12,10 +12,9 @@ from log_building import same, tiny_site
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.errors import LogFileError
-from bimvox.log.archive import pack, unpack
-from bimvox.log.bundle import SiteWriter, site_from_bytes, site_to_bytes
+from bimvox.log.bundle import SiteWriter, pack, site_from_bytes, site_to_bytes, unpack
 from bimvox.log.codec import ArrayWriter, encode
-from bimvox.log.mcap.messages import Encoded, json_text
+from bimvox.log.mcap.form import Encoded, json_text
 from bimvox.site.site import Blocker
 
 

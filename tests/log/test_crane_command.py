@@ -18,7 +18,7 @@ from bimvox.log.crane_command import (
     command_rows,
     file_descriptor,
 )
-from bimvox.log.mcap.messages import stamp
+from bimvox.log.mcap.form import stamp
 from bimvox.log.motion_message import motion_descriptor
 from bimvox.log.schema import proto_file
 from bimvox.motion.commands import PHASES, Commands

@@ -9,7 +9,7 @@ import numpy as np
 from planned_frame import planned
 
 from bimvox.log.driven import driven
-from bimvox.log.rate import LogRate
+from bimvox.log.plan_log import LogRate
 from bimvox.log.reader import read_log
 
 _LATER_NS = 50_000_001

@@ -6,8 +6,7 @@ import pytest
 from log_building import tiny_log
 
 from bimvox.errors import SelectionError
-from bimvox.log.lift_choice import chosen_lift, chosen_lifts
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, chosen_lift, chosen_lifts
 
 
 def renamed(log: PlanLog, *names: str) -> PlanLog:

@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 from bimvox_pipeline.cranes import cranes
-from bimvox_pipeline.fleet.runs import digest_of
-from bimvox_pipeline.fleet.sweep_file import Wish
+from bimvox_pipeline.fleet.runs import Wish, digest_of
 from bimvox_pipeline.inspect.building import describe_site
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.report import report

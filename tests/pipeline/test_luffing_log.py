@@ -23,8 +23,8 @@ from bimvox.library.obstructions import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
-from bimvox.rendering.page.blob import Blob
 from bimvox.rendering.page.crane import LUFFING, crane_record
+from bimvox.rendering.page.geometry import Blob
 from bimvox.rendering.scene.cranes import crane_parts, parked_pose
 from bimvox.site.build import ground_and_masts, labels_of, with_digests
 

@@ -17,7 +17,7 @@ from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import FileError, InputError, NoPlanError, PolicyError, VerificationError
 from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.site import load_site
-from bimvox.log.rate import LogRate
+from bimvox.log.plan_log import LogRate
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
 from bimvox.progress import SilentProgress

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bimvox.rendering.page import assets
+from bimvox.rendering.page import page as assets
 
 NODE = shutil.which("node")
 needs_node = pytest.mark.skipif(NODE is None, reason="Node.js is not here")

@@ -45,7 +45,7 @@ from bimvox.library.carry_out import carry_out
 from bimvox.library.plan import digests_of
 from bimvox.live.named_traffic import traffic_named
 from bimvox.log import schema as topics
-from bimvox.log.archive import pack, unpack
+from bimvox.log.bundle import pack, unpack
 from bimvox.log.held import held_files
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.segments import FIRST_PLAN, NOW_NS, first_plan_of

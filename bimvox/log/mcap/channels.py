@@ -9,7 +9,7 @@ from typing import Any, BinaryIO, Self
 import numpy as np
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
-from bimvox.log.mcap.merge import Block
+from bimvox.log.mcap.packed import Block
 from bimvox.log.mcap.writer import McapFile
 from bimvox.log.schema import MEDIA_TYPES, OTHER_MEDIA_TYPE, SCHEMA_VERSION, channel_numbers, topics_of
 

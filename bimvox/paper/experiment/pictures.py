@@ -27,7 +27,7 @@ def pictures_of(results: ExperimentResults, document: dict[str, Any]) -> dict[st
         scenes = _policies([run for run in results.scenarios if run.mode == mode])
         if scenes:
             from bimvox.paper.rendering.path import draw_sheet
-            from bimvox.rendering.draw.png import png_from_pixels
+            from bimvox.rendering.draw.picture import png_from_pixels
 
             pictures[f"policies-{mode}.png"] = png_from_pixels(draw_sheet(scenes))
     return pictures

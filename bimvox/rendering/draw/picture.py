@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from bimvox.compiled import kernel
 from bimvox.errors import InputError
@@ -15,8 +17,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.rendering.colours import PAPER
 from bimvox.rendering.draw.annotate import annotate, draw_strokes, frame_for
 from bimvox.rendering.draw.camera import PICTURE_PX, Camera, View, fitted_camera
-from bimvox.rendering.draw.light import Light, light_for, light_on
-from bimvox.rendering.draw.raycast import Buffers, Rays, cast, cropped
+from bimvox.rendering.draw.raycast import Buffers, Light, Rays, cast, cropped, light_for, light_on
 from bimvox.rendering.scene.scene import Block, Scene
 
 _SMALLEST_PX, _LARGEST_PX = 16, 4096
@@ -310,3 +311,38 @@ def _draw_block(rays: Rays, facing: NDArray[np.float64], number: int, window: _W
             out.plane[row, column] = 2 * axis + side
             out.depth_m[row, column] = enter
             out.light[row, column] = facing[axis, side]
+
+
+# PNG files that hold nothing but pixels, so that their bytes are deterministic.
+
+_FEW_COLOURS = 192
+
+
+def png_of(scene: Scene, options: PictureOptions) -> bytes:
+    """Return the picture of a scene as a PNG file; deterministic.
+
+    Raises:
+        InputError: If the scene is empty.
+    """
+    return png_from_pixels(picture_of(scene, options))
+
+
+def small_png_of(scene: Scene, options: PictureOptions) -> bytes:
+    """Return the picture of a scene as a PNG file with few colours, about a third of the size; deterministic.
+
+    Raises:
+        InputError: If the scene is empty.
+    """
+    image = Image.fromarray(picture_of(scene, options))
+    # Without dithering, so that flat colours stay flat.
+    small = image.quantize(_FEW_COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    buffer = io.BytesIO()
+    small.save(buffer, format="PNG", compress_level=9)
+    return buffer.getvalue()
+
+
+def png_from_pixels(pixels: NDArray[np.uint8]) -> bytes:
+    """Return (height, width, 3) uint8 pixels as a PNG file without time or text chunks."""
+    buffer = io.BytesIO()
+    Image.fromarray(pixels).save(buffer, format="PNG", compress_level=6)
+    return buffer.getvalue()

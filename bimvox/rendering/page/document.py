@@ -20,9 +20,8 @@ from bimvox.records.lift import Lift, Status, by_change
 from bimvox.records.steps import Steps
 from bimvox.records.unloading import unloading_lifts
 from bimvox.rendering.colours import CLASSES, NO_GROUP, REMARKS, SHARES
-from bimvox.rendering.page.blob import COLOUR, NUMBERS, Blob, rounded
 from bimvox.rendering.page.crane import CRANE, crane_record
-from bimvox.rendering.page.geometry import Shapes, shapes_of
+from bimvox.rendering.page.geometry import COLOUR, NUMBERS, Blob, Shapes, rounded, shapes_of
 from bimvox.rendering.page.lifts import (
     DELIVERY,
     LIFT,

@@ -16,7 +16,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.other_means import needed_by_ns
 from bimvox.records.proof import Verification
 from bimvox.records.steps import Step
-from bimvox.rendering.page.blob import rounded
+from bimvox.rendering.page.geometry import rounded
 from bimvox.rendering.page.source import Revision
 from bimvox.site.component import Component
 from bimvox.site.config.validation import Point3

@@ -16,7 +16,7 @@ from bimvox.records.guide import Guide
 from bimvox.records.heading import headings_off_rad
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.track import LoadTrack
-from bimvox.rendering.page.blob import NUMBERS, Blob, rounded
+from bimvox.rendering.page.geometry import NUMBERS, Blob, rounded
 from bimvox.site.component import StoredPose
 from bimvox.site.config.validation import Point2, Point3
 from bimvox.site.site import Site

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from bimvox.rendering.plots.look import Axis, Bar, Format, Mark, Series, draw_bars, draw_histogram
-from bimvox.rendering.report.words import METHODS
-from bimvox.rendering.words import counted
+from bimvox.rendering.words import METHODS, counted
 
 _LONG = 2.0
 _METHODS = ("greedy", "policy", "retrained", "search")

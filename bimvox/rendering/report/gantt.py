@@ -12,8 +12,7 @@ from typing import Any
 
 from bimvox.rendering.report.html import element, picture, text, ticks
 from bimvox.rendering.report.record import CARRYING
-from bimvox.rendering.report.words import named
-from bimvox.rendering.words import escape
+from bimvox.rendering.words import escape, named
 from bimvox.units import clock
 
 LIFTS_A_CHART = 45

@@ -13,17 +13,16 @@ from typing import Any
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.records.remark import Severity
-from bimvox.rendering.page.assets import source_hash
+from bimvox.rendering.page.page import source_hash
 from bimvox.rendering.report import sections
 from bimvox.rendering.report.drawings import drawings, yard_drawings
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag
-from bimvox.rendering.report.labels import shortened
 from bimvox.rendering.report.machine import machine
 from bimvox.rendering.report.rigging import rigging
+from bimvox.rendering.report.sheet import shortened
 from bimvox.rendering.report.statement import statement, title_block
 from bimvox.rendering.report.support import support, survey
-from bimvox.rendering.report.words import fixed, in_ranges, named
-from bimvox.rendering.words import counted, escape
+from bimvox.rendering.words import counted, escape, fixed, in_ranges, named
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,10 +8,12 @@ from math import atan2, cos, pi, sin
 from typing import Any
 
 from bimvox.rendering.report.html import element
-from bimvox.rendering.report.labels import Label, Placed, around, shortened, width_px
 from bimvox.rendering.report.sheet import (
     MARGIN_PX,
+    Label,
+    Placed,
     Sheet,
+    around,
     circle,
     drawn,
     grid,
@@ -19,11 +21,12 @@ from bimvox.rendering.report.sheet import (
     north_arrow,
     scale_bar,
     sheet_for,
+    shortened,
     survey_lines,
     tip,
+    width_px,
 )
-from bimvox.rendering.report.words import fixed, length, tonnes
-from bimvox.rendering.words import counted
+from bimvox.rendering.words import counted, fixed, length, tonnes
 
 FIRST = 1
 """The delivery whose parts are drawn in the plans; each has its own drawing of the yard."""

@@ -23,10 +23,9 @@ from bimvox.remarks.carrying import least_height_m
 from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
 from bimvox.rendering.page.source import Revision
-from bimvox.rendering.report.out_of_service import out_of_service
 from bimvox.rendering.report.rigging import gear_list, rigs_of
 from bimvox.rendering.report.site_plan import drawing_of
-from bimvox.rendering.report.support import supports_of, survey_of
+from bimvox.rendering.report.support import out_of_service, supports_of, survey_of
 from bimvox.site.catalogue import machine_called
 from bimvox.site.component import StoredPose
 from bimvox.site.config.project import ProjectConfig

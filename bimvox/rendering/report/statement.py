@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
-from bimvox.rendering.report.out_of_service import in_words
-from bimvox.rendering.report.words import fixed, named, percent, span, tonnes
-from bimvox.rendering.words import counted, escape
+from bimvox.rendering.report.support import in_words
+from bimvox.rendering.words import counted, escape, fixed, named, percent, span, tonnes
 
 _WORK = {
     "footing": "Footings",

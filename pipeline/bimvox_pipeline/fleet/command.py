@@ -14,11 +14,9 @@ from bimvox.errors import BimvoxError, FileError
 from bimvox.files import default_output, reason_of, require_input, sha256_of, write_atomically
 from bimvox.processes import processors
 from bimvox.progress import Progress
-from bimvox.rendering.report.many_plans import many_plans_page
-from bimvox_pipeline.fleet.backends import Backend
-from bimvox_pipeline.fleet.runs import FAILED, RECORDS, Run, Wish, digest_of, log_file, record_file, runs_of
-from bimvox_pipeline.fleet.schedule import begun_file, carry_out_all
-from bimvox_pipeline.fleet.sweep_file import load_sweep
+from bimvox.rendering.report.many_sites import many_plans_page
+from bimvox_pipeline.fleet.runs import FAILED, RECORDS, Run, Wish, digest_of, load_sweep, log_file, record_file, runs_of
+from bimvox_pipeline.fleet.schedule import Backend, begun_file, carry_out_all
 
 _LOCK, _PART = ".fleet.lock", ".bimvox-*.part"
 

@@ -17,10 +17,9 @@ from bimvox.library.set_up_search.set_up import Effort
 from bimvox.processes import processors
 from bimvox.progress import Progress, SilentProgress
 from bimvox.rendering.report.many_sites import COLUMNS, many_sites_page
-from bimvox_pipeline.fleet.backends import Backend
 from bimvox_pipeline.fleet.command import locked
 from bimvox_pipeline.fleet.runs import FAILED, Run, Wish, digest_of, failed, record_file, runs_of, write_record
-from bimvox_pipeline.fleet.schedule import carry_out_all
+from bimvox_pipeline.fleet.schedule import Backend, carry_out_all
 from bimvox_pipeline.optimise.optimise import PAGE, optimise
 
 _OPTIMISED = "optimised"

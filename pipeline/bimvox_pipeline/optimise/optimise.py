@@ -37,9 +37,9 @@ from bimvox.site.costs import Rates
 from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.machine import cranes_of
 from bimvox.site.machine_names import machines_called
-from bimvox_pipeline.fleet.backends import Backend
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish, log_file, runs_of
+from bimvox_pipeline.fleet.schedule import Backend
 from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_site
 from bimvox_pipeline.studio.saving import as_text
 from bimvox_pipeline.studio.setup import CraneSetup, Setup

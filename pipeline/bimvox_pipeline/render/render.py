@@ -83,8 +83,7 @@ def render(
 def _render_picture(
     source: Path, kind: Kind, target: Path, size: tuple[int, int], wanted: SceneOptions, progress: Progress
 ) -> dict[str, Any]:
-    from bimvox.rendering.draw.picture import PictureOptions
-    from bimvox.rendering.draw.png import png_of
+    from bimvox.rendering.draw.picture import PictureOptions, png_of
     from bimvox.rendering.scene.scene import Layer, layers_named, without
 
     # Impossible options fail before the work.
@@ -142,7 +141,7 @@ def _render_film(
 
     Of ``wanted``, ``lift``, ``hide`` and the angles are used; ``size`` is in pixels.
     """
-    from bimvox.log.lift_choice import chosen_lift
+    from bimvox.log.plan_log import chosen_lift
     from bimvox.log.reader import read_log
     from bimvox.rendering.film.film import FilmOptions, default_seconds, frame_times_ns, write_film
     from bimvox.rendering.scene.scene import layers_named

@@ -146,7 +146,7 @@ def is_experiment(folder: Path) -> bool:
 
 
 def _log_scene(source: Path, options: SceneOptions, progress: Progress) -> tuple[Scene, View]:
-    from bimvox.log.lift_choice import chosen_lift
+    from bimvox.log.plan_log import chosen_lift
     from bimvox.log.reader import read_log
     from bimvox.rendering.scene.plan import Instant, scene_of_plan
     from bimvox.rendering.scene.site import view_of_site
@@ -196,7 +196,7 @@ def _focused(scene: Scene, site: Site, name: str | None) -> Scene:
 def _grid_scene(grid: VoxelGrid, title: str, name: str | None) -> Scene:
     import numpy as np
 
-    from bimvox.rendering.scene.grid import scene_of_grid
+    from bimvox.rendering.scene.site import scene_of_grid
 
     scene = scene_of_grid(grid, title=title)
     if name is None:

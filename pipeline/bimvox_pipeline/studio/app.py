@@ -29,7 +29,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from bimvox.errors import BimvoxError, InputError
 from bimvox.files import kept_to, reason_of, require_input, sha256_of
 from bimvox.progress import SilentProgress
-from bimvox.rendering.page.assets import POLICY, START, media_type, web_files
+from bimvox.rendering.page.page import POLICY, START, media_type, web_files
 from bimvox_pipeline.render.revisions import page_of_log
 from bimvox_pipeline.studio.jobs import Folder, Jobs
 from bimvox_pipeline.studio.obstacles import boxes_of, file_of, write_boxes

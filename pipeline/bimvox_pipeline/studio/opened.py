@@ -24,8 +24,7 @@ from bimvox.files import read_input
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.site import built_site
 from bimvox.progress import SilentProgress
-from bimvox.rendering.draw.picture import PictureOptions
-from bimvox.rendering.draw.png import png_of
+from bimvox.rendering.draw.picture import PictureOptions, png_of
 from bimvox.rendering.scene.site import scene_of_site, view_of_site
 from bimvox.site.catalogue import catalogue
 from bimvox.site.config.file import load_site_config, read_site_file

@@ -22,9 +22,8 @@ from bimvox.site.site import Site
 from bimvox.stop.redirect import HOLD_S
 from bimvox.workers import ALONE, Workers
 from bimvox_pipeline.plan import infeasible_lifts
-from bimvox_pipeline.watch.documents import event_fields, stop_events, transit
 from bimvox_pipeline.watch.log import segment_file
-from bimvox_pipeline.watch.plan import WatchedPlan, ms_since
+from bimvox_pipeline.watch.plan import WatchedPlan, event_fields, ms_since, stop_events, transit
 from bimvox_pipeline.watch.simulate import PlanClock
 
 _STAGES = ("read", "plan", "prove", "write")

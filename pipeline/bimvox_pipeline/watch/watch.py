@@ -39,12 +39,10 @@ from bimvox.site.site import Site
 from bimvox.undisturbed import interruptible
 from bimvox.workers import ALONE, Workers
 from bimvox_pipeline.plan import infeasible_lifts
-from bimvox_pipeline.watch.documents import left_to_search, notes_about, revision_events
-from bimvox_pipeline.watch.file_watch import FileState, changes, state_of
+from bimvox_pipeline.watch.file_watch import FileState, ObstructionReader, changes, state_of
 from bimvox_pipeline.watch.live import DrivenLog, LiveView, Sink, driven_until_ns, server_at
 from bimvox_pipeline.watch.log import Newest, WholeLog, keep_as_segment, read_newest, segment_file
-from bimvox_pipeline.watch.plan import WatchedPlan, WatchWish
-from bimvox_pipeline.watch.reader import ObstructionReader
+from bimvox_pipeline.watch.plan import WatchedPlan, WatchWish, left_to_search, notes_about, revision_events
 from bimvox_pipeline.watch.retrain import Retraining, warm_up, warm_workers
 from bimvox_pipeline.watch.revise import Change, Reviser
 from bimvox_pipeline.watch.simulate import Execution, PlanClock

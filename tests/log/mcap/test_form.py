@@ -16,8 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.log.crane_command import CraneCommandMessage
-from bimvox.log.mcap.form import Form
-from bimvox.log.mcap.messages import stamp
+from bimvox.log.mcap.form import Form, stamp
 
 times = st.one_of(st.integers(0, 10**6), st.integers(0, 2 * 10**15), st.integers(0, 10**5).map(lambda s: s * 10**9))
 doubles = st.one_of(st.just(0.0), st.just(-0.0), st.floats(width=64))

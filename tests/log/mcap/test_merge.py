@@ -5,8 +5,7 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bimvox.log.mcap.merge import merged
-from bimvox.log.mcap.packed import Rows, packed
+from bimvox.log.mcap.packed import Rows, merged, packed
 
 times = st.lists(st.integers(0, 20), max_size=12).map(sorted)
 

@@ -9,9 +9,8 @@ from log_building import log_bytes, same, tiny_log
 
 from bimvox.errors import LogFileError
 from bimvox.log.mcap.reader import read_contents, salvage_contents
-from bimvox.log.mcap.recovery import recover_log
 from bimvox.log.plan_log import with_full_rate
-from bimvox.log.reader import read_log
+from bimvox.log.reader import read_log, recover_log
 from bimvox.log.schema import MOTION_FILE, PLAN_FILE, SITE_FILE
 from bimvox.records.lift import LiftPlan
 

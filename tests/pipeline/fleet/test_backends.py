@@ -9,10 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.fleet.backends import opened
 from bimvox_pipeline.fleet.command import fleet, sweep, write_tables
 from bimvox_pipeline.fleet.runs import RECORDS, Run, Wish, log_file, record_file, runs_of
-from bimvox_pipeline.fleet.schedule import Work, carry_out_all
+from bimvox_pipeline.fleet.schedule import Work, carry_out_all, opened
 from fleet_work import dies_as_named, dies_once_and_plans, plans_with_a_policy_from_scratch
 
 from bimvox.errors import InputError

@@ -28,9 +28,9 @@ class Backend:
         self.deaths, self.breaks, self.tries, self.starts = deaths, breaks, Counter[str](), 0
         monkeypatch.setattr("bimvox_pipeline.fleet.schedule._carry_out_apart", self.carry_out)
         monkeypatch.setattr("bimvox_pipeline.fleet.schedule.opened", self.open)
-        monkeypatch.setattr("bimvox_pipeline.fleet.schedule.start_workers", self.start)
+        monkeypatch.setattr("bimvox_pipeline.fleet.schedule._start_workers", self.start)
         monkeypatch.setattr(
-            "bimvox_pipeline.fleet.schedule.worker_lost", lambda _, error: isinstance(error, WorkerLostError)
+            "bimvox_pipeline.fleet.schedule._worker_lost", lambda _, error: isinstance(error, WorkerLostError)
         )
 
     @contextmanager

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.fleet.runs import Wish, digest_of, runs_of
-from bimvox_pipeline.fleet.sweep_file import load_sweep
+from bimvox_pipeline.fleet.runs import Wish, digest_of, load_sweep, runs_of
 
 from bimvox.errors import ConfigError
 

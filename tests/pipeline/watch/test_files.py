@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import bimvox_pipeline.watch.reader
+import bimvox_pipeline.watch.file_watch
 import bimvox_pipeline.watch.revise
 import numpy as np
 import pytest
@@ -468,7 +468,7 @@ def test_segments_are_next_to_a_log_that_is_a_link_and_are_found_again(watcher, 
 
 def test_a_file_that_is_too_large_is_refused(watcher, monkeypatch):
     taken_up(watcher)
-    monkeypatch.setattr(bimvox_pipeline.watch.reader, "MOST_DIGESTED_BYTES", 100)
+    monkeypatch.setattr(bimvox_pipeline.watch.file_watch, "MOST_DIGESTED_BYTES", 100)
     watcher.file.write_text(" " * 200 + json.dumps(EMPTY))
     (document,) = change(watcher)
     assert document["event"] == "rejected"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from bimvox_pipeline.watch.documents import notes_about
+from bimvox_pipeline.watch.plan import notes_about
 from box_buildings import rasterise_boxes
 from box_sites import box_site
 

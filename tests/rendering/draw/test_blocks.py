@@ -4,9 +4,8 @@ import numpy as np
 
 from bimvox.grid.frame import GridFrame
 from bimvox.rendering.draw.camera import View
-from bimvox.rendering.draw.light import light_for
 from bimvox.rendering.draw.picture import PictureOptions, camera_of, draw_blocks
-from bimvox.rendering.draw.raycast import cast
+from bimvox.rendering.draw.raycast import cast, light_for
 from bimvox.rendering.scene.scene import Block, Scene
 
 FRAME = GridFrame((0.0, 0.0, 0.0), 1.0)

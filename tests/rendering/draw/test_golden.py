@@ -17,8 +17,7 @@ from PIL import Image
 
 from bimvox.log.moving import tracks_of
 from bimvox.rendering.draw.camera import View
-from bimvox.rendering.draw.picture import PictureOptions, picture_of
-from bimvox.rendering.draw.png import png_from_pixels
+from bimvox.rendering.draw.picture import PictureOptions, picture_of, png_from_pixels
 from bimvox.rendering.film.scene import Film
 from bimvox.rendering.scene.blocked import scene_of_blocked
 from bimvox.rendering.scene.plan import Instant, scene_of_plan

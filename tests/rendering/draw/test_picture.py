@@ -9,8 +9,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.rendering.colours import PAPER
 from bimvox.rendering.draw.annotate import annotate
 from bimvox.rendering.draw.camera import View
-from bimvox.rendering.draw.picture import PictureOptions, _halved, picture_of
-from bimvox.rendering.draw.png import png_of
+from bimvox.rendering.draw.picture import PictureOptions, _halved, picture_of, png_of
 from bimvox.rendering.scene.plan import Instant, scene_of_plan
 from bimvox.rendering.scene.scene import Scene
 

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.crane.tower_crane import CranePose
-from bimvox.rendering.page.blob import Blob
 from bimvox.rendering.page.crane import FIXED, HOOK, SLEWING, crane_record
+from bimvox.rendering.page.geometry import Blob
 from bimvox.rendering.scene.cranes import crane_parts
 
 

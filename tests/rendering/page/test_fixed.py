@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from box_sites import box_site
 
-from bimvox.rendering.page.blob import Blob
 from bimvox.rendering.page.document import NOTHING, boxes_record, slab_map, standing
+from bimvox.rendering.page.geometry import Blob
 from bimvox.site.ground import ground_cells
 from bimvox.site.site import Site
 

@@ -10,8 +10,7 @@ from collections import Counter
 import pytest
 from opened_pages import EVIL, Opened, evil_log, passed_proof, revision_of, some_remarks, tiny_source
 
-from bimvox.rendering.page.assets import MODULES, script, text_of
-from bimvox.rendering.page.page import page_of
+from bimvox.rendering.page.page import MODULES, page_of, script, text_of
 from bimvox.rendering.page.source import PageSource
 
 NODE = shutil.which("node")

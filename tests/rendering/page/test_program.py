@@ -15,7 +15,7 @@ from opened_pages import Opened, tiny_source
 
 from bimvox.log.moving import tracks_of
 from bimvox.log.scene import states_before
-from bimvox.rendering.page import assets
+from bimvox.rendering.page import page as assets
 from bimvox.rendering.page.page import page_of
 from bimvox.rendering.words import plain
 from bimvox.site.construction import ConstructionState

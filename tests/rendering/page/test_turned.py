@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from bimvox.rendering.film.scene import rotation
-from bimvox.rendering.page import assets
+from bimvox.rendering.page import page as assets
 
 WEB = Path(assets.__file__).parent / "web"
 NODE = shutil.which("node")

@@ -8,7 +8,7 @@ from planned_sites import planned
 from turning_sites import turning_site
 
 from bimvox.log.track import crane_track
-from bimvox.rendering.page.blob import Blob
+from bimvox.rendering.page.geometry import Blob
 from bimvox.rendering.page.motions import crane_motion
 
 

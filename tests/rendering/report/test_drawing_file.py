@@ -17,8 +17,8 @@ from bimvox.bim.building import Building, Role
 from bimvox.bim.read import read_building
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.rendering.report.drawing_file import drawing_file
-from bimvox.rendering.report.labels import width_px
 from bimvox.rendering.report.plan_view import plan_parts
+from bimvox.rendering.report.sheet import width_px
 from bimvox.rendering.report.site_drawing import drawing_of_site
 from bimvox.site.config.site_config import ModelConfig, SiteConfig, ZoneConfig
 from bimvox.site.guess import guess_site

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from bimvox.rendering.report.many_plans import many_plans_page
+from bimvox.rendering.report.many_sites import many_plans_page
 
 _PLANNED = {
     "run": "north", "site": "north.site.toml", "obstructions": None, "seed": None, "status": "planned", "error": None,

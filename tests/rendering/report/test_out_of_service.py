@@ -9,7 +9,7 @@ from log_building import tiny_log
 from opened_pages import revision_of
 
 from bimvox.crane.outline import outline_of
-from bimvox.rendering.report.out_of_service import in_words, out_of_service
+from bimvox.rendering.report.support import in_words, out_of_service
 
 
 def revision(**changes):

@@ -3,7 +3,7 @@
 import posixpath
 import re
 
-from bimvox.rendering.page.assets import START, media_type, web_files
+from bimvox.rendering.page.page import START, media_type, web_files
 
 IMPORT = re.compile(r'^import (?:[^"]* from )?"([^"]+)";', re.MULTILINE)
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bimvox.rendering.page.assets import web_files
+from bimvox.rendering.page.page import web_files
 
 NODE = shutil.which("node")
 MODULES = (
