@@ -8,29 +8,26 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import Json, MachineChoice, Quiet, Verbose
-from bimvox_cli.output import open_output, rows
+from bimvox_cli.options import MachineChoice, command
+from bimvox_cli.output import Output, rows
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
+@command
 def cranes(
+    output: Output,
     site: Annotated[
         Path | None,
         typer.Argument(metavar="[SITE]", help="Site file on which the machines are compared. Without it, lists them."),
     ] = None,
     crane: MachineChoice = None,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Compare the machines of the catalogue on a site, or list them."""
     from bimvox_pipeline.cranes import cranes as run
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(site, crane=crane, progress=output.progress)
-    raise typer.Exit(output.answer(document, _show))
+    return output.answer(run(site, crane=crane, progress=output.progress), _show)
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:

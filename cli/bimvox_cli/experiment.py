@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from bimvox_cli.examples import PlainCommand, epilog
-from bimvox_cli.options import HELP_NAMES, Json, Quiet, Verbose
-from bimvox_cli.output import fields, open_output, rows
+from bimvox_cli.options import HELP_NAMES, command
+from bimvox_cli.output import Output, fields, rows
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +19,9 @@ experiment = typer.Typer(help="Repeat published experiments.", no_args_is_help=T
 
 
 @experiment.command("paper", cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("experiment paper"))
+@command
 def paper(
+    output: Output,
     out: Annotated[
         Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the results; an earlier run resumes there.")
     ] = Path("paper-experiment"),
@@ -36,27 +38,23 @@ def paper(
     quick: Annotated[
         bool, typer.Option("--quick", help="Tiny budgets, only to see that it runs; the results are meaningless.")
     ] = (False),
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Run the four experiments of Zhu, Pauwels and de Vries (2021), and report what reproduces."""
     from bimvox_pipeline.paper import run_paper
 
     from bimvox.paper.experiment.settings import ALL_MODES
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run_paper(
-            out,
-            seeds=seeds,
-            modes=ALL_MODES if mode is None else (mode,),
-            processes=jobs,
-            quick=quick,
-            progress=output.progress,
-        )
+    document = run_paper(
+        out,
+        seeds=seeds,
+        modes=ALL_MODES if mode is None else (mode,),
+        processes=jobs,
+        quick=quick,
+        progress=output.progress,
+    )
     code = output.result(document, _show)
     output.next_step(f"next: read {document['report']}")
-    raise typer.Exit(code)
+    return code
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:

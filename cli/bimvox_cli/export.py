@@ -10,15 +10,16 @@ import typer
 
 from bimvox.exporters.formats import formats_in_words
 from bimvox_cli import complete
-from bimvox_cli.options import Json, Quiet, Verbose
-from bimvox_cli.output import facts, open_output
+from bimvox_cli.options import command
+from bimvox_cli.output import Output, facts
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
-# Its parameters are the command's options.
+@command
 def export(
+    output: Output,
     source: Annotated[
         Path, typer.Argument(metavar="LOG|GRID", help="A log of `bimvox plan`, or a grid of `bimvox voxelize`.")
     ],
@@ -59,25 +60,21 @@ def export(
             help="Start of work, local time, in the hours of the site file's [calendar]. Default: its start.",
         ),
     ] = None,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Write a log, some of its lifts, or a grid in another format."""
     from bimvox_pipeline.export import export as run
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(
-            source,
-            to=to,
-            lifts=tuple(lift or ()),
-            out=out,
-            recover=recover,
-            model=model,
-            start=start,
-            progress=output.progress,
-        )
-    raise typer.Exit(output.result(document, _show))
+    document = run(
+        source,
+        to=to,
+        lifts=tuple(lift or ()),
+        out=out,
+        recover=recover,
+        model=model,
+        start=start,
+        progress=output.progress,
+    )
+    return output.result(document, _show)
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:

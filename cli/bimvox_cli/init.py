@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox_cli import complete
-from bimvox_cli.options import Assemblies, Json, Model, Quiet, Select, Unit, Up, Verbose, VoxelSize, read_options
-from bimvox_cli.output import facts, open_output
+from bimvox_cli.options import Assemblies, Model, Select, Unit, Up, VoxelSize, command, read_options
+from bimvox_cli.output import Output, facts
 from bimvox_cli.part_table import show_kinds
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
-# Its parameters are the command's options.
+@command
 def init(
+    output: Output,
     model: Model,
     out: Annotated[
         Path | None,
@@ -54,15 +55,12 @@ def init(
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", "-f", help="Replace an existing site file.")] = False,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Write and draw a site file with guesses for crane and yard."""
     from bimvox_pipeline.site import init as run
     from bimvox_pipeline.warm_up import helped
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output, helped("init"):
+    with helped("init"):
         document = run(
             model,
             out,
@@ -77,7 +75,7 @@ def init(
     output.next_step(
         f"next: look at {document['drawing']}, read {document['site']}, then bimvox plan {document['site']}"
     )
-    raise typer.Exit(code)
+    return code
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:

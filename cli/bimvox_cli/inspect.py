@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import Json, Quiet, Verbose
-from bimvox_cli.output import facts, open_output
+from bimvox_cli.options import command
+from bimvox_cli.output import Output, facts
 from bimvox_cli.part_table import show_kinds, show_parts
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
+@command
 def inspect(
+    output: Output,
     file: Annotated[
         Path,
         typer.Argument(metavar="FILE", help="An IFC file, a mesh, a grid, a site file, a log, obstructions, a policy."),
@@ -34,16 +36,11 @@ def inspect(
             'name it in the site file: [model] kinds = "FILE".',
         ),
     ] = None,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Print what a file is and what it holds."""
     from bimvox_pipeline.inspect.inspect import inspect as run
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(file, part=part, kind_file=kind_file, progress=output.progress)
-    raise typer.Exit(output.answer(document, _show))
+    return output.answer(run(file, part=part, kind_file=kind_file, progress=output.progress), _show)
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox_cli.fleet_options import BackendName, Fresh, Jobs
-from bimvox_cli.options import Json, MachineChoice, Quiet, Verbose
-from bimvox_cli.output import fields, open_output, rows, spent
+from bimvox_cli.options import MachineChoice, command
+from bimvox_cli.output import Output, fields, rows, spent
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,7 +21,9 @@ _FOLDER = "set-ups"
 _GOALS = {"hours": "fastest", "cost": "cheapest", "highest_utilisation": "least used"}
 
 
+@command
 def optimise(
+    output: Output,
     sites: Annotated[
         list[Path], typer.Argument(metavar="SITE...", help="Site files (TOML), as `bimvox init` writes them.")
     ],
@@ -59,10 +61,7 @@ def optimise(
     backend: BackendName = "loky",
     jobs: Jobs = None,
     fresh: Fresh = False,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Look for a better crane, place and yard.
 
     Every machine is tried at every place where its mast can stand, with other yards, unless trucks or parts have their
@@ -76,17 +75,18 @@ def optimise(
     from bimvox.library.set_up_search.set_up import Effort
 
     several = len(sites) > 1
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        act = partial(optimise_all, sites, out or Path(_FOLDER)) if several else partial(optimise_one, sites[0], out)
-        document = act(
+    act = partial(optimise_all, sites, out or Path(_FOLDER)) if several else partial(optimise_one, sites[0], out)
+    return output.result(
+        act(
             crane=crane,
             effort=Effort(members, trials, budget, most_cranes),
             backend=backend,
             jobs=jobs,
             fresh=fresh,
             progress=output.progress,
-        )
-    raise typer.Exit(output.result(document, _show_all if several else _show))
+        ),
+        _show_all if several else _show,
+    )
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import inspect
 import math
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Concatenate, Literal, ParamSpec
 
 import typer
 
 from bimvox_cli import complete
+from bimvox_cli.output import Output, open_output
 
 if TYPE_CHECKING:
     from bimvox.bim.options import ReadOptions
@@ -18,6 +22,33 @@ Grouping = Literal["whole", "parts"]
 
 HELP_NAMES = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 """Settings of every command: -h as well as --help, wider than the default if the terminal is."""
+
+
+_P = ParamSpec("_P")
+
+
+def command(run: Callable[Concatenate[Output, _P], int]) -> Callable[..., None]:
+    """Return a command with --json, --quiet and --verbose, from a function that prints and returns the exit code.
+
+    Args:
+        run: Gets the output of the run and the command's own options and arguments.
+    """
+    signature = inspect.signature(run, eval_str=True)
+    flags = {"json": Json, "quiet": Quiet, "verbose": Verbose}
+    of_all = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=False, annotation=flag)
+        for name, flag in flags.items()
+    ]
+
+    @wraps(run)
+    def with_output(json: bool, quiet: bool, verbose: bool, **given: Any) -> None:
+        with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
+            code = run(output, **given)  # type: ignore[call-arg]
+        raise typer.Exit(code)
+
+    own = list(signature.parameters.values())[1:]
+    with_output.__signature__ = signature.replace(parameters=[*own, *of_all])  # type: ignore[attr-defined]
+    return with_output
 
 
 def positive_metres(value: float | None) -> float | None:

@@ -13,8 +13,8 @@ from bimvox.errors import InputError, listed
 from bimvox.records.remark import ASSUMED_KIND
 from bimvox.units import clock, elapsed
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
-from bimvox_cli.options import FullRate, Json, PolicyId, Programme, Quiet, Seed, Steps, Train, Verbose
-from bimvox_cli.output import fields, open_output, rows, spent
+from bimvox_cli.options import FullRate, PolicyId, Programme, Seed, Steps, Train, command
+from bimvox_cli.output import Output, fields, rows, spent
 from bimvox_cli.remarks import Remarks, crane_fields, show_remarks, verdict
 
 if TYPE_CHECKING:
@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 _FOLDER = "plans"
 
 
-# Its parameters are the command's options.
+@command
 def plan(
+    output: Output,
     sites: Annotated[
         list[Path], typer.Argument(metavar="SITE...", help="Site files (TOML), as `bimvox init` writes them.")
     ],
@@ -64,10 +65,7 @@ def plan(
     cluster: Cluster = None,
     fresh: Fresh = False,
     remarks: Remarks = False,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Plan every lift, prove the plan, time it, and write the log.
 
     Several sites are planned in parallel: one log each and one table. --backend, --cluster and --fresh apply to several
@@ -81,24 +79,23 @@ def plan(
         from bimvox_pipeline.fleet.runs import Wish
 
         wishes = [Wish(site, obstructions, seed, policy, steps, train) for site in sites]
-        with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-            planned = fleet(
-                wishes,
-                out or Path(_FOLDER),
-                backend=backend,
-                jobs=jobs,
-                cluster=cluster,
-                fresh=fresh,
-                progress=output.progress,
-            )
-        raise typer.Exit(output.result(planned, show_fleet))
+        planned = fleet(
+            wishes,
+            out or Path(_FOLDER),
+            backend=backend,
+            jobs=jobs,
+            cluster=cluster,
+            fresh=fresh,
+            progress=output.progress,
+        )
+        return output.result(planned, show_fleet)
     from bimvox_pipeline.plan import plan as run
     from bimvox_pipeline.warm_up import helped
 
     from bimvox.library.policy_wish import PolicyWish
 
     site = sites[0]
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output, helped("plan"):
+    with helped("plan"):
         document = run(
             site,
             out,
@@ -111,7 +108,7 @@ def plan(
         )
     code = output.result(document, partial(_show, every=remarks))
     output.next_step(f"next: bimvox render {document['log']}")
-    raise typer.Exit(code)
+    return code
 
 
 _SWING = {

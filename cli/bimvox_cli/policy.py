@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox_cli.examples import PlainCommand, epilog
-from bimvox_cli.options import HELP_NAMES, Json, Quiet, Verbose
-from bimvox_cli.output import facts, open_output, rows
+from bimvox_cli.options import HELP_NAMES, command
+from bimvox_cli.output import Output, facts, rows
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,37 +21,36 @@ Id = Annotated[str, typer.Argument(metavar="ID", help="A policy's id or the begi
 
 
 @policy.command("list", cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy list"))
-def list_(json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
+@command
+def list_(output: Output) -> int:
     """List the stored policies."""
     from bimvox_pipeline.policy import list_policies
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = list_policies()
-    raise typer.Exit(output.answer(document, _show))
+    return output.answer(list_policies(), _show)
 
 
 @policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy show"))
-def show(identity: Id, json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
+@command
+def show(output: Output, identity: Id) -> int:
     """Print everything known about a policy."""
     from bimvox_pipeline.policy import show as run
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(identity)
-    raise typer.Exit(output.answer(document, facts))
+    return output.answer(run(identity), facts)
 
 
 @policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy remove"))
-def remove(identity: Id, json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
+@command
+def remove(output: Output, identity: Id) -> int:
     """Remove a policy from the store."""
     from bimvox_pipeline.policy import remove as run
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(identity)
-    raise typer.Exit(output.result(document, facts))
+    return output.result(run(identity), facts)
 
 
 @policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy export"))
+@command
 def export(
+    output: Output,
     identity: Id,
     out: Annotated[
         Path | None, typer.Option("-o", "--out", metavar="FILE", help="Default: the id, in the current folder.")
@@ -60,38 +59,32 @@ def export(
         str | None,
         typer.Option("--to", metavar="bimvox|onnx|sb3", help="Default: from the suffix of -o, otherwise bimvox."),
     ] = None,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Write a policy to one file, to share it or to run it elsewhere."""
     from bimvox_pipeline.policy import export_policy
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = export_policy(identity, to=to, out=out)
-    raise typer.Exit(output.result(document, facts))
+    return output.result(export_policy(identity, to=to, out=out), facts)
 
 
 @policy.command("import", cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy import"))
+@command
 def import_(
+    output: Output,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A file of `policy export`.")],
     trust: Annotated[
         bool, typer.Option("--trust", help="Accept a zip of stable-baselines3, which cannot be checked.")
     ] = False,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Import a policy from a file into the store."""
     from bimvox_pipeline.policy import import_policy
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = import_policy(file, trust=trust)
-    raise typer.Exit(output.result(document, facts))
+    return output.result(import_policy(file, trust=trust), facts)
 
 
 @policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy score"))
+@command
 def score(
+    output: Output,
     named: Annotated[
         str,
         typer.Argument(
@@ -103,16 +96,11 @@ def score(
         list[str] | None, typer.Option("--set", metavar="SET", help="A set of problems, repeatable. Default: all.")
     ] = None,
     share: Annotated[float, typer.Option("--share", metavar="SHARE", help="Share of each set.")] = 1.0,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Score a policy on the frozen held-out problems."""
     from bimvox_pipeline.policy import score_policy
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = score_policy(named, sets=sets or (), share=share, progress=output.progress)
-    raise typer.Exit(output.answer(document, _show_score))
+    return output.answer(score_policy(named, sets=sets or (), share=share, progress=output.progress), _show_score)
 
 
 def _show_score(console: Console, document: Mapping[str, Any]) -> None:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 
 from bimvox_cli import complete, failure
-from bimvox_cli.options import Json, Quiet, Verbose, VoxelSize
-from bimvox_cli.output import facts, open_output
+from bimvox_cli.options import VoxelSize, command
+from bimvox_cli.output import Output, facts
 
 
-# Its parameters are the command's options.
+@command
 def render(
+    output: Output,
     source: Annotated[
         Path,
         typer.Argument(metavar="FILE", help="A log, a site file, a grid, a model, or the folder of an experiment."),
@@ -95,48 +96,42 @@ def render(
             "--proof/--no-proof", help="Prove the log again for its page; otherwise the page says NOT PROVEN."
         ),
     ] = True,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Draw the contents of a file: picture, animation or page."""
     from bimvox_pipeline.render.render import render as run
     from bimvox_pipeline.render.scene import FilmPace, SceneOptions
 
     if follow:
-        _follow(source, out, proof, json, quiet, verbose)
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(
-            source,
-            out,
-            shown=SceneOptions(
-                lift=lift,
-                time=time,
-                azimuth_deg=azimuth,
-                elevation_deg=elevation,
-                focus=focus,
-                hide=tuple(name for given in hide or [] for name in given.split(",") if name),
-                voxel_size_m=voxel_size,
-            ),
-            size=None if size is None else _pixels(size),
-            pace=FilmPace(fps, seconds),
-            proven=proof,
-            progress=output.progress,
-        )
-    raise typer.Exit(output.result(document, facts))
+        return _follow(output, source, out, proof)
+    document = run(
+        source,
+        out,
+        shown=SceneOptions(
+            lift=lift,
+            time=time,
+            azimuth_deg=azimuth,
+            elevation_deg=elevation,
+            focus=focus,
+            hide=tuple(name for given in hide or [] for name in given.split(",") if name),
+            voxel_size_m=voxel_size,
+        ),
+        size=None if size is None else _pixels(size),
+        pace=FilmPace(fps, seconds),
+        proven=proof,
+        progress=output.progress,
+    )
+    return output.result(document, facts)
 
 
-def _follow(source: Path, out: Path | None, proof: bool, json: bool, quiet: bool, verbose: bool) -> NoReturn:
+def _follow(output: Output, source: Path, out: Path | None, proof: bool) -> int:
     from bimvox_pipeline.render.follow import follow
 
     from bimvox.files import default_output
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        target = out or default_output(source, ".html")
-        for change in follow(source, target, proven=proof, progress=output.progress):
-            words = change.get("message") or f"revision {change['revision']}, {change['bytes'] / 1e6:.1f} MB"
-            output.line(change, f"{change['event']}: {words}")
-    raise typer.Exit(failure.DONE)
+    for change in follow(source, out or default_output(source, ".html"), proven=proof, progress=output.progress):
+        words = change.get("message") or f"revision {change['revision']}, {change['bytes'] / 1e6:.1f} MB"
+        output.line(change, f"{change['event']}: {words}")
+    return failure.DONE
 
 
 def _pixels(size: str) -> tuple[int, int]:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import Json, Log, Quiet, Verbose
-from bimvox_cli.output import fields, open_output, rows, spent
+from bimvox_cli.options import Log, command
+from bimvox_cli.output import Output, fields, rows, spent
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 _MOST_CRITICAL = 8
 
 
+@command
 def report(
+    output: Output,
     log: Log,
     out: Annotated[
         Path | None,
@@ -49,24 +51,20 @@ def report(
     proof: Annotated[
         bool, typer.Option("--proof/--no-proof", help="Prove the log again; otherwise the report says NOT PROVEN.")
     ] = True,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Write the lift plan record of a log, as a page or PDF."""
     from bimvox_pipeline.report import report as run
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(
-            log,
-            out,
-            proven=proof,
-            critical_share=critical,
-            pictures=pictures,
-            figures=figures,
-            progress=output.progress,
-        )
-    raise typer.Exit(output.result(document, _show))
+    document = run(
+        log,
+        out,
+        proven=proof,
+        critical_share=critical,
+        pictures=pictures,
+        figures=figures,
+        progress=output.progress,
+    )
+    return output.result(document, _show)
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:

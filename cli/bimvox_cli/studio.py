@@ -7,11 +7,14 @@ from typing import Annotated
 
 import typer
 
-from bimvox_cli.options import Json, Quiet, Verbose
-from bimvox_cli.output import open_output
+from bimvox_cli.failure import DONE
+from bimvox_cli.options import command
+from bimvox_cli.output import Output
 
 
+@command
 def studio(
+    output: Output,
     path: Annotated[
         Path | None,
         typer.Argument(
@@ -21,10 +24,7 @@ def studio(
     ] = None,
     port: Annotated[int, typer.Option(min=0, max=65535, metavar="N", help="Port on this machine; 0: a free one.")] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether a browser opens it.")] = True,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Set up a site by hand in a browser, and plan it.
 
     The page shows at once what the crane lifts from where it is dragged.
@@ -34,10 +34,5 @@ def studio(
     """
     from bimvox_pipeline.studio.serve import serve
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        serve(
-            path,
-            port=port,
-            browser=browser,
-            ready=lambda address: output.line({"url": address}, f"studio {address}"),
-        )
+    serve(path, port=port, browser=browser, ready=lambda address: output.line({"url": address}, f"studio {address}"))
+    return DONE

@@ -8,11 +8,13 @@ from typing import Annotated
 import typer
 
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
-from bimvox_cli.options import Json, Quiet, Verbose
-from bimvox_cli.output import open_output
+from bimvox_cli.options import command
+from bimvox_cli.output import Output
 
 
+@command
 def sweep(
+    output: Output,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A sweep file (TOML); see `bimvox schema sweep`.")],
     out: Annotated[
         Path | None,
@@ -27,10 +29,7 @@ def sweep(
     jobs: Jobs = None,
     cluster: Cluster = None,
     fresh: Fresh = False,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Plan many sites, seeds and what-ifs: a log each, one table.
 
     A stopped sweep resumes when it is called again. A run that fails is a row of the table with its error; the others
@@ -38,6 +37,6 @@ def sweep(
     """
     from bimvox_pipeline.fleet.command import sweep as run
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(file, out, backend=backend, jobs=jobs, cluster=cluster, fresh=fresh, progress=output.progress)
-    raise typer.Exit(output.result(document, show_fleet))
+    return output.result(
+        run(file, out, backend=backend, jobs=jobs, cluster=cluster, fresh=fresh, progress=output.progress), show_fleet
+    )

@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import Json, Quiet, Seed, SiteFile, Steps, Verbose
-from bimvox_cli.output import fields, open_output, rows
+from bimvox_cli.options import Seed, SiteFile, Steps, command
+from bimvox_cli.output import Output, fields, rows
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
-# Its parameters are the command's options.
+@command
 def train(
+    output: Output,
     site: SiteFile,
     steps: Steps = None,
     seed: Seed = None,
@@ -45,27 +46,23 @@ def train(
     tensorboard: Annotated[
         Path | None, typer.Option("--tensorboard", metavar="FOLDER", help="Write the tests for TensorBoard.")
     ] = None,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Train the policy of a site and store it."""
     from bimvox_pipeline.train.train import train as run
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(
-            site,
-            steps=steps,
-            seed=seed,
-            start_from=start_from,
-            seconds=budget,
-            curve=curve,
-            tensorboard=tensorboard,
-            progress=output.progress,
-        )
+    document = run(
+        site,
+        steps=steps,
+        seed=seed,
+        start_from=start_from,
+        seconds=budget,
+        curve=curve,
+        tensorboard=tensorboard,
+        progress=output.progress,
+    )
     code = output.result(document, _show)
     output.next_step(f"next: bimvox plan {site} --policy {document['policy']}")
-    raise typer.Exit(code)
+    return code
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:

@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import Json, Log, Quiet, Verbose
-from bimvox_cli.output import fields, open_output, rows, spent, written
+from bimvox_cli.options import Log, command
+from bimvox_cli.output import Output, fields, rows, spent, written
 from bimvox_cli.remarks import Remarks, crane_fields, show_remarks, verdict
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
+@command
 def verify(
+    output: Output,
     log: Log,
     site: Annotated[
         Path | None, typer.Option(metavar="SITE", help="The site file that you hold: prove that the log is of it.")
@@ -42,28 +44,24 @@ def verify(
         ),
     ] = False,
     remarks: Remarks = False,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Prove a log again, independently of the planner.
 
     Remarks follow the verdict: what a person should look at although the plan is proven.
     """
     from bimvox_pipeline.verify import verify as run
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(
-            log,
-            site=site,
-            model=model,
-            obstructions=obstructions,
-            programme=programme,
-            traffic=traffic,
-            search=search,
-            progress=output.progress,
-        )
-    raise typer.Exit(output.result(document, partial(_show, every=remarks)))
+    document = run(
+        log,
+        site=site,
+        model=model,
+        obstructions=obstructions,
+        programme=programme,
+        traffic=traffic,
+        search=search,
+        progress=output.progress,
+    )
+    return output.result(document, partial(_show, every=remarks))
 
 
 def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None:

@@ -12,26 +12,25 @@ import typer
 
 from bimvox_cli.options import (
     Assemblies,
-    Json,
     Model,
     Processes,
-    Quiet,
     Select,
     Unit,
     Up,
-    Verbose,
     VoxelSize,
+    command,
     read_options,
 )
-from bimvox_cli.output import fields, open_output, rows, spent
+from bimvox_cli.output import Output, fields, rows, spent
 from bimvox_cli.part_table import show_parts
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
-# Its parameters are the command's options.
+@command
 def voxelize(
+    output: Output,
     model: Model,
     out: Annotated[
         Path | None,
@@ -48,15 +47,12 @@ def voxelize(
         int, typer.Option(min=1, metavar="N", envvar="BIMVOX_THREADS", help="Threads; the grid does not depend on it.")
     ] = 1,
     processes: Processes = None,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Turn a building model into a labelled voxel grid."""
     from bimvox_pipeline.voxelize import voxelize as run
     from bimvox_pipeline.warm_up import helped
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output, helped("voxelize"):
+    with helped("voxelize"):
         document = run(
             model,
             out,
@@ -77,7 +73,7 @@ def voxelize(
     # `init` needs the same options about the model.
     init = shlex.join(["bimvox", "init", str(model), *options])
     output.next_step(f"next: {init}" if document["components"] else nothing)
-    raise typer.Exit(code)
+    return code
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:

@@ -7,28 +7,25 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import Json, Quiet, Verbose
-from bimvox_cli.output import fields, open_output
+from bimvox_cli.options import command
+from bimvox_cli.output import Output, fields
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
+@command
 def warm_up(
+    output: Output,
     processes: Annotated[
         int | None,
         typer.Option("--processes", min=1, metavar="N", help="Processes that compile. Default: one a processor."),
     ] = None,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Compile beforehand what the first commands would compile."""
     from bimvox_pipeline.warm_up import warm_up as run
 
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        document = run(processes=processes, progress=output.progress)
-    raise typer.Exit(output.result(document, _show))
+    return output.result(run(processes=processes, progress=output.progress), _show)
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:

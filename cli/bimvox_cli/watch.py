@@ -13,8 +13,8 @@ import typer
 from bimvox.records.remark import number_in_words
 from bimvox_cli import failure
 from bimvox_cli.fleet_options import Jobs
-from bimvox_cli.options import Json, PolicyId, Programme, Quiet, Seed, Steps, Train, Verbose
-from bimvox_cli.output import Output, console_on, open_output
+from bimvox_cli.options import PolicyId, Programme, Seed, Steps, Train, command
+from bimvox_cli.output import Output, console_on
 
 if TYPE_CHECKING:
     from bimvox_cli.watch_table import WatchTable
@@ -24,8 +24,9 @@ _PLAN_STAYS = ("rejected", "missing", "failed")
 """Events that leave the plan as it is: its lifts are not counted again."""
 
 
-# Its parameters are the command's options.
+@command
 def watch(
+    output: Output,
     obstructions: Annotated[
         Path, typer.Argument(metavar="OBSTRUCTIONS", help="The obstruction file to watch. It may not exist yet.")
     ],
@@ -87,10 +88,7 @@ def watch(
     seed: Seed = None,
     steps: Steps = None,
     train: Train = False,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
+) -> int:
     """Keep a plan up to date with an obstruction file.
 
     A change of the file replans only the lifts that it affects. Each change writes LOG.rNNNN.mcap with the new lifts.
@@ -103,33 +101,32 @@ def watch(
     from bimvox.library.policy_wish import PolicyWish
 
     code = failure.DONE
-    shown = _Shown(obstructions.name, table=not (once or json or quiet or traffic))
-    with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
-        changes = run(
-            obstructions,
-            site=site,
-            out=out,
-            programme=programme,
-            wish=PolicyWish(policy, seed, steps, train),
-            how=WatchWish(once, poll, simulate, retrain, serve, traffic, jobs=jobs),
-            progress=output.progress,
-        )
-        planned = False
-        try:
-            for change in changes:
-                planned = True
-                code = failure.exit_code_of(change)
-                if not shown.show(change, output):
-                    output.line(change, _line(change))
-        except KeyboardInterrupt:
-            # Interrupted while a change was being shown: this ends the watch like any other interrupt.
-            if once or traffic or not planned:
-                raise
-        finally:
-            changes.close()
-            shown.close()
+    shown = _Shown(obstructions.name, table=not (once or output.as_json or output.quiet or traffic))
+    changes = run(
+        obstructions,
+        site=site,
+        out=out,
+        programme=programme,
+        wish=PolicyWish(policy, seed, steps, train),
+        how=WatchWish(once, poll, simulate, retrain, serve, traffic, jobs=jobs),
+        progress=output.progress,
+    )
+    planned = False
+    try:
+        for change in changes:
+            planned = True
+            code = failure.exit_code_of(change)
+            if not shown.show(change, output):
+                output.line(change, _line(change))
+    except KeyboardInterrupt:
+        # Interrupted while a change was being shown: this ends the watch like any other interrupt.
+        if once or traffic or not planned:
+            raise
+    finally:
+        changes.close()
+        shown.close()
     # Ctrl-C is the normal end of a watch, whatever its last change was.
-    raise typer.Exit(code if once or traffic else failure.DONE)
+    return code if once or traffic else failure.DONE
 
 
 class _Shown:
