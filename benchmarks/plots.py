@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bimvox.rendering.plots.look import LINES, Axis, Mark, Series, bytes_of, draw_histogram, house_style
+from bimvox.rendering.pictures.plots import LINES, Axis, Mark, Series, bytes_of, draw_histogram, house_style
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -173,11 +173,11 @@ def main() -> None:
     parser.add_argument("--log", type=Path, help="measure this log instead")
     arguments = parser.parse_args()
     wall, cpu = time.perf_counter(), time.process_time()
-    from bimvox.rendering.draw.picture import PictureOptions, png_of
-    from bimvox.rendering.film.film import FilmOptions, frame_times_ns, write_film
-    from bimvox.rendering.film.scene import Film
-    from bimvox.rendering.scene.plan import scene_of_plan
-    from bimvox.rendering.scene.site import view_of_site
+    from bimvox.rendering.pictures.film import FilmOptions, frame_times_ns, write_film
+    from bimvox.rendering.pictures.film_scene import Film
+    from bimvox.rendering.pictures.picture import PictureOptions, png_of
+    from bimvox.rendering.pictures.plan import scene_of_plan
+    from bimvox.rendering.pictures.site import view_of_site
 
     site, lifts, motions, tracks = plan_of_log(arguments.log) if arguments.log else large_plan()
     made = (time.perf_counter() - wall, time.process_time() - cpu)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.grid.faces import outer_faces
 from bimvox.grid.voxel_grid import Part, VoxelGrid
-from bimvox.rendering.scene.site import part_colours
+from bimvox.rendering.pictures.site import part_colours
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,15 +16,15 @@ from bimvox.log.dates import all_remarks, log_dates
 from bimvox.log.moving import tracks_of
 from bimvox.log.recorder import write_log
 from bimvox.progress import Listener, Progress, progress_of
-from bimvox.rendering.draw.camera import FILM_PX, FILMS, PICTURE_PX, View
-from bimvox.rendering.draw.picture import PictureOptions, png_of
-from bimvox.rendering.film.film import FilmOptions, default_seconds, frame_times_ns, write_film
-from bimvox.rendering.film.scene import Film
 from bimvox.rendering.page.page import page_of
 from bimvox.rendering.page.source import PageSource, Revision
-from bimvox.rendering.scene.plan import Instant, scene_of_plan
-from bimvox.rendering.scene.scene import Scene
-from bimvox.rendering.scene.site import scene_of_grid, scene_of_site, view_of_site
+from bimvox.rendering.pictures.camera import FILM_PX, FILMS, PICTURE_PX, View
+from bimvox.rendering.pictures.film import FilmOptions, default_seconds, frame_times_ns, write_film
+from bimvox.rendering.pictures.film_scene import Film
+from bimvox.rendering.pictures.picture import PictureOptions, png_of
+from bimvox.rendering.pictures.plan import Instant, scene_of_plan
+from bimvox.rendering.pictures.scene import Scene
+from bimvox.rendering.pictures.site import scene_of_grid, scene_of_site, view_of_site
 
 
 def render(

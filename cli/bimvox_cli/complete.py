@@ -45,7 +45,7 @@ def formats(incomplete: str) -> Offered:
 
 def layers(incomplete: str) -> Offered:
     """Return what a picture can leave out; several are separated by commas."""
-    from bimvox.rendering.scene.scene import Layer
+    from bimvox.rendering.pictures.scene import Layer
 
     *before, last = incomplete.split(",")
     prefix = "".join(f"{name}," for name in before)

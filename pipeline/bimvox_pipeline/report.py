@@ -120,11 +120,11 @@ def _page(revision: Revision, record: dict[str, Any], pictures: int, progress: P
 
 
 def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress: Progress) -> Figures:
-    from bimvox.rendering.draw.picture import PictureOptions, small_png_of
-    from bimvox.rendering.plots.plan_figures import draw_path_ratios, draw_utilisation
+    from bimvox.rendering.pictures.picture import PictureOptions, small_png_of
+    from bimvox.rendering.pictures.plan import scene_of_plan
+    from bimvox.rendering.pictures.site import view_of_site
     from bimvox.rendering.report.page import Figure, Figures
-    from bimvox.rendering.scene.plan import scene_of_plan
-    from bimvox.rendering.scene.site import view_of_site
+    from bimvox.rendering.report.plan_figures import draw_path_ratios, draw_utilisation
 
     site, lifts = revision.plan.site, record["lifts"]
     options = PictureOptions(size_px=_OVERVIEW_PX, view=view_of_site(site))
@@ -151,9 +151,9 @@ def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress
 
 def _blocked(revision: Revision, orders: list[int], most: int, progress: Progress) -> tuple[Figure, ...]:
     """Return pictures of the blockers of these lifts, one for all lifts with the same blockers."""
-    from bimvox.rendering.draw.picture import PictureOptions, small_png_of
+    from bimvox.rendering.pictures.blocked import scene_of_blocked
+    from bimvox.rendering.pictures.picture import PictureOptions, small_png_of
     from bimvox.rendering.report.page import Figure
-    from bimvox.rendering.scene.blocked import scene_of_blocked
     from bimvox.rendering.words import named
 
     site = revision.plan.site
@@ -218,7 +218,7 @@ def _write_figures(folder: Path, record: dict[str, Any]) -> list[str]:
     Raises:
         FileError: If the folder cannot be used.
     """
-    from bimvox.rendering.plots.plan_figures import draw_hook_travel, draw_methods, draw_path_ratios, draw_utilisation
+    from bimvox.rendering.report.plan_figures import draw_hook_travel, draw_methods, draw_path_ratios, draw_utilisation
 
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from benchmarks.plots import Growth, draw_latencies, draw_scaling
-from bimvox.rendering.plots.look import bytes_of
+from bimvox.rendering.pictures.plots import bytes_of
 
 
 @pytest.fixture
@@ -20,7 +20,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
         figures.append(figure)
         return bytes_of(figure, file_format)
 
-    for module in ("benchmarks.plots", "bimvox.rendering.plots.look"):
+    for module in ("benchmarks.plots", "bimvox.rendering.pictures.plots"):
         monkeypatch.setattr(f"{module}.bytes_of", kept)
     return figures
 

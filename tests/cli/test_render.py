@@ -61,7 +61,7 @@ def test_an_interrupted_animation_leaves_the_old_file(log, tmp_path, monkeypatch
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("bimvox.rendering.film.film.picture_of", interrupted)
+    monkeypatch.setattr("bimvox.rendering.pictures.film.picture_of", interrupted)
     assert run(["render", str(log), "-o", str(out), *SIZE]) == 130
     assert out.read_bytes() == b"before"
     assert [file.name for file in tmp_path.iterdir()] == ["boxes.gif"]

@@ -25,7 +25,7 @@ from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.rendering.page.crane import LUFFING, crane_record
 from bimvox.rendering.page.geometry import Blob
-from bimvox.rendering.scene.cranes import crane_parts, parked_pose
+from bimvox.rendering.pictures.cranes import crane_parts, parked_pose
 from bimvox.site.build import ground_and_masts, labels_of, with_digests
 
 

@@ -10,14 +10,14 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.rendering.colours import ASSEMBLED, IN_TRANSIT, UNBUILT
-from bimvox.rendering.film.scene import Film
 from bimvox.rendering.page.document import document_of
 from bimvox.rendering.page.source import PageSource, Revision
+from bimvox.rendering.pictures.cranes import crane_parts, poses_at, site_cranes
+from bimvox.rendering.pictures.film_scene import Film
+from bimvox.rendering.pictures.plan import Instant, scene_of_plan
+from bimvox.rendering.pictures.site import scene_of_site
 from bimvox.rendering.report.page import report_page
 from bimvox.rendering.report.record import record_of
-from bimvox.rendering.scene.cranes import crane_parts, poses_at, site_cranes
-from bimvox.rendering.scene.plan import Instant, scene_of_plan
-from bimvox.rendering.scene.site import scene_of_site
 
 S = 1_000_000_000
 

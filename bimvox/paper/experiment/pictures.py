@@ -9,8 +9,8 @@ from bimvox.paper.experiment.names import SCENARIOS, TITLES, mode_name
 
 if TYPE_CHECKING:
     from bimvox.paper.experiment.results import ExperimentResults, ScenarioRun
-    from bimvox.rendering.plots.look import Curve
-    from bimvox.rendering.scene.scene import Scene
+    from bimvox.rendering.pictures.plots import Curve
+    from bimvox.rendering.pictures.scene import Scene
 
 _BY_THE_LOADED_POLICY = "no retraining in any seed:\nthe loaded policy gets by"
 
@@ -27,7 +27,7 @@ def pictures_of(results: ExperimentResults, document: dict[str, Any]) -> dict[st
         scenes = _policies([run for run in results.scenarios if run.mode == mode])
         if scenes:
             from bimvox.paper.rendering.path import draw_sheet
-            from bimvox.rendering.draw.picture import png_from_pixels
+            from bimvox.rendering.pictures.picture import png_from_pixels
 
             pictures[f"policies-{mode}.png"] = png_from_pixels(draw_sheet(scenes))
     return pictures
@@ -35,7 +35,7 @@ def pictures_of(results: ExperimentResults, document: dict[str, Any]) -> dict[st
 
 def success_curves(modes: dict[str, Any], file_format: Literal["png", "svg"] = "png") -> bytes:
     """Return the success curves of the modes of a document, one panel per scenario, as a PNG or SVG file."""
-    from bimvox.rendering.plots.look import Panel, draw_success_curves
+    from bimvox.rendering.pictures.plots import Panel, draw_success_curves
 
     panels = []
     for scenario in SCENARIOS:
@@ -52,14 +52,14 @@ def _curve(label: str, rows: Sequence[Sequence[float]]) -> Curve:
     """Return the curve of ``[steps, mean, low, high]`` rows."""
     import numpy as np
 
-    from bimvox.rendering.plots.look import Curve
+    from bimvox.rendering.pictures.plots import Curve
 
     steps, mean, low, high = np.array(rows, np.float64).T
     return Curve(label, steps, mean, low, high)
 
 
 def _ablation(document: dict[str, Any]) -> bytes:
-    from bimvox.rendering.plots.look import Bar, draw_bars
+    from bimvox.rendering.pictures.plots import Bar, draw_bars
 
     bars = []
     for cell in document["ablation"]:

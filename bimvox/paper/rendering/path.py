@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from bimvox.paper.env.picture import SitePicture
 from bimvox.paper.rendering.picture import paper_site_scene
 from bimvox.rendering.colours import FAINT_INK, PAPER, PATH
-from bimvox.rendering.draw.picture import PictureOptions, picture_of
-from bimvox.rendering.scene.scene import LegendEntry, Scene, Strokes, Swatch, polyline
+from bimvox.rendering.pictures.picture import PictureOptions, picture_of
+from bimvox.rendering.pictures.scene import LegendEntry, Scene, Strokes, Swatch, polyline
 
 _CENTRE = 0.5
 _LIFT = 0.06

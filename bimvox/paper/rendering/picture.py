@@ -9,8 +9,8 @@ from bimvox.grid.frame import GridFrame
 from bimvox.paper.env.component import Box
 from bimvox.paper.env.picture import LOOK_RGB, Look, SitePicture
 from bimvox.rendering.colours import OBSTRUCTION, START_BOX, TARGET_BOX
-from bimvox.rendering.draw.picture import PictureOptions, picture_of
-from bimvox.rendering.scene.scene import LegendEntry, Scene, Strokes, Swatch, box_edges
+from bimvox.rendering.pictures.picture import PictureOptions, picture_of
+from bimvox.rendering.pictures.scene import LegendEntry, Scene, Strokes, Swatch, box_edges
 from bimvox.site.construction import Rgb
 
 RENDER_SIZE_PX = (640, 480)

@@ -15,7 +15,7 @@ from bimvox.crane.luffing import LuffingJib, luff_of_radius
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.records.declared import LATER, Count, Maybe, Record, Several
 from bimvox.rendering.page.geometry import COLOUR, NUMBERS, Blob
-from bimvox.rendering.scene.cranes import CraneParts, crane_parts
+from bimvox.rendering.pictures.cranes import CraneParts, crane_parts
 from bimvox.site.config.validation import Point3
 
 FIXED, SLEWING, TROLLEY, HOOK, LUFFING = range(5)

@@ -41,7 +41,7 @@ from bimvox.rendering.page.motions import (
     crane_motion,
 )
 from bimvox.rendering.page.source import PageSource, Revision
-from bimvox.rendering.scene.site import view_of_site
+from bimvox.rendering.pictures.site import view_of_site
 from bimvox.site.config.validation import Point2, Point3
 from bimvox.site.construction import KIND_RGB, STATE_RGB
 from bimvox.site.part_names import names_by_id, with_names

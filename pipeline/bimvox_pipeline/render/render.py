@@ -13,7 +13,7 @@ from PIL import Image
 from bimvox.errors import InputError
 from bimvox.files import check_output, default_output, write_atomically
 from bimvox.progress import Progress
-from bimvox.rendering.draw.camera import FILM_PX, FILMS, PICTURE_PX
+from bimvox.rendering.pictures.camera import FILM_PX, FILMS, PICTURE_PX
 from bimvox_pipeline.browser import draw_with, find_browser
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
 from bimvox_pipeline.render.scene import FilmPace, SceneOptions, film_of, is_experiment, moment_of, picture_scene
@@ -83,8 +83,8 @@ def render(
 def _render_picture(
     source: Path, kind: Kind, target: Path, size: tuple[int, int], wanted: SceneOptions, progress: Progress
 ) -> dict[str, Any]:
-    from bimvox.rendering.draw.picture import PictureOptions, png_of
-    from bimvox.rendering.scene.scene import Layer, layers_named, without
+    from bimvox.rendering.pictures.picture import PictureOptions, png_of
+    from bimvox.rendering.pictures.scene import Layer, layers_named, without
 
     # Impossible options fail before the work.
     PictureOptions(size_px=size)
@@ -143,9 +143,9 @@ def _render_film(
     """
     from bimvox.log.plan_log import chosen_lift
     from bimvox.log.reader import read_log
-    from bimvox.rendering.film.film import FilmOptions, default_seconds, frame_times_ns, write_film
-    from bimvox.rendering.scene.scene import layers_named
-    from bimvox.rendering.scene.site import view_of_site
+    from bimvox.rendering.pictures.film import FilmOptions, default_seconds, frame_times_ns, write_film
+    from bimvox.rendering.pictures.scene import layers_named
+    from bimvox.rendering.pictures.site import view_of_site
 
     for given, what in ((wanted.time, "time"), (wanted.focus, "focus")):
         if given is not None:

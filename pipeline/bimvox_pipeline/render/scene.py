@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
     from bimvox.grid.voxel_grid import VoxelGrid
     from bimvox.log.plan_log import PlanLog
-    from bimvox.rendering.draw.camera import View
-    from bimvox.rendering.film.scene import Film
-    from bimvox.rendering.scene.scene import Scene
+    from bimvox.rendering.pictures.camera import View
+    from bimvox.rendering.pictures.film_scene import Film
+    from bimvox.rendering.pictures.scene import Scene
     from bimvox.site.site import Site
 
 _ROOM = 0.6
@@ -74,8 +74,8 @@ class FilmPace:
 
 def picture_scene(source: Path, kind: Kind, options: SceneOptions, progress: Progress) -> tuple[Scene, View]:
     """Return the scene of a file, and its view."""
-    from bimvox.rendering.draw.camera import View
-    from bimvox.rendering.scene.site import scene_of_site, view_of_site
+    from bimvox.rendering.pictures.camera import View
+    from bimvox.rendering.pictures.site import scene_of_site, view_of_site
 
     if kind is Kind.LOG:
         return _log_scene(source, options, progress)
@@ -104,7 +104,7 @@ def picture_scene(source: Path, kind: Kind, options: SceneOptions, progress: Pro
 def film_of(log: PlanLog) -> Film:
     """Return the scenes of a log over time."""
     from bimvox.log.moving import tracks_of
-    from bimvox.rendering.film.scene import Film
+    from bimvox.rendering.pictures.film_scene import Film
 
     return Film(log.plan.site, log.all_lifts, log.motions, tracks_of(log))
 
@@ -148,8 +148,8 @@ def is_experiment(folder: Path) -> bool:
 def _log_scene(source: Path, options: SceneOptions, progress: Progress) -> tuple[Scene, View]:
     from bimvox.log.plan_log import chosen_lift
     from bimvox.log.reader import read_log
-    from bimvox.rendering.scene.plan import Instant, scene_of_plan
-    from bimvox.rendering.scene.site import view_of_site
+    from bimvox.rendering.pictures.plan import Instant, scene_of_plan
+    from bimvox.rendering.pictures.site import view_of_site
 
     progress.stage("read")
     log = require_sense(read_log(source), source)
@@ -175,7 +175,7 @@ def _focused(scene: Scene, site: Site, name: str | None) -> Scene:
     """Return a scene focused on a part at its target, or on a blocker."""
     if name is None:
         return scene
-    from bimvox.rendering.scene.site import target_cells
+    from bimvox.rendering.pictures.site import target_cells
 
     things = {blocker.id: blocker.cells for blocker in site.blockers if len(blocker.cells)}
     parts = [part for part in site.components if name in (part.id, part.global_id, part.name)]
@@ -196,7 +196,7 @@ def _focused(scene: Scene, site: Site, name: str | None) -> Scene:
 def _grid_scene(grid: VoxelGrid, title: str, name: str | None) -> Scene:
     import numpy as np
 
-    from bimvox.rendering.scene.site import scene_of_grid
+    from bimvox.rendering.pictures.site import scene_of_grid
 
     scene = scene_of_grid(grid, title=title)
     if name is None:
@@ -219,7 +219,7 @@ def _with_focus(scene: Scene, cells: NDArray[np.integer]) -> Scene:
     import numpy as np
 
     from bimvox.rendering.colours import INK
-    from bimvox.rendering.scene.scene import Layer, Strokes, box_edges
+    from bimvox.rendering.pictures.scene import Layer, Strokes, box_edges
 
     ends = scene.frame.corner_of(np.stack([cells.min(axis=0), cells.max(axis=0) + 1]))
     room = max(_LEAST_ROOM_M, _ROOM * float((ends[1] - ends[0]).max()))

@@ -24,8 +24,8 @@ from bimvox.files import read_input
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.site import built_site
 from bimvox.progress import SilentProgress
-from bimvox.rendering.draw.picture import PictureOptions, png_of
-from bimvox.rendering.scene.site import scene_of_site, view_of_site
+from bimvox.rendering.pictures.picture import PictureOptions, png_of
+from bimvox.rendering.pictures.site import scene_of_site, view_of_site
 from bimvox.site.catalogue import catalogue
 from bimvox.site.config.file import load_site_config, read_site_file
 from bimvox.site.config.site_config import ModelConfig, SiteConfig

@@ -20,7 +20,7 @@ from bimvox.records.proof import Check, Verification
 from bimvox.records.remark import Remark, Severity
 from bimvox.rendering.page.page import page_of
 from bimvox.rendering.page.source import PageSource, Revision
-from bimvox.rendering.scene.cranes import poses_at
+from bimvox.rendering.pictures.cranes import poses_at
 
 pytestmark = pytest.mark.browser
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from bimvox.crane.tower_crane import CranePose
 from bimvox.rendering.page.crane import FIXED, HOOK, SLEWING, crane_record
 from bimvox.rendering.page.geometry import Blob
-from bimvox.rendering.scene.cranes import crane_parts
+from bimvox.rendering.pictures.cranes import crane_parts
 
 
 def posed(crane, points, joints, pose) -> np.ndarray:

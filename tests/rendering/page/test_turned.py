@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bimvox.rendering.film.scene import rotation
 from bimvox.rendering.page import page as assets
+from bimvox.rendering.pictures.film_scene import rotation
 
 WEB = Path(assets.__file__).parent / "web"
 NODE = shutil.which("node")

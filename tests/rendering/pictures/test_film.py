@@ -11,11 +11,11 @@ from bimvox.errors import InputError
 from bimvox.log.moving import tracks_of
 from bimvox.records.motion import PhaseName
 from bimvox.rendering.colours import ARRIVED, ASSEMBLED, IN_TRANSIT, PAPER, UNBUILT
-from bimvox.rendering.draw.camera import Camera
-from bimvox.rendering.draw.picture import PictureOptions
-from bimvox.rendering.film.film import STANDING, FilmOptions, default_seconds, frame_times_ns, write_film
-from bimvox.rendering.film.scene import Film, rotation
-from bimvox.rendering.scene.scene import Scene
+from bimvox.rendering.pictures.camera import Camera
+from bimvox.rendering.pictures.film import STANDING, FilmOptions, default_seconds, frame_times_ns, write_film
+from bimvox.rendering.pictures.film_scene import Film, rotation
+from bimvox.rendering.pictures.picture import PictureOptions
+from bimvox.rendering.pictures.scene import Scene
 from bimvox.site.component import StoredPose
 
 SMALL = FilmOptions(size_px=(96, 72), samples=1, fps=10)
@@ -171,7 +171,7 @@ def test_the_camera_stands_still_and_holds_everything(monkeypatch: pytest.Monkey
         assert (camera.project(scene.points_m)[:, :2] <= options.size_px).all()
         return np.zeros((options.size_px[1], options.size_px[0], 3), np.uint8)
 
-    monkeypatch.setattr("bimvox.rendering.film.film.picture_of", shown)
+    monkeypatch.setattr("bimvox.rendering.pictures.film.picture_of", shown)
     written(film, times, SMALL, "webp")
     assert len(cameras) == 12
     assert len({(tuple(camera.eye_m), camera.focal_px, camera.centre_px) for camera in cameras}) == 1

@@ -15,10 +15,10 @@ from bimvox.errors import InputError
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.colours import INK, PAPER
-from bimvox.rendering.draw.camera import FILM_PX, Camera, View
-from bimvox.rendering.draw.picture import PictureOptions, camera_of, picture_of
-from bimvox.rendering.film.scene import Film
-from bimvox.rendering.scene.scene import Layer, without
+from bimvox.rendering.pictures.camera import FILM_PX, Camera, View
+from bimvox.rendering.pictures.film_scene import Film
+from bimvox.rendering.pictures.picture import PictureOptions, camera_of, picture_of
+from bimvox.rendering.pictures.scene import Layer, without
 
 FilmFormat = Literal["gif", "webp"]
 

@@ -15,10 +15,10 @@ from bimvox.compiled import kernel
 from bimvox.errors import InputError
 from bimvox.grid.frame import GridFrame
 from bimvox.rendering.colours import PAPER
-from bimvox.rendering.draw.annotate import annotate, draw_strokes, frame_for
-from bimvox.rendering.draw.camera import PICTURE_PX, Camera, View, fitted_camera
-from bimvox.rendering.draw.raycast import Buffers, Light, Rays, cast, cropped, light_for, light_on
-from bimvox.rendering.scene.scene import Block, Scene
+from bimvox.rendering.pictures.annotate import annotate, draw_strokes, frame_for
+from bimvox.rendering.pictures.camera import PICTURE_PX, Camera, View, fitted_camera
+from bimvox.rendering.pictures.raycast import Buffers, Light, Rays, cast, cropped, light_for, light_on
+from bimvox.rendering.pictures.scene import Block, Scene
 
 _SMALLEST_PX, _LARGEST_PX = 16, 4096
 _CELL_LINES_FROM_PX, _FACE_EDGES_FROM_PX = 9.0, 2.0

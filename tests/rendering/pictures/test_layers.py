@@ -5,9 +5,9 @@ import pytest
 from drawn_plans import motions_by_hand, plan_by_hand
 
 from bimvox.errors import SelectionError
-from bimvox.rendering.draw.picture import PictureOptions, picture_of
-from bimvox.rendering.scene.plan import Instant, scene_of_plan
-from bimvox.rendering.scene.scene import Layer, Scene, layers_named, without
+from bimvox.rendering.pictures.picture import PictureOptions, picture_of
+from bimvox.rendering.pictures.plan import Instant, scene_of_plan
+from bimvox.rendering.pictures.scene import Layer, Scene, layers_named, without
 
 OPTIONS = PictureOptions(size_px=(120, 80), samples=1)
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from bimvox.rendering.plots.look import Axis, Bar, Format, Mark, Series, draw_bars, draw_histogram
+from bimvox.rendering.pictures.plots import Axis, Bar, Format, Mark, Series, draw_bars, draw_histogram
 from bimvox.rendering.words import METHODS, counted
 
 _LONG = 2.0

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.errors import InputError
-from bimvox.rendering.draw.camera import View, fitted_camera
+from bimvox.rendering.pictures.camera import View, fitted_camera
 
 ANGLES = st.floats(-720, 720), st.floats(5, 89)
 

@@ -16,13 +16,13 @@ from log_building import tiny_log
 from PIL import Image
 
 from bimvox.log.moving import tracks_of
-from bimvox.rendering.draw.camera import View
-from bimvox.rendering.draw.picture import PictureOptions, picture_of, png_from_pixels
-from bimvox.rendering.film.scene import Film
-from bimvox.rendering.scene.blocked import scene_of_blocked
-from bimvox.rendering.scene.plan import Instant, scene_of_plan
-from bimvox.rendering.scene.scene import Scene
-from bimvox.rendering.scene.site import scene_of_site, view_of_site
+from bimvox.rendering.pictures.blocked import scene_of_blocked
+from bimvox.rendering.pictures.camera import View
+from bimvox.rendering.pictures.film_scene import Film
+from bimvox.rendering.pictures.picture import PictureOptions, picture_of, png_from_pixels
+from bimvox.rendering.pictures.plan import Instant, scene_of_plan
+from bimvox.rendering.pictures.scene import Scene
+from bimvox.rendering.pictures.site import scene_of_site, view_of_site
 
 GOLDEN = Path(__file__).parent / "golden"
 MEAN_DIFFERENCE = 0.7

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.grid.frame import GridFrame
 from bimvox.processes import processors
-from bimvox.rendering.draw.camera import Camera, View
+from bimvox.rendering.pictures.camera import Camera, View
 
 NOTHING = np.float32(np.inf)
 """Depth of a sample that sees nothing."""

@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 
 from bimvox.grid.frame import GridFrame
-from bimvox.rendering.draw.camera import View
-from bimvox.rendering.draw.picture import PictureOptions, camera_of, picture_of
-from bimvox.rendering.scene.scene import Scene, Strokes, box_edges, polyline
+from bimvox.rendering.pictures.camera import View
+from bimvox.rendering.pictures.picture import PictureOptions, camera_of, picture_of
+from bimvox.rendering.pictures.scene import Scene, Strokes, box_edges, polyline
 
 RED = (255, 0, 0)
 OPTIONS = PictureOptions(size_px=(200, 160), view=View(-90.0, 20.0), annotated=False)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from bimvox.rendering.plots.look import LINES, Bar, Curve, Panel, draw_bars, draw_success_curves
+from bimvox.rendering.pictures.plots import LINES, Bar, Curve, Panel, draw_bars, draw_success_curves
 
 
 def curve(label: str, rate: float) -> Curve:

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.grid.frame import GridFrame
-from bimvox.rendering.draw.camera import Camera, View, fitted_camera
-from bimvox.rendering.draw.raycast import cast, cropped, first_hit, light_for, tops
+from bimvox.rendering.pictures.camera import Camera, View, fitted_camera
+from bimvox.rendering.pictures.raycast import cast, cropped, first_hit, light_for, tops
 
 FRAME = GridFrame((10.0, -4.0, 2.0), 0.5)
 

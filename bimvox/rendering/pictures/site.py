@@ -27,9 +27,9 @@ from bimvox.rendering.colours import (
     UNBUILT,
     YARD,
 )
-from bimvox.rendering.draw.camera import View
-from bimvox.rendering.scene.cranes import CraneParts, building_centre_m, site_cranes
-from bimvox.rendering.scene.scene import Block, Canvas, Layer, LegendEntry, Scene, Strokes, box_edges, index_type
+from bimvox.rendering.pictures.camera import View
+from bimvox.rendering.pictures.cranes import CraneParts, building_centre_m, site_cranes
+from bimvox.rendering.pictures.scene import Block, Canvas, Layer, LegendEntry, Scene, Strokes, box_edges, index_type
 from bimvox.rendering.words import counted
 from bimvox.site.component import Component, IntVec, Shape
 from bimvox.site.construction import Rgb

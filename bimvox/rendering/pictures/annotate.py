@@ -10,8 +10,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from bimvox.compiled import kernel
 from bimvox.rendering.colours import FAINT_INK, INK, PAPER
-from bimvox.rendering.draw.camera import Camera
-from bimvox.rendering.scene.scene import LegendEntry, Scene, Strokes, Swatch
+from bimvox.rendering.pictures.camera import Camera
+from bimvox.rendering.pictures.scene import LegendEntry, Scene, Strokes, Swatch
 from bimvox.site.construction import Rgb
 
 Font = ImageFont.FreeTypeFont | ImageFont.ImageFont

@@ -27,9 +27,9 @@ from bimvox.rendering.colours import (
     TARGET_BOX,
     UNBUILT,
 )
-from bimvox.rendering.scene.cranes import poses_at, site_cranes
-from bimvox.rendering.scene.scene import Layer, LegendEntry, Scene, Strokes, Swatch, polyline
-from bimvox.rendering.scene.site import (
+from bimvox.rendering.pictures.cranes import poses_at, site_cranes
+from bimvox.rendering.pictures.scene import Layer, LegendEntry, Scene, Strokes, Swatch, polyline
+from bimvox.rendering.pictures.site import (
     boxes_strokes,
     painted_scene,
     site_canvas,

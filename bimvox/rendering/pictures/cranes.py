@@ -14,7 +14,7 @@ from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m, tower_head_m
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.records.motion import LiftMotion
 from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE, ROPE
-from bimvox.rendering.scene.scene import Block, Layer, Strokes
+from bimvox.rendering.pictures.scene import Block, Layer, Strokes
 from bimvox.site.construction import Rgb
 from bimvox.site.site import Site
 

@@ -14,10 +14,10 @@ from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.colours import ARRIVED, ASSEMBLED, IN_TRANSIT, START_BOX, TARGET_BOX, UNBUILT
-from bimvox.rendering.scene.cranes import poses_at, site_cranes
-from bimvox.rendering.scene.plan import LIFT_LEGEND, no_path_error, path_strokes, top_corners_m
-from bimvox.rendering.scene.scene import Block, Canvas, Layer, LegendEntry, Scene
-from bimvox.rendering.scene.site import (
+from bimvox.rendering.pictures.cranes import poses_at, site_cranes
+from bimvox.rendering.pictures.plan import LIFT_LEGEND, no_path_error, path_strokes, top_corners_m
+from bimvox.rendering.pictures.scene import Block, Canvas, Layer, LegendEntry, Scene
+from bimvox.rendering.pictures.site import (
     boxes_strokes,
     painted_scene,
     site_canvas,

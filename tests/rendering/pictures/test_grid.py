@@ -8,8 +8,8 @@ from bimvox.errors import InputError
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.grid.voxel_grid import VoxelGrid
-from bimvox.rendering.draw.picture import PictureOptions, picture_of
-from bimvox.rendering.scene.site import scene_of_grid
+from bimvox.rendering.pictures.picture import PictureOptions, picture_of
+from bimvox.rendering.pictures.site import scene_of_grid
 
 
 def grid_of_boxes(boxes, *, ground: bool = False) -> VoxelGrid:

@@ -7,9 +7,9 @@ from drawn_plans import plan_by_hand
 
 from bimvox.records.lift import Status
 from bimvox.rendering.colours import IN_THE_WAY
-from bimvox.rendering.draw.picture import PictureOptions, camera_of, picture_of, solids_seen
-from bimvox.rendering.scene.blocked import scene_of_blocked
-from bimvox.rendering.scene.scene import Swatch
+from bimvox.rendering.pictures.blocked import scene_of_blocked
+from bimvox.rendering.pictures.picture import PictureOptions, camera_of, picture_of, solids_seen
+from bimvox.rendering.pictures.scene import Swatch
 
 
 def blocked(*names: str, by: tuple[str, ...] = ("silo",)):

@@ -7,11 +7,11 @@ from drawn_plans import motions_by_hand, plan_by_hand
 from bimvox.errors import InputError
 from bimvox.grid.frame import GridFrame
 from bimvox.rendering.colours import PAPER
-from bimvox.rendering.draw.annotate import annotate
-from bimvox.rendering.draw.camera import View
-from bimvox.rendering.draw.picture import PictureOptions, _halved, picture_of, png_of
-from bimvox.rendering.scene.plan import Instant, scene_of_plan
-from bimvox.rendering.scene.scene import Scene
+from bimvox.rendering.pictures.annotate import annotate
+from bimvox.rendering.pictures.camera import View
+from bimvox.rendering.pictures.picture import PictureOptions, _halved, picture_of, png_of
+from bimvox.rendering.pictures.plan import Instant, scene_of_plan
+from bimvox.rendering.pictures.scene import Scene
 
 SMALL = PictureOptions(size_px=(160, 100))
 

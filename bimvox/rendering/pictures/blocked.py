@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from bimvox.records.lift import Lift, Status
 from bimvox.rendering.colours import ASSEMBLED, IN_THE_WAY, START_BOX, TARGET_BOX, UNBUILT
-from bimvox.rendering.draw.camera import View
-from bimvox.rendering.draw.picture import PictureOptions, solids_seen
-from bimvox.rendering.scene.cranes import site_cranes
-from bimvox.rendering.scene.scene import LegendEntry, Scene, Swatch
-from bimvox.rendering.scene.site import (
+from bimvox.rendering.pictures.camera import View
+from bimvox.rendering.pictures.cranes import site_cranes
+from bimvox.rendering.pictures.picture import PictureOptions, solids_seen
+from bimvox.rendering.pictures.scene import LegendEntry, Scene, Swatch
+from bimvox.rendering.pictures.site import (
     boxes_strokes,
     site_canvas,
     site_legend,

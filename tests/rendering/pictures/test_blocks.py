@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 
 from bimvox.grid.frame import GridFrame
-from bimvox.rendering.draw.camera import View
-from bimvox.rendering.draw.picture import PictureOptions, camera_of, draw_blocks
-from bimvox.rendering.draw.raycast import cast, light_for
-from bimvox.rendering.scene.scene import Block, Scene
+from bimvox.rendering.pictures.camera import View
+from bimvox.rendering.pictures.picture import PictureOptions, camera_of, draw_blocks
+from bimvox.rendering.pictures.raycast import cast, light_for
+from bimvox.rendering.pictures.scene import Block, Scene
 
 FRAME = GridFrame((0.0, 0.0, 0.0), 1.0)
 VIEW = View(-70.0, 25.0)

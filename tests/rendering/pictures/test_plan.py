@@ -17,9 +17,9 @@ from bimvox.rendering.colours import (
     YARD,
     Rgb,
 )
-from bimvox.rendering.scene.plan import Instant, path_m, scene_of_plan
-from bimvox.rendering.scene.scene import Scene
-from bimvox.rendering.scene.site import building_centre_m, scene_of_site, view_of_site
+from bimvox.rendering.pictures.plan import Instant, path_m, scene_of_plan
+from bimvox.rendering.pictures.scene import Scene
+from bimvox.rendering.pictures.site import building_centre_m, scene_of_site, view_of_site
 
 
 def cells_of(scene: Scene, rgb: Rgb) -> np.ndarray:

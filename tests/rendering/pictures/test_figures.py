@@ -8,8 +8,8 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from bimvox.rendering.plots.look import LINES, Axis, Series, bytes_of, draw_histogram
-from bimvox.rendering.plots.plan_figures import draw_path_ratios, draw_utilisation
+from bimvox.rendering.pictures.plots import LINES, Axis, Series, bytes_of, draw_histogram
+from bimvox.rendering.report.plan_figures import draw_path_ratios, draw_utilisation
 
 
 def lift(use: float | None, method: str = "policy", moves: int | None = 110) -> dict:
@@ -28,7 +28,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
         figures.append(figure)
         return bytes_of(figure, file_format)
 
-    monkeypatch.setattr("bimvox.rendering.plots.look.bytes_of", kept)
+    monkeypatch.setattr("bimvox.rendering.pictures.plots.bytes_of", kept)
     return figures
 
 

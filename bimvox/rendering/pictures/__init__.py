@@ -1,0 +1,1 @@
+"""Pictures, animations and plots: what is drawn, and how it becomes pixels."""

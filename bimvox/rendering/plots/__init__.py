@@ -1,1 +1,0 @@
-"""Plots in one style, readable in greyscale and by colour-blind people."""

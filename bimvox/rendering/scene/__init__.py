@@ -1,1 +1,0 @@
-"""Scenes: the content of a picture, as values."""
