@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox_cli.options import MachineChoice, command
-from bimvox_cli.output import Output, rows
+from bimvox_cli.output import Column, Output, table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -34,55 +34,37 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     """Print one table: a row for each machine."""
     machines = document["machines"]
     if document["site"] is None:
-        headings = ("machine", "kind", "tm", "jibs m", "falls", "t", "t at jib's end", "about")
-        values = [
-            (
-                one["machine"],
-                one["kind"],
-                round(one["load_moment_tm"]),
-                _listed(one["jib_lengths_m"]),
-                _listed(one["falls"]),
-                one["largest_capacity_kg"] / 1000.0,
-                one["capacity_at_jib_end_kg"] / 1000.0,
-                one["about"],
-            )
-            for one in machines
-        ]
-        rows(console, headings, values, limit=None)
+        table(console, _LISTED, machines, limit=None)
         return
-    headings_of_site = (
-        "machine",
-        "tm",
-        "jib m",
-        "falls",
-        "serves",
-        "parts",
-        "highest %",
-        "largest radius m",
-        "hours",
-        "cost",
-        "why not",
-    )
     own = document["own"]
-    on_site = [_row(own, "the site's: ")] if own else []
-    rows(console, headings_of_site, [*on_site, *(_row(one) for one in machines)], limit=None)
-
-
-def _row(one: Mapping[str, Any], prefix: str = "") -> tuple[object, ...]:
-    return (
-        prefix + one["machine"],
-        round(one["load_moment_tm"]),
-        one["jib_length_m"],
-        one["falls"],
-        one["serves"],
-        f"{one['parts_served']} of {one['parts']}",
-        round(100.0 * one["highest_utilisation"]),
-        round(one["largest_radius_m"], 1),
-        one["estimated_hours"],
-        round(one["estimated_cost"]),
-        one["reason"],
-    )
+    on_site = [own | {"machine": f"the site's: {own['machine']}"}] if own else []
+    table(console, _ON_SITE, [*on_site, *machines], limit=None)
 
 
 def _listed(values: Sequence[float]) -> str:
     return ", ".join(f"{value:g}" for value in values)
+
+
+_LISTED: dict[str, Column] = {
+    "machine": "machine",
+    "kind": "kind",
+    "tm": lambda one: round(one["load_moment_tm"]),
+    "jibs m": lambda one: _listed(one["jib_lengths_m"]),
+    "falls": lambda one: _listed(one["falls"]),
+    "t": lambda one: one["largest_capacity_kg"] / 1000.0,
+    "t at jib's end": lambda one: one["capacity_at_jib_end_kg"] / 1000.0,
+    "about": "about",
+}
+_ON_SITE: dict[str, Column] = {
+    "machine": "machine",
+    "tm": lambda one: round(one["load_moment_tm"]),
+    "jib m": "jib_length_m",
+    "falls": "falls",
+    "serves": "serves",
+    "parts": lambda one: f"{one['parts_served']} of {one['parts']}",
+    "highest %": lambda one: round(100.0 * one["highest_utilisation"]),
+    "largest radius m": lambda one: round(one["largest_radius_m"], 1),
+    "hours": "estimated_hours",
+    "cost": lambda one: round(one["estimated_cost"]),
+    "why not": "reason",
+}

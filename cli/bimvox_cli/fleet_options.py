@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from bimvox.records.remark import number_in_words
-from bimvox_cli.output import fields, rows, spent
+from bimvox_cli.output import Column, fields, spent, table
 from bimvox_cli.remarks import coloured
 
 if TYPE_CHECKING:
@@ -50,26 +50,12 @@ Fresh = Annotated[
 def show_fleet(console: Console, document: Mapping[str, Any]) -> None:
     """Print the results of many runs."""
     runs = document["runs"]
-    rows(
-        console,
-        (
-            "run",
-            "status",
-            "lifts",
-            "infeasible",
-            "by policy",
-            "moves/fewest",
-            "crane h",
-            "hook km",
-            "critical",
-            "remarks",
-        ),
-        [_row(run) for run in runs],
-    )
+    table(console, _COLUMNS, runs)
     failed = [run for run in runs if run["error"]]
     if failed:
         console.print()
-    rows(console, ("run", "why"), [(r["run"], r["error"]["message"]) for r in failed], title=f"failed: {len(failed):,}")
+    why: dict[str, Column] = {"run": "run", "why": lambda run: run["error"]["message"]}
+    table(console, why, failed, title=f"failed: {len(failed):,}")
     console.print()
     kept = f", {document['kept']:,} of them kept" if document["kept"] else ""
     fields(
@@ -91,26 +77,26 @@ def _verdict(document: Mapping[str, Any]) -> Text:
     return coloured(said, proven=document["verified"], remarks=remarks, serious=serious)
 
 
-def _row(run: Mapping[str, Any]) -> tuple[object, ...]:
-    figures = run.get("figures")
-    if figures is None:
-        return (run["run"], run["status"], *[None] * 8)
-    travel = figures["hook_travel_m"]
-    return (
-        run["run"],
-        run["status"],
-        run["lifts"],
-        run["infeasible"],
-        f"{figures['shares']['policy']:.0%}",
-        figures["moves_over_shortest"],
-        figures["crane_hours"],
-        None if travel is None else travel / 1000.0,
-        figures["critical_lifts"],
-        _remarks(run),
-    )
+def _figure(of: Callable[[Mapping[str, Any], Mapping[str, Any]], object]) -> Column:
+    """Return a column of runs with figures; it is empty for the others."""
+    return lambda run: None if run.get("figures") is None else of(run, run["figures"])
 
 
 def _remarks(run: Mapping[str, Any]) -> str | None:
     """Return the number of remarks about a run's plan; None for a record of an earlier version."""
     count = run.get("remarks")
     return None if count is None else number_in_words(count, run["serious_remarks"])
+
+
+_COLUMNS: dict[str, Column] = {
+    "run": "run",
+    "status": "status",
+    "lifts": _figure(lambda run, _: run["lifts"]),
+    "infeasible": _figure(lambda run, _: run["infeasible"]),
+    "by policy": _figure(lambda _, figures: f"{figures['shares']['policy']:.0%}"),
+    "moves/fewest": _figure(lambda _, figures: figures["moves_over_shortest"]),
+    "crane h": _figure(lambda _, figures: figures["crane_hours"]),
+    "hook km": _figure(lambda _, figures: figures["hook_travel_m"] and figures["hook_travel_m"] / 1000.0),
+    "critical": _figure(lambda _, figures: figures["critical_lifts"]),
+    "remarks": _figure(lambda run, _: _remarks(run)),
+}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,7 +11,7 @@ import typer
 
 from bimvox_cli.fleet_options import BackendName, Fresh, Jobs
 from bimvox_cli.options import MachineChoice, command
-from bimvox_cli.output import Output, fields, rows, spent
+from bimvox_cli.output import Column, Output, fields, rows, spent, table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -92,28 +92,9 @@ def optimise(
 def _show(console: Console, document: Mapping[str, Any]) -> None:
     from bimvox.rendering.report.set_ups import best_of
 
-    rows(
-        console,
-        (
-            "set-up",
-            "jib m",
-            "falls",
-            "at",
-            "yard, truckload",
-            "refused",
-            "crane h",
-            "moving h",
-            "critical",
-            "highest %",
-            document["currency"],
-            "why not",
-        ),
-        [
-            _row("given: ", document["baseline"]),
-            *(_row("", one) for one in (*document["front"], *document["losers"])),
-        ],
-        limit=None,
-    )
+    given = document["baseline"] | {"is_given": True}
+    columns = {document["currency"] if name == "cost" else name: of for name, of in _SET_UPS.items()}
+    table(console, columns, [given, *document["front"], *document["losers"]], limit=None)
     console.print()
     best = {key: best_of(document["front"], document["baseline"], key) for key in _GOALS}
     fields(
@@ -134,24 +115,17 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
 
 
 def _show_all(console: Console, document: Mapping[str, Any]) -> None:
-    rows(
-        console,
-        ("site", "parts", "given h", "fastest h", "machine", "given cost", "cheapest cost", "machine", "why not"),
-        [
-            (
-                one["name"],
-                one["parts"],
-                one["given_hours"],
-                one["fastest_hours"],
-                one["fastest_machine"],
-                *(None if one[key] is None else round(one[key]) for key in ("given_cost", "cheapest_cost")),
-                one["cheapest_machine"],
-                one["error"],
-            )
-            for one in document["sites"]
-        ],
-        limit=None,
-    )
+    heads = ("site", "parts", "given h", "fastest h", "machine", "given cost", "cheapest cost", "machine", "why not")
+    costs = [_whole(key) for key in ("given_cost", "cheapest_cost")]
+    values = [
+        (
+            *(one[key] for key in ("name", "parts", "given_hours", "fastest_hours", "fastest_machine")),
+            *(cost(one) for cost in costs),
+            *(one[key] for key in ("cheapest_machine", "error")),
+        )
+        for one in document["sites"]
+    ]
+    rows(console, heads, values, limit=None)
     console.print()
     kept = f", {document['kept']:,} of them kept" if document["kept"] else ""
     fields(
@@ -165,20 +139,31 @@ def _show_all(console: Console, document: Mapping[str, Any]) -> None:
     )
 
 
-def _row(prefix: str, one: Mapping[str, Any]) -> tuple[object, ...]:
-    highest = one["highest_utilisation"]
-    return (
-        prefix + one["machine"] + (f" + {one['second']['machine']}" if one["second"] else ""),
-        one["jib_m"],
-        one["falls"],
-        ", ".join("({:g}, {:g})".format(*each["base_m"]) for each in (one, one["second"]) if each),
-        ("given" if one["yard"] is None else "({:g}, {:g})".format(*one["yard"][0]))
-        + (f", {one['truckload_kg'] / 1000.0:g} t" if one["truckload_kg"] else ""),
-        one["refused"],
-        one["hours"],
-        one["moving_hours"],
-        one["critical_lifts"],
-        None if highest is None else round(100.0 * highest),
-        None if one["cost"] is None else round(one["cost"]),
-        one["error"]["message"] if one["error"] else one.get("why_lost"),
-    )
+def _machines(one: Mapping[str, Any]) -> str:
+    given = "given: " if one.get("is_given") else ""
+    return given + one["machine"] + (f" + {one['second']['machine']}" if one["second"] else "")
+
+
+def _yard(one: Mapping[str, Any]) -> str:
+    place = "given" if one["yard"] is None else "({:g}, {:g})".format(*one["yard"][0])
+    return place + (f", {one['truckload_kg'] / 1000.0:g} t" if one["truckload_kg"] else "")
+
+
+def _whole(key: str, times: float = 1.0) -> Callable[[Mapping[str, Any]], int | None]:
+    return lambda one: None if one[key] is None else round(times * one[key])
+
+
+_SET_UPS: dict[str, Column] = {
+    "set-up": _machines,
+    "jib m": "jib_m",
+    "falls": "falls",
+    "at": lambda one: ", ".join("({:g}, {:g})".format(*each["base_m"]) for each in (one, one["second"]) if each),
+    "yard, truckload": _yard,
+    "refused": "refused",
+    "crane h": "hours",
+    "moving h": "moving_hours",
+    "critical": "critical_lifts",
+    "highest %": _whole("highest_utilisation", 100.0),
+    "cost": _whole("cost"),
+    "why not": lambda one: one["error"]["message"] if one["error"] else one.get("why_lost"),
+}

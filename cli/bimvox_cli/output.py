@@ -169,6 +169,23 @@ def rows(
         console.print(f"... and {more:,} more (--json lists all)", style="dim")
 
 
+Column = str | Callable[[Any], object]
+"""A column of a table: the key of its values, or a function of an item."""
+
+
+def table(
+    console: Console,
+    columns: Mapping[str, Column],
+    items: Iterable[Any],
+    *,
+    title: str = "",
+    limit: int | None = ROWS_SHOWN,
+) -> None:
+    """Print a table of items, a row each, with columns by their headings."""
+    cells = [[of(one) if callable(of) else one[of] for of in columns.values()] for one in items]
+    rows(console, list(columns), cells, title=title, limit=limit)
+
+
 def _print_trimmed(console: Console, table: Table) -> None:
     """Print a table without trailing spaces."""
     with console.capture() as capture:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox_cli.options import Log, command
-from bimvox_cli.output import Output, fields, rows, spent
+from bimvox_cli.output import Column, Output, fields, spent, table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -71,24 +71,9 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     record = document["record"]
     totals = record["totals"]
     lifts = {lift["order"]: lift for lift in record["lifts"]}
-    rows(
-        console,
-        ("lift", "part", "use %", "radius m", "load t", "capacity t"),
-        [
-            (
-                order + 1,
-                lifts[order]["name"] or lifts[order]["id"],
-                None if g["utilisation"] is None else round(100 * g["utilisation"], 1),
-                round(g["radius_m"], 2),
-                round(g["load_kg"] / 1000, 3),
-                round(g["capacity_kg"] / 1000, 3),
-            )
-            for order in record["critical"]
-            for g in (lifts[order]["governs"],)
-        ],
-        title=f"critical lifts: {len(record['critical']):,}",
-        limit=_MOST_CRITICAL,
-    )
+    critical = [lifts[order] for order in record["critical"]]
+    title = f"critical lifts: {len(critical):,}"
+    table(console, _CRITICAL, critical, title=title, limit=_MOST_CRITICAL)
     fields(
         console,
         [
@@ -101,3 +86,18 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             ("took", spent(document["seconds"])),
         ],
     )
+
+
+def _governing(key: str, digits: int, per: float = 1.0) -> Column:
+    """Return a column of the governing sample."""
+    return lambda lift: None if lift["governs"][key] is None else round(lift["governs"][key] / per, digits)
+
+
+_CRITICAL: dict[str, Column] = {
+    "lift": "number",
+    "part": lambda lift: lift["name"] or lift["id"],
+    "use %": lambda lift: None if (share := lift["governs"]["utilisation"]) is None else round(100 * share, 1),
+    "radius m": _governing("radius_m", 2),
+    "load t": _governing("load_kg", 3, 1000),
+    "capacity t": _governing("capacity_kg", 3, 1000),
+}
