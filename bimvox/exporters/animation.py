@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import joints_of
-from bimvox.crane.luffing import LuffingJib
+from bimvox.crane.links import links_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.exporters.mesh import linear_rgba
 from bimvox.grid.boxes import boxes_of
@@ -163,46 +163,38 @@ def _crane(writer: _GltfWriter, log: PlanLog, number: int, crane: TowerCrane) ->
     axes = np.concatenate([values for _, values in samples])
     time_ns, first = np.unique(time_ns, return_index=True)
     times, axes = time_ns / 1e9, axes[first]
-    half, top_m = crane.mast_size_m / 2, crane.jib_height_m
-    base = np.array(crane.base_m, np.float64)
-    if crane.luffing is not None:
-        _luffing_crane(writer, crane, crane.luffing, times, axes, number)
-        return
-    _box(writer, of_crane("mast", number), (-half, -half, 0.0), (half, half, top_m - base[2]), base)
-    low, high = (-0.28 * crane.jib_length_m, -0.4, 0.0), (crane.jib_length_m, 0.4, 1.2)
-    jib = _box(writer, of_crane("jib", number), low, high, np.array([base[0], base[1], top_m]))
-    _rotate(writer, jib, times, axes[:, 0], 2)
-    trolley = writer.node(of_crane("trolley", number), parent=jib)
-    out = np.stack([axes[:, 1], np.zeros(len(axes)), np.zeros(len(axes))], axis=1)
-    kept = _kept(times, out)
-    writer.move(trolley, "translation", times[kept], out[kept])
-    _rope(writer, of_crane("rope", number), trolley, times, top_m - axes[:, 2])
+    base, joints, parent = np.array(crane.base_m, np.float64), joints_of(crane, axes), 0
+    boxes = _crane_boxes(crane)
+    _box(writer, of_crane("mast", number), *boxes["mast"], base)
+    for joint in links_of(crane).joints[1:-1]:
+        name, origin_m = of_crane(joint.child, number), np.array(joint.origin_m)
+        if joint.child in boxes:
+            node = _box(writer, name, *boxes[joint.child], origin_m if parent else base + origin_m, parent)
+        else:
+            node = writer.node(name, translation_m=origin_m if joint.turns else None, parent=parent)
+        at = joints[:, joint.column]
+        if joint.turns:
+            _rotate(writer, node, times, at * joint.axis[joint.along], joint.along)
+        else:
+            moved = at[:, None] * joint.axis
+            kept = _kept(times, moved)
+            writer.move(node, "translation", times[kept], moved[kept])
+        parent = node
+    _rope(writer, of_crane("rope", number), parent, times, joints[:, 2])
 
 
-def _luffing_crane(
-    writer: _GltfWriter,
-    crane: TowerCrane,
-    jib: LuffingJib,
-    times: NDArray[np.float64],
-    axes: NDArray[np.float64],
-    number: int,
-) -> None:
-    """Add mast or undercarriage, platform, luffing jib and rope, moved by the joints."""
-    slewing, luff, rope_m = joints_of(crane, axes).T
-    base, half, wide = np.array(crane.base_m, np.float64), crane.mast_size_m / 2, jib.width_m / 2
-    pivot_m = jib.pivot_height_m - base[2]
-    _box(writer, of_crane("mast", number), (-half, -half, 0.0), (half, half, pivot_m), base)
-    tail = jib.tail_width_m / 2
-    low = (-jib.tail_radius_m, -tail, jib.tail_low_m - jib.pivot_height_m)
-    high = (max(jib.pivot_offset_m, 0.1), tail, 0.0)
-    platform = _box(writer, of_crane("platform", number), low, high, base + np.array([0.0, 0.0, pivot_m]))
-    _rotate(writer, platform, times, slewing, 2)
-    foot = np.array([jib.pivot_offset_m, 0.0, 0.0])
-    arm = _box(writer, of_crane("jib", number), (0.0, -wide, -wide), (jib.length_m, wide, wide), foot, platform)
-    _rotate(writer, arm, times, -luff, 1)
-    tip = writer.node(of_crane("tip", number), translation_m=np.array([jib.length_m, 0.0, 0.0]), parent=arm)
-    _rotate(writer, tip, times, luff, 1)
-    _rope(writer, of_crane("rope", number), tip, times, rope_m)
+def _crane_boxes(crane: TowerCrane) -> dict[str, tuple[Point, Point]]:
+    """Return the lowest and highest corner of mast or undercarriage, jib and platform, in the frames of their links."""
+    half, jib = crane.mast_size_m / 2, crane.luffing
+    top_m = crane.jib_height_m if jib is None else jib.pivot_height_m
+    mast = {"mast": ((-half, -half, 0.0), (half, half, top_m - crane.base_m[2]))}
+    if jib is None:
+        return mast | {"jib": ((-0.28 * crane.jib_length_m, -0.4, 0.0), (crane.jib_length_m, 0.4, 1.2))}
+    wide, tail, low_m = jib.width_m / 2, jib.tail_width_m / 2, jib.tail_low_m - jib.pivot_height_m
+    return mast | {
+        "platform": ((-jib.tail_radius_m, -tail, low_m), (max(jib.pivot_offset_m, 0.1), tail, 0.0)),
+        "jib": ((0.0, -wide, -wide), (jib.length_m, wide, wide)),
+    }
 
 
 def _box(writer: _GltfWriter, name: str, low: Point, high: Point, at_m: NDArray[np.float64], parent: int = 0) -> int:

@@ -16,7 +16,6 @@ Needs ``pip install 'bimvox[ros2]'``.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.kinematics import joint_names, joints_of
+from bimvox.crane.links import links_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
@@ -193,25 +193,16 @@ def _frames(times_ns: NDArray[np.int64], frames: dict[str, tuple[str, Poses]]) -
 
 def _chain(crane: TowerCrane, joints: NDArray[np.float64], prefix: str) -> dict[str, tuple[str, Poses]]:
     """Return the crane's frames, as in its URDF: by their names each frame's parent, and where it is in it."""
-    slew, radius, rope = np.ascontiguousarray(joints.T)
-    base_m, top_m, jib = crane.base_m, crane.jib_height_m, crane.luffing
-    turn = (0.0, 0.0, np.sin(slew / 2), np.cos(slew / 2))
-    frames: list[tuple[str, Sequence[ArrayLike], Sequence[ArrayLike]]] = [("crane_base", [*base_m], _UPRIGHT)]
-    if jib is not None:
-        half = radius / 2.0  # the second joint is the luff angle
-        frames += [
-            ("platform", (0.0, 0.0, jib.pivot_height_m - float(base_m[2])), turn),
-            ("jib", (jib.pivot_offset_m, 0.0, 0.0), (0.0, -np.sin(half), 0.0, np.cos(half))),
-            ("tip", (jib.length_m, 0.0, 0.0), (0.0, np.sin(half), 0.0, np.cos(half))),
-        ]
-    else:
-        frames += [("jib", (0.0, 0.0, top_m - float(base_m[2])), turn), ("trolley", (radius, 0.0, 0.0), _UPRIGHT)]
-    frames.append(("hook", (0.0, 0.0, -rope), _UPRIGHT))
-    names = ["site", *(f"{prefix}{name}" for name, *_ in frames)]
-    return {
-        child: (parent, np.stack(np.broadcast_arrays(slew, *at, *rotation)[1:], axis=1))
-        for (parent, child), (_, at, rotation) in zip(pairwise(names), frames, strict=True)
-    }
+    found = {}
+    for joint in links_of(crane).joints:
+        poses = np.tile([*joint.origin_m, *_UPRIGHT], (len(joints), 1))
+        if joint.turns:
+            poses[:, [3 + joint.along, 6]] = joint.moved(joints)
+        elif joint.limits is not None:
+            poses[:, joint.along] = joint.moved(joints)[:, 0]
+        parent = joint.parent if joint.parent == "site" else f"{prefix}{joint.parent}"
+        found[f"{prefix}{joint.child}"] = (parent, poses)
+    return found
 
 
 # Many ROS 2 messages at once in CDR, their serialization: messages of one form differ in numbers alone.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,9 @@ from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from foxglove_schemas_protobuf.VoxelGrid_pb2 import VoxelGrid
-from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import joints_of
+from bimvox.crane.links import Joint, links_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.labels import Label
 from bimvox.log.driven import Driven
@@ -37,23 +37,31 @@ class CraneTransforms:
 
     def __init__(self, crane: TowerCrane, number: int) -> None:
         self._crane, self._number = crane, number
+        self._joints = links_of(crane).joints
         # Made once and updated for each sample: a message copies them.
-        frames, move, doubles = _luffing_frames(crane) if crane.luffing else _trolley_frames(crane)
-        _rename(frames, number)
+        frames = [self._frame_of(joint) for joint in self._joints]
+        moved = [place for joint, frame in zip(self._joints, frames, strict=True) for place in _moved(joint, frame)]
 
         def of_machine(t: int, row: Sequence[float]) -> Any:
-            move(row)
+            for (part, name), value in zip(moved, row, strict=True):
+                setattr(part, name, value)
             when = stamp(t)
             for frame in frames:
                 frame.timestamp.CopyFrom(when)
             return FrameTransforms(transforms=frames)
 
-        self._bare = Form(of_machine, doubles)
+        self._bare = Form(of_machine, len(moved))
+
+    def _frame_of(self, joint: Joint) -> Any:
+        """Return the frame of a joint; all cranes share the frame ``site``."""
+        parent = joint.parent if joint.parent == "site" else of_crane(joint.parent, self._number)
+        x, y, z = joint.origin_m
+        return _frame(parent, of_crane(joint.child, self._number), Vector3(x=x, y=y, z=z))
 
     def rows(self, lift: Driven) -> Iterator[Rows]:
         """Yield the messages of the samples of a lift that are shown, split into spans without and with the load."""
-        axes, first, last = lift.axes, lift.loaded.start, lift.loaded.stop
-        rows = _luffing_rows(self._crane, axes) if self._crane.luffing else _trolley_rows(self._crane, axes)
+        first, last, joints = lift.loaded.start, lift.loaded.stop, joints_of(self._crane, lift.axes)
+        rows = np.concatenate([joint.moved(joints) for joint in self._joints if joint.limits is not None], axis=1)
         with_load = self._bare.followed_by(self._of_load(lift.component_id))
         loaded = np.concatenate([rows[lift.loaded], lift.hung], axis=1)
         for span, form, values in (
@@ -78,52 +86,12 @@ class CraneTransforms:
         return Form(on_hook, 7)
 
 
-Frames = tuple[list[Any], Callable[[Sequence[float]], None], int]
-"""The crane's frames, the function that sets them from a row of numbers, and the length of a row."""
-
-
-def _trolley_frames(crane: TowerCrane) -> Frames:
-    base = _frame("site", "crane_base", _vector(crane.base_m))
-    jib = _frame("crane_base", "jib", Vector3(z=crane.jib_height_m - crane.base_m[2]))
-    trolley, hook = _frame("jib", "trolley", Vector3()), _frame("trolley", "hook", Vector3())
-
-    def move(row: Sequence[float]) -> None:
-        jib.rotation.z, jib.rotation.w, trolley.translation.x, hook.translation.z = row
-
-    return [base, jib, trolley, hook], move, 4
-
-
-def _trolley_rows(crane: TowerCrane, axes: NDArray[np.float64]) -> NDArray[np.float64]:
-    slew, radius, height = axes.T
-    return np.stack([np.sin(slew / 2.0), np.cos(slew / 2.0), radius, height - crane.jib_height_m], axis=1)
-
-
-def _luffing_frames(crane: TowerCrane) -> Frames:
-    assert crane.luffing is not None
-    base = _frame("site", "crane_base", _vector(crane.base_m))
-    platform = _frame("crane_base", "platform", Vector3(z=crane.luffing.pivot_height_m - crane.base_m[2]))
-    jib = _frame("platform", "jib", Vector3(x=crane.luffing.pivot_offset_m))
-    tip, hook = _frame("jib", "tip", Vector3(x=crane.luffing.length_m)), _frame("tip", "hook", Vector3())
-
-    def move(row: Sequence[float]) -> None:
-        platform.rotation.z, platform.rotation.w, jib.rotation.y, jib.rotation.w = row[:4]
-        tip.rotation.y, tip.rotation.w, hook.translation.z = row[4:]
-
-    return [base, platform, jib, tip, hook], move, 7
-
-
-def _luffing_rows(crane: TowerCrane, axes: NDArray[np.float64]) -> NDArray[np.float64]:
-    slewing, luff, rope = joints_of(crane, axes).T
-    half, up = slewing / 2.0, luff / 2.0
-    return np.stack([np.sin(half), np.cos(half), -np.sin(up), np.cos(up), np.sin(up), np.cos(up), -rope], axis=1)
-
-
-def _rename(frames: list[Any], number: int) -> None:
-    """Prefix the frames' names with the crane's number; all cranes share the frame ``site``."""
-    for frame in frames:
-        if frame.parent_frame_id != "site":
-            frame.parent_frame_id = of_crane(frame.parent_frame_id, number)
-        frame.child_frame_id = of_crane(frame.child_frame_id, number)
+def _moved(joint: Joint, frame: Any) -> list[tuple[Any, str]]:
+    """Return the numbers of a frame that a joint moves, in the order of ``Joint.moved``."""
+    if joint.limits is None:
+        return []
+    name = "xyz"[joint.along]
+    return [(frame.rotation, name), (frame.rotation, "w")] if joint.turns else [(frame.translation, name)]
 
 
 def _frame(parent: str, child: str, translation: Any) -> Any:
@@ -142,10 +110,6 @@ def load_transforms(track: LoadTrack, component_id: str) -> Iterator[Rows]:
         return FrameTransforms(transforms=[load])
 
     yield Rows(track.time_ns, TF, Form(transform, 3).serialized(track.time_ns, track.corner_m))
-
-
-def _vector(xyz: Any) -> Any:
-    return Vector3(x=xyz[0], y=xyz[1], z=xyz[2])
 
 
 # The site's cells as a Foxglove VoxelGrid.
