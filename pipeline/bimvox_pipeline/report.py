@@ -154,7 +154,7 @@ def _blocked(revision: Revision, orders: list[int], most: int, progress: Progres
     from bimvox.rendering.pictures.blocked import scene_of_blocked
     from bimvox.rendering.pictures.picture import PictureOptions, small_png_of
     from bimvox.rendering.report.page import Figure
-    from bimvox.rendering.words import named
+    from bimvox.rendering.report.words import named
 
     site = revision.plan.site
     groups: dict[tuple[str, ...], list[Lift]] = {}

@@ -11,7 +11,8 @@ from bimvox.rendering.report.drawings import legend_names
 from bimvox.rendering.report.html import element, picture, text
 from bimvox.rendering.report.plan_view import heavy_words, plan_parts, shows_all, title_of
 from bimvox.rendering.report.sheet import shortened, width_px
-from bimvox.rendering.words import counted, fixed, length, plain, tonnes
+from bimvox.rendering.report.words import fixed, length, tonnes
+from bimvox.rendering.words import counted, plain
 
 _LEFT_PX = 24.0
 _LINE_PX = 15.0

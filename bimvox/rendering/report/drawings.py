@@ -8,7 +8,8 @@ from typing import Any
 from bimvox.rendering.report.html import element, number, paragraph, row, section, table, tag, text
 from bimvox.rendering.report.plan_view import FIRST, ZONES, frame_box, plan_view, stored_box, storey_words
 from bimvox.rendering.report.sheet import Sheet, drawn, grid, label, line, scale_bar, sheet_for, tip
-from bimvox.rendering.words import escape, fixed, in_ranges
+from bimvox.rendering.report.words import fixed, in_ranges
+from bimvox.rendering.words import escape
 
 _MOST_PX = (1030.0, 300.0)
 """What half a landscape A4 page takes."""

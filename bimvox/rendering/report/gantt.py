@@ -12,7 +12,8 @@ from typing import Any
 
 from bimvox.rendering.report.html import element, picture, text, ticks
 from bimvox.rendering.report.record import CARRYING
-from bimvox.rendering.words import escape, named
+from bimvox.rendering.report.words import named
+from bimvox.rendering.words import escape
 from bimvox.units import clock
 
 LIFTS_A_CHART = 45

@@ -8,7 +8,8 @@ from typing import Any
 
 from bimvox.records.remark import Severity
 from bimvox.rendering.report.html import number, row, table, tag
-from bimvox.rendering.words import METHODS, PHASES, escape, fixed, named, span, tonnes
+from bimvox.rendering.report.words import METHODS, fixed, named, span, tonnes
+from bimvox.rendering.words import PHASES, escape
 from bimvox.site.means import HOW
 from bimvox.units import clock
 

@@ -11,7 +11,8 @@ import numpy as np
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.rendering.report.html import element, number, paragraph, picture, section, tag, terms, text, ticks
-from bimvox.rendering.words import SWING, escape, fixed, length, named, percent, tonnes
+from bimvox.rendering.report.words import SWING, fixed, length, named, percent, tonnes
+from bimvox.rendering.words import escape
 
 
 def machine(record: dict[str, Any], cranes: Sequence[TowerCrane]) -> str:

@@ -9,7 +9,8 @@ from urllib.parse import quote
 from bimvox.rendering.page.source import Light
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
 from bimvox.rendering.report.page import printable
-from bimvox.rendering.words import counted, escape, fixed, percent, span
+from bimvox.rendering.report.words import fixed, percent, span
+from bimvox.rendering.words import counted, escape
 
 COLUMNS = (
     "name", "site", "status", "error", "verified", "parts", "currency",

@@ -22,7 +22,8 @@ from bimvox.rendering.report.rigging import rigging
 from bimvox.rendering.report.sheet import shortened
 from bimvox.rendering.report.statement import statement, title_block
 from bimvox.rendering.report.support import support, survey
-from bimvox.rendering.words import counted, escape, fixed, in_ranges, named
+from bimvox.rendering.report.words import fixed, in_ranges, named
+from bimvox.rendering.words import counted, escape
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from bimvox.rendering.pictures.plots import Axis, Bar, Format, Mark, Series, draw_bars, draw_histogram
-from bimvox.rendering.words import METHODS, counted
+from bimvox.rendering.report.words import METHODS
+from bimvox.rendering.words import counted
 
 _LONG = 2.0
 _METHODS = ("greedy", "policy", "retrained", "search")

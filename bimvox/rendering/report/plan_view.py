@@ -26,7 +26,8 @@ from bimvox.rendering.report.sheet import (
     tip,
     width_px,
 )
-from bimvox.rendering.words import counted, fixed, length, tonnes
+from bimvox.rendering.report.words import fixed, length, tonnes
+from bimvox.rendering.words import counted
 
 FIRST = 1
 """The delivery whose parts are drawn in the plans; each has its own drawing of the yard."""

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from bimvox.rendering.report.html import element, number, paragraph, picture, row, section, table, tag, text
-from bimvox.rendering.words import counted, escape, fixed, percent, tonnes
+from bimvox.rendering.report.words import fixed, percent, tonnes
+from bimvox.rendering.words import counted, escape
 
 _LISTED = 30
 _WIDTH, _HEIGHT, _MARGIN, _ASIDE = 300.0, 250.0, 34.0, 62.0

@@ -8,7 +8,8 @@ from typing import Any
 from bimvox.rendering.report.gantt import crane_chart, gantt_chart
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
 from bimvox.rendering.report.lifts import critical_first, lift_table, words_of_lifts
-from bimvox.rendering.words import CHECKS, METHODS, counted, escape, fixed, named, names_of, percent, span, tonnes
+from bimvox.rendering.report.words import CHECKS, METHODS, fixed, named, names_of, percent, span, tonnes
+from bimvox.rendering.words import counted, escape
 from bimvox.site.means import HOW
 from bimvox.site.part_names import with_names
 from bimvox.units import clock, elapsed

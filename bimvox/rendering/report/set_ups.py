@@ -20,7 +20,8 @@ from bimvox.rendering.report.html import (
     ticks,
 )
 from bimvox.rendering.report.page import Figure, printable
-from bimvox.rendering.words import counted, escape, fixed, percent
+from bimvox.rendering.report.words import fixed, percent
+from bimvox.rendering.words import counted, escape
 
 _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 1040.0, 400.0, 76.0, 30.0, 18.0, 40.0
 _STEPS_H = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)

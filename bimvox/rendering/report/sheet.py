@@ -12,7 +12,8 @@ import numpy as np
 import shapely
 
 from bimvox.rendering.report.html import element, picture, text, ticks
-from bimvox.rendering.words import escape, fixed, plain
+from bimvox.rendering.report.words import fixed
+from bimvox.rendering.words import escape, plain
 
 PX_PER_M_AT_1 = 96.0 / 0.0254
 """Drawing units of a metre on paper."""

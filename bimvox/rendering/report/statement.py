@@ -7,7 +7,8 @@ from typing import Any
 
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
 from bimvox.rendering.report.support import in_words
-from bimvox.rendering.words import counted, escape, fixed, named, percent, span, tonnes
+from bimvox.rendering.report.words import fixed, named, percent, span, tonnes
+from bimvox.rendering.words import counted, escape
 
 _WORK = {
     "footing": "Footings",

@@ -23,7 +23,8 @@ import numpy as np
 from bimvox.crane.outline import CraneOutline, outline_of
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
-from bimvox.rendering.words import escape, fixed
+from bimvox.rendering.report.words import fixed
+from bimvox.rendering.words import escape
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
 from bimvox.site.config.support import SupportConfig
 from bimvox.site.lifting import hung_kg

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from bimvox.rendering.words import length, tonnes
+from bimvox.rendering.report.words import length, tonnes
 
 
 @pytest.mark.parametrize(
