@@ -22,7 +22,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from bimvox.env.registration import register_with_gymnasium as _register_with_gymnasium
+from bimvox.env.gym import register_with_gymnasium as _register_with_gymnasium
 from bimvox.errors import BimvoxError
 from bimvox.version import __version__
 

@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from bimvox.env.names import known_options
+from bimvox.env.actions import known_options
 from bimvox.live.episode import CHOICES, Episode, Stage
 from bimvox.live.example import example_job
 from bimvox.live.job import LiveJob

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bimvox.compiled import kernel
-from bimvox.env.starts import random_unit
+from bimvox.env.pool import random_unit
 from bimvox.live.move import pass_tick
 from bimvox.live.pace import gap_m, placed
 from bimvox.live.traffic import (

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.env.starts import random_unit
+from bimvox.env.pool import random_unit
 from bimvox.live.pace import gap_m
 from bimvox.live.traffic import (
     DWELLS_S,

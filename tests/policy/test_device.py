@@ -9,7 +9,7 @@ from paper_lessons import QUICK
 from paper_lessons import TINY as TINY_PAPER
 
 from bimvox.env.batched import BatchedLiftEnv
-from bimvox.env.default_problem import default_problem
+from bimvox.env.problem import default_problem
 from bimvox.errors import PolicyError
 from bimvox.paper.policy.learning import learn
 from bimvox.paper.policy.network import network_to_bytes

@@ -8,9 +8,8 @@ import torch
 from lift_sites import building_problems, clearance_of
 
 from bimvox.env.batched import BatchedLiftEnv
-from bimvox.env.default_problem import default_problem
 from bimvox.env.lift_env import LiftEnv
-from bimvox.env.problem import training_problem
+from bimvox.env.problem import default_problem, training_problem
 from bimvox.errors import PlanningError
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.dqn import BatchDqn, dqn_of_lifts, load_network, network_of

@@ -7,8 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.env.distance import distance_field
-from bimvox.env.problem import LiftProblem, plain_clearance
+from bimvox.env.problem import LiftProblem, distance_field, plain_clearance
 from bimvox.grid.summed_area import summed_area_table, top_of_columns
 from bimvox.policy.generalist.occupancies import FAMILIES
 from bimvox.site.collision import HOOK_FORBIDDEN, NOTHING_CLEARED, CollisionSpace, placement_is_free

@@ -13,8 +13,8 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.dynamics import StepLimit
+from bimvox.env.pool import StartMix
 from bimvox.env.problem import LiftProblem
-from bimvox.env.starts import StartMix
 from bimvox.planning.rollout import Values
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.dqn import dqn_of_lifts, load_network, network_of

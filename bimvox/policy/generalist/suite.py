@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bimvox.env.distance import UNREACHABLE
 from bimvox.env.observation import WIDEST_WINDOW_VOX
-from bimvox.env.problem import LiftProblem, training_problem
+from bimvox.env.problem import UNREACHABLE, LiftProblem, training_problem
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.policy.generalist.occupancies import FAMILIES, u_trap
 from bimvox.policy.generalist.problems import (

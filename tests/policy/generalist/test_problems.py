@@ -3,8 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bimvox.env.distance import UNREACHABLE
-from bimvox.env.problem import is_learnable
+from bimvox.env.problem import UNREACHABLE, is_learnable
 from bimvox.planning.search import shortest_path
 from bimvox.policy.generalist.occupancies import FAMILIES
 from bimvox.policy.generalist.problems import (
