@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from bimvox.crane.conflict import CraneTrack
-from bimvox.crane.meeting import COLUMNS, SLEW_HIGH, SLEW_LOW
+from bimvox.crane.conflict import COLUMNS, SLEW_HIGH, SLEW_LOW, CraneTrack
 from bimvox.cranes.known_lifts import KnownLifts
 from bimvox.cranes.legs import LastLift, LegMaker
 from bimvox.cranes.legs_from import CraneStart, legs_from_there

@@ -8,9 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bimvox.crane.conflict import Conflict, first_conflict
-from bimvox.crane.fit import distances_m
-from bimvox.crane.meeting import (
+from bimvox.crane.conflict import (
     COLUMNS,
     HOOK_HIGH,
     HOOK_LOW,
@@ -19,10 +17,13 @@ from bimvox.crane.meeting import (
     RADIUS_LOW,
     SLEW_HIGH,
     SLEW_LOW,
+    Conflict,
     clear_of_one,
+    first_conflict,
     numbers_of,
 )
 from bimvox.crane.outline import outline_of
+from bimvox.crane.reach import distances_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.cranes.clock import standing_at
 from bimvox.cranes.lift import Carried, NoFreeTimeError

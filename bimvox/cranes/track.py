@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.conflict import SPAN_NS, CraneTrack, joined
-from bimvox.crane.meeting import (
+from bimvox.crane.conflict import (
     COLUMNS,
     HOOK_HIGH,
     HOOK_LOW,
@@ -28,6 +27,9 @@ from bimvox.crane.meeting import (
     ROPE_HALF,
     SLEW_HIGH,
     SLEW_LOW,
+    SPAN_NS,
+    CraneTrack,
+    joined,
 )
 from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane

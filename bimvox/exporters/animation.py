@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import joints_of
-from bimvox.crane.luffing import LuffingJib
-from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.tower_crane import LuffingJib, TowerCrane
 from bimvox.exporters.gltf import GltfWriter
-from bimvox.grid.boxes import boxes_of
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
+from bimvox.grid.summed_area import boxes_of
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.schema import of_crane

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.exporters.mesh import ColouredBody, to_glb, to_ply
-from bimvox.grid.faces import outer_faces
-from bimvox.grid.voxel_grid import Part, VoxelGrid
+from bimvox.grid.voxel_grid import Part, VoxelGrid, outer_faces
 from bimvox.rendering.scene.grid import part_colours
 
 

@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.kinematics import joint_names, joints_of
+from bimvox.crane.outline import urdf
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
 from bimvox.exporters.cdr import Cdr
 from bimvox.log.mcap.merge import Block

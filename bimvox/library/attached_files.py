@@ -14,8 +14,7 @@ import numpy as np
 
 from bimvox.errors import BimvoxError, InputError
 from bimvox.files import scratch_folder
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import GridFrame, Label
 from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_rules
 from bimvox.library.completed_site_file import building_of, completed
 from bimvox.library.hand_over import as_assigned

@@ -14,7 +14,7 @@ from bimvox.bim.read import ReadOptions, read_building
 from bimvox.bim.strays import without_strays
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.files import require_regular
-from bimvox.grid.part_cells import all_part_cells
+from bimvox.grid.voxel_grid import all_part_cells
 from bimvox.library.arguments import insist, path_of, size_m, text
 from bimvox.library.building import say_notes
 from bimvox.library.obstructions import rasterise, survey_of

@@ -10,7 +10,7 @@ from typing import Any
 from bimvox.bim.building import TriangleMesh
 from bimvox.errors import BimvoxError, InputError
 from bimvox.files import require_input
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.library.attached_files import equal_heights
 from bimvox.library.compare import (
     NOTHING,

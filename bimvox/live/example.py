@@ -12,10 +12,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.load_chart import LoadChart
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane
+from bimvox.crane.travel import point_to_point_s
 from bimvox.live.ground import NO_TRACK
 from bimvox.live.job import LiveJob, LiveLift
 from bimvox.live.traffic import Ground

@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.travel import point_to_point_s
 from bimvox.errors import InputError
 from bimvox.live.ground import ground_of
 from bimvox.live.job import LiveJob, LiveLift

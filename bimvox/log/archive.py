@@ -8,7 +8,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 
-from bimvox.grid.archive import BROKEN_ZIP
+from bimvox.grid.layout import BROKEN_ZIP
 
 _TIMESTAMP = (1980, 1, 1, 0, 0, 0)  # the earliest that zip can store: no wall-clock time in the bytes
 _UNIX = 3

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.errors import LogFileError
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.log.archive import ArchiveError, pack, unpack
 from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, DecodeError, decode, encode
 from bimvox.log.mcap.encoded import Encoded, json_text

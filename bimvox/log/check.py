@@ -10,7 +10,7 @@ import numpy as np
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from numpy.typing import NDArray
 
-from bimvox.crane.rigging import pose_limits
+from bimvox.crane.kinematics import pose_limits
 from bimvox.errors import enumerated
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage

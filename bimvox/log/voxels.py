@@ -8,7 +8,7 @@ import numpy as np
 from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.VoxelGrid_pb2 import VoxelGrid
 
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.log.mcap.messages import pose, stamp, vector
 from bimvox.site.site import Site
 

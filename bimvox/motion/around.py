@@ -15,11 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, kernel
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.axis_numbers import AxisNumbers, axis_numbers
-from bimvox.crane.bound import least_time_s, rest_to_rest_s
-from bimvox.crane.luffing import radius_limits
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.kinematics import AxisNumbers, axis_numbers
+from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane, radius_limits
+from bimvox.crane.travel import least_time_s, rest_to_rest_s
 from bimvox.motion.move import Move, line_time_s, move_time_s, share_limits
 from bimvox.motion.swept import LoadFrame, line_is_free
 from bimvox.motion.swing import RiggedCrane

@@ -14,13 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, kernel, leaf_kernel
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.axis_numbers import AxisNumbers, axis_numbers
-from bimvox.crane.bound import least_time_s, rest_to_rest_s
-from bimvox.crane.fit import distance_to_polygon_m
-from bimvox.crane.kinematics import hook_of
-from bimvox.crane.luffing import luffing_limits
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.kinematics import AxisNumbers, axis_numbers, hook_of
+from bimvox.crane.reach import distance_to_polygon_m
+from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane, luffing_limits
+from bimvox.crane.travel import least_time_s, rest_to_rest_s
 from bimvox.records.guide import Guide
 
 # How fast the share of a curved line may be driven: by each axis's derivatives at points of the line.

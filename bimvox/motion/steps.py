@@ -13,8 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.grid.frame import whole_cells
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label, whole_cells
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Pause, Step, Steps, cured_ns

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane
+from bimvox.crane.travel import point_to_point_s
 from bimvox.motion.move import Line, Move, no_shorter, share_limits, slow_shares, slowed
 from bimvox.motion.profile import (
     TIMES,

@@ -9,7 +9,7 @@ import io
 import zipfile
 
 from bimvox.errors import PolicyError
-from bimvox.grid.archive import BROKEN_ZIP, write_archive
+from bimvox.grid.layout import BROKEN_ZIP, write_archive
 
 
 def pack(files: dict[str, bytes]) -> bytes:

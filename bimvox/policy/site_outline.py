@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import PolicyError
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.site.site import Site
 
 BLOCKS = (8, 8, 4)

@@ -16,10 +16,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.kinematics import pose_of
 from bimvox.crane.load_chart import utilisation
 from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.travel import point_to_point_s
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.site.access import DECK_M, unloading_columns
 from bimvox.site.component import Component

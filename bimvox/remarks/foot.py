@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from shapely import MultiPoint, box
 
-from bimvox.crane.geometry import mast_box_m
+from bimvox.crane.outline import mast_box_m
 from bimvox.grid.frame import GridFrame
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, name_of

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from bimvox.crane.difference import differences, does_more, is_same
-from bimvox.crane.machine import Machine
+from bimvox.crane.machine import Machine, differences, does_more, is_same
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.subject import Subject, tonnes

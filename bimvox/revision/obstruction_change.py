@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.grid.distinct import distinct
+from bimvox.grid.bricks import distinct
 from bimvox.grid.frame import NO_CELLS
 from bimvox.site.site import Site
 

@@ -14,10 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.bound import point_to_point_s
-from bimvox.crane.luffing import radius_limits
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane, radius_limits
+from bimvox.crane.travel import point_to_point_s
 from bimvox.errors import InputError
 from bimvox.motion.swing import RiggedCrane
 from bimvox.motion.timeline import sample_times

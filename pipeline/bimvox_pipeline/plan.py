@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from bimvox.crane.identity import identity
+from bimvox.crane.machine import identity
 from bimvox.files import check_output, default_output
 from bimvox.library.obstructions import read_obstructions
 from bimvox.library.plan import planned

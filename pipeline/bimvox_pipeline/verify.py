@@ -7,7 +7,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from bimvox.crane.identity import identity
+from bimvox.crane.machine import identity
 from bimvox.library.user_files import Given
 from bimvox.library.verify import prove, prove_further, read_whole
 from bimvox.log.dates import all_remarks

@@ -9,8 +9,8 @@ import pytest
 from box_sites import box_site
 from two_cranes import two_crane_site
 
-from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.kinematics import hook_of
+from bimvox.crane.tower_crane import AxisLimits
 from bimvox.cranes.clock import PlacedLeg, standing_at
 from bimvox.cranes.clocks import Clocks
 from bimvox.cranes.lifts import crane_lifts

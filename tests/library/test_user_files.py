@@ -15,7 +15,7 @@ from xer_files import xer_text
 
 import sample_models
 from bimvox.bim.building import TriangleMesh
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.library.compare import same_rules
 from bimvox.library.obstructions import load_obstructions, obstructed, survey_in
 from bimvox.library.plan import georeference_of

@@ -8,9 +8,8 @@ import pytest
 from log_building import FRAME, tiny_plan
 from named_cranes import HAMMERHEADS, LUFFING_CRANES
 
-from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m, outline_of
+from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m, outline_of, urdf
 from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.crane.urdf import urdf
 from bimvox.log.colours import STATE_RGBA, ConstructionState
 from bimvox.log.scene import SceneUpdates, component_frame
 from bimvox.log.voxels import voxel_grid

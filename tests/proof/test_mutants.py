@@ -22,7 +22,7 @@ from guided_sites import slab_between_beams
 from planned_sites import rectangle
 from turning_sites import BESIDE_THE_PORTAL, turning_site
 
-from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.tower_crane import AxisLimits
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import NoPlanError
 from bimvox.library.prove import plan_and_prove

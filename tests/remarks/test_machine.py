@@ -9,10 +9,9 @@ import pytest
 from named_cranes import BUILT_IN, HAMMERHEADS, reevings
 from remarked_plans import plan_of
 
+from bimvox.crane.kinematics import with_luffing_jib, with_reeving
 from bimvox.crane.load_chart import LoadChart
-from bimvox.crane.override import Override
-from bimvox.crane.rigging import with_luffing_jib, with_reeving
-from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.tower_crane import Override, TowerCrane
 from bimvox.records.remark import Remark, Severity
 from bimvox.remarks.remarks import remarks_of
 from bimvox.site.fictitious import fictitious_machines

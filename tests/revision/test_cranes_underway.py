@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from two_cranes import two_crane_site
 
-from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.tower_crane import AxisLimits
 from bimvox.cranes.schedule import time_lifts
 from bimvox.library.obstructions import rasterise
 from bimvox.motion.swept import cells_of_axes, load_frame

@@ -13,8 +13,7 @@ from named_cranes import HAMMERHEADS
 from ruckig import ControlInterface, InputParameter, Ruckig
 from ruckig import Trajectory as RuckigTrajectory
 
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.tower_crane import CranePose
+from bimvox.crane.tower_crane import AxisLimits, CranePose
 from bimvox.errors import InputError, PlanningError
 from bimvox.motion.drive import drive_path
 from bimvox.motion.swept import samples_are_free

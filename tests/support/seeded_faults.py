@@ -33,14 +33,11 @@ from named_cranes import default_luffing_crane
 from turning_sites import BESIDE_THE_PORTAL, turning_site
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.choose_rig import choose_rig
-from bimvox.crane.gear import Gear, GearKind
+from bimvox.crane.gear import Gear, GearKind, Rig
 from bimvox.crane.kinematics import hook_of
-from bimvox.crane.rig import Rig
-from bimvox.crane.tower_crane import TowerCrane
-from bimvox.crane.working_range import SlowZone, WorkingRange
-from bimvox.grid.labels import Label
+from bimvox.crane.tower_crane import AxisLimits, SlowZone, TowerCrane, WorkingRange
+from bimvox.grid.frame import Label
 from bimvox.library.carry_out import carry_out
 from bimvox.library.plan import digests_of
 from bimvox.live.named_traffic import traffic_named

@@ -17,13 +17,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.bound import rest_to_rest_s
-from bimvox.crane.fit import distances_m, radii_for_m
+from bimvox.crane.kinematics import hoist_limits
 from bimvox.crane.pendulum import GRAVITY_M_S2
-from bimvox.crane.rigging import hoist_limits
-from bimvox.crane.tower_crane import TowerCrane
-from bimvox.crane.travel import Travel
+from bimvox.crane.reach import distances_m, radii_for_m
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.crane.travel import Travel, rest_to_rest_s
 from bimvox.library.set_up_search.last_moves import Lowered, not_lowered
 from bimvox.motion.steady import STRETCH
 from bimvox.site.config.site_config import Polygon

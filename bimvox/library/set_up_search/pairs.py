@@ -14,9 +14,9 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.fit import distances_m
 from bimvox.crane.machine import Machine
 from bimvox.crane.outline import outline_of
+from bimvox.crane.reach import distances_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.cranes.obstructed import clear_ways
 from bimvox.errors import ConfigError

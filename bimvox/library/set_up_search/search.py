@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.fit import MARGIN_M, standing
 from bimvox.crane.machine import Machine
+from bimvox.crane.reach import MARGIN_M, standing
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.library.set_up_search.last_moves import lowered
 from bimvox.library.set_up_search.least_moving import Loose, least_of_all_s

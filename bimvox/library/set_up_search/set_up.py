@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.fit import standing
 from bimvox.crane.machine import Machine
+from bimvox.crane.reach import standing
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.config.site_config import Polygon
 

@@ -17,12 +17,10 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.bound import rest_to_rest_s
-from bimvox.crane.fit import radii_for_m
-from bimvox.crane.kinematics import Axes, nearest_turn, pose_of
-from bimvox.crane.rigging import rigged
+from bimvox.crane.kinematics import Axes, nearest_turn, pose_of, rigged
+from bimvox.crane.reach import radii_for_m
 from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.crane.travel import Travel
+from bimvox.crane.travel import Travel, rest_to_rest_s
 from bimvox.errors import PlanningError
 from bimvox.library.set_up_search.across import SAMPLES, ways_across
 from bimvox.library.set_up_search.ways import Ways

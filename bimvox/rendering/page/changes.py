@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.records.lift import by_change
 from bimvox.rendering.page.source import Revision
 

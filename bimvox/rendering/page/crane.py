@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.identity import identity
 from bimvox.crane.kinematics import hook_of
-from bimvox.crane.luffing import LuffingJib, luff_of_radius
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.machine import identity
+from bimvox.crane.tower_crane import CranePose, LuffingJib, TowerCrane, luff_of_radius
 from bimvox.rendering.page.blob import Blob
 from bimvox.rendering.scene.crane_parts import crane_parts
 from bimvox.rendering.scene.lattice import CraneParts

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.grid.boxes import boxes_of
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
+from bimvox.grid.summed_area import boxes_of
 from bimvox.rendering.page.blob import Blob
 from bimvox.site.site import Blocker, Site
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.rendering.page.source import Revision

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.identity import identity
-from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.machine import identity
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.motion.figures import driven_rates, hook_travel_m
 from bimvox.records.dates import PlanDates, in_words
 from bimvox.records.lift import Lift, Status

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from bimvox.crane.outline import outline_of
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.proof.racks import frames_of
 from bimvox.records.lift import Status
 from bimvox.rendering.page.source import Revision

@@ -8,8 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.luffing import tip_height_m
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.tower_crane import CranePose, TowerCrane, tip_height_m
 from bimvox.records.motion import LiftMotion
 from bimvox.rendering.scene.crane_parts import crane_parts
 from bimvox.rendering.scene.lattice import CraneParts

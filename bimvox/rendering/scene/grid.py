@@ -7,8 +7,7 @@ from collections import Counter
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import GridFrame, Label
 from bimvox.grid.voxel_grid import Part, VoxelGrid
 from bimvox.rendering.colours import CLASSES, FLOOR, GROUND, STRUCTURE
 from bimvox.rendering.scene.scene import LegendEntry, Scene

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bimvox.crane.luffing import LuffingJib, luff_of_radius
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.tower_crane import CranePose, LuffingJib, TowerCrane, luff_of_radius
 from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE
 from bimvox.rendering.scene.lattice import (
     UP,

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.planning.yard import storage_poses
 from bimvox.records.lift import Lift
 from bimvox.rendering.colours import (

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def describe_building(building: Building) -> dict[str, Any]:
     """Return format, units, counts by class and storey, bounds, transforms and skipped products."""
-    from bimvox.voxelization.limits import cell_count, default_voxel_size_m
+    from bimvox.voxelization.lattice import cell_count, default_voxel_size_m
 
     source = building.source
     bounds_m = building.bounds_m

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bimvox.crane.identity import identity
+from bimvox.crane.machine import identity
 
 if TYPE_CHECKING:
     from bimvox.bim.building import Building

@@ -14,11 +14,10 @@ from lift_work import picks_in, ways_of, work_of
 from rough_search import read_model
 
 import bimvox
-from bimvox.crane.bound import point_to_point_s
-from bimvox.crane.kinematics import pose_of
+from bimvox.crane.kinematics import pose_of, rigged
 from bimvox.crane.reach import allowed_radii_m
-from bimvox.crane.rigging import rigged
 from bimvox.crane.tower_crane import CranePose
+from bimvox.crane.travel import point_to_point_s
 from bimvox.library.set_up_search.last_moves import Lowered
 from bimvox.library.set_up_search.least_moving import Loose, least_moving_s, least_of_all_s
 from bimvox.library.set_up_search.placed import PlacedSite

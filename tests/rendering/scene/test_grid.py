@@ -5,8 +5,7 @@ import pytest
 from box_grids import grid_of, part
 
 from bimvox.errors import InputError
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import GridFrame, Label
 from bimvox.grid.voxel_grid import VoxelGrid
 from bimvox.rendering.draw.picture import PictureOptions, picture_of
 from bimvox.rendering.scene.grid import scene_of_grid

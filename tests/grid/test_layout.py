@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.errors import GridFileError
-from bimvox.grid.archive import Archive, write_archive, zstd_content_size
+from bimvox.grid.layout import Archive, write_archive, zstd_content_size
 
 members = st.dictionaries(
     st.lists(st.text("abc", min_size=1, max_size=3), min_size=1, max_size=3).map("/".join), st.binary(max_size=40)
@@ -47,7 +47,7 @@ def test_garbage_is_refused(data: bytes) -> None:
 def test_many_members_are_read_up_to_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     data = packed({f"c/{n}": b"" for n in range(65_600)})  # more than a 32-bit ZIP can count
     assert len(opened(data)) == 65_600
-    monkeypatch.setattr("bimvox.grid.archive._MEMBERS_LIMIT", 65_599)
+    monkeypatch.setattr("bimvox.grid.layout._MEMBERS_LIMIT", 65_599)
     with pytest.raises(GridFileError, match=r"65,600 members, .* too large for a grid"):
         opened(data)
 

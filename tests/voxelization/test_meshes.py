@@ -9,9 +9,8 @@ from bimvox.grid.voxel_grid import VoxelGrid
 from bimvox.voxelization import building as building_module
 from bimvox.voxelization.building import voxelize_building
 from bimvox.voxelization.lattice import cell_range
-from bimvox.voxelization.meshes import Meshes, batches_of
+from bimvox.voxelization.meshes import Meshes, batches_of, grouped, kinds_of, part_keys
 from bimvox.voxelization.part import voxelize_mesh
-from bimvox.voxelization.repeats import grouped, kinds_of, part_keys
 
 H = 0.25
 ZERO = np.zeros(3)

@@ -6,7 +6,7 @@ import pytest
 from named_cranes import HAMMERHEADS, LUFFING_CRANES, MOBILE_CRANES, default_crane
 
 from bimvox.crane.kinematics import hook_of, joint_names, joints_of
-from bimvox.crane.urdf import urdf
+from bimvox.crane.outline import urdf
 
 
 @pytest.mark.parametrize("crane", HAMMERHEADS, ids=lambda crane: crane.name)

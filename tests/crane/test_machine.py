@@ -7,9 +7,9 @@ import dataclasses
 import pytest
 from named_cranes import default_crane, default_luffing_crane
 
-from bimvox.crane.difference import differences, does_more, is_same
+from bimvox.crane.kinematics import with_luffing_jib
 from bimvox.crane.load_chart import LoadChart
-from bimvox.crane.rigging import with_luffing_jib
+from bimvox.crane.machine import differences, does_more, is_same
 
 SMALL = default_crane("hammerhead-30")
 

@@ -6,9 +6,8 @@ from hypothesis import strategies as st
 from named_cranes import default_crane
 from ruckig import InputParameter, Ruckig, Trajectory
 
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.bound import point_to_point_s, rest_to_rest_s
-from bimvox.crane.tower_crane import CranePose
+from bimvox.crane.tower_crane import AxisLimits, CranePose
+from bimvox.crane.travel import point_to_point_s, rest_to_rest_s
 
 CRANE = default_crane("hammerhead-45")
 POSITIVE = st.floats(0.02, 3.0)
