@@ -28,7 +28,7 @@ from bimvox.cranes.clocks import Clocks, Turn, Way
 from bimvox.cranes.known_lifts import KnownLifts
 from bimvox.cranes.lift import CraneLift, NoFreeTimeError
 from bimvox.cranes.lifts import crane_lifts
-from bimvox.cranes.parking import KEPT_PARKINGS
+from bimvox.cranes.track import KEPT_PARKINGS
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan

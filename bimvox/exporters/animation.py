@@ -16,7 +16,7 @@ from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.schema import of_crane
 from bimvox.records.lift import Lift, Status, YardPlace
-from bimvox.records.other_means import needed_by_ns
+from bimvox.records.steps import needed_by_ns
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.page.keyframes import keyframes
 from bimvox.site.component import Component

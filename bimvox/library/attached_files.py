@@ -25,7 +25,7 @@ from bimvox.library.site_file_parts import compare_parts, compare_pinned
 from bimvox.log.dates import attached_programme
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
-from bimvox.records.carried_out import TRACKS
+from bimvox.records.motion import TRACKS
 from bimvox.records.proof import Check
 from bimvox.site.access import ground_of
 from bimvox.site.areas import columns_centred_in

@@ -15,7 +15,7 @@ from bimvox.log.segments import FIRST_PLAN, NOW_NS
 from bimvox.planning.preparation import Preparation
 from bimvox.progress import Progress
 from bimvox.proof.carried_out import check_carried_out, planned_axes, tally_of
-from bimvox.records.carried_out import TRACKS, CarriedOut, Tally
+from bimvox.records.motion import TRACKS, CarriedOut, Tally
 from bimvox.records.proof import Verification
 
 _NOTHING = Tally(0, 0.0, 0, 0, None, 0)

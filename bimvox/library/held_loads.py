@@ -10,11 +10,9 @@ from bimvox.library.compare import same, same_fields
 from bimvox.log.archive import is_same_archive
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_files, held_in
 from bimvox.log.plan_log import PlanLog
-from bimvox.records.lift import Lift
-from bimvox.records.motion import LiftMotion
+from bimvox.records.lift import LOAD_IS_HELD, Lift
+from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.records.proof import Check
-from bimvox.records.reasons import LOAD_IS_HELD
-from bimvox.records.trajectory import Trajectory
 from bimvox.stop.redirect import Held
 
 _SOURCE = "the file of held loads"

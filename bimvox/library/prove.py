@@ -24,10 +24,9 @@ from bimvox.proof.plan import verify_plan
 from bimvox.proof.proven import ProvenLifts
 from bimvox.proof.steps import verify_steps
 from bimvox.proof.values import check_motion_values, check_values
-from bimvox.records.lift import LiftPlan, Method, ModelledClash, Status
+from bimvox.records.lift import NOT_DRIVEN, NOT_PROVEN_TOGETHER, LiftPlan, Method, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
-from bimvox.records.reasons import NOT_DRIVEN, NOT_PROVEN_TOGETHER
 from bimvox.records.steps import Steps
 from bimvox.site.part_names import names_by_id
 from bimvox.site.site import Site

@@ -14,8 +14,7 @@ from bimvox.library.verify import prove_plan
 from bimvox.log.plan_log import PlanLog
 from bimvox.planning.preparation import preparation_in
 from bimvox.progress import Listener, progress_of
-from bimvox.revision.current_plan import current_plan_of
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise as revised_parts
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
 

@@ -13,7 +13,7 @@ from bimvox.live.again import carried_out_again
 from bimvox.live.deciders import Rules
 from bimvox.live.named_traffic import NamedTraffic, traffic_stated
 from bimvox.log.plan_log import PlanLog
-from bimvox.records.carried_out import CarriedOut
+from bimvox.records.motion import CarriedOut
 from bimvox.records.proof import Check
 
 DECIDER = "a rule chooses the next lift and when to wait"

@@ -24,9 +24,8 @@ from bimvox.live.way import TICK_S
 from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.preparation import Preparation
-from bimvox.records.carried_out import Other, OtherKind
 from bimvox.records.lift import Lift, LiftPlan, Status
-from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.motion import LiftMotion, Other, OtherKind, PhaseName
 from bimvox.units import NS_PER_S
 
 _TICK_NS = round(TICK_S * NS_PER_S)

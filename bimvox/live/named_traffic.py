@@ -11,7 +11,7 @@ from bimvox.errors import InputError
 from bimvox.live.execution import Traffic
 from bimvox.live.tracks import read_tracks, tracks_in
 from bimvox.live.traffic import DENSITIES, Density
-from bimvox.records.carried_out import TRACKS
+from bimvox.records.motion import TRACKS
 
 _USUAL = "medium"
 _LONGEST_SEED = 18

@@ -15,7 +15,7 @@ import numpy as np
 from bimvox.errors import FileError
 from bimvox.files import read_input
 from bimvox.live.traffic import DRIVE_LIMIT_M_S, WALK_LIMIT_M_S, Ground
-from bimvox.records.carried_out import OtherKind
+from bimvox.records.motion import OtherKind
 from bimvox.site.nested import json_values
 
 COLUMNS = ("id", "kind", "time_s", "x_m", "y_m")

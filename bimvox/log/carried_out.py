@@ -22,7 +22,7 @@ from bimvox.log.mcap.form import Form
 from bimvox.log.mcap.messages import pose, stamp
 from bimvox.log.mcap.reader import Contents
 from bimvox.log.mcap.rows import Rows
-from bimvox.records.carried_out import CarriedOut, Other, Tally
+from bimvox.records.motion import CarriedOut, Other, Tally
 from bimvox.site.nested import json_values
 from bimvox.site.site import Site
 from bimvox.units import NS_PER_S

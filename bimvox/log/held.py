@@ -13,7 +13,7 @@ from bimvox.errors import LogFileError
 from bimvox.log.archive import pack, unpack
 from bimvox.log.bundle import from_npy, to_npy
 from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, decode, encode
-from bimvox.revision.held_cranes import HeldCranes
+from bimvox.revision.current_plan import HeldCranes
 from bimvox.stop.redirect import Held
 
 HELD_FILE = "held_load.zip"

@@ -9,12 +9,11 @@ from functools import cached_property
 
 from bimvox.log.rate import LogRate
 from bimvox.motion.steps import steps_of_log
-from bimvox.records.carried_out import TRACKS, CarriedOut
 from bimvox.records.lift import Lift, LiftPlan, Status
-from bimvox.records.motion import LiftMotion
-from bimvox.records.remark import Remark
+from bimvox.records.motion import TRACKS, CarriedOut, LiftMotion
+from bimvox.records.proof import Remark
 from bimvox.records.steps import Steps
-from bimvox.remarks.sensible import remarks_if_sensible
+from bimvox.remarks.remarks import remarks_if_sensible
 from bimvox.version import __version__
 
 GEOREFERENCE = "georeference"

@@ -16,9 +16,8 @@ from bimvox.motion.swept import HookEnd, axes_of_cells, in_cell, pose_next_to
 from bimvox.motion.swing import RiggedCrane
 from bimvox.motion.timeline import Timeline, blended, followed
 from bimvox.planning.search import shortest_path
-from bimvox.records.guide import Guide
-from bimvox.records.heading import turn_back_s
-from bimvox.records.lift import Lift
+from bimvox.records.lift import Guide, Lift
+from bimvox.records.track import turn_back_s
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.site import Site
 from bimvox.site.transit_clearance import margin_vox

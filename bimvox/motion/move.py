@@ -18,7 +18,7 @@ from bimvox.crane.kinematics import AxisNumbers, axis_numbers, hook_of
 from bimvox.crane.reach import distance_to_polygon_m
 from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane, luffing_limits
 from bimvox.crane.travel import least_time_s, rest_to_rest_s
-from bimvox.records.guide import Guide
+from bimvox.records.lift import Guide
 
 # How fast the share of a curved line may be driven: by each axis's derivatives at points of the line.
 #

@@ -11,8 +11,7 @@ from bimvox.motion.trajectories import chained
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan, Status, same_lift
-from bimvox.records.motion import LiftMotion
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.site.site import Site
 from bimvox.workers import ALONE, Workers, in_chunks
 

@@ -35,7 +35,7 @@ from bimvox.motion.profile import (
 from bimvox.motion.swept import LoadFrame, samples_are_free
 from bimvox.motion.swing import STEP_S, Hanging, Pendulum, RiggedCrane, hanging_on, sways_free
 from bimvox.motion.trajectories import trajectory_of
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import Trajectory
 from bimvox.site.collision import CollisionSpace
 from bimvox.units import NS_PER_S
 

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import VerificationError
-from bimvox.records.motion import LiftMotion, Phase, PhaseName
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 
 
 def trajectory_of(

@@ -17,10 +17,9 @@ from bimvox.proof.plan import verify_plan
 from bimvox.proof.proven import ProvenLifts
 from bimvox.proof.space import ALWAYS_NS
 from bimvox.proof.stops import check_stops
-from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.lift import LOAD_IS_HELD, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, Verification
-from bimvox.records.reasons import LOAD_IS_HELD
 from bimvox.site.site import Blocker, Site
 from bimvox.workers import ALONE, Workers
 

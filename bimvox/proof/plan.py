@@ -40,9 +40,8 @@ from bimvox.proof.storage import (
 from bimvox.proof.support import Supports
 from bimvox.proof.words import first_of
 from bimvox.proof.yard import check_deliveries, check_place
-from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
+from bimvox.records.lift import NOT_ITS_CELLS, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
-from bimvox.records.reasons import NOT_ITS_CELLS
 from bimvox.site.component import Component
 from bimvox.units import mass_text
 from bimvox.workers import ALONE, Workers, in_chunks

@@ -8,9 +8,8 @@ from typing import NamedTuple
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.moment import Moment, Thing
 from bimvox.records.lift import Lift, LiftPlan
-from bimvox.records.motion import LiftMotion
+from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.records.proof import Check
-from bimvox.records.trajectory import Trajectory
 
 _Course = tuple[tuple[Trajectory | None, ...], tuple[tuple[object, ...], ...], int]
 """A motion without the time at which it starts: its trajectories, and its phases and its end from its own start."""

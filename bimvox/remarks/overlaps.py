@@ -8,7 +8,7 @@ from bimvox.bim.building import plain_class
 from bimvox.bim.kinds.kind import Kind
 from bimvox.bim.kinds.words import meaning_of
 from bimvox.records.lift import ModelledClash
-from bimvox.records.remark import Remark, Severity
+from bimvox.records.proof import Remark, Severity
 from bimvox.remarks.subject import Subject, about
 from bimvox.site.means import Means
 from bimvox.site.part_names import names_by_id

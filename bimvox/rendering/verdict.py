@@ -10,9 +10,8 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 
 from bimvox.records.lift import Lift
-from bimvox.records.other_means import by_other_means, proven_in_words
-from bimvox.records.proof import Verification
-from bimvox.records.remark import Remark, Severity, are_clean, in_words
+from bimvox.records.proof import Remark, Severity, Verification, are_clean, in_words
+from bimvox.records.steps import by_other_means, proven_in_words
 from bimvox.rendering.words import counted
 
 

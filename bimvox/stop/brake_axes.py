@@ -20,8 +20,7 @@ from bimvox.errors import InputError
 from bimvox.motion.swing import RiggedCrane
 from bimvox.motion.timeline import sample_times
 from bimvox.motion.trajectories import between, delayed, trajectory_of
-from bimvox.records.motion import LiftMotion
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.units import NS_PER_S
 
 _WINDOW = 5

@@ -18,9 +18,8 @@ from bimvox.motion.swing import RiggedCrane
 from bimvox.motion.time_lift import carrying_phases
 from bimvox.motion.timeline import Timeline, followed, in_sequence, sampled
 from bimvox.motion.trajectories import cut_at, phases_from, stopped, trajectory_of
-from bimvox.records.guide import Guide
-from bimvox.records.motion import LiftMotion, Phase, PhaseName
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.lift import Guide
+from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.stop.brake_axes import EmergencyStop
 from bimvox.units import NS_PER_S

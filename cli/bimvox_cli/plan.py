@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox.errors import InputError, listed
-from bimvox.records.remark import ASSUMED_KIND
+from bimvox.records.proof import ASSUMED_KIND
 from bimvox.units import clock, elapsed
 from bimvox_cli.crane_fields import crane_fields
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
@@ -222,7 +222,7 @@ def _first_line(document: Mapping[str, Any], planned: int, others: int) -> Text:
 
 
 def _verdict(document: Mapping[str, Any], others: int) -> str:
-    from bimvox.records.other_means import proven_in_words  # heavy
+    from bimvox.records.steps import proven_in_words  # heavy
 
     return f"every planned lift is {proven_in_words(others)}" if document["verified"] else "FAILED"
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox.records.remark import number_in_words
+from bimvox.records.proof import number_in_words
 from bimvox_cli import failure
 from bimvox_cli.fleet_options import Jobs
 from bimvox_cli.options import Json, PolicyId, Programme, Quiet, Seed, Steps, Train, Verbose

@@ -22,8 +22,7 @@ from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.records.lift import LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
-from bimvox.records.not_lifted import not_lifted_groups
-from bimvox.records.other_means import needed_by_ns
+from bimvox.records.steps import needed_by_ns, not_lifted_groups
 from bimvox.site.part_names import names_by_id
 from bimvox_pipeline.log_ahead import LogAhead
 

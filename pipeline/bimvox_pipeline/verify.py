@@ -14,9 +14,8 @@ from bimvox.log.dates import all_remarks
 from bimvox.log.plan_log import PlanLog
 from bimvox.progress import Progress
 from bimvox.records.lift import infeasible_among
-from bimvox.records.not_lifted import not_lifted_groups
-from bimvox.records.other_means import by_other_means, proven_in_words
 from bimvox.records.proof import Check, Verification
+from bimvox.records.steps import by_other_means, not_lifted_groups, proven_in_words
 from bimvox.remarks.conditions import conditions_of
 from bimvox.units import clock
 

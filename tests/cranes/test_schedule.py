@@ -27,7 +27,7 @@ from bimvox.proof.plan import verify_plan
 from bimvox.proof.steps import verify_steps
 from bimvox.records.lift import Status
 from bimvox.records.motion import PhaseName
-from bimvox.records.other_means import by_other_means, needed_by_ns
+from bimvox.records.steps import by_other_means, needed_by_ns
 from bimvox.site.beside import parts_beside
 from bimvox.site.build import with_digests
 from bimvox.site.means import Means

@@ -43,8 +43,7 @@ from bimvox.policy.generalist.weights import generalist_record
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion
-from bimvox.revision.current_plan import current_plan_of
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.file import parse_obstructions

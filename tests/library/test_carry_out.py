@@ -15,7 +15,7 @@ from bimvox.live.tracks import Track
 from bimvox.live.traffic import Density
 from bimvox.planning.preparation import prepare
 from bimvox.progress import SilentProgress
-from bimvox.records.carried_out import OtherKind
+from bimvox.records.motion import OtherKind
 
 
 def test_an_execution_that_takes_too_long_is_refused_by_both(tmp_path: Path):

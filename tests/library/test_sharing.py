@@ -22,8 +22,7 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.policy.choice import NO_POLICY
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import Status
-from bimvox.revision.current_plan import current_plan_of
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_digests, with_obstructions
 from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet

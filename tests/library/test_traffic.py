@@ -21,7 +21,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.planning.preparation import prepare
 from bimvox.progress import SilentProgress
 from bimvox.proof.carried_out import check_carried_out, tally_of
-from bimvox.records.carried_out import CarriedOut, Other, OtherKind
+from bimvox.records.motion import CarriedOut, Other, OtherKind
 
 BOB = "id,kind,time_s,x_m,y_m\nbob,person,0,2,2\nbob,person,600,2,2\nbob,person,700,-40,-40\n"
 

@@ -16,7 +16,7 @@ from bimvox.planning.preparation import prepare
 from bimvox.proof.carried_out import check_carried_out, planned_axes, tally_of
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
-from bimvox.records.carried_out import CarriedOut, OtherKind, Tally
+from bimvox.records.motion import CarriedOut, OtherKind, Tally
 
 NOBODY = Traffic(Density(0, 0), 0)
 

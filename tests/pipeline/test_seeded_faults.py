@@ -37,10 +37,10 @@ from bimvox.motion.time_plan import time_plan
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import prepare
 from bimvox.progress import SilentProgress
-from bimvox.records.heading import headings_off_rad
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check
 from bimvox.records.steps import Steps
+from bimvox.records.track import headings_off_rad
 from bimvox.site.build import with_digests
 from bimvox.site.site import SwingRule
 from bimvox.units import clock

@@ -20,8 +20,7 @@ from bimvox.planning.preparation import prepare
 from bimvox.proof.footprint import CellMask, motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
-from bimvox.records.guide import MOST_TILT_RAD
-from bimvox.records.lift import Status
+from bimvox.records.lift import MOST_TILT_RAD, Status
 from bimvox.site.parts import centre_of_mass_m
 from bimvox.site.site import Rules
 from bimvox.stop.redirect import Redirected, UnderWay, redirect

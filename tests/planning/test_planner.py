@@ -16,8 +16,7 @@ from bimvox.policy.generalist.weights import load_generalist
 from bimvox.proof.moment import moments
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Method, Status
-from bimvox.records.not_lifted import not_lifted_groups
-from bimvox.records.steps import Steps
+from bimvox.records.steps import Steps, not_lifted_groups
 from bimvox.site.means import Means
 from bimvox.site.site import Blocker, Rules
 

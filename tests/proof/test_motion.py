@@ -12,8 +12,7 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import prepare
 from bimvox.proof.motion import UNITS, verify_motions
 from bimvox.records.lift import Status
-from bimvox.records.motion import PhaseName
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import PhaseName, Trajectory
 from bimvox.site.site import Blocker
 
 PORTAL = [

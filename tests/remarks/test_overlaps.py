@@ -9,7 +9,7 @@ from remarked_plans import named, of_kind, plan_of
 
 from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.records.lift import ModelledClash
-from bimvox.records.remark import Severity
+from bimvox.records.proof import Severity
 from bimvox.site.means import Means
 
 PARTS = [(name, (2.0 * n + 2.0, 2.0, 0.0), (2.0 * n + 3.0, 3.0, 3.0)) for n, name in enumerate("abc")]

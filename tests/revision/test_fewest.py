@@ -17,9 +17,8 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation, prepare
 from bimvox.progress import SilentProgress
 from bimvox.records.proof import Check
-from bimvox.revision.current_plan import CurrentPlan, current_plan_of
-from bimvox.revision.fewest import FewestMoves
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import CurrentPlan, RevisionRequest, current_plan_of
+from bimvox.revision.recall import FewestMoves
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_digests, with_obstructions
 from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet

@@ -51,13 +51,10 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import prepare
 from bimvox.progress import SilentProgress
 from bimvox.proof.carried_out import planned_axes, tally_of
-from bimvox.records.carried_out import CarriedOut
-from bimvox.records.lift import Epoch, LeftPath, Lift, ModelledClash, Status, not_lifted
-from bimvox.records.motion import LiftMotion, Phase, PhaseName
-from bimvox.records.reasons import LOAD_IS_HELD
+from bimvox.records.lift import LOAD_IS_HELD, Epoch, LeftPath, Lift, ModelledClash, Status, not_lifted
+from bimvox.records.motion import CarriedOut, LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.records.steps import Steps
-from bimvox.records.trajectory import Trajectory
-from bimvox.revision.held_cranes import HeldCranes, HeldHook
+from bimvox.revision.current_plan import HeldCranes, HeldHook
 from bimvox.site.build import labels_of, with_digests
 from bimvox.site.casting import FIELD_CASTING, CastTimes, Curing
 from bimvox.site.component import Component, Lifting, StoredPose

@@ -18,7 +18,7 @@ from bimvox.crane.machine import Machine
 from bimvox.crane.outline import outline_of
 from bimvox.crane.reach import distances_m
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.cranes.obstructed import clear_ways
+from bimvox.cranes.clock import clear_ways
 from bimvox.errors import ConfigError
 from bimvox.library.set_up_search.front import ends, estimated_goals, front_of
 from bimvox.library.set_up_search.search import Search

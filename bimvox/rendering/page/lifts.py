@@ -8,10 +8,10 @@ import numpy as np
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg, utilisation
-from bimvox.records.heading import heading_in_words
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
-from bimvox.records.other_means import needed_by_ns
+from bimvox.records.steps import needed_by_ns
+from bimvox.records.track import heading_in_words
 from bimvox.rendering.page.blob import rounded
 from bimvox.rendering.page.source import Revision
 from bimvox.site.component import Component

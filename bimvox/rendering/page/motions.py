@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.tipping import from_box_to_origin_m
-from bimvox.records.guide import Guide
-from bimvox.records.heading import headings_off_rad
+from bimvox.records.lift import Guide
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.records.track import LoadTrack
+from bimvox.records.track import LoadTrack, headings_off_rad
 from bimvox.rendering.page.blob import Blob, rounded
 from bimvox.rendering.page.keyframes import keyframes
 from bimvox.site.component import StoredPose

@@ -9,8 +9,7 @@ from bimvox.motion.steps import steps_of_log
 from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Lift, LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
-from bimvox.records.proof import Verification
-from bimvox.records.remark import Remark
+from bimvox.records.proof import Remark, Verification
 from bimvox.records.steps import Steps
 from bimvox.records.track import LoadTrack
 from bimvox.remarks.conditions import conditions_of

@@ -13,9 +13,8 @@ from bimvox.motion.figures import driven_rates, hook_travel_m
 from bimvox.records.dates import PlanDates, in_words
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.records.not_lifted import not_lifted_groups
-from bimvox.records.steps import Steps
-from bimvox.remarks.carrying import least_height_m
+from bimvox.records.steps import Steps, not_lifted_groups
+from bimvox.remarks.cranes import least_height_m
 from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
 from bimvox.rendering.page.source import Revision

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from bimvox.records.remark import Severity
+from bimvox.records.proof import Severity
 from bimvox.rendering.plain import escape
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag
 from bimvox.rendering.report.labels import shortened

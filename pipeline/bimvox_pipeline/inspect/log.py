@@ -62,7 +62,7 @@ def describe_log(path: Path) -> dict[str, Any]:
 
 def _remarks(log: PlanLog) -> dict[str, int] | None:
     """Return the number of remarks by severity; None if the values of the plan make no sense."""
-    from bimvox.records.remark import counts_of
+    from bimvox.records.proof import counts_of
 
     return None if log.remarks is None else counts_of(log.remarks)
 

@@ -9,8 +9,8 @@ from bimvox.log.plan_log import LogEvent
 from bimvox.log.segments import REPLAN_EVENT
 from bimvox.records.lift import LiftPlan, Method, by_change
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.records.remark import Severity
-from bimvox.remarks.outside import none_inside
+from bimvox.records.proof import Severity
+from bimvox.remarks.rules import none_inside
 from bimvox.revision.current_plan import RevisionPart
 from bimvox.site.site import Site
 from bimvox.stop.brake_axes import STOP_EVENT

@@ -22,8 +22,7 @@ from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.revision.current_plan import CurrentPlan, RevisionPart
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import CurrentPlan, RevisionPart, RevisionRequest
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.obstruction_set import Obstruction, ObstructionSet, Voxels

@@ -32,7 +32,7 @@ from bimvox.planning.preparation import Preparation, preparation_in
 from bimvox.planning.rollout import proposer
 from bimvox.progress import Progress, SilentProgress
 from bimvox.records.lift import Status
-from bimvox.records.remark import counts_of
+from bimvox.records.proof import counts_of
 from bimvox.revision.current_plan import CurrentPlan, RetrainedPolicy, current_plan_of
 from bimvox.site.build import with_digests
 from bimvox.site.site import Site

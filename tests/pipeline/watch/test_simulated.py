@@ -31,8 +31,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.segments import NOW_NS
 from bimvox.progress import SilentProgress
-from bimvox.revision.held_cranes import HeldCranes
-from bimvox.revision.in_transit import last_finished, motion_under_way
+from bimvox.revision.current_plan import HeldCranes, last_finished, motion_under_way
 from bimvox.stop.redirect import Held
 
 EMPTY = {"version": 1, "unit": "m", "obstructions": []}

@@ -29,8 +29,7 @@ from bimvox.proof.plan import verify_plan
 from bimvox.proof.swing import swung_placements
 from bimvox.records.lift import Status
 from bimvox.records.motion import Phase, PhaseName
-from bimvox.revision.current_plan import CurrentPlan, RevisionPart, current_plan_of
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import CurrentPlan, RevisionPart, RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet

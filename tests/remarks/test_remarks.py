@@ -5,8 +5,7 @@ import math
 
 from log_building import tiny_log
 
-from bimvox.remarks.remarks import remarks_of
-from bimvox.remarks.sensible import remarks_if_sensible
+from bimvox.remarks.remarks import remarks_if_sensible, remarks_of
 
 
 def test_a_plan_with_valid_values_has_remarks():

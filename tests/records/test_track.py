@@ -13,7 +13,7 @@ from turning_sites import BESIDE_THE_PORTAL, turning_site
 
 from bimvox.exporters.csv_json import lifts_csv
 from bimvox.log.plan_log import PlanLog
-from bimvox.records.heading import heading_in_words
+from bimvox.records.track import heading_in_words
 from bimvox.rendering.page.lifts import lift_record
 from bimvox.rendering.report.page import report_page
 from bimvox.rendering.report.record import record_of

@@ -8,8 +8,7 @@ import pytest
 from box_sites import box_site, test_crane
 
 from bimvox.records.lift import not_lifted
-from bimvox.records.not_lifted import NotLifted, not_lifted_groups
-from bimvox.records.steps import Steps
+from bimvox.records.steps import NotLifted, Steps, not_lifted_groups
 from bimvox.site.casting import FIELD_CASTING
 from bimvox.site.means import Means
 from bimvox.site.site import Rules, Site

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from bimvox.records.remark import Remark, Severity, in_words
+from bimvox.records.proof import Remark, Severity, in_words
 
 
 def remarks(serious: int = 0, minor: int = 0, notes: int = 0) -> list[Remark]:

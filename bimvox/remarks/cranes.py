@@ -1,4 +1,4 @@
-"""How high loads are carried over the ground and what stands, and how much of its capacity the crane uses."""
+"""Cranes to look at: invented ones, ones inside the building, low carries and high utilisation."""
 
 from __future__ import annotations
 
@@ -6,20 +6,158 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from shapely import MultiPoint, box
 
 from bimvox.bim.densities import density_of_kind
 from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.mass_uncertainty import ASSUMED
 from bimvox.compiled import kernel
+from bimvox.crane.machine import Machine, differences, does_more, is_same
+from bimvox.crane.outline import mast_box_m
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.grid.frame import GridFrame
 from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.proof.crane.capacity import shares_of_capacity
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.records.remark import Remark, Severity
+from bimvox.records.proof import Remark, Severity
 from bimvox.remarks.subject import Subject, about, metres, name_of, tonnes
+from bimvox.site.catalogue import catalogue, machine_called
 from bimvox.site.component import Component
+from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.lifting import crane_for, hung_kg
 from bimvox.site.site import Site
+
+CRANE_UNKNOWN = "crane_unknown"
+CRANE_ALTERED = "crane_altered"
+CRANE_GENERIC = "crane_generic"
+
+SCALED = " scaled "
+"""In the names of machines that do not exist; earlier versions did not call them fictitious."""
+LARGEST_TM = 10_000.0
+"""Load moment of the largest tower crane ever built (Kroll K-10000: 120 t at 82 m)."""
+
+
+def machines(subject: Subject) -> Iterator[Remark]:
+    """Yield remarks about cranes that are not machines of the catalogue, and what differs by how much."""
+    for crane in subject.site.cranes:
+        named = machine_called(crane.machine or crane.name)
+        possible = catalogue() if named is None else (named,)
+        if any(is_same(crane, entry) for machine in possible for entry in machine.cranes):
+            yield Remark(
+                CRANE_GENERIC,
+                Severity.NOTE,
+                f"crane {crane.name!r} is a machine of the catalogue with typical data, not a manufacturer's product: "
+                "its load chart must be replaced by that of the machine on site",
+            )
+            continue
+        entry = _entry_of(crane, named)
+        if entry is None:
+            yield _unknown(crane)
+        else:
+            yield _altered(crane, entry)
+
+
+def _entry_of(crane: TowerCrane, named: Machine | None) -> TowerCrane | None:
+    """Return the entry of a crane's machine with its jib, or the longest, and its falls, or those that carry most.
+
+    For a name of its own: the entry that has its load chart, as far as its jib reaches.
+    """
+    if named is None:
+        entries = (entry for machine in catalogue() for entry in (machine.usual, *machine.cranes))
+        return next((entry for entry in entries if entry.kind == crane.kind and entry.chart == crane.chart), None)
+    entries_of_jib = named.with_jib(crane.jib_own_m) or named.with_jib(max(named.lengths_m))
+    return next((entry for entry in entries_of_jib if entry.falls == crane.falls), entries_of_jib[-1])
+
+
+def _unknown(crane: TowerCrane) -> Remark:
+    """Return the remark about a crane that no entry of the catalogue describes."""
+    radii, carries = np.array(crane.chart.radius_m), np.array(crane.chart.capacity_kg)
+    moment_tm = float((radii * carries).max()) / 1000.0
+    data = (
+        f"{tonnes(float(carries[0]))} up to {radii[0]:g} m, {tonnes(float(carries[-1]))} at {radii[-1]:g} m, "
+        f"jib {crane.jib_length_m:g} m"
+    )
+    if crane.name.startswith(FICTITIOUS) or SCALED in crane.name:
+        said = f"crane {crane.name!r} is fictitious, it does not exist: a machine scaled up by calculation ({data})"
+        return Remark(CRANE_UNKNOWN, Severity.SERIOUS, f"{said}; name a real machine and give its load chart")
+    if moment_tm > LARGEST_TM:
+        said = f"crane {crane.name!r} lifts {moment_tm:,.0f} tm, more than any tower crane ever built ({data})"
+        return Remark(CRANE_UNKNOWN, Severity.SERIOUS, said)
+    if crane.overrides:
+        data += f"; the site file changes the machine {crane.machine or crane.name!r}: {_listed(crane.overrides)}"
+    said = f"crane {crane.name!r} is not in the catalogue ({data})"
+    return Remark(CRANE_UNKNOWN, Severity.MINOR, f"{said}: check its data against the manufacturer's load chart")
+
+
+def _altered(crane: TowerCrane, entry: TowerCrane) -> Remark:
+    """Return the remark about a crane that differs from its entry; serious if it carries or reaches more."""
+    known = "as the catalogue has it" if crane.name == entry.name else f"{entry.name!r} of the catalogue"
+    declared = ", as its [crane.override] says" if crane.overrides else ""
+    said = f"crane {crane.name!r} is not {known}{declared}: {_listed(differences(crane, entry))}"
+    return Remark(CRANE_ALTERED, Severity.SERIOUS if does_more(crane, entry) else Severity.MINOR, said)
+
+
+def _listed(found: tuple[object, ...]) -> str:
+    return "; ".join(map(str, found))
+
+
+CRANE_FOOT = "crane_foot"
+_LEVEL_M = 0.5
+
+
+def crane_feet(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every crane whose mast goes through something, or stands in the building's outline."""
+    site = subject.site
+    for crane in site.cranes:
+        low, high = np.array(mast_box_m(crane))
+        met = [
+            name_of(component)
+            for component in subject.in_place
+            if _meets(component.shape.boxes + np.tile(component.target_vox, 2), site.frame, low, high)
+        ]
+        for blocker in site.blockers:
+            if blocker.kind in ("structure", "obstruction"):
+                cells = np.concatenate([blocker.cells, blocker.cells + 1], axis=1)
+                if _meets(cells, site.frame, low, high):
+                    met.append(blocker.name or blocker.id)
+        if met:
+            more = f" and {len(met) - 1:,} more" if len(met) > 1 else ""
+            said = f"the mast of crane {crane.name!r} goes through {met[0]}{more}"
+            yield Remark(CRANE_FOOT, Severity.SERIOUS, said)
+        elif abs(off_m := low[2] - _ground_m(site, low, high)) > _LEVEL_M:
+            where = "above" if off_m > 0.0 else "below"
+            said = (
+                f"the foot of crane {crane.name!r} is {abs(off_m):.1f} m {where} the ground there: give its height, or "
+            )
+            yield Remark(CRANE_FOOT, Severity.SERIOUS, said + "move it clear of the excavation")
+        elif _stands_in(subject, low, high):
+            said = f"crane {crane.name!r} stands inside the outline of the building: its mast must stay until the end"
+            yield Remark(CRANE_FOOT, Severity.MINOR, f"{said}, and its foundation must fit between the parts")
+
+
+def _ground_m(site: Site, low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
+    """Return the height of the lowest ground under a mast; that of its foot outside the site."""
+    first, last = np.clip(site.frame.cells_over(low, high), 0, site.shape)
+    tops = site.ground_vox[first[0] : last[0], first[1] : last[1]]
+    return site.frame.origin_m[2] + site.frame.voxel_size_m * (int(tops.min()) + 1) if tops.size else float(low[2])
+
+
+def _meets(boxes_vox: NDArray[np.int32], frame: GridFrame, low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
+    """Return whether any of (N, 6) boxes of cells reaches more than half a cell into a mast."""
+    origin, size = np.array(frame.origin_m), frame.voxel_size_m
+    first, last = origin + size * boxes_vox[:, :3], origin + size * boxes_vox[:, 3:]
+    shared = np.minimum(last, high) - np.maximum(first, low)
+    return bool((shared > size / 2.0).all(axis=1).any())
+
+
+def _stands_in(subject: Subject, low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
+    """Return whether a mast stands completely within the convex outline of the parts on plan."""
+    bounds = [component.mesh.bounds_m[:, :2] for component in subject.in_place]
+    if not bounds:
+        return False
+    corners = np.concatenate([[a, b, (a[0], b[1]), (b[0], a[1])] for a, b in bounds])
+    return bool(MultiPoint(corners).convex_hull.contains(box(*low[:2], *high[:2])))
+
 
 CARRIED_LOW = "carried_low"
 HIGH_UTILISATION = "high_utilisation"

@@ -19,8 +19,7 @@ from bimvox.planning.preparation import Preparation, prepare
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.lift import Status
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.revision.current_plan import CurrentPlan, RevisionPart, current_plan_of
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import CurrentPlan, RevisionPart, RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_digests, with_obstructions
 from bimvox.site.lifting import crane_for
