@@ -1,4 +1,4 @@
-"""Parts to look at: floating, of odd mass, drawn into others, too large for a lorry, tilted by a crew, without a rack."""
+"""Parts to look at: floating, of odd mass, drawn into others, too large for a lorry, tilted by a crew, unracked."""
 
 from __future__ import annotations
 
