@@ -103,7 +103,7 @@ def _read_layers(
 
 
 @kernel
-def _labels_agree(owners: NDArray[np.int32], labels: NDArray[np.uint8], of_owner: NDArray[np.uint8]) -> bool:
+def labels_agree(owners: NDArray[np.int32], labels: NDArray[np.uint8], of_owner: NDArray[np.uint8]) -> bool:
     """Return whether every cell has the label ``of_owner[owner + 1]``."""
     for i in range(owners.shape[0]):
         for j in range(owners.shape[1]):
@@ -208,7 +208,7 @@ def _owners_at(
 
 
 @kernel
-def _sort_boxed_cells(
+def sort_boxed_cells(
     index: NDArray[np.int32],
     cells: NDArray[np.unsignedinteger],
     shape: tuple[int, int, int],

@@ -23,8 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import GridFileError
-from bimvox.grid import brick_kernels as kernels
-from bimvox.grid.bricks import NO_OWNER, BrickBuilder, Bricks
+from bimvox.grid.bricks import NO_OWNER, BrickBuilder, Bricks, labels_agree, sort_boxed_cells
 from bimvox.grid.frame import CELL_LIMIT, GridFrame, Label
 from bimvox.grid.layout import (
     ARRAYS,
@@ -220,7 +219,7 @@ def _in_boxes(grid: VoxelGrid, owned: NDArray[np.int64]) -> str | None:
     found = np.zeros(len(grid.parts), np.int64)
     others, places = np.empty_like(lent_parts), np.empty(len(lent_parts), np.int64)
     index, cells = grid.owners.index, grid.owners.cells
-    count = kernels.sort_boxed_cells(index, cells, grid.shape, boxes, parts, found, others, places)
+    count = sort_boxed_cells(index, cells, grid.shape, boxes, parts, found, others, places)
     expected = np.ravel_multi_index(tuple(lent_cells.T), grid.shape)
     by_table, by_boxes = np.lexsort((expected, lent_parts)), np.lexsort((places, others))
     if (
@@ -361,7 +360,7 @@ def _read_owners(archive: Archive, shape: tuple[int, ...], labels: NDArray[np.ui
             except ValueError as error:
                 raise GridFileError(name, f"{owners}: {error}") from error
             found = np.zeros(values.shape, np.uint8) if found is None else np.ascontiguousarray(found)
-            agree = kernels.labels_agree(values, found, labels)
+            agree = labels_agree(values, found, labels)
         if not agree:
             raise GridFileError(name, f"{kinds}: the labels do not match the owners")
     return builder.bricks()
