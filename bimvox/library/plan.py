@@ -10,14 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from bimvox.errors import InputError, PlanningError
-from bimvox.library.arguments import insist, text, whole
+from bimvox.library.arguments import PolicyWish, constants_of, insist, text, whole, workers_of
 from bimvox.library.hand_over import may_go_to_others
-from bimvox.library.obstructions import ReadObstructions, obstructed, read_obstructions
 from bimvox.library.plan_value import Plan
-from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import Planned, Retraining, insist_on_one_lift, plan_and_prove, prepared
-from bimvox.library.sharing import constants_of, workers_of
-from bimvox.library.site import OBSTRUCTIONS, LoadedSite, attached_as
+from bimvox.library.site import OBSTRUCTIONS, LoadedSite, ReadObstructions, attached_as, obstructed, read_obstructions
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation

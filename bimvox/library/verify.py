@@ -6,14 +6,12 @@ from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
-from bimvox.library.arguments import path_of
+from bimvox.library.arguments import constants_of, path_of, workers_of
 from bimvox.library.attached_files import check_attached_files
-from bimvox.library.claims import claims_of
+from bimvox.library.claims import Given, check_user_files, claims_of
+from bimvox.library.compare import check_traffic
 from bimvox.library.plan_value import Plan
 from bimvox.library.search import with_search
-from bimvox.library.sharing import constants_of, workers_of
-from bimvox.library.traffic import check_traffic
-from bimvox.library.user_files import Given, check_user_files
 from bimvox.log import schema as topics
 from bimvox.log.check import check_commands, check_digests, check_load_poses
 from bimvox.log.check_joints import check_joint_states

@@ -96,7 +96,7 @@ def plan(
     from bimvox_pipeline.plan import plan as run
     from bimvox_pipeline.warm_up import helped
 
-    from bimvox.library.policy_wish import PolicyWish
+    from bimvox.library.arguments import PolicyWish
 
     site = sites[0]
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output, helped("plan"):

@@ -100,7 +100,7 @@ def watch(
     from bimvox_pipeline.watch.watch import watch as run
     from bimvox_pipeline.watch.wish import WatchWish
 
-    from bimvox.library.policy_wish import PolicyWish
+    from bimvox.library.arguments import PolicyWish
 
     code = failure.DONE
     shown = _Shown(obstructions.name, table=not (once or json or quiet or traffic))

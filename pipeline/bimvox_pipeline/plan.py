@@ -9,11 +9,10 @@ from typing import Any
 
 from bimvox.crane.machine import identity
 from bimvox.files import check_output, default_output
-from bimvox.library.obstructions import read_obstructions
+from bimvox.library.arguments import PolicyWish
 from bimvox.library.plan import planned
-from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import Planned
-from bimvox.library.site import load_site
+from bimvox.library.site import load_site, read_obstructions
 from bimvox.log.dates import log_dates
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.motion.steps import steps_of

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.crane.machine import identity
-from bimvox.library.user_files import Given
+from bimvox.library.claims import Given
 from bimvox.library.verify import prove, prove_further, read_whole
 from bimvox.log.dates import all_remarks
 from bimvox.log.plan_log import PlanLog

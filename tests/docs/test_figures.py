@@ -27,8 +27,7 @@ from benchmarks.voxelize.report import missed_and_extra
 from benchmarks.voxelize.sample import sample_windows
 from benchmarks.voxelize.score import judge
 from benchmarks.voxelize.tool import OURS, make_voxelizer
-from bimvox.library.obstructions import rasterise
-from bimvox.library.site import load_site
+from bimvox.library.site import load_site, rasterise
 from bimvox.live.planned import job_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.paper.env.presets import PAPER

@@ -23,9 +23,9 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.library import prove
+from bimvox.library.arguments import PolicyWish
 from bimvox.library.hand_over import handed_over
 from bimvox.library.plan import policy_of
-from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
 from bimvox.log import schema as topics

@@ -12,7 +12,7 @@ from two_cranes import two_crane_site
 
 from bimvox.crane.tower_crane import AxisLimits
 from bimvox.cranes.schedule import time_lifts
-from bimvox.library.obstructions import rasterise
+from bimvox.library.site import rasterise
 from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation, prepare

@@ -9,8 +9,8 @@ import pytest
 from box_sites import box_site, test_crane
 
 from bimvox.cranes.schedule import time_lifts
-from bimvox.library.obstructions import rasterise
 from bimvox.library.search import check_search
+from bimvox.library.site import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.segments import newest, segment_of
 from bimvox.planning.planner import plan_lifts

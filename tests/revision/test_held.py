@@ -6,8 +6,8 @@ import pytest
 from planned_sites import planned
 from turning_sites import turning_site
 
-from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import prepared
+from bimvox.library.site import rasterise
 from bimvox.progress import SilentProgress
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.lift import Status

@@ -6,7 +6,7 @@ from functools import cache
 
 from box_sites import box_site, test_crane
 
-from bimvox.library.obstructions import rasterise
+from bimvox.library.site import rasterise
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation, prepare

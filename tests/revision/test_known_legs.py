@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from planned_frame import planned
 
-from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import prepared
+from bimvox.library.site import rasterise
 from bimvox.log.reader import read_log
 from bimvox.motion.time_plan import KnownLegs
 from bimvox.motion.trajectories import approached

@@ -9,7 +9,7 @@ from box_sites import box_site, test_crane
 
 import bimvox.revision.revise as module
 from bimvox.cranes.schedule import time_lifts
-from bimvox.library.obstructions import rasterise
+from bimvox.library.site import rasterise
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation, prepare
 from bimvox.proof.footprint import motion_footprint, path_footprint

@@ -38,8 +38,8 @@ from bimvox.crane.gear import Gear, GearKind, Rig
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import AxisLimits, SlowZone, TowerCrane, WorkingRange
 from bimvox.grid.frame import Label
-from bimvox.library.carry_out import carry_out
 from bimvox.library.plan import digests_of
+from bimvox.library.revise import carry_out
 from bimvox.live.named_traffic import traffic_named
 from bimvox.log import schema as topics
 from bimvox.log.archive import pack, unpack

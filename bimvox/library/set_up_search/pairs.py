@@ -20,9 +20,8 @@ from bimvox.crane.reach import distances_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.cranes.clock import clear_ways
 from bimvox.errors import ConfigError
-from bimvox.library.set_up_search.front import ends, estimated_goals, front_of
 from bimvox.library.set_up_search.search import Search
-from bimvox.library.set_up_search.set_up import Rig, Tried
+from bimvox.library.set_up_search.set_up import Rig, Tried, ends, estimated_goals, front_of
 from bimvox.library.set_up_search.timed import FEW_LIFTS, LIFTS
 from bimvox.planning.order.apart import NOTHING_APART
 from bimvox.planning.order.makespan import OrderTimes, makespan_s

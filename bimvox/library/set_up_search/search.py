@@ -12,13 +12,10 @@ from numpy.typing import NDArray
 from bimvox.crane.machine import Machine
 from bimvox.crane.reach import MARGIN_M, standing
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.library.set_up_search.last_moves import lowered
-from bimvox.library.set_up_search.least_moving import Loose, least_of_all_s
-from bimvox.library.set_up_search.picks import rooms_of
-from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.least_moving import Loose, least_of_all_s, lowered
+from bimvox.library.set_up_search.placed import PlacedSite, rooms_of
 from bimvox.library.set_up_search.set_up import OtherYard, Rig, Tried
-from bimvox.library.set_up_search.timed import LIFTS, timed_moving_s
-from bimvox.library.set_up_search.ways import Ways, ways_on
+from bimvox.library.set_up_search.timed import LIFTS, Ways, timed_moving_s, ways_on
 from bimvox.library.site import built_site
 from bimvox.planning.preparation import prepare
 from bimvox.planning.stacks import is_stacked

@@ -110,7 +110,7 @@ def _log(path: Path, progress: Progress) -> dict[str, Any]:
 
 
 def _obstructions(path: Path, progress: Progress) -> dict[str, Any]:
-    from bimvox.library.obstructions import as_written
+    from bimvox.library.site import as_written
     from bimvox_pipeline.inspect.obstructions import describe_obstruction, extent_of, how_read
 
     progress.stage("read")

@@ -11,9 +11,8 @@ from typing import Any
 
 from bimvox.errors import FileError
 from bimvox.files import read_input, write_atomically
-from bimvox.library.set_up_search.front import why_lost
 from bimvox.library.set_up_search.pairs import names_of_two
-from bimvox.library.set_up_search.set_up import Tried
+from bimvox.library.set_up_search.set_up import Tried, why_lost
 from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened
 from bimvox_pipeline.studio.saving import as_text
 from bimvox_pipeline.studio.setup import CraneSetup, Setup

@@ -12,9 +12,8 @@ from typing import Any
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.files import check_folder, default_output, require_input, seen_from, write_together
 from bimvox.library.set_up_search.choose import search_set_ups
-from bimvox.library.set_up_search.front import front_of, proven_front, why_beaten
 from bimvox.library.set_up_search.search import Search
-from bimvox.library.set_up_search.set_up import Effort, Tried
+from bimvox.library.set_up_search.set_up import Effort, Tried, front_of, proven_front, why_beaten
 from bimvox.progress import Progress
 from bimvox.rendering.report.drawing_file import drawing_file
 from bimvox.rendering.report.heat_map import HeatMap, heat_map

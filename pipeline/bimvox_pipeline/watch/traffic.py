@@ -11,8 +11,8 @@ import numpy as np
 
 from bimvox.errors import InputError
 from bimvox.files import check_output
-from bimvox.library.carry_out import carry_out as carry_out_plan
 from bimvox.library.log import write_log_file
+from bimvox.library.revise import carry_out as carry_out_plan
 from bimvox.live.execution import Execution
 from bimvox.live.named_traffic import NamedTraffic, traffic_named
 from bimvox.log.plan_log import PlanLog

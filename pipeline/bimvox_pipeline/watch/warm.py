@@ -10,7 +10,7 @@ import io
 from collections.abc import Callable
 from dataclasses import replace
 
-from bimvox.library.obstructions import rasterise
+from bimvox.library.site import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
 from bimvox.motion.time_plan import LiftTimes

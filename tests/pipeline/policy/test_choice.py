@@ -12,7 +12,7 @@ from bimvox_pipeline.plan import plan
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.observation import INPUT_SIZE
 from bimvox.errors import PolicyError
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.library.site import load_site
 from bimvox.log.reader import read_log
 from bimvox.policy import store as policies

@@ -12,9 +12,9 @@ import pytest
 from planned_frame import planned
 
 from bimvox.errors import MotionError
-from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import plan_and_prove, prepared
 from bimvox.library.search import check_search
+from bimvox.library.site import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log

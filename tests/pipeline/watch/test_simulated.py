@@ -19,9 +19,9 @@ from bimvox_pipeline.watch.watch import Watcher
 from planned_frame import copy_to
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.library.arguments import PolicyWish
 from bimvox.library.attached_files import check_attached_files
 from bimvox.library.plan import policy_of
-from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
 from bimvox.log import schema as topics

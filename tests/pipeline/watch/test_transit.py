@@ -13,8 +13,8 @@ import pytest
 from planned_frame import planned
 from seeded_faults import carried_out_until, obstruction_file_of, with_files
 
-from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import prepared
+from bimvox.library.site import rasterise
 from bimvox.library.verify import prove, prove_plan
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log

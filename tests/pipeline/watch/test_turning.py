@@ -11,8 +11,8 @@ from planned_sites import planned
 from seeded_faults import carried_out_until, obstruction_file_of, site_file_of, with_files
 from turning_sites import turning_site
 
-from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import prepared
+from bimvox.library.site import rasterise
 from bimvox.library.verify import prove
 from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import PlanLog

@@ -9,7 +9,8 @@ from box_sites import test_crane as crane_of
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bimvox.library.set_up_search.front import (
+from bimvox.library.set_up_search.set_up import (
+    Tried,
     ends,
     front_of,
     planned_goals,
@@ -18,7 +19,6 @@ from bimvox.library.set_up_search.front import (
     why_beaten,
     why_lost,
 )
-from bimvox.library.set_up_search.set_up import Tried
 
 CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)
 

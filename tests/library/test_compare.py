@@ -13,9 +13,9 @@ from seeded_faults import Forge, carried_out_with, good_log, log_among_others
 
 from bimvox.errors import FileError, InputError
 from bimvox.library.attached_files import check_attached_files
-from bimvox.library.carry_out import carry_out
-from bimvox.library.traffic import check_traffic
-from bimvox.library.user_files import Given, check_user_files
+from bimvox.library.claims import Given, check_user_files
+from bimvox.library.compare import check_traffic
+from bimvox.library.revise import carry_out
 from bimvox.live.named_traffic import traffic_named
 from bimvox.log.plan_log import PlanLog
 from bimvox.planning.preparation import prepare

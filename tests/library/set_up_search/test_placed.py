@@ -16,8 +16,7 @@ from rough_search import read_model
 
 from bimvox.crane.kinematics import pose_of
 from bimvox.crane.travel import Travel
-from bimvox.library.set_up_search.picks import Picks, around_m, rooms_of, taken_m2
-from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.placed import Picks, PlacedSite, around_m, rooms_of, taken_m2
 from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.set_up import OtherYard
 from bimvox.planning.best_place import SAME_S

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 from rough_search import read_model
 
-from bimvox.library.set_up_search import refine
-from bimvox.library.set_up_search.front import front_of, to_plan
+from bimvox.library.set_up_search import choose
+from bimvox.library.set_up_search.choose import better_placed, closer, refined
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.refine import better_placed, closer, refined
 from bimvox.library.set_up_search.search import Search
-from bimvox.library.set_up_search.set_up import Effort, OtherYard, Tried
+from bimvox.library.set_up_search.set_up import Effort, OtherYard, Tried, front_of, to_plan
 from bimvox.library.set_up_search.timed import LIFTS
 from bimvox.progress import SilentProgress
 from bimvox.site.config.site_config import ModelConfig
@@ -75,7 +74,7 @@ def test_a_closer_look_keeps_what_serves_fewer_and_moves_the_fastest_to_a_place_
 def test_what_would_be_planned_is_timed_itself_and_is_as_fast_as_if_all_were(
     search: Search, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(refine, "_FASTEST", 2)
+    monkeypatch.setattr(choose, "_FASTEST", 2)
     lattice = list(search.tried(machines_called("hammerhead-45")))
     found = closer(search, lattice, 2)
     assert {one.lifts for one in found} == {0, LIFTS}

@@ -13,9 +13,9 @@ from planned_frame import planned
 
 from bimvox.errors import ObstructionFileError
 from bimvox.library.attached_files import check_attached_files
-from bimvox.library.obstructions import obstructed, survey_in
+from bimvox.library.claims import Given, check_user_files
 from bimvox.library.plan import obstructions_of
-from bimvox.library.user_files import Given, check_user_files
+from bimvox.library.site import obstructed, survey_in
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
