@@ -18,8 +18,8 @@ from filelock import FileLock
 
 from bimvox import kernel_cache
 from bimvox.compiled import _NEEDLESS
-from bimvox.compiling import told
 from bimvox.kernel_cache import KernelCache, digest_of, is_locked
+from bimvox.progress import told
 from bimvox.voxelization import solid
 
 MODULE = '''
